@@ -54,10 +54,10 @@ setup(
     package_data={
         NAME: ['py.typed', '*.pyi', 'page.css'],
         f'{NAME}.kernel': ['*.pyi', 'layout/*.pxd'],
-        f'{NAME}.diagnosis.audit.report': ['page.js'],
-        f'{NAME}.diagnosis.calibration.output': ['page.css'],
-        f'{NAME}.symbolic.output': ['formulas.css'],
-        f'{NAME}.ros.process': ['fastdds_*.xml'],
+        f'{NAME}.apps.recordings.audit.report': ['page.js'],
+        f'{NAME}.apps.calibration.output': ['page.css'],
+        f'{NAME}.apps.formulas.derive.output': ['formulas.css'],
+        f'{NAME}.node.process': ['fastdds_*.xml'],
         f'{NAME}.config': [*CONFIG, *(f'ros/{ending}' for ending in CONFIG_ROS)],
     },
     # Plain Python where that is asked for; the same name asks for it at run time.

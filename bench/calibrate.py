@@ -79,8 +79,8 @@ from calibrated_arms import (
 )
 
 import kinematics_service as ks
-from kinematics_service.diagnosis.calibration.chosen_parameters import prior_of
-from kinematics_service.diagnosis.calibration.zeros import calibrate_zeros, zeros_of
+from kinematics_service.apps.calibration.chosen_parameters import prior_of
+from kinematics_service.apps.calibration.zeros import calibrate_zeros, zeros_of
 from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of, placement
 from kinematics_service.rigid_motion import exponential, pose_of

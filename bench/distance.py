@@ -68,8 +68,8 @@ def motion(robot, count=3000, seconds=0.002):
 def searched(robot, q, search, in_order=False):
     """Return the distances (N,), and the seconds of each pose."""
     rows = np.ascontiguousarray(ks.evaluate(robot, q).numbers)
-    measures = np.empty((len(q), robot.measure_places.width))
-    kernel.measure(robot.arm, rows, q, measures)
+    measures = np.empty((len(q), robot.singularity.measure_places.width))
+    kernel.measure(robot.singularity.arm, rows, q, measures)
     seconds = np.empty(len(q))
     for k in range(len(q)):
         one = slice(k, k + 1)
@@ -89,9 +89,9 @@ def judged(robot, poses, saddles, force, seed):
         force = 0
     else:
         q = np.concatenate([random, brute_force.saddles(robot, saddles, seed)])
-    robot.arm.atlas()
-    found, seconds = searched(robot, q, kernel.NearestSearch(robot.arm))
-    more, _ = searched(robot, q, kernel.NearestSearch(robot.arm, SAMPLES))
+    robot.singularity.arm.atlas()
+    found, seconds = searched(robot, q, kernel.NearestSearch(robot.singularity.arm))
+    more, _ = searched(robot, q, kernel.NearestSearch(robot.singularity.arm, SAMPLES))
     true = np.minimum(found, more)
     if force:
         by_force, _ = brute_force.nearest_singular(robot, q, force, known=force)
@@ -103,7 +103,7 @@ def judged(robot, poses, saddles, force, seed):
         assert np.all(clearance <= true[:300] * (1.0 + 1e-6) + 1e-6), 'a clearance is no proof'
     path = motion(robot)
     path = path[closes_at(robot.chain, path)]
-    _, along = searched(robot, path, kernel.NearestSearch(robot.arm), True)
+    _, along = searched(robot, path, kernel.NearestSearch(robot.singularity.arm), True)
     counts = [(int(np.sum(far & one)), int(np.sum(one))) for one in inside]
     each = np.mean(seconds[: len(random)]), np.mean(along), np.max(along[1:])
     microseconds = 1e6 * np.array(each)

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kinematics_service.diagnosis.calibration.zero_jump import JumpDetector
+from kinematics_service.apps.calibration.zero_jump import JumpDetector
 
 sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 

@@ -122,7 +122,7 @@ def toolbox_arm(robot):
 
 def rows_of(robot):
     # What the arm can be asked for; six joints and more: the pose.
-    return robot.task.rows if robot.dof < 6 else ROW_NAMES
+    return robot.singularity.task.rows if robot.dof < 6 else ROW_NAMES
 
 
 def ours(robot, targets, everything):

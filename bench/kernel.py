@@ -68,20 +68,20 @@ class OnePose:
     """The compiled calls of one pose of an arm, arrays made beforehand."""
 
     def __init__(self, robot, q, qdot):
-        self.arm, self.q, self.qdot = robot.arm, q, qdot
-        self.search = kernel.NearestSearch(robot.arm)
+        self.arm, self.q, self.qdot = robot.singularity.arm, q, qdot
+        self.search = kernel.NearestSearch(robot.singularity.arm)
         # Poses of a motion, a message every 2 ms, there and back.
         rows = []
         for step in range(MESSAGES):
             row = np.empty(robot.chain.single_widths[kernel.JACOBIAN])
-            kernel.evaluate_one(robot.arm, q + 0.002 * step * qdot, qdot, row)
+            kernel.evaluate_one(robot.chain, q + 0.002 * step * qdot, qdot, row)
             rows.append(row)
         self.along = itertools.cycle(rows + rows[::-1])
         self.row = np.empty(robot.chain.single_widths[kernel.JACOBIAN])
-        self.measures = np.empty(robot.measure_places.width)
+        self.measures = np.empty(robot.singularity.measure_places.width)
 
     def evaluate(self):
-        kernel.evaluate_one(self.arm, self.q, self.qdot, self.row)
+        kernel.evaluate_one(self.arm.chain, self.q, self.qdot, self.row)
 
     def measure(self):
         kernel.measure_one(self.search, next(self.along), self.measures)

@@ -98,7 +98,7 @@ def least_distances(robot, ways):
 def judged(robot, drive):
     """Return which commands (N,) led to each of the four kinds, and how hard each braked."""
     commands, ways, shares = drive
-    stop = robot.thresholds.stop
+    stop = robot.singularity.thresholds.stop
     least = least_distances(robot, ways[::5])
     begun = ks.singularity(robot, ways[0]).distance
     slowed = (shares[:-AVERAGED] - shares[AVERAGED:]) / (AVERAGED * STEP)
@@ -124,7 +124,7 @@ def needless(robot, drive):
         ahead = ways[slowed[0], k] + np.linspace(0.0, due, SAMPLES)[:, None] * command
         inside = np.all(np.abs(ahead) <= BOUND)
         nearest = np.min(ks.singularity(robot, ahead).distance)
-        found[k] = inside and nearest > 1.1 * robot.thresholds.stop
+        found[k] = inside and nearest > 1.1 * robot.singularity.thresholds.stop
     return found
 
 

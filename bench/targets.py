@@ -21,7 +21,7 @@ import numpy as np
 
 from processes import JointStates, age_of, node, paced, peer, running  # isort: skip
 
-sys.path.insert(0, str(Path(__file__).parents[1] / 'test' / 'ros'))
+sys.path.insert(0, str(Path(__file__).parents[1] / 'test'))
 
 JOINT_STATES = 200.0  # Hz
 AHEAD = 0.05  # of a target: joint positions in front of the arm's, rad

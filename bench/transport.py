@@ -261,7 +261,7 @@ def measured(cases, rounds, measure):
 
 def with_profiles(command):
     """Return a command that runs with what the node asks of Fast DDS."""
-    from kinematics_service.ros.process.middleware import VARIABLES, fast_dds, profiles
+    from kinematics_service.node.process.middleware import VARIABLES, fast_dds, profiles
 
     version = fast_dds()
     return ['env', f'{VARIABLES[version]}={profiles(version)}', *command]

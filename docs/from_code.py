@@ -73,7 +73,7 @@ def some_node() -> Iterator[Any]:
     from rclpy.parameter import Parameter
 
     from kinematics_service import bundled_robots
-    from kinematics_service.ros.node.node import KinematicsNode
+    from kinematics_service.node.node import KinematicsNode
 
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
     context = Context()
@@ -155,7 +155,7 @@ def topics() -> str:
 
 def parameters() -> str:
     """Return the table of the parameters."""
-    from kinematics_service.ros.parameters.table import PARAMETERS, POINTS, ROBOT, TRANSPORT
+    from kinematics_service.node.parameters.table import PARAMETERS, POINTS, ROBOT, TRANSPORT
 
     rows = [
         [code(one.name), code(_yaml(one.default)), _accepted(one), one.description]
@@ -314,10 +314,17 @@ def _public_names(ks: Any, rooms: dict[str, str]) -> dict[str, list[str]]:
     classes = {name for name in names if isinstance(getattr(ks, name), type)}
     errors = {name for name in classes if issubclass(getattr(ks, name), Exception)}
     functions = [name for name in names if name not in classes]
-    room = {name: getattr(ks, name).__module__.split('.')[1] for name in functions}
+    homes = {name: getattr(ks, name).__module__.partition('.')[2] for name in functions}
+    room = {
+        name: max((one for one in rooms if home.startswith(f'{one}.')), key=len, default=home)
+        for name, home in homes.items()
+    }
     explained(list(dict.fromkeys(room.values())), rooms, 'the room')
     return {
-        **{title: [n for n in functions if room[n] == one] for one, title in rooms.items()},
+        **{
+            title: [name for name in functions if rooms[room[name]] == title]
+            for title in rooms.values()
+        },
         'Results and settings': [name for name in names if name in classes - errors],
         'Errors': [name for name in names if name in errors],
     }

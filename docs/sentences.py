@@ -277,7 +277,9 @@ ROBOT_FILE = {
 LIBRARY = {
     'robot': 'Robots',
     'kinematics': 'Kinematics and singularities',
-    'symbolic': 'Formulas',
-    'formats': 'URDF',
-    'diagnosis': 'Calibration and frames',
+    'apps.formulas': 'Formulas',
+    'robot.urdf': 'URDF',
+    'apps.calibration': 'Calibration and frames',
+    'apps.checking': 'Calibration and frames',
+    'apps.recordings': 'Calibration and frames',
 }

@@ -41,7 +41,7 @@ class SpeedScale(Node):
         if not np.isfinite(q).all():
             return
         near = ks.singularity(self.robot, q)
-        warn, stop = self.robot.thresholds.warn, self.robot.thresholds.stop
+        warn, stop = self.robot.singularity.thresholds.warn, self.robot.singularity.thresholds.stop
         scale = float(np.interp(near.distance, [stop, warn], [0.0, 1.0]))
         self.publisher.publish(Float64(data=scale))
 

@@ -75,7 +75,7 @@ def other_branch_text():
 def first_order_distances(robot, q):
     """Return the distance by first order, where a search begins to look for singular poses."""
     measures = singularity_rates.measures_of(ks.evaluate(robot, q))
-    column = robot.measure_places.judged + kernel.FIRST_ORDER
+    column = robot.singularity.measure_places.judged + kernel.FIRST_ORDER
     return measures[:, column].reshape(np.shape(q)[:-1])
 
 
@@ -145,11 +145,11 @@ def task_jacobian(robot, q):
     to_frame_0 = robot.description.base.motion.matrix[:3, :3].T
     J = ks.jacobian(robot, q)
     J = np.concatenate([to_frame_0 @ J[..., :3, :], to_frame_0 @ J[..., 3:, :]], axis=-2)
-    return J[..., [ROW_NAMES.index(row) for row in robot.task.rows], :]
+    return J[..., [ROW_NAMES.index(row) for row in robot.singularity.task.rows], :]
 
 
 def scaled(robot, J_t):
     """Return those rows, angles and slides in units of the characteristic length."""
-    length = robot.task.length
-    rows = [length if row.startswith('r') else 1.0 for row in robot.task.rows]
+    length = robot.singularity.task.length
+    rows = [length if row.startswith('r') else 1.0 for row in robot.singularity.task.rows]
     return J_t * np.array(rows)[:, None] * np.where(sliding(robot), length, 1.0)

@@ -6,11 +6,11 @@ import numpy as np
 from recordings import SECOND
 
 from kinematics_service.__main__ import main
-from kinematics_service.diagnosis.audit.auditing import AuditProgress, AuditSettings, audit
-from kinematics_service.diagnosis.frame_check.hypotheses import quaternions_of
+from kinematics_service.apps.checking.hypotheses import quaternions_of
+from kinematics_service.apps.recordings.audit.auditing import AuditProgress, AuditSettings, audit
+from kinematics_service.apps.recordings.readers.block import blocks_of
+from kinematics_service.apps.recordings.readers.source import RecordingSource
 from kinematics_service.estimation.estimator import EstimatorSettings
-from kinematics_service.formats.recordings.block import blocks_of
-from kinematics_service.formats.recordings.source import RecordingSource
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 SETTINGS = EstimatorSettings()

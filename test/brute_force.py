@@ -23,7 +23,7 @@ SEEDS = 1200
 
 def scaled_jacobian(robot, q):
     """Return J_t (..., m, n) as singularities are judged by it."""
-    task = robot.task
+    task = robot.singularity.task
     J = ks.jacobian(robot, q)
     turned = np.swapaxes(task.rotation, 0, 1)
     J = np.concatenate([turned @ J[..., :3, :], turned @ J[..., 3:, :]], axis=-2)
@@ -32,7 +32,7 @@ def scaled_jacobian(robot, q):
 
 def slopes_of_jacobian(robot, q):
     """Return dJ_t/du_j (..., n, m, n) by central differences; u as `column_scales` has it."""
-    shift = STEP * np.diag(robot.task.column_scales)
+    shift = STEP * np.diag(robot.singularity.task.column_scales)
     ahead = scaled_jacobian(robot, q[..., None, :] + shift)
     return (ahead - scaled_jacobian(robot, q[..., None, :] - shift)) / (2.0 * STEP)
 
@@ -45,7 +45,7 @@ def equations(robot, q, above=0):
     """
     U, s, Vt = np.linalg.svd(scaled_jacobian(robot, q))
     D = slopes_of_jacobian(robot, q)
-    k = robot.task.generic_rank - 1 - above
+    k = robot.singularity.task.generic_rank - 1 - above
     if U.shape[-1] <= Vt.shape[-1]:
         A = np.einsum('Nr,Njrc,Nec->Nej', U[:, :, k], D, Vt[:, k:, :])
     else:
@@ -68,7 +68,7 @@ def descend(robot, origin, d):
     Return distances (N,) and poses (N, n) of relaxed Newton from motions d; infinite where none
     ended.
     """
-    scales, rank = robot.task.column_scales, robot.task.generic_rank
+    scales, rank = robot.singularity.task.column_scales, robot.singularity.task.generic_rank
     distance = np.full(len(d), np.inf)
     poses = np.full(d.shape, np.nan)
     moving = np.arange(len(d))
@@ -95,7 +95,7 @@ def descend(robot, origin, d):
 
 def _joints_that_matter(robot, random):
     # Whether the singular values change with each joint; its period in rad, endless without one.
-    n, scales = robot.dof, robot.task.column_scales
+    n, scales = robot.dof, robot.singularity.task.column_scales
     q = random.uniform(-np.pi, np.pi, (8, n)) * scales
     s = np.linalg.svd(scaled_jacobian(robot, q), compute_uv=False)
     changes, periods = np.zeros(n, dtype=bool), np.full(n, np.inf)
@@ -112,7 +112,7 @@ def _joints_that_matter(robot, random):
 
 def _known(robot, q, count, random):
     # Singular poses from anywhere, as motions (starts, N, n) from each of q to the nearest ones.
-    n, scales = robot.dof, robot.task.column_scales
+    n, scales = robot.dof, robot.singularity.task.column_scales
     changes, periods = _joints_that_matter(robot, random)
     low, high = (
         np.where(np.isfinite(periods), -np.pi, np.min(q / scales, axis=0) - 1.0),
@@ -125,7 +125,7 @@ def _known(robot, q, count, random):
         length = np.linalg.norm(onto, axis=1, keepdims=True)
         d = d + onto * (LONGEST / np.maximum(length, LONGEST))
     s = np.linalg.svd(scaled_jacobian(robot, seeds + d * scales), compute_uv=False)
-    poses = (seeds / scales + d)[s[:, robot.task.generic_rank - 1] < 1e-6 * s[:, 0]]
+    poses = (seeds / scales + d)[s[:, robot.singularity.task.generic_rank - 1] < 1e-6 * s[:, 0]]
     starts = np.zeros((count, len(q), n))
     if not len(poses):
         return starts
@@ -181,7 +181,7 @@ def saddles(robot, count, seed=7):
     random = np.random.default_rng(seed)
     low, high = np.clip(robot.limits, -np.pi, np.pi).T
     q = random.uniform(low, high, (count, robot.dof))
-    scales, rank = robot.task.column_scales, robot.task.generic_rank
+    scales, rank = robot.singularity.task.column_scales, robot.singularity.task.generic_rank
     if rank < 2:
         return q
     for _ in range(12):

@@ -5,7 +5,7 @@ from array import array
 
 import numpy as np
 
-from kinematics_service.ros.messages.message_layout import MessageLayout
+from kinematics_service.node.messages.message_layout import MessageLayout
 
 
 def built(topic, report):

@@ -9,12 +9,12 @@ import numpy as np
 from arms import robot_of
 
 import kinematics_service as ks
-from kinematics_service.diagnosis.calibration.board_views import board_views
-from kinematics_service.diagnosis.calibration.corrections import corrected_robot
-from kinematics_service.diagnosis.calibration.fitting import widened
-from kinematics_service.diagnosis.calibration.output.sheet import SHEETS
-from kinematics_service.formats.images.board import Board, SeenCorners
-from kinematics_service.formats.images.intrinsics import Intrinsics
+from kinematics_service.apps.calibration.board_views import board_views
+from kinematics_service.apps.calibration.boards.board import Board, SeenCorners
+from kinematics_service.apps.calibration.boards.intrinsics import Intrinsics
+from kinematics_service.apps.calibration.corrections import corrected_robot
+from kinematics_service.apps.calibration.fitting import widened
+from kinematics_service.apps.calibration.output.sheet import SHEETS
 from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of, placement
 from kinematics_service.rigid_motion import (

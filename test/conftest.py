@@ -35,12 +35,13 @@ SET_BY_COMMANDS = (
     'FASTRTPS_DEFAULT_PROFILES_FILE',
     'FASTDDS_DEFAULT_PROFILES_FILE',
 )
-ROS_TESTS = Path(__file__).parent / 'ros'
+TESTS = Path(__file__).parent
+ROS_TESTS = {TESTS / 'node', TESTS / 'apps' / 'demo', TESTS / 'apps' / 'calibration' / 'live'}
 # Started for the tests of a file, which takes seconds: a cluster, a program that serves a page, a
 # browser. Whatever asks for them is slow.
 STARTED = {'cluster', 'view', 'open_view', 'page'}
 # The folders of the files that take longest: formulas, and pages and packages.
-LONGEST = ('symbolic', 'test')
+LONGEST = ('formulas', 'test')
 # After which share of the slow files none of the node is left: several of them are long.
 END_OF_WAITING = 0.8
 # Without one of these the tests of the node are skipped.
@@ -83,7 +84,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
-    Mark what needs ROS, the tests in its folder and those that ask for a domain; and what is slow.
+    Mark what needs ROS, tests in its folders and those that ask for a domain; and what is slow.
 
     Files with slow tests come first: a long one that came last would be waited for. Those of the
     node, which wait for messages and processes, come between those that compute, so that no core
@@ -91,13 +92,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
     for item in items:
         fixtures = getattr(item, 'fixturenames', ())
-        if ROS_TESTS in item.path.parents or 'ros_domain' in fixtures:
+        if ROS_TESTS & set(item.path.parents) or 'ros_domain' in fixtures:
             item.add_marker(pytest.mark.ros)
         if STARTED & set(fixtures):
             item.add_marker(pytest.mark.slow)
     files = list(dict.fromkeys(item.path for item in items))
     slow = {item.path for item in items if item.get_closest_marker('slow')}
-    waiting = [file for file in files if ROS_TESTS in file.parents]
+    waiting = [file for file in files if ROS_TESTS & set(file.parents)]
     computing = [file for file in files if file in slow and file not in waiting]
     computing.sort(key=lambda file: file.parent.name not in LONGEST)
     order = dict.fromkeys([*evenly_mixed(waiting, computing), *files])
@@ -169,7 +170,7 @@ def ros_domain() -> Iterator[int]:
     start = random.SystemRandom().randrange(100)
     candidates = iter(range(start, start + 100))
     before = dict(os.environ)
-    from kinematics_service.ros.process import middleware
+    from kinematics_service.node.process import middleware
 
     with (
         coordinator.domain_id(lambda: next(candidates) % 100 + 1) as domain,

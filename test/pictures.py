@@ -5,7 +5,7 @@ from functools import cache
 import cv2
 import numpy as np
 
-from kinematics_service.formats.images.board import BoardFinder
+from kinematics_service.apps.calibration.boards.board import BoardFinder
 
 # Pixels of the printed board along a square, rays along a pixel, grey of the surroundings.
 PRINTED, RAYS, AROUND = 60, 2, 110

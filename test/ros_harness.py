@@ -21,7 +21,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E
 from rclpy.signals import SignalHandlerOptions  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 
-from kinematics_service.ros.node.node import KinematicsNode  # noqa: E402
+from kinematics_service.node.node import KinematicsNode  # noqa: E402
 
 # For what is read or written, and for what sets up anew how that is done.
 BOTH_TRANSPORTS = pytest.mark.parametrize('transport', ['bytes', 'messages'])

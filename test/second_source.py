@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 import kinematics_service as ks
-from kinematics_service.diagnosis.calibration.collecting import CollectedPoses
-from kinematics_service.diagnosis.calibration.corrections import corrected_robot
+from kinematics_service.apps.calibration.collecting import CollectedPoses
+from kinematics_service.apps.calibration.corrections import corrected_robot
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 from kinematics_service.rigid_motion import exponential
 from kinematics_service.robot.file.parts.description import Uncertainty

@@ -3,15 +3,21 @@ Who may import what, and how files look: the rules of the design that a program 
 
     python test/test_architecture.py [folder of the package]
 
-prints the rooms of the package, the arrows of imports between them, layers and circles.
+prints the rooms of the package, the arrows of imports between them, layers and circles, and the
+lines of the core's rooms and of the apps.
 """
 
 import ast
+import io
 import subprocess
 import sys
+import tokenize
+from collections import Counter
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
+
+import pytest
 
 import kinematics_service as ks
 
@@ -35,6 +41,8 @@ ROOMS = (
     'robot/file/writing',
     'robot/file',
     'robot',
+    'robot/urdf',
+    'robot/tables',
     'kinematics',
     'kinematics/inverse/problem',
     'kinematics/inverse/self_motion',
@@ -43,34 +51,58 @@ ROOMS = (
     'kinematics/family_paths',
     'kinematics/uncertainty',
     'estimation',
-    'symbolic/algebra',
-    'symbolic',
-    'symbolic/output',
-    'symbolic/formulas/text',
-    'symbolic/formulas/arm',
-    'symbolic/formulas/statements',
-    'symbolic/formulas/causes',
-    'symbolic/formulas',
-    'formats/urdf',
-    'formats/recordings',
-    'formats/images',
-    'formats/datasets',
-    'formats/tables',
-    'diagnosis/frame_check',
-    'diagnosis/audit',
-    'diagnosis/audit/report',
-    'diagnosis/audit/dataset',
-    'diagnosis/calibration',
-    'display/plots',
-    'display/view',
-    'display',
-    'ros/parameters',
-    'ros/messages',
-    'ros/node',
-    'ros/process',
-    'ros/tools',
+    'node/parameters',
+    'node/drawing',
+    'node/messages',
+    'node',
+    'node/process',
     'cli',
+    'apps/checking',
+    'apps/checking/commands',
+    'apps/recordings/readers',
+    'apps/recordings/datasets',
+    'apps/recordings/audit',
+    'apps/recordings/audit/report',
+    'apps/recordings/audit/dataset',
+    'apps/recordings/commands',
+    'apps/demo',
+    'apps/demo/commands',
+    'apps/calibration/boards',
+    'apps/calibration',
+    'apps/calibration/output',
+    'apps/calibration/commands',
+    'apps/pictures/plots',
+    'apps/pictures/view',
+    'apps/pictures',
+    'apps/pictures/commands',
+    'apps/formulas/derive/algebra',
+    'apps/formulas/derive',
+    'apps/formulas/derive/output',
+    'apps/formulas/compare/text',
+    'apps/formulas/compare/arm',
+    'apps/formulas/compare/statements',
+    'apps/formulas/compare/causes',
+    'apps/formulas/compare',
+    'apps/formulas/commands',
 )
+# The core, from the lowest to the highest; all else is an app of `apps/`.
+CORE = ('kernel', '', 'robot', 'kinematics', 'estimation', 'node', 'cli')
+# The other apps that an app may use; docs/architecture.md says what for.
+OF_APPS = {
+    'apps/recordings': {'apps/checking'},
+    'apps/calibration': {'apps/recordings', 'apps/checking'},
+    'apps/pictures': {'apps/recordings'},
+    'apps/formulas': {'apps/pictures'},
+}
+# Imports between apps that are to go: no row is added, and a row whose import has gone goes, too.
+EXCEPTIONS = {
+    ('apps/demo/demo.py', 'apps/recordings/readers/recording.py'),
+    ('apps/demo/virtual_arm.py', 'apps/recordings/readers/recording.py'),
+}
+# Lines of code, without docstrings, comments and blanks: of the core with the kernel, of an app.
+CORE_LINES, APP_LINES = 30_000, 8_000
+# What is larger today; a row shrinks with its area, and goes.
+TOO_LARGE = {'core': 32_450, 'apps/formulas': 8_340}
 # They lead into the house: from them every room may be entered.
 DOORS = ('__init__.py', '__main__.py')
 
@@ -90,9 +122,19 @@ def one_of(*names):
 
 # What is imported, and the files or folders that may.
 RULES = {
-    'ROS': (of_ros, ('ros/',)),
+    'ROS': (
+        of_ros,
+        (
+            'node/',
+            'apps/demo/',
+            'apps/calibration/calibration_session.py',
+            'apps/pictures/view/view_listener.py',
+            'apps/pictures/view/view_outputs.py',
+            'apps/pictures/view/view_session.py',
+        ),
+    ),
     'compilers': (one_of('numba', 'llvmlite', 'Cython', 'cython'), ()),
-    'sympy': (one_of('sympy', 'mpmath'), ('symbolic/',)),
+    'sympy': (one_of('sympy', 'mpmath'), ('apps/formulas/',)),
     'YAML': (
         one_of('yaml', 'ruamel'),
         (
@@ -101,33 +143,40 @@ RULES = {
             'robot/file/writing/writer.py',
         ),
     ),
-    'matplotlib': (one_of('matplotlib'), ('display/plots/',)),
-    'the viewer': (one_of('viser', 'trimesh'), ('display/view/',)),
+    'matplotlib': (one_of('matplotlib'), ('apps/pictures/plots/',)),
+    'the viewer': (one_of('viser', 'trimesh'), ('apps/pictures/view/',)),
     'XML': (
         one_of('xml', 'lxml', 'defusedxml'),
-        ('formats/urdf/document.py', 'formats/urdf/writer.py'),
+        ('robot/urdf/document.py', 'robot/urdf/writer.py'),
     ),
     'pyarrow and h5py': (
         one_of('pyarrow', 'h5py'),
         (
-            'formats/datasets/',
-            'diagnosis/audit/dataset/labels.py',
-            'diagnosis/audit/dataset/episode_audit.py',
+            'apps/recordings/datasets/',
+            'apps/recordings/audit/dataset/labels.py',
+            'apps/recordings/audit/dataset/episode_audit.py',
         ),
     ),
-    'OpenCV': (one_of('cv2'), ('formats/images/opencv.py',)),
+    'OpenCV': (one_of('cv2'), ('apps/calibration/boards/opencv.py',)),
     'dask': (one_of('dask', 'distributed'), ('kinematics/sweep.py',)),
     'rosbags': (
         one_of('rosbags'),
         (
-            'formats/recordings/bag_reader.py',
-            'formats/recordings/ros1_index.py',
-            'formats/recordings/unpacking.py',
-            'diagnosis/audit/report/bag_writer.py',
+            'apps/recordings/readers/bag_reader.py',
+            'apps/recordings/readers/ros1_index.py',
+            'apps/recordings/readers/unpacking.py',
+            'apps/recordings/audit/report/bag_writer.py',
         ),
     ),
     'scipy': (one_of('scipy'), ()),
 }
+
+
+NO_CODE = {
+    *(tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT),
+    tokenize.ENDMARKER,
+}
+DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 @cache
@@ -198,6 +247,32 @@ def room_of(file):
     return folder
 
 
+def area_of(file):
+    """Return the room of the core, or the app, that a file belongs to."""
+    folders = file.split('/')[:-1]
+    return '/'.join(folders[: 2 if folders[:1] == ['apps'] else 1])
+
+
+def lines_of_code(file, package=PACKAGE):
+    """Return the number of lines with a token, without docstrings and comments."""
+    text = (package / file).read_text(encoding='utf-8')
+    lines = set()
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type not in NO_CODE:
+            lines.update(range(token.start[0], token.end[0] + 1))
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+            lines.difference_update(range(node.body[0].lineno, node.body[0].end_lineno + 1))
+    return len(lines)
+
+
+def lines_of_areas(package=PACKAGE):
+    lines = Counter()
+    for file in files(package):
+        lines[area_of(file)] += lines_of_code(file, package)
+    return lines
+
+
 def circles(graph):
     """Return the groups of nodes that reach each other."""
     reach = {node: reached_from(graph, node) for node in graph}
@@ -235,7 +310,7 @@ def reached_from(graph, start):
 
 
 def test_there_is_something_to_check():
-    assert {'kernel/forward/chain_pass.py', 'ros/node/node.py', 'cli/fk.py'} <= set(files())
+    assert {'kernel/forward/chain_pass.py', 'node/node.py', 'cli/fk.py'} <= set(files())
     assert all(any(room_of(file) == room for file in files()) for room in ROOMS)
     assert 'robot/chain.py' in arrows()['robot/robot.py']
 
@@ -249,6 +324,41 @@ def test_imports_run_downwards():
         if ROOMS.index(room_of(target)) > ROOMS.index(room_of(file))
     }
     assert not upward
+
+
+def test_the_core_imports_no_app_and_an_app_no_other():
+    found = set()
+    for file, targets in arrows().items():
+        for target in targets if file not in DOORS else ():
+            above, below = area_of(file), area_of(target)
+            if above in CORE:
+                may = CORE[: CORE.index(above) + 1]
+            else:
+                may = {*CORE, above, *OF_APPS.get(above, ())}
+            if below not in may:
+                found.add((file, target))
+    assert found == EXCEPTIONS
+
+
+def test_the_apps_are_those_of_the_page():
+    page = (Path(__file__).parents[1] / 'docs' / 'architecture.md').read_text(encoding='utf-8')
+    apps = {area_of(file) for file in files()} - {*CORE, 'apps'}
+    assert OF_APPS.keys() < apps
+    assert all(f'`{app}/`' in page for app in apps)
+    for app, used in OF_APPS.items():
+        names = ', '.join(sorted(one.removeprefix('apps/') for one in used))
+        assert f'{app.removeprefix("apps/")} -> {names}' in page
+
+
+@pytest.mark.slow
+def test_the_core_and_each_app_can_be_held():
+    lines = lines_of_areas()
+    sums = {'core': sum(lines[room] for room in CORE)}
+    sums |= {area: count for area, count in lines.items() if area not in CORE}
+    most = {area: CORE_LINES if area == 'core' else APP_LINES for area in sums}
+    larger = {area for area in sums if sums[area] > most[area]}
+    assert larger == TOO_LARGE.keys()
+    assert all(sums[area] <= TOO_LARGE[area] for area in larger), sums
 
 
 def test_imports_never_run_in_a_circle():
@@ -302,7 +412,8 @@ def modules_after(code, whole=False):
 def test_the_library_needs_neither_ros_nor_sympy_nor_matplotlib():
     loaded = modules_after(
         'import kinematics_service as ks\n'
-        'names = [name for name, home in ks._HOME.items() if not home.startswith(".symbolic")]\n'
+        'formulas = ".apps.formulas."\n'
+        'names = [name for name, home in ks._HOME.items() if not home.startswith(formulas)]\n'
         '[getattr(ks, name) for name in names]\n'
         "ks.singularity(ks.load_robot('craig_3r'), [0.1, 0.2, 0.3])"
     )
@@ -321,7 +432,7 @@ def test_importing_the_package_alone_loads_nothing_heavy():
 NOT_AT_THE_START = {
     *('typer', 'click', 'pydantic', 'rich', 'sympy', 'matplotlib', 'viser', 'rosbags', 'scipy'),
     *('importlib.metadata', 'email', 'http', 'xml.etree', 'ruamel'),
-    *(f'{NAME}.{room}' for room in ('symbolic', 'formats', 'diagnosis', 'display', 'ros.tools')),
+    *(f'{NAME}.{room}' for room in ('apps', 'robot.urdf', 'robot.tables', 'node.drawing')),
     *(f'{NAME}.{file}' for file in ('cli.commands', 'printing', 'version')),
 }
 
@@ -329,13 +440,13 @@ NOT_AT_THE_START = {
 def test_the_start_of_the_node_loads_nothing_that_only_a_command_needs(ros_domain):
     loaded = modules_after(
         'from kinematics_service.cli.command_line import run\n'
-        'from kinematics_service.ros.process.spin import Spinner\n'
+        'from kinematics_service.node.process.spin import Spinner\n'
         # Everything up to the first message that could come.
         'Spinner.spin = lambda self, stopped, turn: True\n'
         "assert run(['--robot', 'ur5e']) == 0",
         whole=True,
     )
-    assert {'numpy', f'{NAME}.ros.node.node', f'{NAME}.kernel.forward.chain_pass'} <= loaded
+    assert {'numpy', f'{NAME}.node.node', f'{NAME}.kernel.forward.chain_pass'} <= loaded
     # A package of others may put a module into every start of Python.
     assert not (loaded - modules_after('', whole=True)) & NOT_AT_THE_START
 
@@ -368,6 +479,10 @@ def main():
     print(f'{layers_of(graph)} layers, {len(found)} circles')
     for group in found:
         print('  circle:', *sorted(group))
+    lines = lines_of_areas(package)
+    print(f'{sum(lines[room] for room in CORE):,} lines of {sum(lines.values()):,} are the core')
+    for area, count in lines.most_common():
+        print(f'  {area or "beside the rooms"} {count:,}')
 
 
 if __name__ == '__main__':

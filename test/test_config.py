@@ -70,7 +70,7 @@ def test_the_node_starts_with_what_the_launch_file_gives_it(launch_file, ros_dom
 
 @pytest.mark.parametrize('name', PARAMETER_FILES)
 def test_the_parameters_are_those_of_the_node(name):
-    table = pytest.importorskip('kinematics_service.ros.parameters.table')
+    table = pytest.importorskip('kinematics_service.node.parameters.table')
     known = {one.name: one.default for one in table.PARAMETERS}
     file = yaml.safe_load((CONFIG / name).read_text(encoding='utf-8'))
     for node in file.values():
@@ -89,7 +89,7 @@ def test_the_analyzer_finds_the_statuses_of_the_node(arm):
 
 
 def test_the_curves_of_plotjuggler_are_numbers_of_the_node():
-    topics = pytest.importorskip('kinematics_service.ros.messages.topics')
+    topics = pytest.importorskip('kinematics_service.node.messages.topics')
     kinds = {one.name.replace('~', '/kinematics'): one.type for one in topics.TOPICS}
     layout = ElementTree.parse(CONFIG / 'plotjuggler.xml').getroot()
     curves = [curve.get('name') for curve in layout.iter('curve')]

@@ -165,7 +165,7 @@ def extras_of_setup():
 
 
 def parameters():
-    table = pytest.importorskip('kinematics_service.ros.parameters.table')
+    table = pytest.importorskip('kinematics_service.node.parameters.table')
     return {one.name for one in (table.ROBOT, table.TRANSPORT, table.POINTS, *table.PARAMETERS)}
 
 

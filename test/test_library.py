@@ -270,10 +270,10 @@ def frozen_arrays(robot):
         robot.velocity_limits,
         *robot.chain.table[1:],
         robot.chain.at_rest,
-        robot.task.axes,
-        robot.task.rotation,
-        robot.task.row_scales,
-        robot.task.column_scales,
+        robot.singularity.task.axes,
+        robot.singularity.task.rotation,
+        robot.singularity.task.row_scales,
+        robot.singularity.task.column_scales,
     )
 
 

@@ -870,3 +870,35 @@ def test_a_module_is_translated_again_when_what_it_uses_has_changed(tmp_path, mo
     assert changed('points.py', *fields) == every - {'_alone'}
     # An included file is in all modules, whether they use it or not.
     assert changed('layout/places.py', 'LANES = 16', 'LANES = 8') == every
+
+
+LESSONS = re.compile(r'```python\n(.*?)```\n\n```text\n(.*?)```', re.DOTALL)
+
+
+@in_clone
+def test_the_page_of_the_kernel_shows_what_the_build_writes(tmp_path, monkeypatch):
+    examples = LESSONS.findall((ROOT / 'docs' / 'explanation' / 'kernel.md').read_text())
+    assert len(examples) == 10
+    # The constant comes first, as in every file.
+    texts = [text for text, _ in sorted(examples, key=lambda one: not one[0][0].isupper())]
+    write_smallest(tmp_path)
+    (tmp_path / '__init__.pyi').write_text(
+        ''.join(
+            f'from .lessons import {name} as {name}\n' for name in ('mean', 'Track', 'lengths')
+        )
+    )
+    imports = 'import math\nfrom .layout import arrays\n'
+    imports += 'from .layout.arrays import Flat, Floats, Public, Vector\n'
+    (tmp_path / 'lessons.py').write_text(imports + '\n'.join(texts))
+    monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
+    import kernel_types
+
+    monkeypatch.setattr(kernel_types, 'AVX2', {})
+    monkeypatch.setattr(kernel_types, 'INLINE', {})
+    types = kernel_types.KernelTypes(
+        tmp_path, ('places', 'arrays', 'pairs'), {'_lessons': ['lessons']}
+    )
+    types.check()
+    written = types.source('_lessons')
+    for _, cython in examples:
+        assert cython in written, cython

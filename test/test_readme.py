@@ -34,7 +34,7 @@ def rows(text):
 
 
 def test_every_topic_stands_in_its_table_with_its_type(made):
-    topics = pytest.importorskip('kinematics_service.ros.messages.topics')
+    topics = pytest.importorskip('kinematics_service.node.messages.topics')
     cells = {row[0].strip('`'): row[1] for row in rows(made['topics']())}
     told = {name: re.match(r'\*\w+/(\w+)\*: .', cell)[1] for name, cell in cells.items()}
     expected = {topic.name: topic.type.__name__ for topic in topics.TOPICS}
@@ -60,7 +60,7 @@ def test_every_topic_stands_in_its_table_with_its_type(made):
 
 
 def test_every_parameter_stands_in_its_table_with_its_default(made):
-    table = pytest.importorskip('kinematics_service.ros.parameters.table')
+    table = pytest.importorskip('kinematics_service.node.parameters.table')
     told = {row[0].strip('`'): row[1].strip('`') for row in rows(made['parameters']())}
     assert told == {
         parameter.name: written(parameter.default)

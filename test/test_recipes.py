@@ -259,7 +259,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
-from kinematics_service.ros.node.node import KinematicsNode
+from kinematics_service.node.node import KinematicsNode
 
 context = Context()
 rclpy.init(args=['recipe'], context=context)
@@ -284,9 +284,9 @@ assert heard and abs(heard[0].data - 0.5 * reach) < 1e-12, heard
 
 def test_a_topic(package, ros_domain):
     pytest.importorskip('rclpy')
-    file = 'ros/messages/output_messages.py'
+    file = 'node/messages/output_messages.py'
     package.insert(file, SPEED, before='\n\ndef link_frames_template(')
-    file = 'ros/messages/topics.py'
+    file = 'node/messages/topics.py'
     package.insert(file, '    speed_numbers,\n', before='    twist_template,\n')
     row = "    OutputTopic('~/speed', Float64, scalar_template, speed_numbers, of_motion=True),\n"
     package.insert(file, row, before='    *(\n        OutputTopic(')

@@ -16,7 +16,6 @@ _is_command = (_program == '-m' and __name__ in sys.orig_argv) or _program.endsw
 if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
-from functools import partial  # noqa: E402
 from importlib import import_module  # noqa: E402
 
 # The public names and their modules are said once, in the stub, for type checkers and for this:
@@ -26,26 +25,16 @@ with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:
 
 __all__ = list(_HOME)
 
-from .notebook import VIEWS  # noqa: E402
 from .robot.file.translation import TRANSLATORS, RobotText  # noqa: E402
 
 
 def _translate_urdf(content: bytes, file: str, base: str, tip: str) -> RobotText:
-    from .formats.urdf.importer import urdf_as_robot_file  # loaded for the first URDF
+    from .robot.urdf.importer import urdf_as_robot_file  # loaded for the first URDF
 
     return urdf_as_robot_file(content, file, base, tip)
 
 
 TRANSLATORS.update(dict.fromkeys(('.urdf', '.xacro', '.xml'), _translate_urdf))
-
-
-def _view(kind: str, result: object) -> str:
-    from .display import notebook  # loaded for the first result that is shown
-
-    return notebook.html_of(result) if kind == 'html' else notebook.latex_of(result)
-
-
-VIEWS.update({kind: partial(_view, kind) for kind in ('html', 'latex')})
 
 
 def __getattr__(name: str) -> object:

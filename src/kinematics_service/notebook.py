@@ -1,19 +1,15 @@
-"""
-Results show themselves in a notebook, by a view that belongs to a room above all of them.
-"""
+"""Results show themselves in a notebook, by views of apps: None where the app was removed."""
 
-from collections.abc import Callable
-from typing import Any
-
-# By the kind of view, `html` or `latex`. The package itself, which knows the room, puts them here.
-VIEWS: dict[str, Callable[[Any], str]] = {}
+from .app_modules import app_module
 
 
-def as_html(result: object) -> str:
+def as_html(result: object) -> str | None:
     """Return a result as a notebook shows it; it is the result's `_repr_html_`."""
-    return VIEWS['html'](result)
+    pictures = app_module('html')
+    return pictures.html_of(result) if pictures else None
 
 
-def as_latex(result: object) -> str:
+def as_latex(result: object) -> str | None:
     """Return a result as formulas; it is the result's `_repr_latex_`."""
-    return VIEWS['latex'](result)
+    formulas = app_module('latex')
+    return formulas.latex_of(result) if formulas else None

@@ -20,7 +20,7 @@ from arms import BUNDLED, LOOPED
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.cli import command_line, commands
+from kinematics_service.cli import commands
 from kinematics_service.cli.arguments import join_numbers, split_ros_arguments
 from kinematics_service.cli.commands import TYPER_WORDS
 from kinematics_service.robot.bundled import GROUPS
@@ -132,7 +132,7 @@ def test_the_completion_shown_is_that_of_the_installed_program(capsys, monkeypat
 def test_an_option_of_several_values_has_as_many_where_it_is_not_given(command):
     # typer before 0.10 cannot turn None into a tuple, and every call of the command fails.
     of_file = commands.RENAMED.get(command, command.replace('-', '_'))
-    module = import_module(f'kinematics_service.cli.{of_file}')
+    module = import_module(f'{commands.home_of(command)}.{of_file}')
     for name, parameter in inspect.signature(getattr(module, of_file)).parameters.items():
         if 'tuple[' in str(parameter.annotation).lower():
             default = getattr(parameter.default, 'default', parameter.default)
@@ -561,9 +561,9 @@ def test_ros_arguments_are_cut_out_wherever_they_stand(argv, ours, ros):
 
 
 def stand_in(monkeypatch, module, function, code):
-    # A module of the ROS folder that only notes how it was called.
+    # A module that needs ROS, which only notes how it was called.
     calls = []
-    fake = types.ModuleType(f'kinematics_service.ros.{module}')
+    fake = types.ModuleType(f'kinematics_service.{module}')
 
     def note(*arguments):
         calls.append(arguments)
@@ -576,7 +576,7 @@ def stand_in(monkeypatch, module, function, code):
 
 @pytest.mark.parametrize('code', [0, 1, 2])
 def test_without_a_command_the_node_runs_and_its_exit_code_is_ours(monkeypatch, code):
-    calls = stand_in(monkeypatch, 'process.runner', 'run_node', code)
+    calls = stand_in(monkeypatch, 'node.process.runner', 'run_node', code)
     assert main(['--ros-args', '-r', '__ns:=/left', '--', '--allow-mixed-ros']) == code
     assert main(['--robot', 'ur5e', '--allow-unsecured']) == code
     assert main(['--managed', '--robot', 'ur5e']) == code
@@ -614,7 +614,7 @@ STARTS = (
 
 @pytest.mark.parametrize('argv', STARTS, ids=' '.join)
 def test_a_start_of_the_node_means_the_same_to_typer(monkeypatch, capsys, argv):
-    calls = stand_in(monkeypatch, 'process.runner', 'run_node', 0)
+    calls = stand_in(monkeypatch, 'node.process.runner', 'run_node', 0)
     code, said = main(argv), capsys.readouterr()
     monkeypatch.setattr('kinematics_service.cli.command_line.plain_options', lambda ours: None)
     assert (main(argv), capsys.readouterr()) == (code, said)
@@ -625,8 +625,8 @@ def test_a_start_of_the_node_means_the_same_to_typer(monkeypatch, capsys, argv):
 def test_demo_and_echo_hand_on_what_they_were_told(monkeypatch, tmp_path):
     recording = tmp_path / 'recorded.csv'
     recording.write_text('')
-    demos = stand_in(monkeypatch, 'tools.demo', 'run_demo', 0)
-    echoes = stand_in(monkeypatch, 'tools.echo', 'run_echo', 0)
+    demos = stand_in(monkeypatch, 'apps.demo.demo', 'run_demo', 0)
+    echoes = stand_in(monkeypatch, 'apps.demo.echo', 'run_echo', 0)
     assert main(['demo', '--ros-args', '-r', 'a:=b']) == 0
     assert main(['demo', '--duration', '2', '--trajectory', 'sine', '--robot', 'ur5e']) == 0
     assert main(['demo', '--replay', str(recording)]) == 0
@@ -641,7 +641,7 @@ def test_demo_and_echo_hand_on_what_they_were_told(monkeypatch, tmp_path):
 
 def test_without_ros_the_node_says_how_to_get_it(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, 'rclpy', None)
-    for module in [name for name in sys.modules if name.startswith('kinematics_service.ros.')]:
+    for module in [name for name in sys.modules if name.startswith('kinematics_service.node.')]:
         monkeypatch.delitem(sys.modules, module)
     err = refusal(capsys, code=1)
     assert len(err.splitlines()) == 1
@@ -677,7 +677,8 @@ def test_ctrl_c_ends_with_130_and_no_words(capsys, monkeypatch):
 
 
 def test_options_are_typed_as_the_oldest_typer_reads_them():
-    for file in Path(command_line.__file__).parent.glob('*.py'):
+    package = Path(ks.__file__).parent
+    for file in [*package.glob('cli/*.py'), *package.glob('apps/*/commands/*.py')]:
         for node in ast.walk(ast.parse(file.read_text(encoding='utf-8'))):
             if isinstance(node, ast.Subscript) and ast.unparse(node.value) == 'Annotated':
                 assert '|' not in ast.unparse(node.slice.elts[0]), f'{file}:{node.lineno}'
@@ -802,8 +803,9 @@ def test_a_command_loads_nothing_that_only_others_need():
     printed = [line.split() for line in done.stdout.splitlines() if line.startswith('LOADED')]
     assert len(printed) == len(lines)
     ours = [name.split('.') for name in printed[1] if name.startswith('kinematics_service.')]
-    assert not {name[1] for name in ours} & {'symbolic', 'diagnosis', 'formats', 'display', 'ros'}
-    assert ['kinematics_service', 'cli', 'audit'] not in ours
+    assert not {name[1] for name in ours} & {'apps', 'node'}
+    assert not {tuple(name[1:3]) for name in ours} & {('robot', 'urdf'), ('robot', 'tables')}
+    assert ['kinematics_service', 'cli', 'ik'] not in ours
     assert not {'rclpy', 'sympy', 'matplotlib'} & set(printed[-1])
     assert done.stderr == ''
 
@@ -837,7 +839,7 @@ def test_what_check_finds_is_data_too(capsys, tmp_path):
     robot = ks.load_robot(good)
     assert first['faults'] == first['warnings'] == []
     assert (first['file'], first['robot'], first['dof']) == (str(good), 'puma560', 6)
-    assert first['reach'] == robot.task.reach
+    assert first['reach'] == robot.singularity.task.reach
     assert [pose['agrees'] for pose in first['known_poses']] == [True] * len(first['known_poses'])
     assert second['robot'] is third['robot'] is None
     (fault,) = (one for one in second['faults'] if 'alfa' in one['where'])

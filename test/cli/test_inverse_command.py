@@ -109,6 +109,21 @@ def test_unreachable_is_exit_code_1_with_the_nearest_pose(capsys):
     assert '1.18 m off in position' in streams.out
 
 
+@pytest.mark.parametrize(
+    ('rpy', 'asks'), [('180,0,0', True), ('pi,0,0', False), ('180°,0,0', False)]
+)
+def test_an_orientation_that_looks_like_degrees_is_asked_about(capsys, rpy, asks):
+    _, streams = answer(capsys, '--robot', 'ur5e', '--xyz', '0.3,0.2,0.3', '--rpy', rpy)
+    question = '--rpy is read in radians, and is far out: did you mean --deg?\n'
+    assert streams.err == (question if asks else '')
+
+
+def test_a_target_farther_than_squares_of_doubles_has_a_distance(capsys):
+    code, streams = answer(capsys, '--robot', 'panda', '--xyz', '1e300,0,0')
+    assert code == 1
+    assert 'nearest pose  1e+300 m off in position' in streams.out
+
+
 def test_all_prints_what_is_beyond_the_limits(capsys):
     arguments = ('--robot', 'rrp_elementary', '--xyz', '0.2,0.1,0.5')
     code, streams = answer(capsys, *arguments)

@@ -432,7 +432,7 @@ def test_a_recording_is_not_replaced_by_what_is_made_of_it(folder, capsys, optio
 
 def test_the_bag_of_an_audit_has_checksums(folder, capsys):
     pytest.importorskip('rosbags')
-    from kinematics_service.formats.recordings.bag_checks import UNNOTICED, checked
+    from kinematics_service.apps.recordings.readers.bag_checks import UNNOTICED, checked
 
     assert main(['audit', 'run.csv', '--robot', 'planar_2r', '--out', 'made.mcap']) == 0
     capsys.readouterr()

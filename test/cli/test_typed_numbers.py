@@ -6,7 +6,7 @@ import math
 import pytest
 
 from kinematics_service.__main__ import main
-from kinematics_service.formats.recordings.table_rows import number_of
+from kinematics_service.apps.recordings.readers.table_rows import number_of
 
 
 def q_of(capsys, *argv, robot='planar_2r'):

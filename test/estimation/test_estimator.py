@@ -192,7 +192,9 @@ def stretched(coefficient):
         Row(still, none, Affine(0.0, ((robot.variables[2], coefficient),)), still),
         Row(still, Affine(0.0, ((robot.variables[3], 1.0),)), none, still),
     ]
-    return dataclasses.replace(robot, chain=fold(rows, robot.variables, still, still))
+    chain = fold(rows, robot.variables, still, still)
+    singularity = dataclasses.replace(robot.singularity, chain=chain)
+    return dataclasses.replace(robot, chain=chain, singularity=singularity)
 
 
 def test_a_position_that_cannot_be_computed_with_is_forgotten_with_all_others():

@@ -14,7 +14,7 @@ import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, RefusedMessage
 from kinematics_service.kinematics.singularity import singularity_of
-from kinematics_service.ros.messages.joint_state_reader import JointStateReader
+from kinematics_service.node.messages.joint_state_reader import JointStateReader
 
 pytestmark = pytest.mark.ros
 

@@ -23,8 +23,8 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState
 
 from kinematics_service.errors import WireError
-from kinematics_service.ros.messages import joint_state_reader as wire_reader
-from kinematics_service.ros.messages.joint_state_reader import JointStateReader
+from kinematics_service.node.messages import joint_state_reader as wire_reader
+from kinematics_service.node.messages.joint_state_reader import JointStateReader
 
 pytestmark = pytest.mark.ros
 

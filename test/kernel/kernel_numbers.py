@@ -75,7 +75,7 @@ def arm_of(name):
     table = robot.chain.table
     arrays = [rounded(array) for array in table[1:]]
     chain = kernel.Chain(type(table)(table.dof, *arrays))
-    task = robot.task
+    task = robot.singularity.task
     rows = [task.axes, task.rotation, task.row_scales, task.column_scales]
     rows = [rounded(array) for array in rows]
     kernel_rows = kernel.TaskRows(task.generic_rank, *rows)

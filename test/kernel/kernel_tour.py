@@ -179,8 +179,8 @@ def poses(robot: Robot, random: np.random.Generator):
         for k in range(SINGLY):
             ks.evaluate(robot, q[k], qdot[k])
             ks.forward_kinematics(robot, q[k])
-        if robot.factors:
-            robot.factors.evaluate(q[:SINGLY])
+        if robot.singularity.factors:
+            robot.singularity.factors.evaluate(q[:SINGLY])
     kernel.quaternions(
         batch.link_frames.reshape(-1, 4, 4), np.empty((q.shape[0] * robot.chain.frames, 4))
     )
@@ -195,8 +195,8 @@ def nearest_singular_poses(robot: Robot, random: np.random.Generator):
         assert found.clearance.size == found.distance.size == SINGLY
         for k in range(SINGLY):
             state = ks.evaluate(robot, q[k], qdot[k])
-            search = kernel.NearestSearch(robot.arm)
-            kernel.measure_one(search, state.row, np.empty(robot.measure_places.width))
+            search = kernel.NearestSearch(robot.singularity.arm)
+            kernel.measure_one(search, state.row, np.empty(robot.singularity.measure_places.width))
             ks.singularity(robot, q[k], qdot[k])
             ks.evaluate(robot, q[k], measured=True)
 
@@ -253,7 +253,7 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
             sources=np.array([3, 7, row + kernel.DISTANCE]),
         )
     )
-    beyond = row + robot.measure_places.width
+    beyond = row + robot.singularity.measure_places.width
     uncertain = kernel.OutgoingMessages(
         kernel.OutgoingTable(
             np.zeros(12 + 8 * 73, np.uint8),
@@ -288,7 +288,7 @@ def targets(robot: Robot, random: np.random.Generator):
         far = state.pose.copy()
         far[:3, 3] += 1e3
         # Plain Python takes minutes for all curves of solutions: they are visited one by one.
-        if robot.task.square:
+        if robot.singularity.task.square:
             ks.inverse_kinematics(robot, state.pose, curves=False)
         ks.inverse_kinematics(robot, state.pose, near=q, all_solutions=False)
         if robot.dof == len(ROW_NAMES):
@@ -326,6 +326,7 @@ def curves(robot: Robot, q: np.ndarray):
     for side in (1.0, -1.0):
         kernel.trace(point, psi, side, samples, np.zeros(1, int))
     kernel.passes(point, samples, psi)
+    kernel.write_derivative(point, psi, np.zeros((n - 1, n)))
     path = kernel.CurvePath(point, samples[:, :n].copy(), samples[:, n:].copy(), np.eye(n))
     middle = samples[4, :n]
     limits = np.stack([middle - 0.1, middle + 0.1], axis=1)
@@ -396,9 +397,9 @@ def wide_arm() -> Robot:
     text = ks.bundled_robots()['planar_3r'].read_text(encoding='utf-8')
     text = text.partition('singularity:')[0] + 'singularity: {task: [x, y]}\n'
     spans = np.array([[0.0, 0.0, np.inf], [-3.0, 6.0, np.inf], [0.0, 0.0, np.inf]])
-    with mock.patch('kinematics_service.robot.robot.joint_spans', return_value=spans):
+    with mock.patch('kinematics_service.robot.singularity_model.joint_spans', return_value=spans):
         robot = ks.robot_from_text(text)
-        robot.arm.atlas()
+        robot.singularity.arm.atlas()
     return robot
 
 
@@ -410,9 +411,11 @@ def few_seeds(name: str) -> Robot:
         spans[: chain.dof - 2, 1] = 0.0
         return spans
 
-    with mock.patch('kinematics_service.robot.robot.joint_spans', side_effect=spans_of_two):
+    with mock.patch(
+        'kinematics_service.robot.singularity_model.joint_spans', side_effect=spans_of_two
+    ):
         robot = ks.robot_from_text(ks.bundled_robots()[name].read_text(encoding='utf-8'))
-        robot.arm.atlas()
+        robot.singularity.arm.atlas()
     return robot
 
 
@@ -420,7 +423,7 @@ def visit(robot: Robot):
     random = np.random.default_rng(7)
     details(random)
     poses(robot, random)
-    judged = robot if robot.task.square else wide_arm()
+    judged = robot if robot.singularity.task.square else wide_arm()
     nearest_singular_poses(judged, random)
     for source in ('auto', 'message', 'difference'):
         messages(judged, random, source)

@@ -268,23 +268,23 @@ def test_the_kernel_refuses_arrays_it_cannot_read(wrong):
     robot = robot_of('ur5e')
     row = np.empty(robot.chain.single_widths[kernel.JACOBIAN])
     with pytest.raises(TypeError):
-        kernel.evaluate_one(robot.arm, wrong, np.zeros(6), row)
+        kernel.evaluate_one(robot.chain, wrong, np.zeros(6), row)
     with pytest.raises(TypeError, match='shorter than'):
-        kernel.evaluate_one(robot.arm, np.zeros(6), np.zeros(6), np.empty(20))
+        kernel.evaluate_one(robot.chain, np.zeros(6), np.zeros(6), np.empty(20))
     row.setflags(write=False)
     with pytest.raises(TypeError, match='array of float64'):
-        kernel.evaluate_one(robot.arm, np.zeros(6), np.zeros(6), row)
+        kernel.evaluate_one(robot.chain, np.zeros(6), np.zeros(6), row)
 
 
 def test_the_kernel_refuses_what_is_no_arm():
-    chain, arm = robot_of('ur5e').chain, robot_of('ur5e').arm
+    chain, arm = robot_of('ur5e').chain, robot_of('ur5e').singularity.arm
     row = np.empty(chain.single_widths[kernel.JACOBIAN])
     with pytest.raises(TypeError, match='not None'):
         kernel.evaluate_one(None, np.zeros(6), np.zeros(6), row)
     with pytest.raises(TypeError, match='not None'):
         kernel.evaluate(None, np.zeros((1, 6)), np.zeros((1, 6)), kernel.POSE, row[None])
-    other = robot_of('craig_3r')
-    for task, tape in ((arm.task, other.arm.tape), (other.arm.task, arm.tape)):
+    other = robot_of('craig_3r').singularity.arm
+    for task, tape in ((arm.task, other.tape), (other.task, arm.tape)):
         with pytest.raises(TypeError, match='do not go together'):
             kernel.Arm(other.chain, task, tape, False, kernel.DISTANCE, 0.1, 0.0)
 
@@ -310,7 +310,7 @@ def test_a_chain_whose_arrays_do_not_go_together_is_refused(wrong):
 
 
 def test_a_tape_whose_steps_need_later_ones_is_refused():
-    factors = robot_of('ur5e').factors
+    factors = robot_of('ur5e').singularity.factors
     late = factors.operations.copy()
     late[-1, 1] = len(late)
     with pytest.raises(TypeError, match='do not go together'):
@@ -321,7 +321,7 @@ def test_a_tape_whose_steps_need_later_ones_is_refused():
 
 @pytest.mark.slow
 def test_what_the_kernel_reads_of_an_arm_is_kept():
-    task = robot_of('ur5e').task
+    task = robot_of('ur5e').singularity.task
     axes = task.axes.copy()
     rows = kernel.TaskRows(
         task.generic_rank, axes, task.rotation, task.row_scales, task.column_scales
@@ -431,11 +431,11 @@ def test_measures_of_a_batch_are_those_of_its_poses_one_by_one_to_the_last_bit(n
     robot = ks.load_robot(name)
     q = singular_poses(robot)
     rows = ks.evaluate(robot, q).row
-    together, singly = np.empty((2, len(q), robot.measure_places.width))
+    together, singly = np.empty((2, len(q), robot.singularity.measure_places.width))
     with np.errstate(all='ignore'):
-        kernel.measure(robot.arm, rows, q, together)
+        kernel.measure(robot.singularity.arm, rows, q, together)
         for k in range(len(q)):
-            kernel.measure(robot.arm, rows[k : k + 1], q[k : k + 1], singly[k : k + 1])
+            kernel.measure(robot.singularity.arm, rows[k : k + 1], q[k : k + 1], singly[k : k + 1])
     for k in range(len(q)):
         assert together[k].tobytes() == singly[k].tobytes(), k
 
@@ -445,11 +445,11 @@ def test_measures_of_a_huge_arm_are_those_of_its_poses_one_by_one_too():
     robot = ks.load_robot('ur5e')
     q = singular_poses(robot)
     rows = ks.evaluate(robot, q).row * 1e90
-    together, singly = np.empty((2, len(q), robot.measure_places.width))
+    together, singly = np.empty((2, len(q), robot.singularity.measure_places.width))
     with np.errstate(all='ignore'):
-        kernel.measure(robot.arm, rows, q, together)
+        kernel.measure(robot.singularity.arm, rows, q, together)
         for k in range(len(q)):
-            kernel.measure(robot.arm, rows[k : k + 1], q[k : k + 1], singly[k : k + 1])
+            kernel.measure(robot.singularity.arm, rows[k : k + 1], q[k : k + 1], singly[k : k + 1])
     assert together.tobytes() == singly.tobytes()
 
 

@@ -11,8 +11,8 @@ import kinematics_service as ks
 from kinematics_service.kinematics.clearance import clearances
 from kinematics_service.kinematics.inverse.problem.target import ik_target_of
 from kinematics_service.kinematics.inverse.self_motion.best_posture import (
+    COST_OF_DISTANCE,
     CRITERIA,
-    FARTHER,
     best_posture,
     has_arcs,
     place_on_arc,
@@ -84,7 +84,7 @@ def test_the_best_posture_of_the_arc_is_the_best_of_its_samples(name, rows, axis
         found = value_of(robot, criterion, best.q)
         # Of clearance some samples alone are looked at; what is farther has to be better.
         slack = 0.05 * max(values) if criterion == 'clearance' else 0.0
-        slack += FARTHER * arc.length
+        slack += COST_OF_DISTANCE * arc.length
         assert max(values) - slack < found
         assert found > value_of(robot, criterion, q) - slack
         assert best.left == 0.0
@@ -171,6 +171,6 @@ def test_a_singular_posture_has_no_arc():
 def test_an_arm_without_a_joint_more_has_no_arcs():
     robot = robot_of('ur5e')
     q = poses_within(robot, 1)[0]
-    assert not has_arcs(robot, robot.task.rows, '')
+    assert not has_arcs(robot, robot.singularity.task.rows, '')
     assert has_arcs(robot, ('x', 'y', 'z'), 'z')
     assert best_posture(robot, target_at(robot, q, None, None), q, 'margin', STEP) is None

@@ -39,7 +39,9 @@ def test_no_singular_pose_is_nearer_than_the_clearance(name):
     # A tenth of a second each where many joints are redundant.
     q = judged_poses(robot, 150 if robot.dof < 8 else 8)
     found = ks.singularity(robot, q)
-    distance = np.linalg.norm((found.nearest_singular - q) / robot.task.column_scales, axis=1)
+    distance = np.linalg.norm(
+        (found.nearest_singular - q) / robot.singularity.task.column_scales, axis=1
+    )
     there = np.isfinite(distance)
     assert np.all(found.clearance >= 0.0)
     assert np.all(found.clearance <= kernel.FARTHEST)
@@ -116,7 +118,7 @@ def bent(robot, q, motion, order):
         3: ((-2, -0.5), (-1, 1), (1, -1), (2, 0.5)),
         4: ((-2, 1), (-1, -4), (0, 6), (1, -4), (2, 1)),
     }[order]
-    scales = robot.task.column_scales
+    scales = robot.singularity.task.column_scales
     J = sum(
         weight * brute_force.scaled_jacobian(robot, q + k * STEP * motion * scales)
         for k, weight in weights
@@ -131,7 +133,7 @@ def bent(robot, q, motion, order):
 def test_the_jacobian_bends_no_more_than_its_bounds_say(name):
     robot = robot_of(name)
     strokes = np.max(np.abs(np.clip(robot.limits, -1.0, 1.0)), axis=1)
-    bounds = find_bounds(robot.chain, robot.task, strokes)
+    bounds = find_bounds(robot.chain, robot.singularity.task, strokes)
     random = np.random.default_rng(0)
     low, high = np.clip(robot.limits, -1.0, 1.0).T
     q = random.uniform(low, high, (300, robot.dof))

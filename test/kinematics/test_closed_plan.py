@@ -52,7 +52,7 @@ def test_a_plan_over_a_dead_centre_is_refuted_there():
 def test_of_loops_nothing_but_joints_is_called_proved(name):
     robot = robot_of(name)
     middle = robot.chain.closure.assembled()
-    steps = 0.005 * np.arange(1, robot.dof + 1) * robot.task.column_scales
+    steps = 0.005 * np.arange(1, robot.dof + 1) * robot.singularity.task.column_scales
     check = ks.check_plan(robot, [0.0, 1.0], [middle, middle + steps], speed_limit=99.0)
     assert check.closure.verdict == 'not decided'
     assert check.singularity.verdict != 'proved'

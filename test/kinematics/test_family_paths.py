@@ -20,7 +20,7 @@ def position_arm():
 def joint_paths(robot, count, seed=0, count_of_targets=N, step=0.19):
     """Return straight joint paths inside the limits that keep away from singular poses."""
     random, (low, high) = np.random.default_rng(seed), robot.limits.T
-    scales = np.array(robot.task.column_scales)
+    scales = np.array(robot.singularity.task.column_scales)
     paths = []
     while len(paths) < count:
         way = random.uniform(-step, step, robot.dof) * scales
@@ -45,7 +45,7 @@ def assert_it_follows(robot, targets, result, distance=0.03, step=STEP):
     q = result.path.q
     low, high = robot.limits.T
     assert np.all((q > low - 1e-6) & (q < high + 1e-6))
-    steps = np.abs(np.diff(q, axis=0)) / robot.task.column_scales
+    steps = np.abs(np.diff(q, axis=0)) / robot.singularity.task.column_scales
     assert steps.max(initial=0.0) <= step
     T = ks.forward_kinematics(robot, q)
     at = T if targets.ndim == 3 else T[:, :3, 3]

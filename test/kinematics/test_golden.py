@@ -63,13 +63,13 @@ def test_pose_jacobian_and_twist(system, name):
 @pytest.mark.parametrize(('system', 'name'), PAIRS)
 def test_task_rows_are_the_documents(system, name):
     rows = [TASK_ROWS[i] for i in golden(system)['task_rows']]
-    assert list(robot_of(name).task.rows) == rows
+    assert list(robot_of(name).singularity.task.rows) == rows
 
 
 @pytest.mark.parametrize(('system', 'name'), PAIRS)
 def test_determinant_rank_and_singular_values(system, name):
     data, robot = golden(system), unscaled(name)
-    deficient = robot.task.structurally_deficient
+    deficient = robot.singularity.task.structurally_deficient
     for config in data['configs']:
         found = ks.singularity(robot, config['q'])
         assert found.rank == config['rank_task'], config['name']
@@ -77,7 +77,7 @@ def test_determinant_rank_and_singular_values(system, name):
             found.singular_values, config['sv_task'], rtol=0, atol=ROUND_OFF
         )
         assert found.determinant == pytest.approx(config['task_det'], rel=0, abs=DETERMINANT)
-        product = np.prod(config['sv_task'][: robot.task.generic_rank])
+        product = np.prod(config['sv_task'][: robot.singularity.task.generic_rank])
         expected = product if deficient else config['task_manip']
         assert found.manipulability == pytest.approx(expected, rel=0, abs=ROUND_OFF)
 
@@ -87,14 +87,17 @@ def test_singular_configurations_are_errors_and_lose_a_direction(system, name):
     data, robot = golden(system), robot_of(name)
     for config in data['configs']:
         found = ks.singularity(robot, config['q'])
-        if config['kind'] == 'singular' and config['rank_task'] < robot.task.generic_rank:
+        if (
+            config['kind'] == 'singular'
+            and config['rank_task'] < robot.singularity.task.generic_rank
+        ):
             assert found.distance < 1e-9, config['name']
             assert found.level == ks.Level.ERROR
             J = np.array(config['J'])
-            scale = np.repeat([1.0, 1 / robot.task.length], 3)
+            scale = np.repeat([1.0, 1 / robot.singularity.task.length], 3)
             lost = found.lost_direction * scale
             # No joint moves the tool along the lost direction.
-            weight = np.repeat([1.0, robot.task.length**2], 3)
+            weight = np.repeat([1.0, robot.singularity.task.length**2], 3)
             np.testing.assert_allclose((lost * weight) @ J, 0.0, atol=1e-9)
         if config['kind'] == 'near_singular':
             assert 0.0 < found.distance < 1e-4
@@ -102,7 +105,7 @@ def test_singular_configurations_are_errors_and_lose_a_direction(system, name):
 
 @pytest.mark.parametrize('name', ['six_joint_dh', 'six_joint_dh_unit'])
 def test_joints_one_and_two_share_an_axis_at_every_pose(name):
-    task = robot_of(name).task
+    task = robot_of(name).singularity.task
     assert task.structurally_deficient
     assert task.generic_rank == 5
     assert task.dependent_joints == ('theta1', 'theta2')

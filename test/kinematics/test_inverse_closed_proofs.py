@@ -269,9 +269,11 @@ def test_an_arm_of_any_size_is_the_same_arm(shape, size):
     robot = ks.robot_from_text(text_of('standard', rows, kinds))
     table = np.array(rows) * [size, 1.0, size, 1.0]
     other = ks.robot_from_text(text_of('standard', table.tolist(), kinds))
-    assert other.task.rows == robot.task.rows
-    assert other.task.generic_rank == robot.task.generic_rank
-    assert other.task.length == pytest.approx(size * robot.task.length, rel=1e-9)
+    assert other.singularity.task.rows == robot.singularity.task.rows
+    assert other.singularity.task.generic_rank == robot.singularity.task.generic_rank
+    assert other.singularity.task.length == pytest.approx(
+        size * robot.singularity.task.length, rel=1e-9
+    )
     q = np.array([0.3, -0.8, 1.1, 0.5, 0.7, -0.4])[: len(kinds)]
     assert ks.singularity(other, q).distance == pytest.approx(
         ks.singularity(robot, q).distance, rel=1e-6

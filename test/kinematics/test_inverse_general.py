@@ -444,7 +444,11 @@ def test_the_errors_of_a_target_and_their_jacobian_are_those_of_the_poses(axis):
         kernel.linearise(target.residual, plan.scales, q, error, columns)
         return error, columns.T
 
-    T, R, length = ks.forward_kinematics(robot, q), robot.task.rotation, robot.task.length
+    T, R, length = (
+        ks.forward_kinematics(robot, q),
+        robot.singularity.task.rotation,
+        robot.singularity.task.length,
+    )
     turn = rotation_vector(target.pose[:3, :3] @ T[:3, :3].T)
     if axis:
         a, b = T[:3, 1], target.pose[:3, 1]

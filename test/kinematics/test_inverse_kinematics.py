@@ -45,7 +45,7 @@ def inside_limits(robot, count, seed=0):
 
 def target_of(robot, q):
     T = ks.forward_kinematics(robot, q)
-    return T[:3, 3] if robot.task.rows == ('x', 'y', 'z') else T
+    return T[:3, 3] if robot.singularity.task.rows == ('x', 'y', 'z') else T
 
 
 def away(robot, a, b):
@@ -68,7 +68,7 @@ def assert_honest(robot, target, result):
         T = ks.forward_kinematics(robot, one.q)
         miss = np.linalg.norm(aim[..., -1][:3] - T[:3, 3] if aim.ndim == 2 else aim - T[:3, 3])
         if aim.ndim == 2:
-            miss += robot.task.length * np.linalg.norm(aim[:3, :3] - T[:3, :3])
+            miss += robot.singularity.task.length * np.linalg.norm(aim[:3, :3] - T[:3, :3])
         assert miss < 2 * PROVED
         assert one.residual < PROVED
         assert one.feasible == (not one.beyond)
@@ -116,12 +116,15 @@ def test_one_solution_is_one_of_all(name):
         if name in THREE + CLOSED:
             every = ks.inverse_kinematics(robot, target, near=near)
             middle = plan_for(robot, ROW_NAMES).middle if near is None else near
-            distances = [np.linalg.norm((s.q - middle) / robot.task.column_scales) for s in every]
+            distances = [
+                np.linalg.norm((s.q - middle) / robot.singularity.task.column_scales)
+                for s in every
+            ]
             assert distances == sorted(distances)
             same = [s for s in every if np.max(np.abs(s.q - one[0].q)) < 1e-9]
             assert [s.posture for s in same] == [one[0].posture]
             # Of solutions equally near, as mirrored ones to the middle, it may be any.
-            chosen = np.linalg.norm((one[0].q - middle) / robot.task.column_scales)
+            chosen = np.linalg.norm((one[0].q - middle) / robot.singularity.task.column_scales)
             assert chosen <= distances[0] + 1e-9
         elif name in ON_ONE_AXIS and k < 5:
             every = ks.inverse_kinematics(robot, target, near=near)

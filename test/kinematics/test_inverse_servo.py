@@ -27,13 +27,13 @@ def task_rows(robot, J):
     # By a road of its own: in the axes of frame 0, metres and radians made to compare.
     R = ks.link_frames(robot, np.zeros(robot.dof))[0, :3, :3]
     J = np.concatenate([R.T @ J[:3], R.T @ J[3:]])
-    rows = [ROW_NAMES.index(name) for name in robot.task.rows]
-    weights = np.where(np.array(rows) < 3, 1.0, robot.task.length)
+    rows = [ROW_NAMES.index(name) for name in robot.singularity.task.rows]
+    weights = np.where(np.array(rows) < 3, 1.0, robot.singularity.task.length)
     return J[rows] * (weights if J.ndim == 1 else weights[:, None])
 
 
 def least_squares(robot, q, twist):
-    S = np.where(sliding(robot), robot.task.length, 1.0)
+    S = np.where(sliding(robot), robot.singularity.task.length, 1.0)
     J = task_rows(robot, ks.jacobian(robot, q)) * S
     return S * np.linalg.lstsq(J, task_rows(robot, np.asarray(twist)), rcond=1e-10)[0]
 
@@ -129,7 +129,7 @@ def test_bounded_through_wrist_elbow_and_shoulder_singularities(name, kind, rate
         qdot = np.array([step.qdot for step in steps])
         assert np.all(np.abs(qdot) <= velocity_limits(robot) * (1 + ROUND_OFF))
         # The gain of each direction is at most 1.16 / damped_below, whatever the pose.
-        size = np.linalg.norm(twist * ([1 / robot.task.length] * 3 + [1] * 3))
+        size = np.linalg.norm(twist * ([1 / robot.singularity.task.length] * 3 + [1] * 3))
         free = [np.linalg.norm(step.qdot) for step in steps if not step.held]
         assert max(free) <= 1.16 / DEFAULTS.damped_below * size
         assert np.all((way >= robot.limits[:, 0]) & (way <= robot.limits[:, 1]))
@@ -140,7 +140,7 @@ def test_bounded_through_wrist_elbow_and_shoulder_singularities(name, kind, rate
 def test_what_is_not_lost_is_followed_exactly_at_a_wrist_singularity():
     robot = robot_of('ur5e')
     q = singular(robot, INTO['wrist'])
-    weights = np.array([1] * 3 + [robot.task.length] * 3)
+    weights = np.array([1] * 3 + [robot.singularity.task.length] * 3)
     lost = np.linalg.svd(weights[:, None] * ks.jacobian(robot, q))[0][:, -1]
     twist = np.array([0.03, -0.02, 0.01, 0.05, -0.1, 0.02])
     step = joint_velocity(robot, q, twist)
@@ -153,7 +153,7 @@ def test_what_is_not_lost_is_followed_exactly_at_a_wrist_singularity():
 
 def lost_twist(robot, q):
     # The direction of the tool that no joint motion gives, in base axes and units of its own.
-    weights = np.array([1] * 3 + [robot.task.length] * 3)
+    weights = np.array([1] * 3 + [robot.singularity.task.length] * 3)
     return np.linalg.svd(weights[:, None] * ks.jacobian(robot, q))[0][:, -1] / weights
 
 
@@ -181,7 +181,7 @@ def test_the_share_that_is_followed_is_that_of_the_twist_along_itself():
     robot = robot_of('ur5e')
     q = singular(robot, INTO['wrist'])
     q[4] += 0.01
-    weights = np.array([1] * 3 + [robot.task.length] * 3)
+    weights = np.array([1] * 3 + [robot.singularity.task.length] * 3)
     lost = lost_twist(robot, q)
     kept = ks.jacobian(robot, q)[:, 1]
     for twist in (kept, lost, kept + lost, 1e-3 * kept - lost):
@@ -199,7 +199,7 @@ def test_what_an_arm_can_make_at_no_pose_is_said_away_from_singular_poses_too():
     q = np.array([0.4, 0.9, 0.1, 0.2])
     everything = ServoSettings(rows=ROW_NAMES)
     step = joint_velocity(robot, q, [0, 0, 0.01, 0.02, 0, 0], everything)
-    tilt = (0.02 * robot.task.length) ** 2
+    tilt = (0.02 * robot.singularity.task.length) ** 2
     assert step.followed == pytest.approx(0.01**2 / (0.01**2 + tilt))
     assert step.damping == 0.0
     assert not step.lost
@@ -238,10 +238,10 @@ def test_near_a_singular_pose_it_is_least_squares_damped_by_direction(angle):
     twist = 1e-3 * np.array([0.4, -0.3, 0.5, 0.2, -0.6, 0.3])
     step = joint_velocity(robot, q, twist)
     U, sigma, Vt = np.linalg.svd(task_rows(robot, ks.jacobian(robot, q)))
-    share = sigma / (DEFAULTS.damped_below * robot.task.length)
+    share = sigma / (DEFAULTS.damped_below * robot.singularity.task.length)
     assert share[-1] < 1.0 < share[-2]
     damping = np.sqrt(np.maximum(0.0, 1.0 - share**2))
-    squares = (DEFAULTS.damping * robot.task.length * damping) ** 2
+    squares = (DEFAULTS.damping * robot.singularity.task.length * damping) ** 2
     expected = Vt.T @ (sigma / (sigma**2 + squares) * (U.T @ task_rows(robot, twist)))
     np.testing.assert_allclose(step.qdot, expected, rtol=0, atol=EXACT)
     assert step.damping == pytest.approx(damping[-1], abs=EXACT)

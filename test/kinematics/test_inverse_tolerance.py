@@ -72,7 +72,7 @@ def test_what_a_person_types_is_reached_and_the_residual_is_told(arms, name):
         for one in result:
             linear, angular = off(robot, one.q, target)
             assert max(linear, angular) <= ROUNDED
-            weighed = math.hypot(linear, robot.task.length * angular)
+            weighed = math.hypot(linear, robot.singularity.task.length * angular)
             assert one.residual == pytest.approx(weighed, abs=1e-12)
             assert one.exact == (one.residual < PROVED)
         assert not (set(itertools.combinations(result, 2)) & set(alike(result)))
@@ -103,7 +103,7 @@ def test_a_solution_within_the_tolerance_is_where_the_residual_is_least(arms, na
         for one in ks.inverse_kinematics(robot, target, near=q):
             for _ in range(20):
                 linear, angular = off(robot, one.q + 1e-7 * random.normal(size=robot.dof), target)
-                assert math.hypot(linear, robot.task.length * angular) >= one.residual
+                assert math.hypot(linear, robot.singularity.task.length * angular) >= one.residual
 
 
 def test_the_tolerance_is_in_metres_and_radians(arms):
@@ -117,7 +117,7 @@ def test_the_tolerance_is_in_metres_and_radians(arms):
         assert (result.nearest is None) == reached
         wider = ks.inverse_kinematics(robot, target, tolerance=1e-5)
         assert wider.status == 'solved'
-        assert wider[0].residual == pytest.approx(tilt * robot.task.length, rel=1e-3)
+        assert wider[0].residual == pytest.approx(tilt * robot.singularity.task.length, rel=1e-3)
 
 
 def test_exact_solutions_come_first_where_the_arm_can_be_exact():

@@ -197,7 +197,7 @@ def test_the_way_out_is_the_gradient_of_the_manipulability_or_of_the_loop_that_i
 
 def steepest_way(robot, q, loop):
     # Of the log of a loop's determinant, or of the sum of log singular values; None without one.
-    task = robot.task
+    task = robot.singularity.task
 
     def logs(at):
         if loop:
@@ -355,7 +355,7 @@ def test_a_closed_arm_is_as_far_from_a_singular_pose_as_rays_say(q):
     # The first order says 0.38, 0.42 and 0.78 rad; along 400 rays the nearest is 0.89 rad away.
     robot = robot_of('flexpicker')
     in_order = singularity_of(
-        measured_in_order(ks.evaluate(robot, [q]), kernel.NearestSearch(robot.arm))
+        measured_in_order(ks.evaluate(robot, [q]), kernel.NearestSearch(robot.singularity.arm))
     )
     for found in (ks.singularity(robot, q), ks.singularity(robot, [q]), in_order):
         assert found.distance > 0.87
@@ -407,7 +407,7 @@ def test_a_distance_is_to_a_singular_pose_and_about_to_the_nearest(name):
 def test_along_a_motion_loops_are_named_and_judged_as_alone():
     robot = robot_of('five_bar')
     q = np.linspace([0.4, 2.4], [1.6, 1.4], 400)
-    state = measured_in_order(ks.evaluate(robot, q), kernel.NearestSearch(robot.arm))
+    state = measured_in_order(ks.evaluate(robot, q), kernel.NearestSearch(robot.singularity.arm))
     live, alone = singularity_of(state), ks.singularity(robot, q)
     assert np.array_equal(live.level, alone.level)
     near = alone.distance <= 0.2

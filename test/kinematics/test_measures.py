@@ -113,7 +113,7 @@ DEFAULT_TASKS = {
 @pytest.mark.parametrize('case', DEFAULT_TASKS)
 def test_default_task(case):
     links, types, rows, rank, dependent = DEFAULT_TASKS[case]
-    task = elementary_arm(links, types).task
+    task = elementary_arm(links, types).singularity.task
     assert ' '.join(task.rows) == rows
     assert task.generic_rank == rank
     assert ' '.join(task.dependent_joints) == dependent
@@ -134,12 +134,12 @@ def test_default_task(case):
     ],
 )
 def test_default_task_of_bundled_arms(name, rows):
-    assert ' '.join(robot_of(name).task.rows) == rows
+    assert ' '.join(robot_of(name).singularity.task.rows) == rows
 
 
 @pytest.mark.parametrize('name', BUNDLED)
 def test_only_the_arm_of_document_004_is_deficient_at_every_pose(name):
-    task = robot_of(name).task
+    task = robot_of(name).singularity.task
     assert task.structurally_deficient == name.startswith('six_joint_dh')
     expected = ('theta1', 'theta2') if name.startswith('six_joint_dh') else ()
     assert task.dependent_joints == expected
@@ -153,7 +153,10 @@ def test_an_arm_that_moves_nothing_is_refused():
 
 
 def test_the_task_is_found_from_the_same_poses_each_time():
-    one, other = robot_of('kuka_iiwa14').task, ks.load_robot('kuka_iiwa14').task
+    one, other = (
+        robot_of('kuka_iiwa14').singularity.task,
+        ks.load_robot('kuka_iiwa14').singularity.task,
+    )
     assert one.length == other.length
     assert one.reach == other.reach
     for name in ('axes', 'rotation', 'row_scales', 'column_scales'):
@@ -164,7 +167,7 @@ def test_the_task_is_found_from_the_same_poses_each_time():
 @every_arm
 def test_singular_values_are_of_the_scaled_task_rows(name):
     robot = robot_of(name)
-    task, q = robot.task, poses(robot)
+    task, q = robot.singularity.task, poses(robot)
     found = ks.singularity(robot, q)
     J_t = task_jacobian(robot, q)
     sigma = np.linalg.svd(scaled(robot, J_t), compute_uv=False)
@@ -205,8 +208,10 @@ def test_a_tilted_base_changes_no_measure(name):
     B = Constant((0.7, -0.2, 1.1, 0.4, -1.0, 2.0)).matrix() @ robot.description.base.motion.matrix
     base = Placement('wall', RigidMotion(B, ('0',) * 6))
     tilted = build_robot(dataclasses.replace(robot.description, base=base))
-    assert tilted.task.rows == robot.task.rows
-    assert tilted.task.length == pytest.approx(robot.task.length, rel=ROUND_OFF)
+    assert tilted.singularity.task.rows == robot.singularity.task.rows
+    assert tilted.singularity.task.length == pytest.approx(
+        robot.singularity.task.length, rel=ROUND_OFF
+    )
     q = poses(robot)
     q = q[ks.singularity(robot, q).distance > 1e-4]
     one, other = ks.singularity(robot, q), ks.singularity(tilted, q)
@@ -228,7 +233,7 @@ def test_rows_are_in_the_axes_of_frame_0():
     links = 'Rz(q1), Tx(1), Rz(q2), Tx(1)'
     level = elementary_arm(links, 'rr')
     wall = elementary_arm(links, 'rr', 'base: {rpy: [0.3, 1.2, -2.0]}')
-    assert wall.task.rows == level.task.rows == ('x', 'y')
+    assert wall.singularity.task.rows == level.singularity.task.rows == ('x', 'y')
     q = [0.4, 0.9]
     assert ks.singularity(wall, q).determinant == pytest.approx(math.sin(0.9), abs=ROUND_OFF)
 
@@ -239,8 +244,8 @@ def test_another_length_scales_angular_rows_and_prismatic_columns(name):
     q = poses(robot)
     for length in (1.0, 0.25, 3.0):
         other = with_singularity(robot, length=length)
-        assert other.task.length == length
-        assert other.task.rows == robot.task.rows
+        assert other.singularity.task.length == length
+        assert other.singularity.task.rows == robot.singularity.task.rows
         one, found = ks.singularity(robot, q), ks.singularity(other, q)
         sigma = np.linalg.svd(scaled(other, task_jacobian(other, q)), compute_uv=False)
         np.testing.assert_allclose(
@@ -248,7 +253,7 @@ def test_another_length_scales_angular_rows_and_prismatic_columns(name):
         )
         # Never scaled.
         assert np.array_equal(found.manipulability, one.manipulability)
-        if robot.task.square:
+        if robot.singularity.task.square:
             assert np.array_equal(found.determinant, one.determinant)
     if name == 'puma560':  # all revolute and square: w changes by a constant factor, ln w' by none
         distance = first_order_distances(robot, q)
@@ -262,14 +267,14 @@ def test_another_length_scales_angular_rows_and_prismatic_columns(name):
 def test_length_of_the_file():
     text = ks.bundled_robots()['puma560'].read_text()
     robot = ks.robot_from_text(text.replace('singularity:', 'singularity:\n  length: 0.5'))
-    assert robot.task.length == 0.5
+    assert robot.singularity.task.length == 0.5
 
 
 def test_default_length_is_the_rms_distance_of_the_tool():
     # Planar 2R over full turns: mean of |1 + e^(i q2)|^2 = 2.
-    assert robot_of('planar_2r').task.length == pytest.approx(math.sqrt(2), rel=0.05)
-    assert robot_of('planar_2r').task.reach == pytest.approx(2.0, abs=0.01)
-    assert elementary_arm('Rz(q1), Ry(q2), Rz(q3)').task.length == 1.0
+    assert robot_of('planar_2r').singularity.task.length == pytest.approx(math.sqrt(2), rel=0.05)
+    assert robot_of('planar_2r').singularity.task.reach == pytest.approx(2.0, abs=0.01)
+    assert elementary_arm('Rz(q1), Ry(q2), Rz(q3)').singularity.task.length == 1.0
 
 
 BETWEEN = 'must be above 0 and at most 1 rad (57 deg)'
@@ -348,12 +353,12 @@ BETWEEN = 'must be above 0 and at most 1 rad (57 deg)'
 )
 def test_refused_measures_and_thresholds(name, measure, warn, stop, message):
     with pytest.raises(ks.KinematicsError) as refusal:
-        thresholds_for(robot_of(name).task, measure, warn, stop)
+        thresholds_for(robot_of(name).singularity.task, measure, warn, stop)
     assert str(refusal.value) == message
 
 
 def test_the_farthest_distance_is_a_threshold():
-    task = robot_of('panda').task
+    task = robot_of('panda').singularity.task
     assert thresholds_for(task, 'distance', 1.0) == Thresholds('distance', 1.0, 0.03)
 
 
@@ -365,11 +370,11 @@ def test_a_distance_of_one_is_said_to_be_none():
 
 
 def test_default_thresholds():
-    task = robot_of('panda').task
+    task = robot_of('panda').singularity.task
     assert thresholds_for(task, 'distance') == Thresholds('distance', 0.1, 0.03)
     # MoveIt Servo's numbers.
     assert thresholds_for(task, 'condition_number') == Thresholds('condition_number', 17.0, 30.0)
-    assert robot_of('panda').thresholds == Thresholds('distance', 0.1, 0.03)
+    assert robot_of('panda').singularity.thresholds == Thresholds('distance', 0.1, 0.03)
 
 
 def test_a_determinant_refused_in_the_file_names_the_file():
@@ -455,7 +460,7 @@ def test_the_level_is_that_of_the_watched_measure(measure):
     q = poses(robot, 200)
     found = ks.singularity(judged, q)
     values = np.abs(getattr(found, measure)).tolist()
-    assert found.level.tolist() == [judged.thresholds.level(value) for value in values]
+    assert found.level.tolist() == [judged.singularity.thresholds.level(value) for value in values]
     assert set(found.level.tolist()) == {0, 1, 2}
     one = ks.singularity(judged, q[0])
     assert isinstance(one.level, ks.Level)
@@ -483,7 +488,7 @@ def test_a_wrist_whose_tool_is_in_its_centre_is_judged_by_its_turns():
         '  - {a: 0, alpha: -pi/2, d: 0, theta: q2}\n'
         '  - {a: 0, alpha: 0, d: 0.1, theta: q3}\n'
     )
-    assert robot.task.rows == ('rx', 'ry', 'rz')
+    assert robot.singularity.task.rows == ('rx', 'ry', 'rz')
     assert ks.singularity(robot, [0.1, 0.05, 0.3]).distance == pytest.approx(0.05)
 
 
@@ -504,7 +509,7 @@ def test_above_sixteen_joints_the_default_measure_is_the_condition_number(
     tmp_path, joints, measure
 ):
     robot = ks.load_robot(many_joints(tmp_path, joints))
-    assert robot.thresholds.measure == measure
+    assert robot.singularity.thresholds.measure == measure
 
 
 @pytest.mark.parametrize(('position', 'unknown'), [(9e4, False), (2e5, True)])
@@ -520,13 +525,13 @@ def test_the_distance_at_far_positions_is_unknown(position, unknown):
 
 def test_the_distance_of_sixty_joints_is_unknown_and_refused_as_a_measure(tmp_path):
     robot = ks.load_robot(many_joints(tmp_path, 60))
-    assert robot.thresholds == Thresholds('condition_number', 17.0, 30.0)
+    assert robot.singularity.thresholds == Thresholds('condition_number', 17.0, 30.0)
     found = ks.singularity(robot, np.full(60, 0.3))
     assert found.distance == 1.0
     assert found.nearest_singular is None
     assert found.clearance == 0.0
     assert 'distance unknown: the distance to a singular pose is found for up to 16' in repr(found)
     with pytest.raises(ks.KinematicsError, match='up to 16 joints, not 60'):
-        thresholds_for(robot.task, 'distance')
+        thresholds_for(robot.singularity.task, 'distance')
     with pytest.raises(ks.KinematicsError, match='up to 16 joints, not 60'):
         ks.load_robot(many_joints(tmp_path, 60, 'singularity: {measure: distance}\n'))

@@ -74,7 +74,7 @@ every_arm = pytest.mark.parametrize('name', ARMS)
 def share(robot, q):
     # The singular value that singular poses lack, as a share of the largest, by numpy.
     s = np.linalg.svd(brute_force.scaled_jacobian(robot, q), compute_uv=False)
-    return s[..., robot.task.generic_rank - 1] / s[..., 0]
+    return s[..., robot.singularity.task.generic_rank - 1] / s[..., 0]
 
 
 @pytest.mark.slow
@@ -104,7 +104,7 @@ def test_what_is_found_is_singular_and_as_far_as_it_says(name):
     there = np.isfinite(found.nearest_singular[:, 0])
     assert np.sum(there) > 0
     assert np.max(share(robot, found.nearest_singular[there])) < SINGULAR
-    way = (found.nearest_singular[there] - q[there]) / robot.task.column_scales
+    way = (found.nearest_singular[there] - q[there]) / robot.singularity.task.column_scales
     distance = np.minimum(np.linalg.norm(way, axis=1), math.pi)
     np.testing.assert_allclose(found.distance[there], distance, rtol=1e-9, atol=1e-12)
     assert np.all(found.distance[~there] == 1.0)
@@ -242,7 +242,9 @@ def motion(robot, fastest):
 
 def along(robot, q, search=None):
     return singularity_of(
-        measured_in_order(ks.evaluate(robot, q), search or kernel.NearestSearch(robot.arm))
+        measured_in_order(
+            ks.evaluate(robot, q), search or kernel.NearestSearch(robot.singularity.arm)
+        )
     )
 
 
@@ -267,7 +269,7 @@ def test_along_a_motion_the_distance_is_that_of_each_pose_alone(name, fastest):
 
 def test_pieces_of_a_motion_are_the_motion():
     robot = ARMS['ur5e without factors']()
-    q, search = motion(robot, 1.0), kernel.NearestSearch(robot.arm)
+    q, search = motion(robot, 1.0), kernel.NearestSearch(robot.singularity.arm)
     whole = along(robot, q)
     parts = [along(robot, part, search) for part in np.array_split(q, [1, 2, 700, 701, 1900])]
     for name in ('distance', 'nearest_singular', 'level'):
@@ -332,7 +334,7 @@ def test_of_a_wrist_that_is_stretched_it_is_no_more_than_its_angle():
 def test_the_factors_of_a_file_do_not_hide_the_joints_of_each_other(q, distance):
     # The zeros of a factor that depends on few joints are looked up before those of one of more.
     robot = robot_of('offset_stanford_dh')
-    assert robot.factors.complete
+    assert robot.singularity.factors.complete
     assert ks.singularity(robot, q).distance == pytest.approx(distance, rel=1e-5)
 
 
@@ -425,7 +427,9 @@ def test_where_two_directions_are_lost_at_once_the_zero_of_a_factor_is_found(nam
     # The least singular value has no slope where the boom is vertical and has no length.
     robot = robot_of(name)
     found = ks.singularity(robot, [q])
-    assert found.distance[0] * robot.task.column_scales[2] == pytest.approx(distance, abs=1e-9)
+    assert found.distance[0] * robot.singularity.task.column_scales[2] == pytest.approx(
+        distance, abs=1e-9
+    )
     assert share(robot, found.nearest_singular)[0] < SINGULAR
 
 
@@ -607,8 +611,8 @@ def test_a_threshold_of_one_radian_is_left_where_it_is_at_least_that():
     assert levels == [ks.Level.OK, ks.Level.WARN, ks.Level.ERROR]
     # Hysteresis would leave them at 1.5 and 1.2 rad, which it never says.
     for level in (ks.Level.WARN, ks.Level.ERROR):
-        assert robot.thresholds.level(1.0, level) is ks.Level.OK
-        assert robot.thresholds.level(0.99, level) is not ks.Level.OK
+        assert robot.singularity.thresholds.level(1.0, level) is ks.Level.OK
+        assert robot.singularity.thresholds.level(0.99, level) is not ks.Level.OK
 
 
 @pytest.mark.parametrize('name', ['kinova_gen3', 'gen3_lite', 'kuka_iiwa14'])
@@ -647,7 +651,7 @@ def test_beyond_one_radian_none_is_found(q2):
 @pytest.mark.parametrize('fastest', [0.3, 3.0])
 def test_a_motion_is_followed_in_few_evaluations(name, fastest):
     robot = ARMS.get(name, lambda: robot_of(name))()
-    q, search = motion(robot, fastest)[:800], kernel.NearestSearch(robot.arm)
+    q, search = motion(robot, fastest)[:800], kernel.NearestSearch(robot.singularity.arm)
     live, alone = along(robot, q, search), ks.singularity(robot, q[::8])
     assert np.all(live.distance[::8] <= TOO_FAR * alone.distance + 1e-9)
     assert np.all(alone.distance <= TOO_FAR * live.distance[::8] + 1e-9)
@@ -657,7 +661,7 @@ def test_a_motion_is_followed_in_few_evaluations(name, fastest):
 def test_starts_reach_what_many_more_reach():
     robot = with_errors(UR5, 1e-3, 2)
     q = random_poses(robot, 40)
-    many = along(robot, q, kernel.NearestSearch(robot.arm, 600)).distance
+    many = along(robot, q, kernel.NearestSearch(robot.singularity.arm, 600)).distance
     assert np.all(ks.singularity(robot, q).distance <= TOO_FAR * many)
 
 
@@ -686,11 +690,13 @@ def test_no_factor_of_a_file_has_a_zero_nearer_than_is_said(name):
     # Up to 5 % nearer than it says, no factor has another sign in any direction.
     far = found.distance > 1e-6
     q, radius = q[far], found.distance[far] / TOO_FAR
-    here = robot.factors.evaluate(q)[..., 0]
+    here = robot.singularity.factors.evaluate(q)[..., 0]
     for _ in range(300):
         way = random.normal(size=q.shape)
         way *= (radius * random.uniform(size=len(q)) ** 0.3 / np.linalg.norm(way, axis=1))[:, None]
-        there = robot.factors.evaluate(q + way * robot.task.column_scales)[..., 0]
+        there = robot.singularity.factors.evaluate(q + way * robot.singularity.task.column_scales)[
+            ..., 0
+        ]
         assert np.all(there * here > 0.0)
 
 
@@ -738,8 +744,8 @@ def test_with_closed_loops_the_nearest_of_all_that_are_known_is_found(name):
     q = q[closes_at(robot.chain, q)]
     found = ks.singularity(robot, q)
     known = found.nearest_singular[np.isfinite(found.distance) & (found.distance < 1.0)]
-    _, reach, period = robot.arm.spans.T
-    motions = (known - q[:, None]) / robot.task.column_scales
+    _, reach, period = robot.singularity.arm.spans.T
+    motions = (known - q[:, None]) / robot.singularity.task.column_scales
     turns = np.where(np.isfinite(period), period, 1.0)
     motions -= np.where(np.isfinite(period), turns * np.round(motions / turns), 0.0)
     nearest = np.min(np.linalg.norm(motions[..., reach > 0.0], axis=2), axis=1)
@@ -787,3 +793,12 @@ singularity: {task: [x]}
         assert ks.singularity(robot, q).distance == 0.0
     for q in ([1e-7, 2e-7], [0.05, 0.02], [0.2, -0.1]):
         assert ks.singularity(robot, q).distance == pytest.approx(np.linalg.norm(q), rel=1e-5)
+
+
+@pytest.mark.parametrize('turns', [0, 100_000])
+def test_beyond_the_largest_positions_nothing_is_searched(turns):
+    # The last digits of such positions are too coarse, also beside a singular pose.
+    q = np.array([0.1 + math.tau * turns, -1.2, 1.1, 0.3, 1e-6, 0.2])
+    found = ks.singularity(robot_of('ur5e'), q)
+    assert (found.nearest_singular is None) == (turns > 0)
+    assert found.level.name == ('WARN' if turns else 'ERROR')

@@ -27,7 +27,7 @@ def test_the_null_space_leaves_the_rows_of_the_task_at_rest(name):
     robot = robot_of(name)
     q = calm_poses(robot, 8)
     basis = ks.null_space(robot, q)
-    k = robot.dof - robot.task.generic_rank
+    k = robot.dof - robot.singularity.task.generic_rank
     assert basis.shape == (len(q), robot.dof, k)
     np.testing.assert_allclose(
         np.swapaxes(basis, -1, -2) @ basis,
@@ -36,8 +36,11 @@ def test_the_null_space_leaves_the_rows_of_the_task_at_rest(name):
     )
     for one, at in zip(basis, q):
         J = ks.jacobian(robot, at)
-        halves = [robot.task.rotation.T @ J[:3], robot.task.rotation.T @ J[3:]]
-        moved = np.concatenate(halves)[robot.task.axes] @ one
+        halves = [
+            robot.singularity.task.rotation.T @ J[:3],
+            robot.singularity.task.rotation.T @ J[3:],
+        ]
+        moved = np.concatenate(halves)[robot.singularity.task.axes] @ one
         np.testing.assert_allclose(moved, 0.0, atol=ROUND_OFF * max(1.0, np.max(np.abs(J))))
 
 
@@ -184,7 +187,7 @@ def test_null_space_inverse_and_wrench_by_pinocchios_jacobian(name):
     model = pinocchio.buildModelFromXML(ks.export_urdf(robot), True)
     data, frame = model.createData(), model.getFrameId(robot.tool_frame)
     joints = [model.joints[model.getJointId(joint)] for joint in robot.joint_names]
-    task = robot.task
+    task = robot.singularity.task
     for q in seeded(robot, 3):
         whole = pinocchio.neutral(model)
         for joint, x in zip(joints, q):

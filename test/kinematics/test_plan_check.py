@@ -69,7 +69,9 @@ def test_what_is_proved_no_sampling_and_no_search_refutes(name):
         proved += 1
         _, q = sampled(plan)
         there = ks.singularity(robot, q)
-        away = np.linalg.norm((there.nearest_singular - q) / robot.task.column_scales, axis=1)
+        away = np.linalg.norm(
+            (there.nearest_singular - q) / robot.singularity.task.column_scales, axis=1
+        )
         assert np.nanmin(away, initial=math.inf) > found.lower > THRESHOLD
         if proved < 3:
             nearest = np.argsort(there.distance)[:2]
@@ -91,8 +93,8 @@ def test_a_plan_past_a_singular_pose_is_refuted_by_one(name):
     for pose in singular_poses(robot, random, 5):
         # Within 0.02 of it, at none of the points.
         beside = random.normal(size=robot.dof)
-        beside *= 0.02 * robot.task.column_scales / np.linalg.norm(beside)
-        way = random.normal(size=robot.dof) * 0.3 * robot.task.column_scales
+        beside *= 0.02 * robot.singularity.task.column_scales / np.linalg.norm(beside)
+        way = random.normal(size=robot.dof) * 0.3 * robot.singularity.task.column_scales
         plan = np.array([0.0, 2.0]), pose + beside + np.array([-0.9 * way, way]), None, None
         found = ks.check_plan(robot, *plan, distance=THRESHOLD).singularity
         assert (found.verdict, found.lower) == ('refuted', 0.0)
@@ -100,11 +102,13 @@ def test_a_plan_past_a_singular_pose_is_refuted_by_one(name):
         t = np.array([moment.time / 2.0])
         on_it = polynomial_motion(*plan).positions(np.array([0]), t)[0]
         np.testing.assert_allclose(moment.q, on_it, rtol=0, atol=1e-9)
-        away = np.linalg.norm((found.nearest_singular - moment.q) / robot.task.column_scales)
+        away = np.linalg.norm(
+            (found.nearest_singular - moment.q) / robot.singularity.task.column_scales
+        )
         assert away == pytest.approx(found.upper, abs=1e-9)
         assert away < 0.0201
         sigma = np.linalg.svd(brute_force.scaled_jacobian(robot, found.nearest_singular))[1]
-        assert sigma[robot.task.generic_rank - 1] < SINGULAR * sigma[0]
+        assert sigma[robot.singularity.task.generic_rank - 1] < SINGULAR * sigma[0]
 
 
 @pytest.mark.parametrize(

@@ -294,8 +294,8 @@ def test_an_arm_that_ends_at_a_point_is_judged_at_it(seen):
     )
     assert elbow.name == 'seen_elbow'
     assert [joint.unused for joint in elbow.description.joints] == [False, False, True]
-    assert elbow.task.generic_rank == 2
-    assert elbow.task.rows == ('x', 'y', 'z')
+    assert elbow.singularity.task.generic_rank == 2
+    assert elbow.singularity.task.rows == ('x', 'y', 'z')
     # The upper arm stands upright where q2 is 90 degrees: joint 1 no longer moves the elbow.
     upright = [0.2, np.pi / 2, 0.7]
     assert ks.singularity(elbow, upright).rank == 1

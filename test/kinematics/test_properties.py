@@ -251,9 +251,9 @@ def test_one_arm_in_two_conventions_is_one_arm(dof, convention):
     q = poses(one)
     for number in (ks.forward_kinematics, ks.jacobian):
         np.testing.assert_allclose(number(one, q), number(other, q), rtol=0, atol=ROUND_OFF)
-    assert one.task.rows == other.task.rows
-    assert one.task.generic_rank == other.task.generic_rank
-    assert one.task.dependent_joints == other.task.dependent_joints
+    assert one.singularity.task.rows == other.singularity.task.rows
+    assert one.singularity.task.generic_rank == other.singularity.task.generic_rank
+    assert one.singularity.task.dependent_joints == other.singularity.task.dependent_joints
     np.testing.assert_allclose(
         ks.singularity(one, q).singular_values,
         ks.singularity(other, q).singular_values,
@@ -272,7 +272,9 @@ def test_a_file_in_degrees_and_millimetres_equals_its_twin(name, units):
     for number in (ks.forward_kinematics, ks.jacobian):
         np.testing.assert_allclose(number(robot, q), number(twin, q), rtol=0, atol=ROUND_OFF)
     np.testing.assert_allclose(robot.limits, twin.limits, rtol=1e-15)
-    assert robot.task.length == pytest.approx(twin.task.length, rel=ROUND_OFF)
+    assert robot.singularity.task.length == pytest.approx(
+        twin.singularity.task.length, rel=ROUND_OFF
+    )
 
 
 def test_a_helical_joint_turns_and_slides():
@@ -339,7 +341,7 @@ def test_leading_dimensions_come_out_as_they_went_in(name, leading):
     assert state.quaternion_xyzw.shape == (*leading, 4)
     assert state.position.shape == (*leading, 3)
     found = ks.singularity(robot, q, q)
-    count = min(n, len(robot.task.rows))
+    count = min(n, len(robot.singularity.task.rows))
     assert found.singular_values.shape == (*leading, count)
     assert found.lost_direction.shape == (*leading, 6)
     assert found.joint_motion.shape == found.way_out.shape == (*leading, n)
@@ -436,10 +438,12 @@ def test_size_does_not_matter_to_the_unit_free_measures(name):
     found = ks.singularity(robot, q)
     for factor in (2.0**-45, 2.0**10):
         other = ks.robot_from_text(arm.scaled(factor).text())
-        assert other.task.rows == robot.task.rows
-        assert other.task.generic_rank == robot.task.generic_rank
-        assert other.task.dependent_joints == robot.task.dependent_joints
-        assert other.task.length == pytest.approx(robot.task.length * factor, rel=QUOTIENT)
+        assert other.singularity.task.rows == robot.singularity.task.rows
+        assert other.singularity.task.generic_rank == robot.singularity.task.generic_rank
+        assert other.singularity.task.dependent_joints == robot.singularity.task.dependent_joints
+        assert other.singularity.task.length == pytest.approx(
+            robot.singularity.task.length * factor, rel=QUOTIENT
+        )
         again = ks.singularity(other, q)
         assert np.array_equal(found.rank, again.rank)
         np.testing.assert_allclose(
@@ -487,8 +491,8 @@ def test_factory_calibrated_arms_with_all_but_parallel_axes(k):
         lines.append(f'  - {{a: {a}, alpha: {alpha}, d: {d}, theta: q{i} + {theta}}}')
     robot = ks.robot_from_text('\n'.join(lines) + '\n')
     longest = float(np.max(np.abs(table['d'])))
-    assert robot.task.generic_rank == 6
-    assert robot.task.dependent_joints == ()
+    assert robot.singularity.task.generic_rank == 6
+    assert robot.singularity.task.dependent_joints == ()
     q = np.random.default_rng(8).uniform(-math.pi, math.pi, (5, 6))
     found, J = ks.forward_kinematics(robot, q), ks.jacobian(robot, q)
     for position, T, columns in zip(q, found, J):

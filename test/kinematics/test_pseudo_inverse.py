@@ -15,7 +15,7 @@ SOLVED = 1e-9
 
 def scaled(robot, q, found):
     """Return J_t and its inverse in comparable units, J_t by the definition of the task."""
-    task, J = robot.task, ks.jacobian(robot, q)
+    task, J = robot.singularity.task, ks.jacobian(robot, q)
     turned = np.concatenate([task.rotation.T @ J[:3], task.rotation.T @ J[3:]])[task.axes]
     J_t = task.row_scales[:, None] * turned * task.column_scales
     return J_t, found / task.column_scales[:, None] / task.row_scales
@@ -26,7 +26,7 @@ def test_it_is_the_inverse_of_moore_and_penrose(name):
     robot = robot_of(name)
     q = calm_poses(robot, 6)
     whole = ks.pseudo_inverse(robot, q)
-    assert whole.rows == robot.task.rows
+    assert whole.rows == robot.singularity.task.rows
     np.testing.assert_array_equal(whole.damping, 0.0)
     for k, one in enumerate(q):
         alone = ks.pseudo_inverse(robot, one)
@@ -55,11 +55,13 @@ def test_damped_it_makes_the_velocities_of_the_servo(name, damping):
         if step.held or step.slowest:
             continue
         found = ks.pseudo_inverse(robot, q, damping=damping)
-        wanted = np.concatenate([robot.task.rotation.T @ half for half in twist.reshape(2, 3)])
-        np.testing.assert_allclose(
-            found.matrix @ wanted[robot.task.axes], step.qdot, rtol=1e-7, atol=1e-10
+        wanted = np.concatenate(
+            [robot.singularity.task.rotation.T @ half for half in twist.reshape(2, 3)]
         )
-        if found.rank >= robot.task.generic_rank:
+        np.testing.assert_allclose(
+            found.matrix @ wanted[robot.singularity.task.axes], step.qdot, rtol=1e-7, atol=1e-10
+        )
+        if found.rank >= robot.singularity.task.generic_rank:
             assert found.damping / damping == pytest.approx(step.damping, abs=1e-9)
         damped += found.damping > 0
     assert damped
@@ -93,10 +95,12 @@ def test_undamped_wrenches_are_those_of_the_transposed_inverse(name):
     robot = robot_of(name)
     q = calm_poses(robot, 3)
     tau = np.random.default_rng(3).normal(size=q.shape)
-    scales = np.repeat([1.0, robot.task.length], 3)
+    scales = np.repeat([1.0, robot.singularity.task.length], 3)
     for one, torques in zip(q, tau):
-        J = scales[:, None] * ks.jacobian(robot, one) * robot.task.column_scales
-        expected = np.linalg.pinv(J, 1e-10).T @ (torques * robot.task.column_scales) * scales
+        J = scales[:, None] * ks.jacobian(robot, one) * robot.singularity.task.column_scales
+        expected = (
+            np.linalg.pinv(J, 1e-10).T @ (torques * robot.singularity.task.column_scales) * scales
+        )
         found = ks.wrench_from_torques(robot, one, torques)
         size = np.max(np.abs(expected))
         np.testing.assert_allclose(found.wrench, expected, rtol=0, atol=SOLVED * size)

@@ -269,7 +269,7 @@ def kept(robot, ways, shares, command):
     slowed = (shares[:-AVERAGED] - shares[AVERAGED:]) / (AVERAGED * STEP)
     assert np.max(slowed) * np.max(np.abs(command)) <= CURVED * 6.0
     distances = ks.singularity(robot, ways).distance
-    least = min(float(distances[0]), robot.thresholds.stop)
+    least = min(float(distances[0]), robot.singularity.thresholds.stop)
     assert np.min(distances) >= least - FOUND
 
 
@@ -296,7 +296,7 @@ def test_an_arm_in_a_closed_loop_stops_at_limits_and_before_singular_poses(name)
         kept(robot, ways, shares, one)
     if target is not None:
         # It does not stop before it has to: 1.9 rad/s bring it to what it must keep.
-        assert ks.singularity(robot, ways[-1]).distance < robot.thresholds.stop + 0.15
+        assert ks.singularity(robot, ways[-1]).distance < robot.singularity.thresholds.stop + 0.15
 
 
 # A singular surface that comes from aside, beyond that which is nearest at first.
@@ -330,7 +330,7 @@ def test_singular_poses_that_the_motion_passes_by_slow_nothing():
     command = np.array([-0.239038, 0.037593, 0.092095, 0.116063, 0.040144, 1.9, 0.270426])
     ahead = q + np.linspace(0.0, 0.4, 100)[:, None] * command
     distances = ks.singularity(robot, ahead).distance
-    assert 1.2 * robot.thresholds.stop < np.min(distances) < 0.5 * distances[0]
+    assert 1.2 * robot.singularity.thresholds.stop < np.min(distances) < 0.5 * distances[0]
     found = ks.scale(robot, ahead, command, horizon=0.05)
     slowed = found.value < 1.0
     assert not np.any(slowed & (found.cause == 'singularity'))
@@ -353,7 +353,7 @@ def test_flat_positions_that_the_motion_passes_by_slow_nothing():
     q, command = np.array([0.075261, 0.633873, -2.708089]), np.array([0.598606, 0.229506, 1.0])
     # All that a stop takes, and a tenth more.
     ahead = q + np.linspace(0.0, 1.1 * (0.05 + 0.5 / 6.0), 40)[:, None] * command
-    assert np.min(ks.singularity(robot, ahead).distance) > 2.0 * robot.thresholds.stop
+    assert np.min(ks.singularity(robot, ahead).distance) > 2.0 * robot.singularity.thresholds.stop
     assert ks.scale(robot, q, command, horizon=0.05).value == 1.0
 
 
@@ -413,7 +413,7 @@ def test_an_arm_with_closed_loops_stops_where_they_still_close(name):
         assert np.all(ways >= robot.limits[:, 0] - 1e-9)
         assert np.all(ways <= robot.limits[:, 1] + 1e-9)
         distances = ks.singularity(robot, ways).distance
-        assert np.min(distances) >= min(distances[0], robot.thresholds.stop) - FOUND
+        assert np.min(distances) >= min(distances[0], robot.singularity.thresholds.stop) - FOUND
         tried += 1
         if tried == 2:
             return

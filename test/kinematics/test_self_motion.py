@@ -314,6 +314,18 @@ def test_singular_targets_have_arcs(name):
         assert_arcs_are_true(robot, ks.forward_kinematics(robot, q), result)
 
 
+@pytest.mark.parametrize('k', [5, 8, 11])
+def test_curves_go_on_beyond_where_they_cross(k):
+    # Axes 1 and 3 are one: q1 + q3 = const is a curve, and crosses the others.
+    robot = redundant_arm('kuka_iiwa14')
+    q = poses_within(robot, k + 1, 9)[k]
+    q[1] = 0.0
+    target = ks.forward_kinematics(robot, q)
+    result = ks.inverse_kinematics(robot, target, near=q)
+    assert not missed(robot, target, result, SLICES, 0)
+    assert not missed(robot, target, result, SLICES, -1)
+
+
 @pytest.mark.parametrize('name', ['panda', 'kuka_iiwa14'])
 @pytest.mark.parametrize('share', [1e-2, 1e-3, 1e-4])
 def test_curves_that_nearly_meet_stay_apart(name, share):
@@ -517,6 +529,16 @@ def test_complex_solutions_far_from_real_ones_are_certified_each_once():
     assert np.min(away + 1e3 * np.eye(len(found))) > 1e-3
 
 
+def test_the_joint_at_its_limit_is_named_where_another_is_a_turn_from_one():
+    # Limits are a turn from 0, so that joints 1 and 7 come to limits, or to 0, at one place.
+    robot = ks.load_robot('xarm7')
+    target = ks.forward_kinematics(robot, [0.0, 0.3, -0.5, 0.9, 0.6, 0.4, 0.0])
+    result = ks.inverse_kinematics(robot, target)
+    assert_arcs_are_true(robot, target, result)
+    ends = [end.joint for f in result.families for arc in f.intervals for end in arc.ends]
+    assert {'joint1', 'joint7'} <= set(ends)
+
+
 @pytest.mark.parametrize('width', [1e-8, 1e-9, 1e-12])
 def test_a_posture_between_limits_that_nearly_meet_is_on_an_arc(width):
     robot, random = ks.load_robot('kuka_iiwa14'), np.random.default_rng(7)
@@ -529,6 +551,23 @@ def test_a_posture_between_limits_that_nearly_meet_is_on_an_arc(width):
         found = ks.inverse_kinematics(narrow, ks.forward_kinematics(robot, q), near=q)
         arcs = [arc for family in found.families for arc in family.intervals]
         assert min(np.linalg.norm(arc.nearest_to(q) - q) for arc in arcs) < 1e-6
+
+
+@pytest.mark.parametrize('seed', [4, 31, 44, 57, 133])
+def test_a_singular_posture_between_narrow_limits_is_listed(seed):
+    # The arm is stretched: Newton's method ends 1e-8 rad beside postures of its curves.
+    robot, random = ks.load_robot('kuka_iiwa14'), np.random.default_rng(seed)
+    q = random.uniform(*robot.limits.T)
+    q[3] = 0.0
+    own = [
+        replace(one, lower=float(x) - (4e-9 if k == 5 else 1e-7), upper=float(x) + 1e-7)
+        for k, (one, x) in enumerate(zip(robot.description.joints, q))
+    ]
+    narrow = build_robot(replace(robot.description, joints=tuple(own)))
+    found = ks.inverse_kinematics(narrow, ks.forward_kinematics(narrow, q), near=q)
+    assert found.status in ('solved', 'family')
+    assert all(family.feasible for family in found.families)
+    assert min(np.linalg.norm(family.q - q) for family in found.families) < ON_ARC
 
 
 @pytest.mark.parametrize('degrees', [540.0, 900.0])

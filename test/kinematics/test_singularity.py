@@ -37,13 +37,13 @@ LOG_STEP, LOG_DIFFERENCE, KEPT_AWAY = 1e-5, 1e-5, 0.02
 
 def joint_scale(robot):
     # A unit of joint motion: a radian, or a characteristic length of a prismatic joint.
-    return np.where(sliding(robot), robot.task.length, 1.0)
+    return np.where(sliding(robot), robot.singularity.task.length, 1.0)
 
 
 def log_product(robot, q):
     # ln of the product of the first singular values, by numpy.
     sigma = np.linalg.svd(scaled(robot, task_jacobian(robot, q)), compute_uv=False)
-    return np.sum(np.log(sigma[..., : robot.task.generic_rank]), axis=-1)
+    return np.sum(np.log(sigma[..., : robot.singularity.task.generic_rank]), axis=-1)
 
 
 def log_gradient(robot, q):
@@ -92,7 +92,7 @@ def test_lost_direction_and_joint_motion_are_singular_vectors(name):
     J = scaled(robot, task_jacobian(robot, q))
     to_base = robot.description.base.motion.matrix[:3, :3]
     lost = (found.lost_direction.reshape(-1, 2, 3) @ to_base).reshape(-1, 6)  # frame 0 axes
-    rows = [('x', 'y', 'z', 'rx', 'ry', 'rz').index(row) for row in robot.task.rows]
+    rows = [('x', 'y', 'z', 'rx', 'ry', 'rz').index(row) for row in robot.singularity.task.rows]
     others = np.delete(lost, rows, axis=1)
     assert np.all(np.abs(others) < ROUND_OFF)
     left, right = lost[:, rows], found.joint_motion / joint_scale(robot)
@@ -211,7 +211,7 @@ def test_first_order_by_its_closed_form(name):
     robot = without_factors(name)
     q = random_poses(robot, 5000)
     found = first_order_distances(robot, q)
-    expected = closed_form(name, q, robot.task.length)
+    expected = closed_form(name, q, robot.singularity.task.length)
     near = expected > 1e-4
     np.testing.assert_allclose(found[near], expected[near], rtol=1e-8)
 
@@ -301,7 +301,7 @@ def test_a_warning_means_something_on_a_ur3e():
 )
 def test_arms_with_fewer_joints_than_rows_have_a_distance_too(links, types):
     robot = elementary_arm(links, types)
-    assert len(robot.task.rows) > robot.dof
+    assert len(robot.singularity.task.rows) > robot.dof
     q = random_poses(robot, 100)
     found = ks.singularity(robot, q)
     J = task_jacobian(robot, q)
@@ -358,7 +358,7 @@ def test_time_to_warning_against_stepping_forward_in_time(measure):
     # Soon enough for a first-order forecast: half the time further half the margin must be gone.
     soon = (found.time_to_warning < 0.02) & ~beyond
     assert np.sum(soon) >= 10
-    warn = robot.thresholds.warn
+    warn = robot.singularity.thresholds.warn
     times = found.time_to_warning[soon]
     at = np.abs(getattr(found, measure)[soon])
     late = q[soon] + times[:, None] * qdot[soon]
@@ -473,7 +473,7 @@ def test_a_result_is_a_value(name, q):
 def test_a_pickled_result_is_no_larger_than_its_numbers(name):
     robot = robot_of(name)
     found = ks.singularity(robot, np.full(robot.dof, 0.3), np.ones(robot.dof))
-    numbers = 8 * robot.measure_places.width
+    numbers = 8 * robot.singularity.measure_places.width
     assert len(pickle.dumps(found)) < 2 * numbers + 1000
     assert name.encode() not in pickle.dumps(found)
 

@@ -39,7 +39,7 @@ def test_a_wrench_found_from_torques_explains_them_but_for_what_is_hidden(name):
     found = ks.wrench_from_torques(robot, q, tau)
     np.testing.assert_allclose(found.residual, 0.0, rtol=0, atol=SOLVED)
     np.testing.assert_allclose(ks.joint_torques(robot, q, found.wrench), tau, rtol=0, atol=SOLVED)
-    scales = np.array([1.0] * 3 + [robot.task.length] * 3)
+    scales = np.array([1.0] * 3 + [robot.singularity.task.length] * 3)
     # What is left of the true wrench is hidden wholly.
     missing = (F - found.wrench) / scales
     along = np.einsum('nki,ni->nk', found.hidden, missing)

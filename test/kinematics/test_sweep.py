@@ -10,10 +10,10 @@ from arms import DISTINCT_BUNDLED, robot_of
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.display.plots.distance_map import singular_table
-from kinematics_service.display.plots.plane import plane_of
-from kinematics_service.display.plots.ranges import random_positions
-from kinematics_service.display.plots.workspace import section_rows
+from kinematics_service.apps.pictures.plots.distance_map import singular_table
+from kinematics_service.apps.pictures.plots.plane import plane_of
+from kinematics_service.apps.pictures.plots.ranges import random_positions
+from kinematics_service.apps.pictures.plots.workspace import section_rows
 from kinematics_service.errors import SweepError
 from kinematics_service.kinematics import sweep
 from kinematics_service.kinematics.sweep import cluster_address, map_batches

@@ -115,7 +115,7 @@ def test_the_smooth_path_leads_from_regular_poses_through_a_singular_one(name):
     assert np.min(measured.distance) < THROUGH
     for end in (0, -1):
         assert measured.level[end] == ks.Level.OK
-        assert measured.distance[end] > 3.0 * robot.thresholds.warn
+        assert measured.distance[end] > 3.0 * robot.singularity.thresholds.warn
         assert np.max(np.abs(motion.at(t[end]).qdot)) < 1e-12
     # Each level lasts long enough to be seen on a table drawn ten times a second.
     for level in (ks.Level.OK, ks.Level.WARN, ks.Level.ERROR):

@@ -92,12 +92,12 @@ def test_what_a_robot_says_goes_into_json(name):
         'limits': [
             [x if math.isfinite(x) else None for x in row] for row in robot.limits.tolist()
         ],
-        'task': robot.task.rows,
-        'length': robot.task.length,
-        'reach': robot.task.reach,
-        'generic_rank': robot.task.generic_rank,
-        'dependent_joints': robot.task.dependent_joints,
-        'thresholds': [robot.thresholds.warn, robot.thresholds.stop],
+        'task': robot.singularity.task.rows,
+        'length': robot.singularity.task.length,
+        'reach': robot.singularity.task.reach,
+        'generic_rank': robot.singularity.task.generic_rank,
+        'dependent_joints': robot.singularity.task.dependent_joints,
+        'thresholds': [robot.singularity.thresholds.warn, robot.singularity.thresholds.stop],
         'factors': {factor.name: factor.text for factor in robot.description.singularity.factors},
         'known_poses': [known.q for known in robot.description.known_poses],
         'frames': [robot.base_frame, robot.tool_frame],

@@ -16,12 +16,13 @@ from kinematics_service.kinematics.singularity import flat_loop
 from kinematics_service.robot.factors import NEARLY, _product_is_the_determinant
 from kinematics_service.robot.task import seeded_poses
 
-FACTORED = [name for name in BUNDLED if robot_of(name).factors]
+FACTORED = [name for name in BUNDLED if robot_of(name).singularity.factors]
 # The others list what all minors share: no product of factors is their determinant.
 SQUARE = [
     name
     for name in FACTORED
-    if robot_of(name).task.square and not robot_of(name).task.structurally_deficient
+    if robot_of(name).singularity.task.square
+    and not robot_of(name).singularity.task.structurally_deficient
 ]
 MILLISECOND = 1_000_000
 
@@ -58,11 +59,13 @@ def poses(robot, count=1000):
 @pytest.mark.parametrize('name', SQUARE)
 def test_the_factors_of_a_bundled_robot_are_its_determinant(name):
     robot = robot_of(name)
-    assert robot.factors.complete
+    assert robot.singularity.factors.complete
     q = poses(robot)
-    values = np.abs(robot.factors.evaluate(q)[..., 0])
+    values = np.abs(robot.singularity.factors.evaluate(q)[..., 0])
     determinants = np.abs(ks.singularity(robot, q).determinant)
-    powers = np.array([2.0 if factor == 'boom_length' else 1.0 for factor in robot.factors.names])
+    powers = np.array(
+        [2.0 if factor == 'boom_length' else 1.0 for factor in robot.singularity.factors.names]
+    )
     if robot.name.startswith('offset_stanford'):
         powers[:] = 1.0
     product = np.prod(values**powers, axis=1)
@@ -74,11 +77,11 @@ def test_the_factors_of_a_bundled_robot_are_its_determinant(name):
 def test_gradients_are_central_differences(name):
     robot = robot_of(name)
     q = poses(robot, 50)
-    gradients = robot.factors.evaluate(q)[..., 1:]
+    gradients = robot.singularity.factors.evaluate(q)[..., 1:]
     for j in range(robot.dof):
         step = np.zeros(robot.dof)
         step[j] = DIFFERENCE_STEP
-        ahead, behind = (robot.factors.evaluate(q + s * step)[..., 0] for s in (1, -1))
+        ahead, behind = (robot.singularity.factors.evaluate(q + s * step)[..., 0] for s in (1, -1))
         difference = (ahead - behind) / (2 * DIFFERENCE_STEP)
         np.testing.assert_allclose(gradients[..., j], difference, atol=DIFFERENCE)
 
@@ -88,7 +91,7 @@ def test_every_operation_has_its_derivative():
     text = 'sin(q2)*(2 + cos(q1)/3 - sqrt(4 + sin(q1)) + atan2(sin(q1), 2 + cos(q2)) - -1)/(+2)'
     robot = arm(text)
     q = poses(robot, 20)
-    results = robot.factors.evaluate(q)
+    results = robot.singularity.factors.evaluate(q)
     q1, q2 = q.T
     value = (
         np.sin(q2)
@@ -105,7 +108,9 @@ def test_every_operation_has_its_derivative():
     for j in range(2):
         step = np.zeros(2)
         step[j] = DIFFERENCE_STEP
-        ahead, behind = (robot.factors.evaluate(q + s * step)[:, 0, 0] for s in (1, -1))
+        ahead, behind = (
+            robot.singularity.factors.evaluate(q + s * step)[:, 0, 0] for s in (1, -1)
+        )
         difference = (ahead - behind) / (2 * DIFFERENCE_STEP)
         np.testing.assert_allclose(results[:, 0, 1 + j], difference, atol=DIFFERENCE)
 
@@ -114,7 +119,9 @@ def test_a_factor_of_a_file_in_degrees_and_millimetres_is_the_same():
     radians, degrees = arm('sin(q2)'), arm('sin(q2)', angle='deg', length='mm')
     q = poses(radians, 20)
     np.testing.assert_allclose(
-        radians.factors.evaluate(q), degrees.factors.evaluate(q), atol=1e-14
+        radians.singularity.factors.evaluate(q),
+        degrees.singularity.factors.evaluate(q),
+        atol=1e-14,
     )
 
 
@@ -157,7 +164,7 @@ def test_an_incomplete_list_keeps_the_estimate_of_the_rest():
         text.description.singularity, factors=text.description.singularity.factors[:1]
     )
     robot = build_robot(dataclasses.replace(text.description, singularity=judged))
-    assert not robot.factors.complete
+    assert not robot.singularity.factors.complete
     on_axis = [0.0, math.pi / 2, -math.pi / 2 - math.acos(-0.12 / 0.3)]
     assert ks.singularity(robot, on_axis).distance == pytest.approx(0.0, abs=1e-9)
 
@@ -213,7 +220,7 @@ def test_another_nearest_factor_is_said_at_once():
 
 
 def test_a_complete_list_names_what_is_near_and_another_only_what_is_as_near():
-    whole = robot_of('ur5e').factors
+    whole = robot_of('ur5e').singularity.factors
     assert whole.complete
     lacking = dataclasses.replace(whole, complete=False)
     for k in range(len(whole.names)):
@@ -231,9 +238,11 @@ def test_a_complete_list_names_what_is_near_and_another_only_what_is_as_near():
 def test_too_few_poses_do_not_show_that_a_list_is_complete():
     robot = robot_of('ur5e')
     q = np.random.default_rng(3).uniform(0.4, 1.0, (40, robot.dof))
-    enough = 2 * len(robot.factors.names) + 1
+    enough = 2 * len(robot.singularity.factors.names) + 1
     complete = [
-        _product_is_the_determinant(robot.factors, robot.chain, robot.task, q[:count])
+        _product_is_the_determinant(
+            robot.singularity.factors, robot.chain, robot.singularity.task, q[:count]
+        )
         for count in (enough - 1, enough, 40)
     ]
     assert complete == [False, True, True]

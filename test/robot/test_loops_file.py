@@ -257,7 +257,7 @@ def test_inverse_kinematics_goes_through_the_loop(name):
     robot = ks.load_robot(name)
     for pose in robot.description.known_poses[:3]:
         place = pose.motion.matrix[:3, 3]
-        result = ks.inverse_kinematics(robot, place, rows=robot.task.rows)
+        result = ks.inverse_kinematics(robot, place, rows=robot.singularity.task.rows)
         assert result.solutions
         for solution in result.solutions:
             found = ks.forward_kinematics(robot, solution.q)[:3, 3]

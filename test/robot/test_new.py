@@ -42,7 +42,7 @@ def test_a_new_robot_is_the_same_arm_in_each_convention_and_unit(dof):
         robot = ks.robot_from_text(text)
         assert (robot.name, robot.dof, robot.convention) == ('my_arm', dof, convention)
         assert robot.description.warnings == ()
-        assert robot.task.generic_rank == min(dof, len(robot.task.rows))
+        assert robot.singularity.task.generic_rank == min(dof, len(robot.singularity.task.rows))
         poses.append(ks.forward_kinematics(robot, np.linspace(-1.1, 0.9, dof)))
     assert np.ptp(poses, axis=0).max() < ROUND_OFF
 

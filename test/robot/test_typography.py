@@ -5,10 +5,10 @@ import math
 import pytest
 import sympy
 
+from kinematics_service.apps.formulas.derive.derivation import derive
 from kinematics_service.errors import RobotFileError
 from kinematics_service.robot.file.reader import parse_robot
 from kinematics_service.robot.robot import build_robot
-from kinematics_service.symbolic.derivation import derive
 from kinematics_service.typography import GREEK, plain_names, plain_signs
 
 FILE = """\

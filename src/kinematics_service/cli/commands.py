@@ -12,13 +12,15 @@ import typer
 import typer.core
 
 from .. import kernel
+from ..app_modules import has_app
 from ..kernel.compiled import VARIABLE
 from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, named, option
 
 # The commands, in the order of the help. Each has a file and a function of its name (_ for -),
-# whose parameters are its arguments and options, and whose docstring is its help.
+# whose parameters are its arguments and options, and whose docstring is its help: in this folder,
+# or in the folder `commands` of an app.
 COMMANDS = {
     'check': 'Check robot files and print what they say.',
     'new': 'Write a robot file to begin with.',
@@ -44,6 +46,21 @@ COMMANDS = {
     'reload': 'Let a running node read its robot file again.',
     'view': 'Show the arm live on a web page.',
 }
+# The app that has a command; all others are the core's own.
+APPS = {
+    'check': 'checking',
+    'compare': 'formulas',
+    'derive': 'formulas',
+    'audit': 'recordings',
+    **{name: 'calibration' for name in COMMANDS if name.startswith('calibrate')},
+    'plot': 'pictures',
+    'demo': 'demo',
+    'echo': 'demo',
+    'view': 'pictures',
+}
+for _command, _app in APPS.items():
+    if not has_app(_app):
+        del COMMANDS[_command]
 # Columns that a help takes at most, if the terminal has them.
 WIDE = {'max_content_width': 100}
 # Python has no module of the first name, and another function of the second.
@@ -84,7 +101,7 @@ class CommandGroup(typer.core.TyperGroup):
         if cmd_name not in COMMANDS:
             return None
         name = RENAMED.get(cmd_name, cmd_name.replace('-', '_'))
-        module = import_module(f'.{name}', __package__)
+        module = import_module(f'{home_of(cmd_name)}.{name}')
         alone = typer.Typer(add_completion=False, rich_markup_mode=None)
         command = getattr(module, name)
         words = f'{cleandoc(command.__doc__ or "")}\n{getattr(module, "HELP_ENDS", "")}'
@@ -123,6 +140,12 @@ class CommandGroup(typer.core.TyperGroup):
             # Of what is missing typer says the name alone.
             error.message = error.message or getattr(error.param, 'help', None) or ''
             raise
+
+
+def home_of(command: str) -> str:
+    """Return the package whose file a command is."""
+    root = __package__.partition('.')[0]
+    return f'{root}.apps.{APPS[command]}.commands' if command in APPS else f'{root}.cli'
 
 
 def robot_first(arguments: Sequence[str]) -> list[str]:

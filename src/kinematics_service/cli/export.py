@@ -4,8 +4,8 @@ import re
 import sys
 from pathlib import Path
 
-from ..formats.urdf.writer import export_urdf, without_loops
 from ..output_file import write_file
+from ..robot.urdf.writer import export_urdf, without_loops
 from ..typography import counted
 from .options import RobotArgument, given_robot, option, refuse_robot_file
 

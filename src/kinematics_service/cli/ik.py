@@ -2,6 +2,7 @@
 
 import math
 import re
+import sys
 from collections.abc import Iterator
 from typing import Annotated, Any, Optional
 
@@ -113,7 +114,7 @@ def ik(
     --family: an arm with one joint more than the target asks for, as seven for a pose, holds its
     tool still and moves. Each arc of such a motion inside the limits is printed: the joints and
     limits that end it, its length, the range of each joint, and the positions farthest from
-    the limits. complete says whether there are no others.
+    the limits. complete is found: a search may miss arcs.
 
     --one: the first solution found inside the limits, the nearest one where there is a
     closed form. An arm without one is searched from there: --seed gives other starts.
@@ -179,7 +180,10 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
     if rpy is not None and quaternion is not None:
         raise WrongUsage('--rpy and --quaternion both say how the tool is turned: give one')
     if rpy is not None:
-        R = rotation_of_roll_pitch_yaw(given_numbers('--rpy', rpy, 3, True, degrees))
+        angles = given_numbers('--rpy', rpy, 3, True, degrees)
+        if not degrees and np.abs(angles).max() > math.tau:
+            print('--rpy is read in radians, and is far out: did you mean --deg?', file=sys.stderr)
+        R = rotation_of_roll_pitch_yaw(angles)
     elif quaternion is not None:
         given = given_numbers('--quaternion', quaternion, 4)
         if abs(float(np.linalg.norm(given)) - 1.0) > 1e-3:

@@ -7,12 +7,12 @@ from enum import Enum
 from pathlib import Path
 from typing import Optional
 
-from ..diagnosis.calibration.factory import import_ur_calibration
-from ..formats.urdf.cell_text import urdf_cell_text
-from ..formats.urdf.importer import import_urdf as imported
+from ..app_modules import app_module
 from ..output_file import say_written
 from ..robot.bundled import find_robot
 from ..robot.file.reader import robot_file_text
+from ..robot.urdf.cell_text import urdf_cell_text
+from ..robot.urdf.importer import import_urdf as imported
 from .export import write_document
 from .options import ROBOT, WrongUsage, doubt_text, flag, given_robot, option
 
@@ -99,10 +99,13 @@ def import_urdf(
 
 
 def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
+    app = app_module('factory calibration')
+    if app is None:
+        raise WrongUsage('--ur-calibration: the app calibration, which reads it, was removed')
     arm = given_robot(robot)
     date = datetime.now().astimezone().date().isoformat()
     text = robot_file_text(*find_robot(robot))
-    found = import_ur_calibration(file, arm, text, date)
+    found = app.import_ur_calibration(file, arm, text, date)
     _write(out, found.text, f'{arm.name}: {found}')
 
 

@@ -25,7 +25,7 @@ def is_ours(error: ImportError) -> bool:
 
 def ros_module(name: str) -> Any:
     """
-    Return a module of the room `ros`, by its name there.
+    Return a module that needs ROS, by its name in the package.
 
     Raises
     ------
@@ -36,6 +36,6 @@ def ros_module(name: str) -> Any:
     """
     refuse_ros_variables()
     try:
-        return import_module(f'..ros.{name}', __package__)
+        return import_module(f'..{name}', __package__)
     except ImportError as error:
         raise error if is_ours(error) else RosMissingError(error) from error

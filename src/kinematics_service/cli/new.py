@@ -9,13 +9,13 @@ from typing import Annotated, Optional, get_args
 
 import typer
 
+from ..app_modules import app_module
 from ..errors import RobotNotFoundError
-from ..formats.tables.robot_table import read_table
 from ..robot.bundled import bundled_robots, find_robot_file
 from ..robot.file.parts.description import AngleUnit, LengthUnit
 from ..robot.file.parts.quantities import Units
 from ..robot.file.writing.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
-from .check import check
+from ..robot.tables.robot_table import read_table
 from .export import write_document
 from .options import WrongUsage, flag, given_text, option, refuse_unwritable
 
@@ -107,7 +107,8 @@ def new(
         return
     if table is not None:
         print(f'wrote {file}')
-        check([file], strict=False)
+        if checking := app_module('check'):
+            checking.check([file], strict=False)
         return
     print(f'wrote {file}; next: python -m kinematics_service check {file}')
 

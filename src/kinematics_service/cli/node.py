@@ -66,7 +66,7 @@ def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
     # Nothing is garbage before the node is there: to look for it takes 25 ms.
     gc.disable()
     try:
-        code: int = ros_module('process.runner').run_node(
+        code: int = ros_module('node.process.runner').run_node(
             options.robots,
             ros_arguments,
             options.allow_unsecured,

@@ -23,5 +23,5 @@ def reload(
       kinematics_service reload
       kinematics_service reload /left_arm/kinematics
     """
-    run_reload = ros_module('tools.node_requests').run_reload
+    run_reload = ros_module('node.process.node_requests').run_reload
     raise typer.Exit(run_reload(node, context.obj))

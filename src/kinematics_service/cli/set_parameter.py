@@ -33,5 +33,5 @@ def set_parameter(
     if len(words) not in (2, 3):
         raise WrongUsage('write: set [NODE] PARAMETER VALUE; quote a list')
     node, name, value = [NODE, *words][-3:]
-    run_set = ros_module('tools.node_requests').run_set
+    run_set = ros_module('node.process.node_requests').run_set
     raise typer.Exit(run_set(node, name, value, context.obj))

@@ -84,12 +84,12 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
     moving = ('lost_direction', 'joint_motion', 'way_out', 'rate', 'time_to_warning')
     return {
         'level': singularity.level.name,
-        **attributes(robot.thresholds, 'measure', 'warn', 'stop'),
+        **attributes(robot.singularity.thresholds, 'measure', 'warn', 'stop'),
         **attributes(singularity, 'distance', *NUMBERS, 'nearest_singular'),
         'flat_loop': flat_loop(robot, singularity) or None,
         **attributes(singularity, 'clearance'),
-        'task': robot.task.rows,
-        'length': robot.task.length,
+        'task': robot.singularity.task.rows,
+        'length': robot.singularity.task.length,
         **attributes(singularity, *moving),
     }
 
@@ -144,7 +144,7 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
 
 
 def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
-    task = robot.task
+    task = robot.singularity.task
     full = min(len(task.rows), robot.dof)
     at_pose = singularity.rank < singularity.generic_rank
     for measure in MEASURES.values():
@@ -162,7 +162,7 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     if task.structurally_deficient:
         yield 'at every pose', structure_in_words(robot)
     yield 'task', f'{" ".join(task.rows)}, characteristic length {task.length:.4g} m'
-    yield 'watched', threshold_words(robot.thresholds)
+    yield 'watched', threshold_words(robot.singularity.thresholds)
     loop = flat_loop(robot, singularity)
     if loop and singularity.level != Level.OK:
         yield 'near', f'{flat_position(loop)}: {lost_hold(loop)}'
@@ -204,7 +204,7 @@ def _value_words(measure: Measure, robot: Robot, singularity: Singularity) -> st
         return _distance_words(robot, singularity)
     value = getattr(singularity, measure.name)
     if value is None:
-        return f'none, J has {len(robot.task.rows)} rows and {robot.dof} columns'
+        return f'none, J has {len(robot.singularity.task.rows)} rows and {robot.dof} columns'
     shown = f'{value:.6g}' if measure.of_volume else f'{value:.4g}'
     return f'{shown} {measure.unit}'.rstrip()
 
@@ -220,7 +220,7 @@ def _distance_words(robot: Robot, singularity: Singularity) -> str:
 
 
 def _motion_words(robot: Robot, singularity: Singularity) -> str:
-    measure = MEASURES[robot.thresholds.measure].words
+    measure = MEASURES[robot.singularity.thresholds.measure].words
     time = singularity.time_to_warning
     if time == 0.0:
         when = 'beyond its WARN threshold now'

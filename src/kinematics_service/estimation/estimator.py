@@ -192,7 +192,7 @@ class Estimator:
         self.settings = settings
         self.counts: Counter[str] = Counter()
         self._joints = self._new_joints()
-        self._search = NearestSearch(robot.arm)
+        self._search = NearestSearch(robot.singularity.arm)
         self._alarm = Alarm()
         self._null_space: Floats | None = None
         self._is_open = False
@@ -202,7 +202,7 @@ class Estimator:
         """Apply another arm or other settings; joints that keep their names keep their states."""
         former = self._joints
         if robot is not self.robot:
-            self._search = NearestSearch(robot.arm)
+            self._search = NearestSearch(robot.singularity.arm)
             former.is_closed = False  # the loops are closed from their known position
         moves_alike = robot.chain is self.robot.chain
         self.robot, self.settings = robot, settings
@@ -255,7 +255,7 @@ class Estimator:
             self._search,
             self._joints,
             robot.chain.single_widths,
-            robot.measure_places.width,
+            robot.singularity.measure_places.width,
         )
 
     @property
@@ -312,7 +312,7 @@ class Estimator:
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
             return False
-        level: float = measures.item(self.robot.measure_places.judged + kernel.LEVEL)
+        level: float = measures.item(self.robot.singularity.measure_places.judged + kernel.LEVEL)
         return level == 0.0 and alarm.is_settled(Level.OK, arrival)
 
     def judge(self, singularity: Singularity, arrival: int) -> tuple[Level, bool]:
@@ -323,7 +323,9 @@ class Estimator:
         else:
             value = watched_value(self.robot, singularity)
             # That of the pose is the higher one where the pose is nearly singular.
-            level = max(self.robot.thresholds.level(value, alarm.level), singularity.level)
+            level = max(
+                self.robot.singularity.thresholds.level(value, alarm.level), singularity.level
+            )
         if alarm.is_settled(level, arrival):
             return level, False
         factors = singularity.factors
@@ -357,7 +359,7 @@ class Estimator:
         outcome = self._observe(sample, row)
         if isinstance(outcome, RefusedMessage):
             return outcome
-        measures = np.empty(self.robot.measure_places.width)
+        measures = np.empty(self.robot.singularity.measure_places.width)
         kernel.measure_one(self._search, row, measures)
         moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
         state = ToolState(self.robot, row, moving, None, measures)
@@ -460,7 +462,7 @@ class Estimator:
 
     def with_null_space(self, answer: EstimatorOutput) -> EstimatorOutput:
         """Return an answer with the basis of its null space that is nearest to the last one."""
-        basis = basis_of(self.robot.task, answer.state.jacobian, self._null_space)
+        basis = basis_of(self.robot.singularity.task, answer.state.jacobian, self._null_space)
         self._null_space = basis
         return answer._replace(null_space=basis)
 
@@ -493,7 +495,7 @@ class Estimator:
         if refusal is None:
             positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
             outcome: int = kernel.observe(
-                self.robot.arm,
+                self.robot.singularity.arm,
                 self._joints,
                 named.ours,
                 positions,

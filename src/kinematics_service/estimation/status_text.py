@@ -83,7 +83,7 @@ def _watched_in_words(measure: Measure, value: float, singularity: Singularity) 
 def _tendency(singularity: Singularity, robot: Robot) -> str:
     if singularity.rate is None:
         return 'unknown'
-    small_is_bad = MEASURES[robot.thresholds.measure].small_is_bad
+    small_is_bad = MEASURES[robot.singularity.thresholds.measure].small_is_bad
     worsening = -singularity.rate if small_is_bad else singularity.rate
     if abs(worsening) < 1e-9:
         return 'steady'
@@ -108,7 +108,7 @@ def singularity_status(
         Put before the joint names of the robot file.
     """
     names = [joint_prefix + name for name in robot.joint_names]
-    measure = MEASURES[robot.thresholds.measure]
+    measure = MEASURES[robot.singularity.thresholds.measure]
     value = watched_value(robot, singularity)
     shown = f'{_watched_in_words(measure, value, singularity)}, '
     volume = f'manipulability {singularity.manipulability:.3g}'
@@ -132,8 +132,8 @@ def singularity_status(
         ('robot', robot.name),
         ('measure', measure.name),
         ('value', f'{value:.9g}'),
-        ('warn', f'{robot.thresholds.warn:g}'),
-        ('stop', f'{robot.thresholds.stop:g}'),
+        ('warn', f'{robot.singularity.thresholds.warn:g}'),
+        ('stop', f'{robot.singularity.thresholds.stop:g}'),
         ('distance', _amount(singularity.distance)),
         *((name, _amount(getattr(singularity, name))) for name in MEASURES if name != 'distance'),
         ('nearest_singular', _pose_in_words(names, singularity.nearest_singular)),
@@ -148,7 +148,7 @@ def singularity_status(
         ('time_to_warning', _seconds(singularity.time_to_warning)),
     ]
     values += _factor_values(robot, singularity, names)
-    if robot.task.structurally_deficient:
+    if robot.singularity.task.structurally_deficient:
         values.append(('structural', structure_in_words(robot)))
     return StatusText(level, sentence, tuple(values))
 
@@ -166,7 +166,7 @@ def lost_hold(loop: str) -> str:
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
     # What is near: the arm's singular pose, or a loop's flat position.
-    thresholds, condition = robot.thresholds, singularity.condition_number
+    thresholds, condition = robot.singularity.thresholds, singularity.condition_number
     none_near = thresholds.measure == 'distance' and singularity.distance > thresholds.warn
     if none_near and level == Level.WARN and condition > kernel.NEARLY_SINGULAR:
         return (
@@ -202,9 +202,9 @@ def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
     k = nearest_factor(robot, singularity)
     if k is None or singularity.factors is None:
         return ''
-    text = robot.factors.texts[k]
+    text = robot.singularity.factors.texts[k]
     shown = f': {text}' if len(text) <= SHORT else ''
-    return f'{robot.factors.called(k)}{shown} = {singularity.factors.values[k]:.3g}, '
+    return f'{robot.singularity.factors.called(k)}{shown} = {singularity.factors.values[k]:.3g}, '
 
 
 def _factor_values(
@@ -219,8 +219,8 @@ def _factor_values(
     )
     return [
         ('factor', factors.names[k]),
-        ('factor_expression', robot.factors.texts[k]),
-        *([('factor_approximate', 'true')] if robot.factors.approximate[k] else []),
+        ('factor_expression', robot.singularity.factors.texts[k]),
+        *([('factor_approximate', 'true')] if robot.singularity.factors.approximate[k] else []),
         ('factor_value', f'{factors.values[k]:.9g}'),
         ('factor_motion', f'{factors.estimates[k]:.9g}'),
         ('joint_motion_to_its_zero', motion),
@@ -239,7 +239,7 @@ def _seconds(time: float | None) -> str:
 
 def structure_in_words(robot: Robot) -> str:
     """Return what an arm lacks at every pose; empty if it lacks nothing."""
-    task = robot.task
+    task = robot.singularity.task
     if not task.structurally_deficient:
         return ''
     full = min(len(task.rows), robot.dof)

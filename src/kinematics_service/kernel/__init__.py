@@ -24,6 +24,7 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     module, original = _HOME[name]
     value = getattr(import_module(module, __name__), original)
+    # Functions of `compiled` are plain Python in both cases.
     globals()[name] = value if module == '.compiled' else compiled.as_exported(value)
     return globals()[name]
 

@@ -70,6 +70,7 @@ from .self_motion.curve_path import nearest_place as nearest_place
 from .self_motion.curve_path import write_places as write_places
 from .self_motion.curve_pieces import cut as cut
 from .self_motion.curve_point import CurvePoint as CurvePoint
+from .self_motion.curve_point import write_derivative as write_derivative
 from .self_motion.tracing import passes as passes
 from .self_motion.tracing import trace as trace
 from .singular_search.arm import Arm as Arm

@@ -7,7 +7,6 @@ from .forward.chain import Chain
 from .layout import arrays, places
 from .layout.arrays import Flat, Floats
 from .loops import closed_pass
-from .singular_search.arm import Arm
 
 
 def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) -> int:
@@ -84,7 +83,7 @@ def _evaluate_rows(
     return -1
 
 
-def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
+def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
     """
     Fill one row as `evaluate` does, and after it q, qdot and, once more, the quaternion.
 
@@ -92,7 +91,7 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
 
     Parameters
     ----------
-    arm
+    chain
         The arm.
     q, qdot : shape (n,) each
         Joint positions and velocities.
@@ -100,17 +99,17 @@ def evaluate_one(arm: Arm, q: Floats, qdot: Floats, row: Floats) -> int:
         Its length tells how much of it is filled: a depth of `evaluate`. The arguments are few,
         because a call spends as much time on each of them as on a joint.
     """
-    n = arm.chain.dof
+    n = chain.dof
     if arrays.size(q) != n or arrays.size(qdot) != n:
         return -2
     positions, rates = arrays.numbers(q, n), arrays.numbers(qdot, n)
     tail = 2 * n + places.ROW_TAIL
-    result = arrays.results(row, arm.chain.pose_width + tail)
+    result = arrays.results(row, chain.pose_width + tail)
     at = arrays.size(row) - tail
     for j in range(n):
         result[at + j] = positions[j]
         result[at + n + j] = rates[j]
-    bad = evaluate_tail(arm.chain, result, at, False)
+    bad = evaluate_tail(chain, result, at, False)
     arrays.copy(
         arrays.after(result, at + 2 * n),
         places.ROW_TAIL,

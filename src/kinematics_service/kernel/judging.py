@@ -371,7 +371,7 @@ def evaluate_and_measure_one(
     arm: Arm, q: Floats, qdot: Floats, row: Floats, measures: Floats
 ) -> int:
     """`evaluate_one`, then `measure_one` with a new search; returns what the first returns."""
-    bad = evaluation.evaluate_one(arm, q, qdot, row)
+    bad = evaluation.evaluate_one(arm.chain, q, qdot, row)
     if bad == -1:
         measure_one(NearestSearch(arm), row, measures)
     return bad

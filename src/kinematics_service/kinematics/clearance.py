@@ -47,8 +47,8 @@ def _sizes(robot: Robot, q: Floats) -> Floats:
         return np.zeros(len(q))
     away = np.abs(q[:, slides])
     farthest = np.max(np.where(away > strokes[slides], away, 0.0), axis=1, initial=0.0)
-    _, powers = np.frexp(farthest / robot.task.length)
-    return np.where(farthest > 0.0, np.ldexp(robot.task.length, powers), 0.0)
+    _, powers = np.frexp(farthest / robot.singularity.task.length)
+    return np.where(farthest > 0.0, np.ldexp(robot.singularity.task.length, powers), 0.0)
 
 
 @functools.lru_cache(maxsize=64)
@@ -60,7 +60,7 @@ def _strokes(robot: Robot) -> Floats:
 def _bounds(robot: Robot, size: float) -> ClearanceBounds:
     strokes = _strokes(robot)
     reached = np.where(strokes != 0.0, np.maximum(strokes, size), 0.0)
-    return find_bounds(robot.chain, robot.task, reached)
+    return find_bounds(robot.chain, robot.singularity.task, reached)
 
 
 def _radii(robot: Robot, bounds: ClearanceBounds, q: Floats) -> Floats:
@@ -69,7 +69,7 @@ def _radii(robot: Robot, bounds: ClearanceBounds, q: Floats) -> Floats:
         return radii
 
     def part(begin: int, end: int) -> int:
-        clearance = kernel.Clearance(robot.arm, *bounds)
+        clearance = kernel.Clearance(robot.singularity.arm, *bounds)
         kernel.clearances(clearance, rows[begin:end], radii[begin:end])
         return -1
 

@@ -131,7 +131,7 @@ def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
     """
     robot = as_robot(robot)
     state = evaluate(robot, q, measured=True)
-    return self_motion_of(state, basis_of(robot.task, state.jacobian))
+    return self_motion_of(state, basis_of(robot.singularity.task, state.jacobian))
 
 
 def self_motion_of(state: ToolState, basis: Floats) -> Floats:
@@ -139,7 +139,7 @@ def self_motion_of(state: ToolState, basis: Floats) -> Floats:
     found = singularity_of(state)
     if found.nearest_singular is None:
         return np.zeros(state.q.shape)
-    scales = state.robot.task.column_scales
+    scales = state.robot.singularity.task.column_scales
     away = (state.q - found.nearest_singular) / scales
     length = np.linalg.norm(away, axis=-1, keepdims=True)
     gradient = np.zeros(away.shape)

@@ -235,7 +235,9 @@ def _tool_motion(robot: Robot, q: Floats, slope: Floats) -> Floats:
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     moved = np.einsum('nij,nj->ni', state.jacobian, slope)
     turned = state.link_frames[0, 0, :3, :3]
-    moved = np.hstack([moved[:, :3] @ turned, robot.task.length * moved[:, 3:] @ turned])
+    moved = np.hstack(
+        [moved[:, :3] @ turned, robot.singularity.task.length * moved[:, 3:] @ turned]
+    )
     return np.asarray(
-        np.linalg.norm(moved[:, [row in robot.task.rows for row in ROW_NAMES]], axis=1)
+        np.linalg.norm(moved[:, [row in robot.singularity.task.rows for row in ROW_NAMES]], axis=1)
     )

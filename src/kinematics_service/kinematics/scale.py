@@ -277,7 +277,7 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
     # No singular pose is nearer than the distance, so the motion may go on by so much before it is
     # looked for again, up to the way of a stop. Seen from the last of these poses, the surface is
     # taken to be at right angles to the way to the nearest one.
-    thresholds, scales = robot.thresholds, robot.task.column_scales
+    thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
     assert stop is not None  # the distance has thresholds of its own
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
@@ -309,7 +309,7 @@ def _proved(
 ) -> npt.NDArray[np.bool_]:
     # Whether balls without a singular pose, one after the other, cover the way of a stop.
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
-    speeds = np.linalg.norm(rates / robot.task.column_scales, axis=-1)
+    speeds = np.linalg.norm(rates / robot.singularity.task.column_scales, axis=-1)
     due = braking.horizon + 0.5 * np.ravel(braking.stopping)
     passed = np.where(speeds > AT_REST, 0.0, due)
     left = np.flatnonzero(passed < due)

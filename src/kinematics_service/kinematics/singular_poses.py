@@ -32,7 +32,7 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
     if robot.chain.loops:
         return np.empty((0, robot.dof))  # on the way a loop might not close
     q = seeded_poses(inside, robot.prismatic)[:STARTS]
-    scale = np.where(robot.prismatic, robot.task.length, 1.0)
+    scale = np.where(robot.prismatic, robot.singularity.task.length, 1.0)
     for _ in range(STEPS):
         near = singularity(robot, q)
         # To the pose that was found; or back along the way out, where ln w grows fastest, as far

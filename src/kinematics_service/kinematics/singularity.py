@@ -173,7 +173,7 @@ class _TakenMeasures(Singularity):
 
     @property
     def _places(self) -> MeasurePlaces:
-        return self._state.robot.measure_places
+        return self._state.robot.singularity.measure_places
 
     @_cached
     def _found(self) -> Floats:
@@ -183,7 +183,11 @@ class _TakenMeasures(Singularity):
     @property
     def _watched(self) -> Floats:
         # What the level depends on.
-        return self._found if self._robot.thresholds.measure == 'distance' else self._first
+        return (
+            self._found
+            if self._robot.singularity.thresholds.measure == 'distance'
+            else self._first
+        )
 
     def _shown(self, numbers: Floats) -> Any:
         # Of a number for each pose, (N,).
@@ -192,7 +196,7 @@ class _TakenMeasures(Singularity):
 
     @_cached
     def determinant(self) -> Any:
-        square = self._state.robot.task.square
+        square = self._state.robot.singularity.task.square
         return _column(self._first, kernel.DETERMINANT) if square else None
 
     manipulability = _cached(lambda one: _column(one._first, kernel.MANIPULABILITY))
@@ -209,7 +213,7 @@ class _TakenMeasures(Singularity):
 
     @_cached
     def generic_rank(self) -> int:
-        return self._robot.task.generic_rank
+        return self._robot.singularity.task.generic_rank
 
     distance = _cached(lambda one: _column(one._found, kernel.DISTANCE))
 
@@ -242,7 +246,7 @@ class _TakenMeasures(Singularity):
 
     @_cached
     def level(self) -> Any:
-        k = self._state.robot.measure_places.judged + kernel.LEVEL
+        k = self._state.robot.singularity.measure_places.judged + kernel.LEVEL
         if self._first.ndim == 1:
             return _LEVELS[int(self._first.item(k))]
         return _read_only(self._watched[..., k].astype(int))
@@ -250,7 +254,7 @@ class _TakenMeasures(Singularity):
     @_cached
     def factors(self) -> FactorMeasures | None:
         robot, places, first = self._robot, self._places, self._first
-        names, leading = robot.factors.names, first.shape[:-1]
+        names, leading = robot.singularity.factors.names, first.shape[:-1]
         if not names:
             return None
         results = _part(first, places.results, places.pose)
@@ -258,7 +262,9 @@ class _TakenMeasures(Singularity):
             names=names,
             estimates=_part(first, places.distances, places.results),
             results=results.reshape(*leading, len(names), 1 + robot.dof),
-            column_scales=np.broadcast_to(robot.task.column_scales, (*leading, robot.dof)),
+            column_scales=np.broadcast_to(
+                robot.singularity.task.column_scales, (*leading, robot.dof)
+            ),
         )
 
 
@@ -284,7 +290,7 @@ def _read_only(vector: Floats) -> Floats:
 
 def watched_value(robot: Robot, singularity: Singularity) -> float:
     """Return the watched measure of one pose: |det| for the determinant."""
-    return abs(float(getattr(singularity, robot.thresholds.measure)))
+    return abs(float(getattr(singularity, robot.singularity.thresholds.measure)))
 
 
 def unsearched(singularity: Singularity) -> str:
@@ -292,7 +298,7 @@ def unsearched(singularity: Singularity) -> str:
     state: ToolState | None = singularity.__dict__.get('_state')
     farthest = 0.0
     if state is not None:
-        farthest = float(np.max(np.abs(state.q / state.robot.task.column_scales)))
+        farthest = float(np.max(np.abs(state.q / state.robot.singularity.task.column_scales)))
     return why_unsearched(len(singularity.joint_motion), farthest)
 
 
@@ -311,7 +317,9 @@ def nearest_factor(robot: Robot, singularity: Singularity) -> int | None:
     if factors is None or singularity.nearest_singular is None:
         return None
     k = factors.nearest
-    near = robot.factors.may_name(k, float(factors.estimates[k]), float(singularity.distance))
+    near = robot.singularity.factors.may_name(
+        k, float(factors.estimates[k]), float(singularity.distance)
+    )
     return k if near else None
 
 
@@ -324,7 +332,11 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
     what it moves: no direction of the tool is lost.
     """
     k = nearest_factor(robot, singularity)
-    return '' if k is None or not robot.factors.is_loop(k) else robot.factors.names[k]
+    return (
+        ''
+        if k is None or not robot.singularity.factors.is_loop(k)
+        else robot.singularity.factors.names[k]
+    )
 
 
 def measured(state: ToolState) -> ToolState:
@@ -349,8 +361,8 @@ def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats
 
 
 def _measure(state: ToolState) -> Floats:
-    row = np.empty(state.robot.measure_places.width)
-    kernel.measure_one(kernel.NearestSearch(state.robot.arm), state.row, row)
+    row = np.empty(state.robot.singularity.measure_places.width)
+    kernel.measure_one(kernel.NearestSearch(state.robot.singularity.arm), state.row, row)
     return row
 
 

@@ -30,10 +30,10 @@ def measures_of(state: ToolState) -> Floats:
     """
     robot = state.robot
     rows, q = _rows(state)
-    measures = np.empty((len(rows), robot.measure_places.width))
+    measures = np.empty((len(rows), robot.singularity.measure_places.width))
 
     def part(begin: int, end: int) -> int:
-        kernel.measure(robot.arm, rows[begin:end], q[begin:end], measures[begin:end])
+        kernel.measure(robot.singularity.arm, rows[begin:end], q[begin:end], measures[begin:end])
         return -1
 
     in_parts(len(rows), part)
@@ -60,7 +60,7 @@ def searched(
         return found
 
     def part(begin: int, end: int) -> int:
-        alone = kernel.NearestSearch(state.robot.arm)
+        alone = kernel.NearestSearch(state.robot.singularity.arm)
         kernel.find_nearest(alone, rows[begin:end], q[begin:end], found[begin:end], False)
         return -1
 
@@ -76,9 +76,9 @@ def recalled(state: ToolState, distance: Floats, nearest_singular: Floats) -> Fl
     """
     robot, measures = state.robot, measures_of(state)
     measures[:, kernel.DISTANCE] = distance
-    measures[:, robot.measure_places.pose :] = nearest_singular
-    if robot.thresholds.measure == 'distance':
-        measures[:, robot.measure_places.judged + kernel.WATCHED] = distance
+    measures[:, robot.singularity.measure_places.pose :] = nearest_singular
+    if robot.singularity.thresholds.measure == 'distance':
+        measures[:, robot.singularity.measure_places.judged + kernel.WATCHED] = distance
     return measures
 
 
@@ -92,7 +92,7 @@ def watched(robot: Robot, measures: Floats) -> Floats:
     """
     Return the measure the robot's thresholds are about, shape (N,): |det| for the determinant.
     """
-    return measures[:, robot.measure_places.judged + kernel.WATCHED]
+    return measures[:, robot.singularity.measure_places.judged + kernel.WATCHED]
 
 
 def rates(state: ToolState, measures: Floats) -> Floats:
@@ -108,10 +108,13 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     qdot = np.ascontiguousarray(state.qdot).reshape(-1, n)
     speed = np.max(np.abs(qdot), axis=1)
     moving = speed > AT_REST
-    if robot.thresholds.measure == 'distance':
-        distance, poses = watched(robot, measures), measures[:, robot.measure_places.pose :]
+    if robot.singularity.thresholds.measure == 'distance':
+        distance, poses = (
+            watched(robot, measures),
+            measures[:, robot.singularity.measure_places.pose :],
+        )
         found = np.isfinite(poses[:, 0]) & (distance > 0.0) & moving
-        scales = robot.task.column_scales
+        scales = robot.singularity.task.column_scales
         away = (poses[found] - q[found]) / scales
         along = np.sum(away * (qdot[found] / scales), axis=1)
         result = np.zeros(len(q))
@@ -130,7 +133,7 @@ def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
     """
     Return the seconds to the threshold `warn`, shape (N,): 0 beyond it, inf where it never comes.
     """
-    thresholds = robot.thresholds
+    thresholds = robot.singularity.thresholds
     worsening = np.sign(thresholds.stop - thresholds.warn) * rates
     margin = np.sign(thresholds.warn - thresholds.stop) * (values - thresholds.warn)
     times = np.full_like(values, np.inf)

@@ -157,10 +157,10 @@ def wrench_of(
     Return what `wrench_from_torques` returns, of a Jacobian (..., 6, n), in its axes and at its
     point.
     """
-    length = robot.task.length
+    length = robot.singularity.task.length
     # F' = (force, torque / length) and tau' = tau times the scale of each joint: tau' = J'^T F'.
     row_scales = np.array([1.0, 1.0, 1.0, length, length, length])
-    column_scales = robot.task.column_scales
+    column_scales = robot.singularity.task.column_scales
     U, sigma, Vt = np.linalg.svd(row_scales[:, None] * J * column_scales)
     found = inverted(sigma, length, damping, damped_below)
     count = sigma.shape[-1]

@@ -25,15 +25,15 @@ def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> T
         No joint moves them.
     """
     if rows is None and type(of) is str and of == TOOL:
-        return robot.task
-    names = robot.task.rows if rows is None else rows_in_order(PointError, rows)
+        return robot.singularity.task
+    names = robot.singularity.task.rows if rows is None else rows_in_order(PointError, rows)
     robot.point(of)  # refuses what is none
     return _found(robot, names, of)
 
 
 @functools.lru_cache(maxsize=128)
 def _found(robot: Robot, rows: tuple[str, ...], of: str | int) -> Task:
-    chain, length = robot.point(of).chain, robot.task.length
+    chain, length = robot.point(of).chain, robot.singularity.task.length
     q = generic_poses(chain, robot.limits, robot.prismatic)
     return find_task(chain, robot.joint_names, q, robot.prismatic, rows, length)
 

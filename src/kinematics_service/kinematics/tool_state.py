@@ -49,7 +49,7 @@ class ToolState(NamedTuple):
         at, q = (', '.join(f'{x:.4g}' for x in values) for values in (self.position, self.q))
         return f'ToolState({self.robot.name!r}, tool at [{at}] m, q [{q}])'
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str | None:
         return as_html(self)
 
     @property
@@ -225,10 +225,12 @@ def evaluate(
         return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
     row, measures = np.empty(width), None
     if measured:
-        measures = np.empty(robot.measure_places.width)
-        bad = kernel.evaluate_and_measure_one(robot.arm, positions, rates, row, measures)
+        measures = np.empty(robot.singularity.measure_places.width)
+        bad = kernel.evaluate_and_measure_one(
+            robot.singularity.arm, positions, rates, row, measures
+        )
     else:
-        bad = kernel.evaluate_one(robot.arm, positions, rates, row)
+        bad = kernel.evaluate_one(chain, positions, rates, row)
     if bad != -1:
         raise _not_taken(robot, chain, positions, rates)
     return _new(ToolState, (robot, row, qdot is not None, None, measures))
@@ -259,7 +261,7 @@ def evaluate_point(
     if positions.ndim > 1 or rates.ndim > 1:
         return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
     row = np.empty(chain.single_widths[depth])
-    if kernel.evaluate_one(point.arm, positions, rates, row) != -1:
+    if kernel.evaluate_one(chain, positions, rates, row) != -1:
         raise _not_taken(robot, chain, positions, rates)
     return _new(ToolState, (robot, row, qdot is not None, None, None))
 

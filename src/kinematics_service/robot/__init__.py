@@ -1,1 +1,1 @@
-"""One arm, frozen: its table, its chain, its task and its measures."""
+"""One arm, frozen: its table, its chain, its task and its measures; its files."""

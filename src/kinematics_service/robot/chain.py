@@ -134,6 +134,18 @@ def poses_and_jacobians(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     return rows[:, :16].reshape(-1, 4, 4), J.reshape(-1, 6, chain.dof)
 
 
+def poses_and_frames(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
+    """
+    Return the poses of a chain's end (N, 4, 4), and frame 0 and the frame after each row of the
+    table (N, rows + 1, 4, 4), at variables (N, n).
+    """
+    rows = np.empty((len(q), chain.widths[kernel.ALL_FRAMES]))
+    q, at_rest = np.ascontiguousarray(q), chain.at_rest.reshape(1, -1)
+    kernel.evaluate(chain, q, at_rest, kernel.ALL_FRAMES, rows)
+    frames = rows[:, chain.widths[kernel.JACOBIAN] :]
+    return rows[:, :16].reshape(-1, 4, 4), frames.reshape(len(q), chain.frames, 4, 4)
+
+
 def first_entries(chain: Chain) -> Integers:
     """Return for each entry of a chain the first entry of its element."""
     first = chain.table.first_entry

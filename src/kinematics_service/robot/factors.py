@@ -14,11 +14,10 @@ import numpy as np
 from .. import kernel
 from ..errors import KinematicsError
 from ..kernel import Chain, Floats, Integers
-from .chain import FrozenArrays
+from .chain import FrozenArrays, poses_and_jacobians
 from .file.parts.description import RobotDescription
 from .file.parts.loop_groups import group_name, loop_groups, passive_of
 from .file.text.expression_syntax import ARGUMENTS_OF, evaluated, syntax_tree
-from .measure_places import measure_places
 from .task import Task
 
 # The product of the factors is the determinant where log|det| - sum(k log|f|) is the same at all
@@ -230,7 +229,7 @@ def with_loops(factors: Factors, description: RobotDescription, chain: Chain) ->
 def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: Floats) -> bool:
     if not task.square or task.structurally_deficient:
         return False
-    determinants = np.abs(_measure_table(chain, task, q)[:, kernel.DETERMINANT])
+    determinants = np.abs(np.linalg.det(_task_jacobians(chain, task, q)))
     values = np.abs(factors.evaluate(q)[..., 0])
     # Not np.median: it imports a package for the start of every node.
     usable = determinants > TOO_SINGULAR * np.sort(determinants)[len(determinants) // 2]
@@ -256,8 +255,8 @@ def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, 
     if not np.any(reached):
         return
     zero = zero[reached]
-    table = _measure_table(chain, task, zero)
-    share = 1.0 / table[:, kernel.CONDITION_NUMBER]
+    sigma = np.linalg.svd(_task_jacobians(chain, task, zero), compute_uv=False)
+    share = sigma[:, task.generic_rank - 1] / sigma[:, 0]
     worst = int(np.argmax(share))
     if share[worst] > (NEARLY_SINGULAR if factors.approximate[k] else SINGULAR):
         pose = ', '.join(f'{x:.4g}' for x in zero[worst])
@@ -267,14 +266,9 @@ def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, 
         )
 
 
-_NO_FACTORS = kernel.Tape(np.empty(0, dtype=np.int64), np.empty(0), np.empty(0, dtype=np.int64))
-
-
-def _measure_table(chain: Chain, task: Task, q: Floats) -> Floats:
-    """Return the measures at joint positions q (N, n), one row each; no factors, no thresholds."""
-    rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
-    kernel.evaluate(chain, q, chain.at_rest.reshape(1, -1), kernel.JACOBIAN, rows)
-    arm = kernel.Arm(chain, task.kernel_rows, _NO_FACTORS, False, kernel.DISTANCE, 0.0, 0.0)
-    measures = np.empty((len(q), measure_places(chain.dof, len(task.rows)).width))
-    kernel.measure(arm, rows, q, measures)
-    return measures
+def _task_jacobians(chain: Chain, task: Task, q: Floats) -> Floats:
+    # The scaled J_t at joint positions q (N, n), shape (N, m, n).
+    _, J = poses_and_jacobians(chain, q)
+    halves = task.rotation.T @ J.reshape(len(J), 2, 3, chain.dof)
+    J_t = halves.reshape(J.shape)[:, task.axes]
+    return np.asarray(J_t * task.row_scales[:, None] * task.column_scales)

@@ -26,7 +26,7 @@ def _volume_power(robot: Robot) -> int | None:
     # k where the product of the singular values of the unscaled J_t counts in m^k: they count in m
     # for rows of translation, and columns of sliding joints take that back. None where the minors
     # of a J_t that is not square differ.
-    rows, n = robot.task.rows, robot.dof
+    rows, n = robot.singularity.task.rows, robot.dof
     linear = sum(row in ('x', 'y', 'z') for row in rows)
     slides = int(robot.prismatic.sum())
     if len(rows) > n:

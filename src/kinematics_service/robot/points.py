@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import PointError
-from ..kernel import Arm, Chain, Floats, Integers
+from ..kernel import Chain, Floats, Integers
 from ..rigid_motion import exact_rpy, rotation_of_roll_pitch_yaw
 from .chain import first_entries
 from .file.parts.description import (
@@ -52,14 +52,10 @@ class Point:
         `tool`, the name in the robot file, or `row 2`.
     chain
         The arm up to this frame.
-    arm
-        The same as the kernel reads it: for pose, Jacobian and twist alone, since the task is the
-        tool's.
     """
 
     name: str
     chain: Chain
-    arm: Arm
 
     @cached_property
     def first_entries(self) -> Integers:

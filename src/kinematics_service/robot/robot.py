@@ -9,29 +9,28 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import Fault, KinematicsError, PointError, RobotFileError
-from ..kernel import Arm, Chain, Floats
+from ..kernel import Chain, Floats
 from ..notebook import as_html
 from ..typography import counted
 from .bundled import RobotSource, bundled_robots, find_robot
 from .cell import read_robot
 from .chain import FrozenArrays
-from .factors import Factors, read_factors, with_loops
+from .factors import read_factors
 from .file.parts.description import Factor, RobotDescription
 from .file.parts.loop_groups import group_name, loop_groups
 from .file.reader import parse_robot
-from .joint_spans import joint_spans
 from .loops import chain_of, closure_of, variables_of
-from .measure_places import MeasurePlaces, measure_places
-from .measures import MEASURES, Thresholds, thresholds_for
+from .measures import Thresholds
 from .points import TOOL, Point, described_point, ending_at, known_points
 from .points import with_tool as described_with_tool
-from .task import Task, find_task, generic_poses
+from .singularity_model import SingularityModel, singularity_model
+from .task import find_task, generic_poses
 
 
 @dataclass(frozen=True, eq=False)
 class Robot(FrozenArrays):
     """
-    One arm, frozen: its joints, frames, chain and task.
+    One arm, frozen: its joints, frames and chain.
 
     Attributes
     ----------
@@ -49,9 +48,10 @@ class Robot(FrozenArrays):
         Names of the frames poses are given in and of.
     rows
         Number of rows of the table.
-    chain, task, thresholds, factors
-        Constants of the kernel, rows singularities are judged by, when to warn, and the named
-        functions whose zeros are singular poses.
+    chain
+        Constants of the kernel.
+    singularity
+        What its poses are judged by: the task, the thresholds, the named factors.
     description
         The robot file itself, in SI units.
     """
@@ -69,9 +69,7 @@ class Robot(FrozenArrays):
     tool_frame: str
     rows: int
     chain: Chain
-    task: Task
-    thresholds: Thresholds
-    factors: Factors
+    singularity: SingularityModel
     description: RobotDescription
 
     @property
@@ -98,27 +96,6 @@ class Robot(FrozenArrays):
             kind == 'revolute' and bool(np.all(np.isinf(limits)))
             for kind, limits in zip(self.joint_types, self.limits)
         )
-
-    @cached_property
-    def arm(self) -> Arm:
-        """Return chain, task, factors and thresholds as the kernel reads them."""
-        return self._arm_of(self.chain)
-
-    def _arm_of(self, chain: Chain) -> Arm:
-        return Arm(
-            chain,
-            self.task.kernel_rows,
-            self.factors.tape,
-            self.factors.complete,
-            MEASURES[self.thresholds.measure].column,
-            *self.thresholds.bounds_after(),
-            joint_spans(chain, self.task, self.limits),
-        )
-
-    @cached_property
-    def measure_places(self) -> MeasurePlaces:
-        """Return where the measures stand in a row of them."""
-        return measure_places(self.dof, len(self.task.rows), len(self.factors.names))
 
     @property
     def passive_joint_names(self) -> tuple[str, ...]:
@@ -164,15 +141,11 @@ class Robot(FrozenArrays):
             found = self._found_points.get(of)
             if found is not None:
                 return found
-        described = described_point(self.description, of)
-        if of == TOOL:
-            chain, arm = self.chain, self.arm
-        else:
-            chain = chain_of(self.description, self.chain.closure, described)
-            arm = self._arm_of(chain)
-        return self._found_points.setdefault(
-            of if isinstance(of, str) else int(of), Point(described.name, chain, arm)
-        )
+        described, chain = described_point(self.description, of), self.chain
+        if of != TOOL:
+            chain = chain_of(self.description, chain.closure, described)
+        key = of if isinstance(of, str) else int(of)
+        return self._found_points.setdefault(key, Point(described.name, chain))
 
     def ending_at(self, of: str | int, at: npt.ArrayLike | None = None) -> 'Robot':
         """
@@ -240,37 +213,26 @@ def build_robot(description: RobotDescription, in_letters: bool = False) -> Robo
             message += ' (check, derive and compare work without)'
         raise RobotFileError((Fault(description.file, 0, 'constants', message),))
     joints = description.joints
-    variables = tuple(joint.variable for joint in joints)
-    limits = np.array([[joint.lower, joint.upper] for joint in joints])
-    velocity_limits = np.array([joint.velocity for joint in joints])
     chain = chain_of(description, closure_of(description))
-    settings = description.singularity
-    names = tuple(joint.name for joint in joints)
-    prismatic = [joint.type == 'prismatic' for joint in joints]
     try:
-        q = generic_poses(chain, limits, prismatic)
-        task = find_task(chain, names, q, prismatic, settings.task, settings.length)
-        factors = with_loops(read_factors(description, chain, task, q), description, chain)
-        thresholds = thresholds_for(task, settings.measure, settings.warn, settings.stop)
+        singularity = singularity_model(description, chain)
     except KinematicsError as error:
         raise RobotFileError((Fault(description.file, 1, 'singularity', str(error)),)) from None
     return Robot(
         name=description.name,
         source=description.source,
         convention=description.convention,
-        joint_names=names,
-        variables=variables,
+        joint_names=tuple(joint.name for joint in joints),
+        variables=tuple(joint.variable for joint in joints),
         joint_types=tuple(joint.type for joint in joints),
-        limits=limits,
-        velocity_limits=velocity_limits,
+        limits=singularity.limits,
+        velocity_limits=np.array([joint.velocity for joint in joints]),
         acceleration_limits=np.array([joint.acceleration for joint in joints]),
         base_frame=description.base.frame,
         tool_frame=description.tool.frame,
         rows=len(description.links),
         chain=chain,
-        task=task,
-        thresholds=thresholds,
-        factors=factors,
+        singularity=singularity,
         description=description,
     )
 
@@ -293,11 +255,13 @@ def with_singularity(
     robot: Robot, length: float | None = None, thresholds: Thresholds | None = None
 ) -> Robot:
     """Return the same robot judged with another characteristic length (m) or other thresholds."""
-    task = robot.task
+    task = robot.singularity.task
     if length is not None and length != task.length:
         q = generic_poses(robot.chain, robot.limits, robot.prismatic)
         task = find_task(robot.chain, robot.joint_names, q, robot.prismatic, task.rows, length)
-    return replace(robot, task=task, thresholds=thresholds or robot.thresholds)
+    thresholds = thresholds or robot.singularity.thresholds
+    judged = replace(robot.singularity, task=task, thresholds=thresholds)
+    return replace(robot, singularity=judged)
 
 
 @lru_cache(maxsize=32)
@@ -346,7 +310,7 @@ def _holds(robot: Robot, factor: Factor) -> bool:
     description = _with_factors(robot.description, (factor,))
     try:
         q = generic_poses(robot.chain, robot.limits, robot.prismatic)
-        read_factors(description, robot.chain, robot.task, q)
+        read_factors(description, robot.chain, robot.singularity.task, q)
     except KinematicsError:
         return False
     return True

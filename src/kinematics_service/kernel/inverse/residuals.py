@@ -187,6 +187,11 @@ def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
     error, length = residual.error, residual.length()
     turn = arrays.after(error, 3)
     angular, linear = math.sqrt(arrays.dot(turn, turn, 3)), math.sqrt(arrays.dot(error, error, 3))
+    largest: float = max(abs(error[0]), abs(error[1]), abs(error[2]))
+    # Squares of more than 1e154 m are beyond the largest double.
+    if linear == places.INFINITY and largest < places.INFINITY:
+        x, y, z = error[0] / largest, error[1] / largest, error[2] / largest
+        linear = largest * math.sqrt(x * x + y * y + z * z)
     return linear, angular / length if length > 0.0 else 0.0
 
 

@@ -1,4 +1,10 @@
-"""A curve of solutions by samples: places between them, and where a sum of positions vanishes."""
+"""
+A curve of solutions by samples: places between them, and roots of functions along it.
+
+A place is a number: k + x is the share x of the way from sample k to the next one. Between samples
+Hermite's cubic predicts the solution, and Newton's method corrects it. Roots are found by secants,
+and by bisection where a secant leads out of the interval.
+"""
 
 import math
 
@@ -6,14 +12,20 @@ from ..layout import arrays
 from ..layout.arrays import Flat, Floats
 from .curve_point import CurvePoint
 
-# Steps to where a joint is at an end of its range, or at a position, the first of them secants; a
-# joint that is as near to it is there (rad or m).
-STEPS, SECANTS, THERE = 60, 8, 1e-13
-# The slope of a joint that is at an end of its range: the square is what it is away from it.
-FLAT = 1e-9
-# Steps along the cubic between samples, and what is as near as the curve is to it.
-OF_CUBIC, NEAR = 6, 1e-8
-# What vanishes at a place: a joint's slope, how far it is from a value, the slope of a distance.
+# Largest number of steps to a root on the curve: bisection alone needs 53.
+MAX_STEPS = 60
+# Number of steps after which bisection follows secants.
+SECANT_STEPS = 8
+# Error up to which a joint is at a position, rad or m: round-off of 100 operations at 3 rad.
+VALUE_TOLERANCE = 1e-13
+# A joint with a smaller slope is at an end of its range: its error is the square of this.
+SLOPE_TOLERANCE = 1e-9
+# Largest number of steps to a root on the cubic, where steps on the curve begin.
+CUBIC_STEPS = 6
+# Function value at which the root on the cubic is near enough to that.
+CUBIC_TOLERANCE = 1e-8
+# The functions: the slope of a row along the curve, its difference from a value, and the
+# derivative of half the squared distance from a goal along the curve.
 SLOPE, VALUE, DISTANCE = 0, 1, 2
 
 
@@ -28,7 +40,14 @@ class CurvePath:
     psi, tangents : shape (m, n)
         Samples of the curve, at least two, and its unit tangents there.
     rows : shape (k, n)
-        What is looked at: each a sum of shares of the screws' positions, as a joint's.
+        Weights of the screws' positions: their sum is, for example, the position of a joint.
+
+    Attributes
+    ----------
+    function
+        SLOPE or VALUE of `row`, or DISTANCE: the function whose root `root` returns.
+    value
+        The value of VALUE.
     """
 
     def __init__(self, point: CurvePoint, psi: Floats, tangents: Floats, rows: Floats) -> None:
@@ -39,7 +58,7 @@ class CurvePath:
         self.psi = arrays.numbers(psi, self.m * self.n)
         self.tangents = arrays.numbers(tangents, self.m * self.n)
         self.rows = arrays.numbers(rows, self.k * self.n)
-        self.kind, self.value, self.steepness = SLOPE, 0.0, 0.0
+        self.function, self.value, self.steepness = SLOPE, 0.0, 0.0
         self.row, self.goal = self.rows, self.rows
 
     def stand_at(self, place: float) -> bool:
@@ -91,11 +110,11 @@ class CurvePath:
         for i in range(self.k):
             sums[i] = self.times(arrays.after(self.rows, i * self.n), v)
 
-    def what_vanishes(self, psi: Flat, tangent: Flat) -> float:
-        """Return the number that is looked for a zero of."""
-        if self.kind == SLOPE:
+    def value_of_function(self, psi: Flat, tangent: Flat) -> float:
+        """Return the function at a solution (n,) with the unit tangent (n,) there."""
+        if self.function == SLOPE:
             return self.times(self.row, tangent)
-        if self.kind == VALUE:
+        if self.function == VALUE:
             return self.times(self.row, psi) - self.value
         total = 0.0
         for i in range(self.k):
@@ -104,23 +123,29 @@ class CurvePath:
             total += weight * (self.times(row, psi) - self.goal[i]) * self.times(row, tangent)
         return total
 
-    def zero(self, a: float, low: float, b: float, high: float) -> float:
-        """Return where what vanishes does, between places at which its signs differ."""
-        # Where it does on the cubic, and from there on the curve.
+    def root(self, a: float, low: float, b: float, high: float) -> float:
+        """Return the root between places at which the function has values of opposite signs."""
+        # The root on the cubic is where steps on the curve begin.
         self.steepness = (high - low) / (b - a)
         x = self._approach(a - low / self.steepness, a, b, high > 0.0, False)
         return self._approach(x, a, b, high > 0.0, True)
 
     def _approach(self, x: float, a: float, b: float, rises: bool, exactly: bool) -> float:
-        # Secants from x, or the middle of both ends where one leads beyond them.
-        least = NEAR if not exactly else THERE if self.kind == VALUE else FLAT
+        # Secants from x; bisection where one leads out of the interval (a, b).
+        least = (
+            CUBIC_TOLERANCE
+            if not exactly
+            else VALUE_TOLERANCE
+            if self.function == VALUE
+            else SLOPE_TOLERANCE
+        )
         last, before = x, 0.0
-        for k in range(STEPS if exactly else OF_CUBIC):
+        for k in range(MAX_STEPS if exactly else CUBIC_STEPS):
             if exactly:
                 self.stand_at(x)
             else:
                 self.stand_near(x)
-            y = self.what_vanishes(self.point.psi, self.point.tangent)
+            y = self.value_of_function(self.point.psi, self.point.tangent)
             if abs(y) < least:
                 return x
             if k > 0 and y != before:
@@ -131,7 +156,7 @@ class CurvePath:
             else:
                 a = x
             x = last - y / self.steepness if self.steepness != 0.0 else a
-            if k > SECANTS or not a < x < b:
+            if k > SECANT_STEPS or not a < x < b:
                 x = 0.5 * (a + b)
                 if not a < x < b:
                     break
@@ -160,11 +185,11 @@ def nearest_place(path: CurvePath, goal: Floats, begin: float, end: float) -> fl
     begin, end
         The places.
     """
-    path.goal, path.kind = arrays.numbers(goal, 2 * path.k), DISTANCE
+    path.goal, path.function = arrays.numbers(goal, 2 * path.k), DISTANCE
     path.stand_at(begin)
-    low = path.what_vanishes(path.point.psi, path.point.tangent)
+    low = path.value_of_function(path.point.psi, path.point.tangent)
     path.stand_at(end)
-    high = path.what_vanishes(path.point.psi, path.point.tangent)
+    high = path.value_of_function(path.point.psi, path.point.tangent)
     if low >= 0.0 or high <= 0.0:
         return begin if low >= 0.0 else end
-    return path.zero(begin, low, end, high)
+    return path.root(begin, low, end, high)

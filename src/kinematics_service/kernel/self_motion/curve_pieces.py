@@ -12,14 +12,16 @@ from ..layout.arrays import Flat, FlatIntegers, Floats, Integers
 from . import curve_path
 from .curve_path import CurvePath
 
-# How far beyond its limits a joint is far beyond them (rad), and the way between samples more.
+# A joint that stays so far beyond its limits between two samples, and all its way, has no mark
+# there, nor have the others, rad.
 FAR = 0.1
-# Places that differ by less are one, in ways between samples: 2e-10 rad, a fifth of the distance
-# between the marks (LEFT) of two limits.
-ONE = 2e-9
-# What comes as near to a limit as this (rad, m), half of AT_LIMIT, leaves it as far beyond.
-LEFT = 5e-10
-# What is at a place beside a lower (0) or upper limit (1): an end of a joint's range, a sample.
+# A joint leaves its limits where it is this far beyond one, rad or m: half of AT_LIMIT, the error
+# of a posture inside. A joint that rests at a limit, with round-off, stays inside.
+EXIT_MARGIN = 5e-10
+# Marks at places that differ by less are one mark, in ways between samples: 2e-10 rad for 0.1 rad,
+# a fifth of twice EXIT_MARGIN, the distance between the marks of two limits that are one.
+PLACE_TOLERANCE = 2e-9
+# Kinds of rows: at a lower (0) or an upper limit (1), at an end of a joint's range, or a sample.
 FOLD, SAMPLE = 2, 3
 
 
@@ -80,7 +82,7 @@ class _CutCurve:
             if s < samples - 1 or not self.closed:
                 self._keep(self.rows)
         if self.closed:
-            self._close()
+            self._merge_end_into_start()
         return True
 
     def _stand(self, psi: Flat) -> None:
@@ -113,10 +115,12 @@ class _CutCurve:
         self.path.row = arrays.after(self.path.rows, i * self.path.n)
         slope, following, begin, here = self.slopes[i], self.next_slopes[i], place, self.at[i]
         # A joint that stands still has none.
-        still = abs(slope) < curve_path.FLAT and abs(following) < curve_path.FLAT
+        still = (
+            abs(slope) < curve_path.SLOPE_TOLERANCE and abs(following) < curve_path.SLOPE_TOLERANCE
+        )
         if (slope > 0.0) != (following > 0.0) and not still:
-            self.path.kind = curve_path.SLOPE
-            fold = self.path.zero(place, slope, place + 1.0, following)
+            self.path.function = curve_path.SLOPE
+            fold = self.path.root(place, slope, place + 1.0, following)
             at = self.path.times(self.path.row, self.path.point.psi)
             self._add_here(fold, i, FOLD)
             self._mark_limits(i, begin, here, fold, at)
@@ -124,7 +128,7 @@ class _CutCurve:
         self._mark_limits(i, begin, here, place + 1.0, self.next_at[i])
 
     def _mark_limits(self, i: int, begin: float, first: float, end: float, last: float) -> None:
-        low, high = min(first, last) - LEFT, max(first, last) + LEFT
+        low, high = min(first, last) - EXIT_MARGIN, max(first, last) + EXIT_MARGIN
         period = self.joints[4 * i + 2]
         for side in range(2):
             limit = self.joints[4 * i + side]
@@ -133,15 +137,15 @@ class _CutCurve:
             if math.isfinite(period):
                 limit += period * math.ceil((low - limit) / period)
             while limit <= high:
-                # What begins or ends at a limit, but for the last digits, leaves it where it is
-                # beyond these.
-                least = limit + (LEFT if side == 1 else -LEFT)
+                # The mark is EXIT_MARGIN beyond the limit if the joint is within EXIT_MARGIN of
+                # the limit at either end, and at the limit otherwise.
+                least = limit + (EXIT_MARGIN if side == 1 else -EXIT_MARGIN)
                 if (first > least) != (last > least):
-                    if min(abs(first - limit), abs(last - limit)) > LEFT:
+                    if min(abs(first - limit), abs(last - limit)) > EXIT_MARGIN:
                         least = limit
-                    self.path.kind, self.path.value = curve_path.VALUE, least
+                    self.path.function, self.path.value = curve_path.VALUE, least
                     self._add_here(
-                        self.path.zero(begin, first - least, end, last - least), i, side
+                        self.path.root(begin, first - least, end, last - least), i, side
                     )
                 if not math.isfinite(period):
                     break
@@ -188,7 +192,7 @@ class _CutCurve:
         # Keeps row i behind those kept. Where both are one place, a limit stands for a sample or
         # an end of a range, and for the same joint's.
         last = self.rows - 1
-        if self.row(i)[0] - self.row(last)[0] < ONE:
+        if self.row(i)[0] - self.row(last)[0] < PLACE_TOLERANCE:
             if self._is_limit(i) and not self._is_limit(last):
                 self.rows = last
             elif not self._is_limit(i) or self.kinds[2 * i] == self.kinds[2 * last]:
@@ -200,10 +204,11 @@ class _CutCurve:
     def _is_limit(self, i: int) -> bool:
         return self.kinds[2 * i + 1] < FOLD
 
-    def _close(self) -> None:
-        # What is at the end of a closed curve is at its first sample.
+    def _merge_end_into_start(self) -> None:
+        # A mark at the end of a closed curve is at its first sample: one of both rows stays, the
+        # first, and has the kind of a limit if either has.
         last = self.rows - 1
-        if self.row(last)[0] < self.path.m - 1.0 - ONE or last == 0:
+        if self.row(last)[0] < self.path.m - 1.0 - PLACE_TOLERANCE or last == 0:
             return
         if self._is_limit(last) and self._is_limit(0):
             if self.kinds[0] == self.kinds[2 * last]:

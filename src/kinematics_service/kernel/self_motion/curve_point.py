@@ -22,8 +22,16 @@ class CurvePoint:
 
     Parameters
     ----------
-    screws, motion, centre, whole, length
-        As those of `CurveChart`.
+    screws : shape (n, 7)
+        Axis and point of each screw at rest, and 1 if it slides.
+    motion : shape (4, 4)
+        The motion from rest to the target.
+    centre : shape (3,), m
+        The tool's origin at the target.
+    whole
+        Whether the rotation counts, not only the position.
+    length
+        Length that compares with 1 rad, m.
 
     Attributes
     ----------
@@ -222,6 +230,25 @@ class CurvePoint:
             line[j] = pivot[j]
             pivot[j] = x
         return True
+
+
+def write_derivative(point: CurvePoint, psi: Floats, derivative: Floats) -> None:
+    """
+    Write the derivative of the target's residual at positions of the screws.
+
+    Parameters
+    ----------
+    point
+        The arm and its target.
+    psi : shape (n,), rad or m
+    derivative : shape (n - 1, n)
+    """
+    n = point.n
+    arrays.copy(point.psi, n, arrays.numbers(psi, n))
+    J = arrays.results(derivative, point.rows * n)
+    point._linearise()
+    for i in range(point.rows):
+        arrays.copy(arrays.after(J, i * n), n, arrays.after(point.W, i * (n + 1) + 1))
 
 
 # In this module, so that the compiler makes it a part of its caller, as vectors.plus is not.

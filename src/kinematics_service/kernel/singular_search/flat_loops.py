@@ -5,9 +5,9 @@ At a flat position the loops' equations no longer fix the passive variables: the
 their slopes by these variables is zero, and a branch of the loops ends or meets another one. D^2
 has a finite slope there, D itself has none where a branch ends. A step leads towards D^2 = 0 by
 its slope, and along that plane towards the point nearest to the origin. Steps are halved (damped
-Newton, Nocedal and Wright, section 11.1): beyond the flat position the loops do not close. A loop
-has a flat position on both sides, so there are two starts: one step along the slope of D, and one
-against it.
+Newton, Nocedal and Wright, section 11.1): beyond the flat position the loops do not close. There
+is a flat position where D grows and one where it falls, so there are two starts: one step along
+the slope of D, and one against it.
 """
 
 import math
@@ -23,7 +23,8 @@ from .rank_equations import RankEquations
 DAMPING = 0.5
 # A smaller part of a step is not tried: to find that no loop closes takes the time of 50 steps.
 MIN_STEP_RATIO = 0.1
-# Converged: rest of the way to the flat position, rad. At the position itself no pose closes.
+# Converged: rest of the way to the flat position, rad. The position itself is not evaluated: no
+# pose closes there.
 FLAT_TOLERANCE = 1e-4
 # Steps: the rest of the way shrinks to 0.75 at worst, where D falls evenly.
 FLAT_STEPS = 30

@@ -1,10 +1,10 @@
 """
 Find the singular pose nearest to a pose: multi-start sequential projection.
 
-The starts are the zeros of the singular values by first order, mixtures of the last two
-directions, each joint both ways, and the nearest samples of the atlas. Along a motion the poses
-that were found are followed, and the starts are tried again one after the other: all of them while
-the joints move by a quarter of the distance.
+The starts are the zeros of the singular values by first order, mixtures of the directions of the
+two least singular values, each joint both ways, and the nearest samples of the atlas. Along a
+motion the poses that were found are followed, and the starts are tried again one after the other:
+all of them while the joints move by a quarter of the distance.
 """
 
 import math
@@ -16,10 +16,11 @@ from .arm import Arm
 from .projection import Projection
 from .singular_atlas import SingularAtlas
 
-# Samples of the atlas that are starts; and if the pose is nearly singular but none was found near.
+# Samples of the atlas that are starts.
 SAMPLES = 24
 # The same with closed loops: a step takes 20 times as long.
 SAMPLES_OF_LOOPS = 6
+# Samples that are starts if J is nearly singular but no singular pose was found near.
 NEARLY_SINGULAR_SAMPLES = 96
 # The least distance, rad, at which a nearly singular pose is searched with more samples.
 DOUBTFUL_DISTANCE = 0.1
@@ -36,7 +37,8 @@ MEMORY = 6
 SAME_POSE_RATIO = 0.1
 # All starts are tried again while the joints move by this, relative to the distance.
 SEARCH_RATIO = 0.25
-# The least distance for it, rad: below, the level is ERROR, and one search a message is enough.
+# The least distance for it, rad. Below it the level is ERROR by default (stop: 0.03), and one
+# search a message is enough.
 SEARCH_FLOOR = 0.02
 
 
@@ -56,7 +58,7 @@ class NearestSearch:
     distance
         To the nearest pose that was found, rad; infinite if none was found.
     evaluations
-        Number of evaluations of J so far.
+        Number of evaluations of J by projections so far.
     """
 
     def __init__(self, arm: Arm, samples: int = -1) -> None:
@@ -94,7 +96,7 @@ class NearestSearch:
         self._begin()
         while self._try_next():
             pass
-        if self._is_odd():
+        if self._is_searched() and self._is_odd():
             self._pick(NEARLY_SINGULAR_SAMPLES)
             while self._try_next():
                 pass
@@ -129,6 +131,7 @@ class NearestSearch:
             self.look(q, row)
             return
         reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
+        # As many of the starts as the share of `reach` that the joints have moved.
         while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0
@@ -148,12 +151,11 @@ class NearestSearch:
 
     def _take_own_pose(self) -> None:
         # The pose itself, if it is singular; it is a start, if it is nearly so.
-        condition = self.projection.equations.condition_number()
-        if not condition > places.NEARLY_SINGULAR:
-            return
-        length = 0.0
+        condition, length = self.projection.equations.condition_number(), places.INFINITY
         arrays.fill(self.projection.d, self.n, 0.0)
-        if not condition >= 1.0 / places.RANK_TOLERANCE:
+        if condition >= 1.0 / places.RANK_TOLERANCE:
+            length = 0.0
+        elif condition > places.NEARLY_SINGULAR and self._is_searched():
             length = self.projection.run(places.FARTHEST, STEPS, projection.SLIDE_TOLERANCE)
         if length < places.FARTHEST:
             self._remember(length)

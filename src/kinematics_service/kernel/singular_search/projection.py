@@ -1,7 +1,8 @@
 """
 Project a pose onto the set of singular poses: sequential quadratic programming from one start.
 
-Each step solves min |d|^2 with S + dS (d - d_i) = 0, d the motion from the given pose (Nocedal and
+S is zero where J_t has lost rank (`rank_equations.py`), and dS is its slope. With d_i the motion
+from the given pose after step i, each step solves min |d|^2 with S + dS (d - d_i) = 0 (Nocedal and
 Wright, Numerical Optimization, section 18.1, with the identity as Hessian): the least-norm step is
 d - d_i = -dS^+ S - (1 - dS^+ dS) d_i. A trust radius bounds both parts. The last steps leave out
 the part along the set: Newton's method converges to a singular pose.
@@ -16,7 +17,7 @@ from ..measures.task_rows import TaskRows
 from . import rank_equations
 from .rank_equations import RankEquations
 
-# Longest step, rad: about half of the way in which a sine stays near its tangent.
+# Longest step, rad: a sine differs from its tangent by 1.5 % there.
 TRUST_RADIUS = 0.3
 # Converged: the next step onto the set, relative to the motion; and the least motion for it, rad:
 # a step of 1e-12 rad is round-off.
@@ -26,7 +27,7 @@ MIN_MOTION = 1e-3
 SLIDE_TOLERANCE = 5e-3
 # Bounds of the step along the set, relative to the whole step of the linear equations.
 MIN_STEP_RATIO = 0.1
-MAX_STEP_RATIO = 2.0  # a set with half of the curvature
+MAX_STEP_RATIO = 2.0  # for sets that bend half as much as dS says
 # Steps of Newton's method after the projection: at a double zero each halves the rest.
 NEWTON_STEPS = 24
 # Steps after which the linear estimate of the distance decides whether a start is dropped.
@@ -44,7 +45,7 @@ class Projection:
     radius
         Longest step, rad.
     evaluations
-        Number of evaluations of J so far.
+        Number of evaluations of S and dS so far.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
@@ -112,7 +113,7 @@ class Projection:
         return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
 
     def _take_last_step(self, length: float) -> float:
-        # The steps that change S by round-off alone; returns the length of the motion then.
+        # Take the last, small steps, which are not evaluated; returns the length of the motion.
         n, onto, along = self.n, 0.0, 0.0
         if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
             onto = 1.0

@@ -17,7 +17,7 @@ from .projection import Projection
 
 # Random poses: the mean distance between samples is then about 0.7 rad for six joints.
 SEEDS = 3000
-# Random poses for each joint that matters, as a factor: few joints need fewer.
+# Few joints need fewer random poses: k joints that matter get SEEDS_PER_JOINT ** k, SEEDS at most.
 SEEDS_PER_JOINT = 10
 # Random poses of an arm with closed loops, whose evaluation takes 20 times as long.
 SEEDS_OF_LOOPS = 300
@@ -33,7 +33,8 @@ class SingularAtlas:
     chain, task
         The arm.
     spans : shape (n, 3)
-        Begin, reach and period of each joint, in rad; a joint of reach 0 does not matter.
+        Begin, reach and period of each joint, in rad, a prismatic joint divided by the length. A
+        joint of reach 0 does not matter: it changes the rank of J_t nowhere.
 
     Attributes
     ----------

@@ -211,7 +211,7 @@ class _PathSearch:
         if not len(q):
             return Layer(arc, q, np.empty(0))
         nearest = singularity(self.robot, np.ascontiguousarray(q)).nearest_singular
-        way = np.linalg.norm((nearest - q) / self.robot.task.column_scales, axis=1)
+        way = np.linalg.norm((nearest - q) / self.robot.singularity.task.column_scales, axis=1)
         return Layer(arc, q, np.where(np.isfinite(way), way, np.inf))
 
     def _path(self, layers: list[Layer]) -> FamilyPath:

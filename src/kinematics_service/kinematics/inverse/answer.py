@@ -91,7 +91,7 @@ def result_of(
 
 def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
     """Return the sentence of a target that is out of reach, empty if it may be within."""
-    way = robot.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
+    way = robot.singularity.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
     counted = [way[k] for k in range(3) if ROW_NAMES[k] in target.rows]
     away = math.hypot(*counted)
     # What is off by less is a solution.

@@ -1,5 +1,7 @@
 """Solutions in closed form: one call of the kernel finds, proves and sorts them."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from ... import kernel

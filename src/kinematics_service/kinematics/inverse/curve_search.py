@@ -12,6 +12,7 @@ from ... import kernel
 from ...kernel import Floats
 from .problem.problem import IkProblem
 from .search import refined, starts
+from .self_motion.branches import near_crossing
 from .self_motion.curve import SolutionCurve, traced
 from .self_motion.sliced_arm import SlicedArm
 
@@ -29,12 +30,18 @@ def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
     """Return the curves of solutions of a target that are found, each once."""
     point = arm.point(problem.target)
     curves: list[SolutionCurve] = []
-    for psi in _seeds(problem, arm):
+    seeds = _seeds(problem, arm)
+    # It grows: where a curve ends, others cross it.
+    for psi in seeds:
         if any(kernel.passes(point, curve.samples, psi) for curve in curves):
             continue
         curve = traced(point, psi, arm.turning)
         if curve is not None:
             curves.append(curve)
+            if not curve.closed:
+                ends = [near_crossing(point, psi) for psi in curve.psi[[0, -1]]]
+                near_ends = arm.to_joints(np.vstack(ends), problem.robot.dof)
+                seeds += _solutions(problem, arm, near_ends)
         if len(curves) == MOST_CURVES:
             break
     return tuple(curves)
@@ -49,7 +56,13 @@ def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
         for position in FIRST_SLICE + 2.0 * np.pi / SLICES * np.arange(SLICES):
             psi = arm.solutions(arm.slices, target, position)
             q = np.vstack([q, arm.to_joints(psi, robot.dof)])
-    arrived = refined(target, plan, q, far=True)
+    return _solutions(problem, arm, q)
+
+
+def _solutions(problem: IkProblem, arm: SlicedArm, q: Floats) -> list[Floats]:
+    # Solutions in positions of the screws (n,) that joint positions (m, joints) lead to.
+    robot, target = problem.robot, problem.target
+    arrived = refined(target, problem.plan, q, far=True)
     reached = zip(arrived.q, arrived.errors)
     return [
         arm.posture(robot, target, q) for q, error in reached if target.is_reached_at(q, error)

@@ -1,5 +1,7 @@
 """Solutions of general arms of six joints: by elimination, with a count of all as the proof."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
@@ -112,7 +114,10 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     simple = (0, 0)
     psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     for size in BESIDE:
-        way, turn = size * robot.task.length * random.normal(size=3), size * random.normal(size=3)
+        way, turn = (
+            size * robot.singularity.task.length * random.normal(size=3),
+            size * random.normal(size=3),
+        )
         for side in (1.0, -1.0):
             pose = target.pose.copy()
             pose[:3, 3] += side * way

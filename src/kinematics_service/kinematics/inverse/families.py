@@ -106,7 +106,7 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
     gone = refined(target, plan, q + trials * plan.scales, far=True)
     ways = apart(plan, q, gone.q) / plan.scales
     size = np.linalg.norm(ways, axis=1)
-    as_good = max(AS_GOOD * robot.task.length, 4.0 * error)
+    as_good = max(AS_GOOD * robot.singularity.task.length, 4.0 * error)
     kept = (gone.errors < as_good) & (size > LEFT) & (size < 4 * TRIED)
     if not np.any(kept):
         return np.empty((0, len(q)))
@@ -121,7 +121,7 @@ def _straight(problem: IkProblem, q: Floats, along: Floats) -> bool:
     robot, target, plan, *_ = problem
     out = np.concatenate([q + t * along * plan.scales for t in FAR_OUT])
     # A direction known to some ten digits.
-    return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.task.length))
+    return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.singularity.task.length))
 
 
 def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionFamily]:

@@ -93,7 +93,7 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
     rests = np.array([_linearised(problem, q + w * plan.scales)[0] @ lost for w in ways])
     direction = np.linalg.svd(rests)[2][0]
     g = np.polynomial.Polynomial.fit(at, rests @ direction, DEGREE, domain=[-SPAN, SPAN])
-    nothing = ROUND_OFF * max(robot.task.length, robot.task.reach)
+    nothing = ROUND_OFF * max(robot.singularity.task.length, robot.singularity.task.reach)
     found = []
     for order, s in _roots(np.array(g.coef), nothing):
         way = _way(problem, q, SPAN * s, (along, across, kept))

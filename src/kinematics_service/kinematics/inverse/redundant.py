@@ -4,6 +4,7 @@ Arms with more joints than the target has rows: a continuum for every target.
 With one joint more it is curves, which are searched for; otherwise one pose of it is found.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -15,12 +16,13 @@ from ...robot.robot import Robot
 from .answer import family_of, not_exact, representatives, result_of
 from .curve_search import curves_of
 from .families import SolutionFamily, nearer, tangent
+from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
 from .result import IkFamily, IkResult
 from .search import LeastError, errors_at, no_solutions, refined, starts
 from .self_motion.arcs import IkArc, JointCurve, squares_of
-from .self_motion.best_posture import on_turns_near
+from .self_motion.best_posture import ON_ARC, SAMPLE_DISTANCE, shifted_past
 from .self_motion.curve import SolutionCurve
 from .self_motion.sliced_arm import SlicedArm, sliced_arm_of
 
@@ -34,8 +36,7 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
     curves = () if arm is None else curves_of(problem, arm)
     if curves and arm is not None:
-        alone = _near_alone(problem, arm, curves)
-        return _of_curves(problem, arm, curves, respect_limits, alone)
+        return _of_curves(problem, arm, curves, respect_limits)
     family, best = redundant_family(problem)
     alone = () if family is None else (family,)
     result = result_of(problem, no_solutions(robot), alone, 'search', best, respect_limits)
@@ -43,18 +44,22 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
 
 
 def _near_alone(
-    problem: IkProblem, arm: SlicedArm, curves: Sequence[SolutionCurve]
-) -> tuple[SolutionFamily, ...]:
-    # `near`, if it is a solution on no curve: a singular one, from which none can be traced.
+    problem: IkProblem, arm: SlicedArm, curves: Sequence[SolutionCurve], families: list[IkFamily]
+) -> list[IkFamily]:
+    # `near`, if it is a solution inside the limits that is on no arc, or a singular one that is on
+    # no curve, since none can be traced from it.
     robot, target, plan, near, *_ = problem
     error = float(errors_at(target, plan, near[None])[0])
     if not target.is_reached_at(near, error):
-        return ()
-    psi = arm.posture(robot, target, near)
-    if any(kernel.passes(curve.point, curve.samples, psi) for curve in curves):
-        return ()
+        return []
     motions = tangent(problem, near, dimension(robot, target))
-    return (SolutionFamily(near, error, motions, False),)
+    alone = family_of(problem, SolutionFamily(near, error, motions, False))
+    if alone.feasible:
+        inside = (one.q for one in families if one.feasible)
+        on_arc = any(np.linalg.norm((q - near) / plan.scales) < ON_ARC for q in inside)
+        return [] if on_arc else [alone]
+    psi = arm.posture(robot, target, near)
+    return [] if any(kernel.passes(one.point, one.samples, psi) for one in curves) else [alone]
 
 
 def _of_curves(
@@ -62,7 +67,6 @@ def _of_curves(
     arm: SlicedArm,
     found: Sequence[SolutionCurve],
     respect_limits: bool,
-    alone: tuple[SolutionFamily, ...],
 ) -> IkResult:
     robot, plan = problem.robot, problem.plan
     curves = [JointCurve(robot, plan, arm, curve) for curve in found]
@@ -70,7 +74,7 @@ def _of_curves(
     if respect_limits and any(arcs for _, arcs in with_arcs):
         with_arcs = [(curve, arcs) for curve, arcs in with_arcs if arcs]
     families = [_family_of_curve(problem, curve, arcs) for curve, arcs in with_arcs]
-    families += [family_of(problem, family) for family in alone]
+    families += _near_alone(problem, arm, found, families)
     families.sort(key=lambda one: float(np.linalg.norm((one.q - problem.near) / plan.scales)))
     ordered = tuple(families)
     best = LeastError(ordered[0].q, ordered[0].residual)
@@ -93,8 +97,8 @@ def _of_curves(
 def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, ...]) -> IkFamily:
     robot, target, plan, near, *_ = problem
     if arcs:
-        arcs = tuple(next(on_turns_near(arc, near, plan), arc) for arc in arcs)
-        q = min(arcs, key=lambda arc: _away(problem, arc)).nearest_to(near)
+        arcs = tuple(_on_turns_of(near, arc, plan) for arc in arcs)
+        q = _nearest(problem, arcs)
     else:
         # The pose of it that is beyond the limits by least.
         known = representatives(robot, plan, curve.samples, near)
@@ -106,8 +110,23 @@ def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, .
     return replace(family, intervals=arcs, closed=curve.curve.closed)
 
 
-def _away(problem: IkProblem, arc: IkArc) -> float:
-    return float(squares_of((arc.q - problem.near) / problem.plan.scales).min())
+def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
+    # The arc on those full turns inside the limits that lead it nearest past `near`.
+    return min(shifted_past(arc, near, plan), key=lambda one: _away(near, one, plan), default=arc)
+
+
+def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
+    # The nearest posture is at most half a step from the nearest sample.
+    near, plan = problem.near, problem.plan
+    away = [_away(near, arc, plan) for arc in arcs]
+    nearest = [
+        arc.nearest_to(near) for arc, way in zip(arcs, away) if way < min(away) + SAMPLE_DISTANCE
+    ]
+    return min(nearest, key=lambda q: float(np.linalg.norm((q - near) / plan.scales)))
+
+
+def _away(near: Floats, arc: IkArc, plan: InversePlan) -> float:
+    return math.sqrt(squares_of((arc.q - near) / plan.scales).min())
 
 
 def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, LeastError]:

@@ -216,10 +216,11 @@ class IkResult(Sequence[IkSolution]):
     complete
         Whether there are others of what was asked for (with or without those outside the limits).
         `proved`: there are none, each step that led to the solutions having been farther from
-        singular than it may be off by. `found`: none was found. `partial`:
+        singular than it may be off by. `found`: a search ended; it may have missed some, above all
+        of six joints within 1e-6 rad of a singular pose, where postures run together. `partial`:
         others were not looked for, as with `all_solutions=False`, with `curves=False`, and for
-        arms with two joints more than the target asks for. Of curves, `proved`: there is no other
-        along which the joint at the arm's end moves that was held for the proof.
+        arms with two joints more than the target asks for. Curves are searched for, with one joint
+        more: never `proved`.
     roots
         How many complex solutions were found and certified, and how many there can be, each
         counted as often as it is a solution; None where they were not counted. Fewer than there

@@ -1,5 +1,7 @@
 """Solutions by search: many starts, each refined by the kernel, until all have been seen often."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
@@ -35,7 +37,7 @@ class DistinctSolutions(NamedTuple):
     errors: Floats
     multiplicities: tuple[int, ...] = ()
 
-    def joined(self, others: 'DistinctSolutions') -> 'DistinctSolutions':
+    def joined(self, others: DistinctSolutions) -> DistinctSolutions:
         """Return these and others."""
         errors = np.concatenate([self.errors, others.errors])
         return DistinctSolutions(np.concatenate([self.q, others.q]), errors)
@@ -146,7 +148,7 @@ def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: 
     A joint that slides without limits starts within twice the arm's reach.
     """
     low, high = np.array(robot.limits.T)
-    far = 2.0 * max(robot.task.reach, 1e-6)
+    far = 2.0 * max(robot.singularity.task.reach, 1e-6)
     for j in range(robot.dof):
         if np.isfinite(plan.periods[j]):
             low[j], high[j] = -0.5 * plan.periods[j], 0.5 * plan.periods[j]

@@ -9,6 +9,8 @@ exceeds its limit, and joints that would run into a limit of their position are 
 others make up for it.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from dataclasses import dataclass

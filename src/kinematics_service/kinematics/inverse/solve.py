@@ -3,6 +3,8 @@ Inverse kinematics: candidates, each proved by forward kinematics, sorted into s
 families.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from collections.abc import Iterator, Sequence

@@ -48,7 +48,7 @@ def way_out_for(
     low, high = robot.limits.T
     for size in TRIED:
         best, found = 0.0, None
-        for j, motion in enumerate(size * robot.task.column_scales):
+        for j, motion in enumerate(size * robot.singularity.task.column_scales):
             for signed in (motion, -motion):
                 there = _moved(here, j, signed)
                 if not low[j] <= there[j] <= high[j]:

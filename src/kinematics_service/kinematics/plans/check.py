@@ -27,8 +27,8 @@ DISTANCE = 'distance'
 
 def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop') -> float:
     """Return a threshold of the distance, rad: the default where another measure is watched."""
-    watched = robot.thresholds.measure == DISTANCE
-    return float(getattr(robot.thresholds if watched else MEASURES[DISTANCE], which))
+    watched = robot.singularity.thresholds.measure == DISTANCE
+    return float(getattr(robot.singularity.thresholds if watched else MEASURES[DISTANCE], which))
 
 
 def check_plan(

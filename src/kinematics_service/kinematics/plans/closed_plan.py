@@ -63,7 +63,10 @@ class ClosedPlan:
                 [f'at most {FARTHEST:g}'],
                 farthest,
             )
-        moves = np.sum(np.abs(motion.coefficients[:, 1:]), axis=1) / robot.task.column_scales
+        moves = (
+            np.sum(np.abs(motion.coefficients[:, 1:]), axis=1)
+            / robot.singularity.task.column_scales
+        )
         wanted = np.ceil(np.max(moves, axis=1, initial=0.0) / STEP)
         most = max(1, MOST // len(wanted))
         each = np.clip(wanted, 1, most).astype(np.int64)
@@ -101,7 +104,7 @@ class ClosedPlan:
         if len(x):
             near = singularity(self._robot, self._positions(x))
             found = self._nearest(x, near.nearest_singular, found)
-            if self._robot.task.square and not found.distance < threshold:
+            if self._robot.singularity.task.square and not found.distance < threshold:
                 found = self._crossing(near.determinant, found)
         refuted = found.distance < threshold
         ends = float(motion.begins[0]), float(motion.begins[-1] + motion.durations[-1])
@@ -118,7 +121,7 @@ class ClosedPlan:
 
     def _nearest(self, x: Floats, poses: Floats, found: '_NearestSample') -> '_NearestSample':
         # Of the singular poses that the search has found from the samples.
-        away = (poses - self._positions(x)) / self._robot.task.column_scales
+        away = (poses - self._positions(x)) / self._robot.singularity.task.column_scales
         distances = np.linalg.norm(np.where(np.isfinite(away), away, np.inf), axis=1)
         k = int(np.argmin(distances))
         if not np.isfinite(distances[k]):

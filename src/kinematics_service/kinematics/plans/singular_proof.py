@@ -74,7 +74,7 @@ class _Proof:
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:
         self._robot, self._motion, self._threshold = robot, motion, threshold
         # The other joints change the rank of no pose, so their motion does not count.
-        self._moving = moving_joints(robot.chain, robot.task)
+        self._moving = moving_joints(robot.chain, robot.singularity.task)
         size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
         self._round_off = ROUND_OFF + ROUND_OFF_SHARE * float(size)
         self._nearest = _FoundPose(math.inf, 0, 0.0, None)
@@ -104,7 +104,7 @@ class _Proof:
             part = slice(begin, begin + MOST_ROWS)
             q = self._motion.positions(segment[part], s[part])
             poses = singularity(self._robot, q).nearest_singular
-            away = np.linalg.norm((poses - q) / self._robot.task.column_scales, axis=1)
+            away = np.linalg.norm((poses - q) / self._robot.singularity.task.column_scales, axis=1)
             away = np.where(np.isfinite(away), away, np.inf)
             k = int(np.argmin(away))
             if away[k] < self._nearest.distance:
@@ -156,7 +156,7 @@ class _Proof:
         return np.maximum(clearances(self._robot, q) - self._round_off, 0.0)
 
     def _taylor(self, pieces: Pieces) -> Floats:
-        scaled = self._motion.taylor(pieces) / self._robot.task.column_scales
+        scaled = self._motion.taylor(pieces) / self._robot.singularity.task.column_scales
         return np.asarray(scaled[:, :, self._moving])
 
     def _keep(self, pieces: Pieces, clearance: Floats, span: Floats) -> None:

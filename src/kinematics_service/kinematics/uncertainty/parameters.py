@@ -157,7 +157,7 @@ def scaled_jacobian(
     q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
     scales = np.array([one.scale for one in parameters])
     J = pose_change(chain, np.zeros(len(scales)), q).jacobian * scales
-    J[:, 3:] *= robot.task.length
+    J[:, 3:] *= robot.singularity.task.length
     if positions:
         J = J[:, :3]
     return triangle_of(J.reshape(-1, len(scales)) / (LENGTH * np.sqrt(len(q))))

@@ -2,6 +2,8 @@
 The plan of an arm's inverse: recognised once from its screws, then the same for every target.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from collections.abc import Iterator
@@ -102,7 +104,7 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
     """Return the plan of an arm for the wanted rows and, with `axis`, the tool's direction."""
     # What is recognised in screws is not there where loops bend the arm: the search is left.
     screws = None if robot.chain.loops else screws_of(robot.chain)
-    scales = np.array(robot.task.column_scales)
+    scales = np.array(robot.singularity.task.column_scales)
     idle, rank = _idle_motions(robot, rows, axis, scales)
     held = scales.copy()
     for j in _pivots(idle):

@@ -1,5 +1,7 @@
 """Six joints in any order: by which eliminations all their solutions are found, ranked once."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np

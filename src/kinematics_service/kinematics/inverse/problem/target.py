@@ -195,8 +195,8 @@ class _Counted(NamedTuple):
 @functools.lru_cache(maxsize=128)
 def _counted(robot: Robot, rows: tuple[str, ...], axis: str) -> _Counted:
     # Where the tool never leaves frame 0 the length is that of a unit.
-    length = robot.task.length
-    reach = max(robot.task.reach, length)
+    length = robot.singularity.task.length
+    reach = max(robot.singularity.task.reach, length)
     names = rows + ROW_NAMES[3:] if axis else rows
     units = [1.0] * 3 + [length] * 3
     return _Counted(
@@ -217,4 +217,6 @@ def residual_of(
 
 def _residual(robot: Robot, pose: Floats, counted: _Counted) -> kernel.Residual:
     weights, tool_axis, reach, _, _ = counted
-    return kernel.Residual(robot.chain, pose, robot.task.rotation, weights, tool_axis, reach)
+    return kernel.Residual(
+        robot.chain, pose, robot.singularity.task.rotation, weights, tool_axis, reach
+    )

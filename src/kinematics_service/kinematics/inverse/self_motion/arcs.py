@@ -35,6 +35,11 @@ class JointCurve:
         The arm, its plan for the rows that count, and how its slices are solved.
     curve
         In positions of the screws.
+
+    Attributes
+    ----------
+    lap_motion : shape (n,), rad or m
+        How the joints have moved after one lap of a closed curve: full turns; otherwise 0.
     """
 
     def __init__(
@@ -44,9 +49,9 @@ class JointCurve:
         self.last = len(curve.samples) - 1
         # Row j: joint j by the screws.
         self.path = curve.path(arm.uncoupling[: robot.dof])
-        self.lap = np.zeros(robot.dof)
+        self.lap_motion = np.zeros(robot.dof)
         if curve.closed:
-            self.lap = arm.to_joints(curve.psi[-1] - curve.psi[0], robot.dof)
+            self.lap_motion = arm.to_joints(curve.psi[-1] - curve.psi[0], robot.dof)
 
     @functools.cached_property
     def samples(self) -> Floats:
@@ -57,13 +62,13 @@ class JointCurve:
         """Return joint positions (m, n) at places (m,) of the curve."""
         laps = np.floor(places / self.last) if self.curve.closed else np.zeros(len(places))
         q = places_of(self.path, places - laps * self.last)
-        return q + laps[:, None] * self.lap
+        return q + laps[:, None] * self.lap_motion
 
     def nearest(self, begin: float, end: float, q: Floats) -> float:
         """Return the place nearest to joint positions (n,) between two next to each other."""
-        lap = math.floor(0.5 * (begin + end) / self.last) if self.curve.closed else 0
-        goal = np.array([q - lap * self.lap, self.plan.scales**-2])
-        before = lap * self.last
+        laps = math.floor(0.5 * (begin + end) / self.last) if self.curve.closed else 0
+        goal = np.array([q - laps * self.lap_motion, self.plan.scales**-2])
+        before = laps * self.last
         return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
 
     def arcs(self) -> tuple['IkArc', ...]:
@@ -76,7 +81,7 @@ class JointCurve:
 
     @functools.cached_property
     def _turns_of_lap(self) -> Turns:
-        laps = np.where(np.isfinite(self.plan.periods), self.lap / self.plan.periods, 0.0)
+        laps = np.where(np.isfinite(self.plan.periods), self.lap_motion / self.plan.periods, 0.0)
         limited = np.isfinite(self.plan.limits).all(axis=1)
         return tuple(np.where(limited, np.round(laps), 0.0).astype(int).tolist())
 
@@ -90,20 +95,23 @@ class JointCurve:
             parts = [table[begin:-1], *[table[:-1]] * (laps - 1), table[:stop]]
             lap = table[-1] - table[0]
             rows = np.concatenate([part + k * lap for k, part in enumerate(parts)])
-        offset = _turn_of(plan) * run.turns
-        q, s, places = rows[:, 2:] + offset, rows[:, 1] - rows[0, 1], rows[:, 0].copy()
+        turn_offset = _turn_of(plan) * run.turns
+        q, s, places = rows[:, 2:] + turn_offset, rows[:, 1] - rows[0, 1], rows[:, 0].copy()
         ends = (
             () if run.closed else (self._end(pieces, first, q[0]), self._end(pieces, last, q[-1]))
         )
-        return IkArc(q, s, not ends, ends, run.windings, self, places, offset)
+        return IkArc(q, s, not ends, ends, run.windings, self, places, turn_offset)
 
     def _end(self, pieces: CurvePieces, k: int, q: Floats) -> 'IkArcEnd':
         joint, side = pieces.ends[k]
         if side >= len(SIDES):
             return IkArcEnd('', 'singular')
-        # Where a lower limit is an upper one a turn farther, the turns tell which it is.
-        low, high = np.abs(self.plan.limits[joint] - q[joint]).tolist()
-        return IkArcEnd(self.robot.joint_names[joint], SIDES[high < low])
+        # The turns of an arc tell which limit ends it: a turn farther, the joint of the cut may be
+        # inside its limits while another one, at a limit at the same place, is not.
+        away = np.abs(self.plan.limits - q[:, None])
+        if away[joint].min() > kernel.AT_LIMIT:
+            joint = int(away.min(axis=1).argmin())
+        return IkArcEnd(self.robot.joint_names[joint], SIDES[int(away[joint].argmin())])
 
 
 @functools.lru_cache(maxsize=128)
@@ -155,8 +163,8 @@ class IkArc(FrozenArrays):
         What it is a part of.
     places : shape (m,)
         Where on the curve `q` are.
-    offset : shape (n,), rad or m
-        What full turns add to the curve's joint positions.
+    turn_offset : shape (n,), rad or m
+        The full turns, in rad, by which the arc's joint positions exceed those of its curve.
     """
 
     q: Floats
@@ -166,7 +174,7 @@ class IkArc(FrozenArrays):
     windings: int
     curve: JointCurve
     places: Floats
-    offset: Floats
+    turn_offset: Floats
 
     @property
     def limits(self) -> Floats:
@@ -199,11 +207,11 @@ class IkArc(FrozenArrays):
         return np.asarray(self._at_place(float(place)) + laps * (self.q[-1] - self.q[0]))
 
     def _at_place(self, place: float) -> Floats:
-        return np.asarray(self.curve.at(np.array([place]))[0] + self.offset)
+        return np.asarray(self.curve.at(np.array([place]))[0] + self.turn_offset)
 
-    def turned(self, offset: Floats) -> 'IkArc':
-        """Return the arc with full turns (n,) added."""
-        return replace(self, q=self.q + offset, offset=self.offset + offset)
+    def shifted_by(self, turn_offset: Floats) -> 'IkArc':
+        """Return the arc with full turns (n,), in rad, added to its joint positions."""
+        return replace(self, q=self.q + turn_offset, turn_offset=self.turn_offset + turn_offset)
 
     def margins(self) -> Floats:
         """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
@@ -232,7 +240,7 @@ class IkArc(FrozenArrays):
     def _nearest_after(self, k: int, q: Floats) -> Floats:
         # On the piece after sample k.
         begin, end = self.places[k : k + 2].tolist()
-        return self._at_place(self.curve.nearest(begin, end, q - self.offset))
+        return self._at_place(self.curve.nearest(begin, end, q - self.turn_offset))
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular

@@ -16,14 +16,15 @@ from .sliced_arm import sliced_arm_of
 
 Cost = Callable[[Floats], Floats]
 
-# Samples of an arc are not farther apart (rad, prismatic joints divided by the arm's length), and
-# what is on an arc is not farther from it.
-APART, ON_ARC = 0.2, 1e-6
-# About how many postures of an arc have their clearance looked at, a tenth of a millisecond each.
-LOOKED_AT = 48
-# What is a rad farther away has to be better by as much, or answers turn back and forth between
-# postures that are as good.
-FARTHER = 1e-3
+# Largest distance between samples of an arc, rad (prismatic joints divided by the arm's length).
+SAMPLE_DISTANCE = 0.2
+# A posture is on an arc if it is not farther from it, rad.
+ON_ARC = 1e-6
+# Number of postures of an arc whose clearance is computed first, a tenth of a millisecond each.
+CLEARANCE_SAMPLES = 48
+# Criterion that a posture 1 rad farther away must gain, rad: without it, answers change from one
+# posture to another that is as good.
+COST_OF_DISTANCE = 1e-3
 # Number of corrections of a step that is too long by 0.1 %: each divides the error by 1000.
 CORRECTIONS = 3
 
@@ -48,19 +49,19 @@ class BestPosture(NamedTuple):
 
 def _of_largest_clearance(arc: IkArc, robot: Robot, away: Cost) -> float:
     # Of samples far apart, and then of those next to the best.
-    ways = FARTHER * away(arc.q)
+    ways = COST_OF_DISTANCE * away(arc.q)
 
     def best(places: Integers) -> int:
         found = clearances(robot, np.array(arc.q[places])) - ways[places]
         return int(places[np.argmax(found)])
 
-    step, last = 1 + len(arc.q) // LOOKED_AT, len(arc.q) - 1
+    step, last = 1 + len(arc.q) // CLEARANCE_SAMPLES, len(arc.q) - 1
     k = best(np.arange(0, last + 1, step))
     return float(arc.s[best(np.arange(max(k - step, 0), min(k + step, last) + 1))])
 
 
 def _of_largest_margin(arc: IkArc, robot: Robot, away: Cost) -> float:
-    return arc.place_of_least(lambda q: FARTHER * away(q) - arc.margin(q))
+    return arc.place_of_least(lambda q: COST_OF_DISTANCE * away(q) - arc.margin(q))
 
 
 # Where on an arc the best posture is (rad), by what is to be large.
@@ -124,16 +125,16 @@ def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
         return None
     distance = _away_from(q, plan.scales)
     for arc in JointCurve(robot, plan, arm, curve).arcs():
-        for moved in on_turns_near(arc, q, plan):
+        for moved in shifted_past(arc, q, plan):
             s = moved.place_of_least(distance)
             if distance(moved.at(s)) < ON_ARC:
                 return ArcPlace(moved, s)
     return None
 
 
-def on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
+def shifted_past(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     """
-    Yield the arc moved by full turns that lead it past q (n,), if it is inside the limits.
+    Yield copies of an arc, shifted by full turns, that are inside the limits and pass near q (n,).
 
     Joints at whose limits it ends stay: a turn farther the arc would not end there.
     """
@@ -141,9 +142,9 @@ def on_turns_near(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)
     away = (q - arc.q - turns * periods) / plan.scales
     ending = np.isin(arc.curve.robot.joint_names, [end.joint for end in arc.ends])
-    near = (squares_of(away) < APART**2) & ~np.any(turns[:, ending] != 0.0, axis=1)
+    near = (squares_of(away) < SAMPLE_DISTANCE**2) & ~np.any(turns[:, ending] != 0.0, axis=1)
     for one in sorted(set(map(tuple, turns[near].tolist()))):
-        moved = arc.turned(np.array(one) * periods)
+        moved = arc.shifted_by(np.array(one) * periods)
         if moved.margins().min() > -ON_ARC:
             yield moved
 

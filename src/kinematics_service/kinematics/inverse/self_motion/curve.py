@@ -59,7 +59,7 @@ class SolutionCurve(FrozenArrays):
         Whether it closes; otherwise it ends at singular poses.
     """
 
-    point: kernel.CurvePoint
+    point: 'kernel.CurvePoint'
     samples: Floats
     closed: bool
 
@@ -68,20 +68,20 @@ class SolutionCurve(FrozenArrays):
         """Return the positions of the samples, shape (m, n), rad or m."""
         return self.samples[:, : self.point.n]
 
-    def path(self, rows: Floats) -> kernel.CurvePath:
+    def path(self, rows: Floats) -> 'kernel.CurvePath':
         """Return the curve for the kernel, and sums of its positions (k, n) to be looked at."""
         psi, tangents = np.split(self.samples, 2, axis=1)
         return kernel.CurvePath(self.point, psi.copy(), tangents.copy(), rows.copy())
 
 
-def places_of(path: kernel.CurvePath, places: Floats) -> Floats:
+def places_of(path: 'kernel.CurvePath', places: Floats) -> Floats:
     """Return what is looked at (m, k) at places (m,) of a curve."""
     sums = np.empty((len(places), path.k))
     kernel.write_places(path, places, sums)
     return sums
 
 
-def pieces_of(path: kernel.CurvePath, joints: Floats, closed: bool) -> CurvePieces | None:
+def pieces_of(path: 'kernel.CurvePath', joints: Floats, closed: bool) -> CurvePieces | None:
     """
     Return the pieces of a curve between limits; None where none is inside all of them.
 
@@ -104,7 +104,7 @@ def pieces_of(path: kernel.CurvePath, joints: Floats, closed: bool) -> CurvePiec
 
 
 def traced(
-    point: kernel.CurvePoint, start: Floats, turning: npt.NDArray[np.bool_]
+    point: 'kernel.CurvePoint', start: Floats, turning: npt.NDArray[np.bool_]
 ) -> SolutionCurve | None:
     """
     Return the curve through a solution (n,), or None if that is singular.
@@ -124,7 +124,7 @@ def traced(
     return SolutionCurve(point, samples, False) if len(samples) > 1 else None
 
 
-def _samples(point: kernel.CurvePoint, start: Floats, side: float) -> tuple[Floats, bool]:
+def _samples(point: 'kernel.CurvePoint', start: Floats, side: float) -> tuple[Floats, bool]:
     samples, closed = np.empty((MOST, 2 * len(start))), np.zeros(1, dtype=np.int64)
     count = kernel.trace(point, np.ascontiguousarray(start), side, samples, closed)
     return samples[:count].copy(), bool(closed[0])

@@ -6,6 +6,8 @@ only their target moves. Where only the direction of a tool's axis counts, a joi
 is added; where only the position counts, three about the tool's origin, which slices alone have.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from typing import NamedTuple
@@ -24,8 +26,9 @@ from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to
 from ..problem.screws import Screws, screws_of
 from ..problem.target import TOOL_AXES, IkTarget
 
-# Any rotation with which the three joints about the tool's origin are regular.
-TURN = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
+# The tool's rotation at which slices for a position are solved: any at which the three joints that
+# are added about the tool's origin are regular.
+ADDED_ROTATION = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
 
 class Slices(NamedTuple):
@@ -112,8 +115,8 @@ class SlicedArm(NamedTuple):
         motion = turn @ motion if held == 0 else motion @ turn
         if not self.whole:
             goal = motion[:3, :3] @ self.screws.tool + motion[:3, 3]
-            motion[:3, :3] = TURN
-            motion[:3, 3] = goal - TURN @ self.screws.tool
+            motion[:3, :3] = ADDED_ROTATION
+            motion[:3, 3] = goal - ADDED_ROTATION @ self.screws.tool
         psi, _ = slices.six.candidates(motion)
         return np.insert(psi[:, : len(self.table) - 1], held, position, axis=1)
 
@@ -133,7 +136,10 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
     if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
         return None
     table = np.column_stack([screws.axes, screws.points, np.array(screws.slides, np.float64)])
-    back, length = np.asarray(np.linalg.inv(screws.coupling), np.float64), 0.5 * robot.task.length
+    back, length = (
+        np.asarray(np.linalg.inv(screws.coupling), np.float64),
+        0.5 * robot.singularity.task.length,
+    )
     arm = SlicedArm(screws, np.ascontiguousarray(table), back, whole, length, None)
     for held in (len(table) - 1, 0) if whole else (0,):
         if not screws.slides[held] and (slices := _slices(arm, robot, held)) is not None:
@@ -156,7 +162,7 @@ def _slices(arm: SlicedArm, robot: Robot, held: int) -> Slices | None:
         for q in seeded_poses(robot.limits, robot.prismatic)[:8]:
             T = forward_kinematics(robot, q) @ inverse(screws.home)
             if not arm.whole:
-                T[:3, :3] = T[:3, :3] @ TURN
+                T[:3, :3] = T[:3, :3] @ ADDED_ROTATION
             turn = _motion_of(screws, held, -float(arm.to_screws(q)[held]))
             motions.append(turn @ T if held == 0 else T @ turn)
         solver = eliminating_solver(six, np.array(motions))

@@ -1,0 +1,299 @@
+"""The poses of a board in images, with what its corners leave open of each."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...errors import CalibrationError
+from ...kernel import Floats, Integers
+from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import apart, exponential, inverses
+from ...robot.chain import FrozenArrays
+from ...robot.robot import Robot
+from ..checking.diagnosis import LEAST
+from ..recordings.readers.block import Flags
+from .boards.board import SeenCorners
+from .boards.intrinsics import Intrinsics
+from .boards.opencv import opencv
+from .camera import ON_TOOL, Camera
+from .checking import ALIKE, NAMES_IN_SENTENCE
+from .placing import Free, offsets_of
+
+# A flat board looks nearly alike from two sides. Its corners exclude the second pose if this one
+# leaves them more than 5 standard deviations farther off.
+POSE_DEVIATIONS = 5.0
+# OpenCV's flags of both criteria, most steps of a refinement, and the change that ends it.
+REFINED = (3, 50, float(np.finfo(np.float64).eps))
+# Corners usually have less noise (px).
+USUAL_PIXELS = 0.3
+# Proposed poses have the board at most this many times nearer or farther than images.
+DISTANCE_RATIO = 1.2
+# The least cosine of the normal of a proposed board and the view: 60 degrees.
+FACING_COSINE = 0.5
+# The share of the image that is kept free around a proposed board.
+RIM_SHARE = 0.04
+TOO_FLAT = 'the board is seen too flat, or from too far, to tell which way it is inclined'
+
+
+class BoardPose(NamedTuple):
+    """A pose (4, 4) of a board in the frame of the camera, and the squares (px^2) it leaves."""
+
+    pose: Floats
+    squares: float
+
+
+# By the number of the image, the likeliest first.
+PosesOfImages = dict[int, list[BoardPose]]
+
+
+@dataclass(frozen=True, eq=False)
+class BoardViews(FrozenArrays):
+    """
+    A board in images.
+
+    Attributes
+    ----------
+    camera
+        Its intrinsics.
+    seen : N
+        The corners in each image.
+    rows : shape (N,)
+        Of the joints, at which it was taken.
+    poses : shape (N, 4, 4)
+        Of the board in the frame of the camera.
+    squares : shape (N,), px^2
+        What each pose leaves of its corners.
+    left_out
+        Sentences on images without a pose.
+    """
+
+    camera: Intrinsics
+    seen: tuple[SeenCorners, ...]
+    rows: Integers
+    poses: Floats
+    squares: Floats
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def noise(self) -> float:
+        """Return the standard deviation of one number of a corner within an image, px."""
+        free = sum(2 * len(one.points) - 6 for one in self.seen)
+        return float(np.sqrt(np.sum(self.squares) / free))
+
+    @property
+    def typical(self) -> Floats:
+        """Return the deviation of a number of a position (m), and rotation, by one pixel, (2,)."""
+        variances = np.einsum('nkk->nk', self._covariances(self.poses, self.seen))
+        return np.asarray(np.sqrt(variances.reshape(-1, 2, 3).mean(axis=(0, 2))))
+
+    @property
+    def instrument(self) -> tuple[float, float]:
+        """Return the noise of a typical pose, as far as it is that of corners; m and rad."""
+        position, rotation = (self.noise * self.typical).tolist()
+        return position, rotation
+
+    @property
+    def doubt(self) -> str:
+        """Return that corners are off by more than usual, and why; empty if they are not."""
+        if self.noise < USUAL_PIXELS:
+            return ''
+        return (
+            f'within an image each number of a corner is off by {self.noise:.2f} px, more than '
+            f'is usual ({USUAL_PIXELS:g}): are {self.camera.file} and the images of one camera '
+            'and lens, and is the board flat?'
+        )
+
+    def _covariances(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
+        # Of position and rotation, by corners with a noise of one pixel, (N, 6, 6).
+        moves = (moved(self.camera, *one) for one in zip(poses, seen))
+        return np.array([np.linalg.inv(J.T @ J) for _, J in moves])
+
+    @property
+    def whitening(self) -> Floats:
+        """Return what makes the noise of all poses that of the typical one, (N, 6, 6)."""
+        return self._whitening(self.poses, self.seen)
+
+    def whitening_at(self, poses: Floats) -> Floats:
+        """Return it for poses (N, 4, 4) at which all corners would be seen."""
+        return self._whitening(poses, [self._whole] * len(poses))
+
+    def _whitening(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
+        roots = np.linalg.cholesky(self._covariances(poses, seen))
+        return np.asarray(np.repeat(self.typical, 3)[:, None] * np.linalg.inv(roots))
+
+    @property
+    def _whole(self) -> SeenCorners:
+        # The image with most corners.
+        return max(self.seen, key=lambda one: len(one.points))
+
+    def are_in_view(self, poses: Floats) -> Flags:
+        """
+        Return whether the board is wholly in the image at poses (N, 4, 4), shape (N,).
+
+        So it is about as far away as in these images, and not seen from too much aside.
+        """
+        points = self._whole.points
+        middle = np.append(points.mean(axis=0), 1.0)
+        depths = (self.poses @ middle)[:, 2]
+        near, far = depths.min() / DISTANCE_RATIO, depths.max() * DISTANCE_RATIO
+        z = (poses @ middle)[:, 2]
+        free = (poses[:, 2, 2] > FACING_COSINE) & (near < z) & (z < far)
+        for k in np.flatnonzero(free):
+            at = points @ poses[k, :3, :3].T + poses[k, :3, 3]
+            free[k] = np.all(self.camera.sees(at, RIM_SHARE))
+        return np.asarray(free)
+
+    def pixel_errors(self, remainders: Floats) -> Floats:
+        """
+        Return how far corners are off where poses are predicted, (N,), px, rms of each image.
+
+        Parameters
+        ----------
+        remainders : shape (N, 2, 3), m and rad
+            From the predicted poses to these, in the frame of the camera.
+        """
+        predicted = self.poses.copy()
+        predicted[:, :3, 3] -= remainders[:, 0]
+        predicted[:, :3, :3] = exponential(-remainders[:, 1]) @ predicted[:, :3, :3]
+        left = (moved(self.camera, *one)[0] for one in zip(predicted, self.seen))
+        return np.array([np.sqrt(np.mean(np.sum(one**2, axis=1))) for one in left])
+
+
+def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, Floats]:
+    """Return what remains of corners (K, 2), and d of these by position and rotation, (2 K, 6)."""
+    arms = seen.points @ pose[:3, :3].T
+    pixels, J = camera.pixels(arms + pose[:3, 3])
+    moves = np.concatenate([J, np.cross(arms[:, None], J)], axis=2)
+    return seen.pixels - pixels, moves.reshape(-1, 6)
+
+
+def board_poses(camera: Intrinsics, seen: SeenCorners) -> list[BoardPose]:
+    """Return the poses that the corners of a flat board may have, the likeliest first."""
+    cv2 = opencv()
+    given = seen.points, seen.pixels, camera.matrix, camera.distortion
+    _, turns, places, _ = cv2.solvePnPGeneric(*given, flags=cv2.SOLVEPNP_IPPE)
+    found = []
+    for turn, place in zip(turns, places):
+        turn, place = cv2.solvePnPRefineLM(*given, turn, place, REFINED)
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = cv2.Rodrigues(turn)[0], place[:, 0]
+        found.append(BoardPose(pose, float(np.sum(moved(camera, pose, seen)[0] ** 2))))
+    best, *others = sorted(found, key=lambda one: one.squares)
+    free = 2 * len(seen.points) - 6
+    most = best.squares * (1.0 + POSE_DEVIATIONS**2 / free)
+    turned = apart(best.pose[None], np.array([one.pose for one in [best, *others]]))[1][1:]
+    return [best, *(one for one, w in zip(others, turned) if one.squares < most and w > ALIKE)]
+
+
+def board_views(
+    robot: Robot,
+    q: Floats,
+    seen: Sequence[SeenCorners | str],
+    names: Sequence[str],
+    intrinsics: Intrinsics,
+    camera: Camera,
+) -> BoardViews:
+    """
+    Return the poses of a board in images taken at joint positions (N, n), rad or m.
+
+    Of two poses that the corners do not tell apart that is taken which the other images and the
+    arm tell.
+
+    Parameters
+    ----------
+    seen, names : N
+        The corners in each image, or why there are none; its name.
+
+    Raises
+    ------
+    CalibrationError
+        Fewer than three images tell a pose.
+    """
+    given = {k: one for k, one in enumerate(seen) if isinstance(one, SeenCorners)}
+    left_out = [f'{names[k]}: {one}' for k, one in enumerate(seen) if isinstance(one, str)]
+    found = {k: board_poses(intrinsics, one) for k, one in given.items()}
+    sure = [k for k, one in found.items() if len(one) == 1]
+    if len(sure) < len(found):
+        if len(sure) < LEAST:
+            left_out += [f'{names[k]}: {TOO_FLAT}' for k in found if k not in sure]
+            found = {k: found[k] for k in sure}
+        else:
+            found = _decided(robot, q, found, sure, camera)
+    if len(found) < LEAST:
+        raise CalibrationError(
+            f'{len(found)} of {len(seen)} images tell where the board is: at least {LEAST} '
+            f'are needed. {_named(left_out)}'
+        )
+    poses, squares = zip(*(one[0] for one in found.values()))
+    return BoardViews(
+        intrinsics,
+        tuple(given[k] for k in found),
+        np.array(list(found)),
+        np.array(poses),
+        np.array(squares),
+        tuple(left_out),
+    )
+
+
+def _decided(
+    robot: Robot, q: Floats, found: PosesOfImages, sure: Sequence[int], camera: Camera
+) -> PosesOfImages:
+    # Of each image the pose whose rotation is nearest to that of the arm, by images with one pose.
+    def placed(poses: Floats) -> Floats:
+        return inverses(poses) if camera == ON_TOOL else poses
+
+    A = forward_kinematics(robot, q)
+    own = placed(np.array([found[k][0].pose for k in sure]))
+    X, Y, _ = offsets_of(A[list(sure)], own, False, Free())
+    result = {}
+    for k, several in found.items():
+        poses = placed(np.array([one.pose for one in several]))
+        angles = apart(poses, (X @ A[k] @ Y)[None])[1]
+        result[k] = [several[int(np.argmin(angles))]]
+    return result
+
+
+def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int]) -> Iterator[str]:
+    """
+    Yield how far the corners are off, and which images tell no pose.
+
+    Parameters
+    ----------
+    held_out : shape (N, 2, 3), m and rad
+        What remains of each pose where nothing was fitted to it.
+    outliers
+        Rows that were left out.
+    """
+    errors = np.delete(views.pixel_errors(held_out), outliers)
+    yield (
+        f'Corners of held-out images are {np.sqrt(np.mean(errors**2)):.2f} px off (rms); within '
+        f'an image each number of a corner has a noise of {views.noise:.2f} px'
+    )
+    if views.doubt:
+        yield views.doubt[0].upper() + views.doubt[1:]
+    yield f'The intrinsics are those of {views.camera.file}: nothing of them is fitted'
+    if views.left_out:
+        one = len(views.left_out) == 1
+        which = '1 image is' if one else f'{len(views.left_out)} images are'
+        yield f'{which} left out: {_named(views.left_out)}'
+
+
+def _named(left_out: Sequence[str]) -> str:
+    more = len(left_out) - NAMES_IN_SENTENCE
+    return '; '.join(left_out[:NAMES_IN_SENTENCE]) + (f'; and {more} more' if more > 0 else '')
+
+
+def view_document(views: BoardViews, held_out: Floats) -> dict[str, Any]:
+    """Return the images as a document; `held_out` is as `view_sentences` takes it."""
+    errors = views.pixel_errors(held_out).tolist()
+    return {
+        'intrinsics': views.camera.file,
+        'noise': views.noise,
+        'seen': [
+            {'name': one.name, 'row': int(row), 'corners': len(one.points), 'held_out_pixels': px}
+            for one, row, px in zip(views.seen, views.rows, errors)
+        ],
+        'left_out': views.left_out,
+    }

@@ -1,0 +1,120 @@
+"""The intrinsics of a camera, from the file that its calibration wrote."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....errors import RecordingError
+from ....kernel import Floats
+from ....robot.chain import FrozenArrays
+from ....robot.file.text.yaml_reader import YamlError
+from ....robot.file.text.yaml_values import read_documents
+from ...recordings.readers.block import Flags
+from .opencv import opencv
+
+# The names of each entry: of ROS's camera_calibration and its messages, and of OpenCV's samples.
+MATRIX = ('camera_matrix', 'k', 'K', 'mtx')
+DISTORTION = ('distortion_coefficients', 'dist_coeffs', 'dist_coeff', 'd', 'D', 'dist')
+WIDTH, HEIGHT = ('image_width', 'width'), ('image_height', 'height')
+# Models of distortion by ROS's names; OpenCV's files name none.
+MODELS = ('plumb_bob', 'rational_polynomial', '')
+# Numbers of coefficients that OpenCV takes.
+COUNTS = (4, 5, 8, 12, 14)
+# What OpenCV writes before its YAML, and which type it says a matrix is of.
+NOT_YAML = re.compile(r'\A%YAML[^\n]*\n|!!opencv-matrix')
+
+
+@dataclass(frozen=True, eq=False)
+class Intrinsics(FrozenArrays):
+    """
+    A camera without a pose.
+
+    Attributes
+    ----------
+    file
+        Where they are from.
+    matrix : shape (3, 3), px
+    distortion : shape (k,)
+        Of OpenCV's model.
+    width, height : px
+        Of the images.
+    """
+
+    file: str
+    matrix: Floats
+    distortion: Floats
+    width: int
+    height: int
+
+    def pixels(self, points: Floats) -> tuple[Floats, Floats]:
+        """Return where points (K, 3), m in its frame, are seen, (K, 2), and d of that by these."""
+        zero = np.zeros(3)
+        seen, J = opencv().projectPoints(points, zero, zero, self.matrix, self.distortion)
+        # A point moves as its place does (tvec): columns 3 to 5.
+        return seen.reshape(-1, 2), J[:, 3:6].reshape(-1, 2, 3)
+
+    def sees(self, points: Floats, rim: float = 0.0) -> Flags:
+        """Return whether points (K, 3), m in its frame, are in the image, off its rim, (K,)."""
+        size = np.array([self.width, self.height], dtype=np.float64)
+        edge = np.linspace(0.0, 1.0, 9)
+        around = np.array([(x, y) for x in edge for y in edge if {x, y} & {0.0, 1.0}]) * size
+        widest = opencv().undistortPoints(around[:, None], self.matrix, self.distortion)
+        # Beyond that a model of distortion turns back into the image.
+        limits = np.abs(widest).max(axis=(0, 1)) * points[:, 2:]
+        inside = (points[:, 2] > 0.0) & np.all(np.abs(points[:, :2]) <= limits, axis=1)
+        seen, _ = self.pixels(np.where(inside[:, None], points, (0.0, 0.0, 1.0)))
+        within = np.all((seen >= rim * size) & (seen <= (1.0 - rim) * size), axis=1)
+        return np.asarray(within & inside)
+
+
+def read_intrinsics(file: Path) -> Intrinsics:
+    """
+    Return the intrinsics of a camera, from YAML or JSON of ROS or OpenCV.
+
+    Raises
+    ------
+    RecordingError
+        It cannot be read, lacks an entry, or has another model of distortion.
+    """
+    try:
+        text = file.read_text(encoding='utf-8')
+        entries = read_documents(NOT_YAML.sub('', text))[0]
+        given = {str(key): value for key, value in entries.items()}
+    except (OSError, UnicodeDecodeError, YamlError, IndexError, AttributeError) as error:
+        raise RecordingError(f'{file}: this is no calibration file of a camera: {error}') from None
+    model = given.get('distortion_model', '')
+    if model not in MODELS:
+        raise RecordingError(
+            f'{file}: the distortion model {model!r} is not one of {", ".join(MODELS[:2])}; '
+            'rectify the images of a fisheye camera, and give the intrinsics of these'
+        )
+    K = _numbers(file, given, MATRIX)
+    d = _numbers(file, given, DISTORTION)
+    size = [_numbers(file, given, names) for names in (WIDTH, HEIGHT)]
+    whole = len(K) == 9 and len(d) in COUNTS and all(len(one) == 1 and one[0] > 0 for one in size)
+    if not (whole and min(K[0], K[4]) > 0.0 and np.array_equal(K[[3, 6, 7, 8]], (0, 0, 0, 1))):
+        raise RecordingError(
+            f'{file}: {MATRIX[0]} needs 9 numbers (fx 0 cx, 0 fy cy, 0 0 1), {DISTORTION[0]} '
+            f'{", ".join(map(str, COUNTS))}, and width and height one each, above 0'
+        )
+    return Intrinsics(str(file), K.reshape(3, 3), d, int(size[0][0]), int(size[1][0]))
+
+
+def _numbers(file: Path, given: dict[str, Any], names: tuple[str, ...]) -> Floats:
+    found = [given[name] for name in names if name in given]
+    if not found:
+        raise RecordingError(
+            f'{file}: there is no {names[0]}: a calibration file has {MATRIX[0]}, '
+            f'{DISTORTION[0]}, {WIDTH[0]} and {HEIGHT[0]}'
+        )
+    value = found[0].get('data') if isinstance(found[0], dict) else found[0]
+    try:
+        numbers = np.array(value, dtype=np.float64).reshape(-1)
+    except (TypeError, ValueError):
+        numbers = np.array([np.nan])
+    if not np.all(np.isfinite(numbers)):
+        raise RecordingError(f'{file}: {names[0]} has something other than numbers')
+    return numbers

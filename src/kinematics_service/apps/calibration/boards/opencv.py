@@ -1,0 +1,34 @@
+"""OpenCV, imported only where an image is looked at."""
+
+import os
+from typing import Any
+
+from ....errors import RecordingError
+
+INSTALL = (
+    "images need opencv ({reason}): pip install '.[camera]' in its checkout, or pip install "
+    'opencv-python-headless'
+)
+
+
+# Pixels of an image that OpenCV reads; it takes them when it is imported. A camera has a tenth.
+MAX_PIXELS = 2**28
+
+
+def opencv() -> Any:
+    """
+    Return the module `cv2`.
+
+    Raises
+    ------
+    RecordingError
+        It is not installed, or too old to find a ChArUco board.
+    """
+    os.environ.setdefault('OPENCV_IO_MAX_IMAGE_PIXELS', str(MAX_PIXELS))
+    try:
+        import cv2
+    except ImportError as error:
+        raise RecordingError(INSTALL.format(reason=error)) from None
+    if not hasattr(getattr(cv2, 'aruco', None), 'CharucoDetector'):
+        raise RecordingError(INSTALL.format(reason=f'4.8, not {cv2.__version__}'))
+    return cv2

@@ -1,0 +1,404 @@
+"""The calibration of an arm: its numbers identified from measured poses, touches or a board."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import astuple, replace
+from functools import partial
+from typing import get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import CalibrationError
+from ...kernel import Floats, Integers
+from ...kinematics.arguments import numbers_of, refused
+from ...kinematics.uncertainty.parameters import parameters_of
+from ...rigid_motion import inverses
+from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
+from ...robot.loops import refuse_loops
+from ...robot.robot import AnyRobot, as_robot
+from ..checking.diagnosis import FrameDiagnosis
+from ..checking.errors import Errors, errors_of
+from ..checking.hypotheses import Hypothesis, joint_hypotheses_of
+from ..recordings.readers.block import Flags
+from .acceptance import JudgedFit, noise_remarks, refusals_of
+from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
+from .checking import (
+    REMARKED_DEVIATIONS,
+    Measured,
+    checked_offsets,
+    measured,
+    position_numbers,
+)
+from .chosen_parameters import ChosenParameters, asks_for_gears
+from .conditions import ToolLoads, with_conditions
+from .corrections import corrected_robot
+from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, scores_of_poses
+from .fitting import (
+    FitProblem,
+    Identified,
+    Noise,
+    find_values,
+    held_out_remainders,
+    refined,
+    weighted_jacobian,
+    with_covariance,
+)
+from .identified_table import CalibratedParameter
+from .joint_evidence import joint_remarks
+from .knowledge import KNOWN
+from .placing import Free
+from .result import BLOCKS, Calibration, FitErrors
+from .same_point import SamePointParameters, touches_of
+
+# Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
+DECIMALS = 13
+
+
+def calibrate(
+    robot: AnyRobot,
+    q: npt.ArrayLike,
+    poses: npt.ArrayLike | None = None,
+    *,
+    same_point: Sequence[object] | None = None,
+    apart: Mapping[tuple[str, str], float] | None = None,
+    sets: npt.ArrayLike | None = None,
+    qdot: npt.ArrayLike | None = None,
+    approach: npt.ArrayLike | None = None,
+    camera: Camera | None = None,
+    sessions: Sequence[object] | None = None,
+    loads: ToolLoads | None = None,
+    whitening: Floats | None = None,
+    own: Sequence[str] = ('base',),
+    fit: Sequence[str] = (),
+    fix: Sequence[str] = (),
+    tolerances: Mapping[str, float] | None = None,
+    noise: tuple[float, float] | None = None,
+    check: bool = True,
+    read: str = '',
+    progress: Callable[[str], None] = lambda phase: None,
+) -> Calibration:
+    """
+    Return the numbers of an arm that bring its poses nearest to measured ones.
+
+    Whether this is a calibration `accepted` says: where much remains, or rows contradict the arm,
+    `refusals` say why, and `explained` what would explain it.
+
+    Parameters
+    ----------
+    robot
+        The nominal arm.
+    q : shape (N, n), rad or m
+        Joint positions.
+    poses : shape (N, 4, 4), or (N, 3) in m
+        Of the tool at the same times, from elsewhere; or the positions of one point of it. In a
+        frame that stands still, and of a tool frame or point that need not be that of the file.
+    same_point : N
+        Instead of poses, without any instrument: the name of the point that the tip of the tool
+        touched at each row. Where the points are in the base frame, and where the tip is in the
+        tool frame, is found along; `fix` takes `tool` where the file has the tip.
+    apart
+        Known distances (m) between two of these points, by their names; they count as known to
+        0.01 mm.
+    sets : shape (N,)
+        Where the poses were measured in several sets: the set of each, from 0.
+    qdot : shape (N, n), rad/s or m/s
+        Joint velocities where the arm moved: then a small lag is fitted, too. The joints are where
+        the poses have them `lag` seconds later.
+    approach : shape (N, n)
+        Where the arm stands still: the direction each joint came from, by the sign of its last
+        velocity. Then one backlash of all joints is fitted, too: half of it is behind them.
+    camera
+        Where the poses are those of a board in the frame of a camera: `on-tool`, and the board
+        stands still; or `fixed`, and the board is on the tool.
+    sessions : N
+        The name of the session each row was measured in. Where the instrument stands, and the
+        zeros of the joints, may drift: the differences from the first session are parameters,
+        `placement` and `zeros`.
+    loads
+        The load on the tool at each row. The joints yield to it: a `compliance` of each.
+    whitening : shape (N, 3, 3) or (N, 6, 6)
+        What differences of positions, or of these and of rotations, are multiplied by where they
+        are weighed, so that their noise is the same along all axes and in all rows; None: it is so
+        already.
+    own
+        What each set has of its own: `base`, `tool`, or both.
+    fit, fix
+        Groups (offsets, lengths, angles, gears, base, tool, lag) or names of parameters that are
+        fitted, and that are not; default: all but gear ratios, and `all` is these, too. What is
+        not fitted stays as in the robot file.
+    tolerances
+        Standard deviations of nominal numbers (m, rad, shares of gear ratios) by group or name;
+        default: `tolerance` of the robot file, and where it says nothing 1 mm, 0.2 degrees and a
+        thousandth.
+    noise
+        Standard deviations of one number of a position (m) and of a rotation vector (rad) by the
+        instrument: what is found along with the corrections is no less.
+    check
+        Whether the frame check comes first, and refuses what is no matter of calibration, and
+        whether what would explain a refusal is tried.
+    read
+        How the orientations were read, as `diagnose_frames` takes it.
+    progress
+        Is called with words as the work goes on.
+
+    Raises
+    ------
+    CalibrationError
+        Shapes do not fit, there are too few poses, they are all alike, or they are wrong in a way
+        that the frame check names.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import kinematics_service as ks
+    >>> robot = ks.load_robot('ur5e')
+    >>> q = np.random.default_rng(0).uniform(-2, 2, (40, 6))
+    >>> poses = ks.forward_kinematics(robot, q + [0, 1e-3, 0, 0, 0, 0])  # an encoder is off
+    >>> found = ks.calibrate(robot, q, poses)
+    >>> round(found.corrections['theta2'], 6), found.known, found.possible
+    (0.001, 30, 30)
+    """
+    robot = as_robot(robot)
+    known, priors = None if noise is None else _noise_of(noise), tolerances or {}
+    again = partial(
+        calibrate,
+        apart=apart,
+        camera=camera,
+        whitening=whitening,
+        own=own,
+        fit=fit,
+        fix=fix,
+        tolerances=tolerances,
+        noise=noise,
+    )
+    if camera not in (None, *get_args(Camera)):
+        raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
+    refuse_loops(robot.description, 'the calibration')
+    if same_point is not None:
+        others = (poses, sets, qdot, approach, camera, sessions, loads, whitening)
+        if any(one is not None for one in others):
+            raise CalibrationError(
+                'same_point takes joint positions alone: no poses, sets, qdot, approach, camera, '
+                'sessions, loads'
+            )
+        touched = touches_of(robot, q, same_point)
+        progress('points')
+        arm = parameters_of(robot, asks_for_gears(fit))
+        points = SamePointParameters(robot, touched, arm, apart or {})
+        problem = points.touch_problem(points.fitted(fit, fix, priors), priors, check)
+        found = _fitted(points, problem, None, known, progress)[0]
+        if found.accepted or found.only_worse or not check:
+            return found
+        progress('explanations')
+        return _with_explanations(
+            found,
+            list(joint_hypotheses_of(robot, touched.q)),
+            points.scores,
+            lambda change: again(
+                robot, change.joints(touched.q), same_point=same_point, check=False
+            ),
+        )
+    if not (qdot is None or approach is None):
+        raise CalibrationError('give qdot where the arm moved, or approach where it stood still')
+    if poses is None or apart:
+        raise CalibrationError('give poses; or same_point, which alone takes distances')
+    if approach is None:
+        given = measured(robot, q, poses, sets, qdot)
+    else:
+        half_behind = -0.5 * np.sign(numbers_of('approach', approach))
+        given = measured(robot, q, poses, sets, half_behind, BACKLASH)
+    if camera is not None:
+        given = given_by_camera(robot, given, camera, check)
+    for end in own:
+        if end not in ENDS:
+            raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
+    each = Free('base' in own, 'tool' in own)
+    given = with_conditions(robot, given, each.base, sessions, loads)
+    arm = parameters_of(robot, asks_for_gears(fit))
+    names = ChosenParameters(robot, given, tuple(own), arm.table)
+    fitted = names.fitted(fit, fix, priors)
+    free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))
+    progress('frame check')
+    offsets, frames = checked_offsets(robot, given, free, each, check, read)
+    problem = names.problem(
+        names.chains(arm.chain, offsets),
+        given.poses,
+        fitted,
+        priors,
+        from_tool=camera == ON_TOOL,
+        whitening=whitening,
+    )
+    found, identified = _fitted(names, problem, frames, known, progress)
+    found = replace(found, camera=camera)
+    size = wrong_size(problem, identified) if camera is not None and check else None
+    if size is not None and not size.refused:
+        found = replace(found, remarks=(*found.remarks, size.sentence))
+    elif size is not None:
+        return replace(found, refusals=(*found.refusals, size.sentence))
+    if found.accepted or found.only_worse or not check:
+        return found
+    progress('explanations')
+
+    def undone(change: Hypothesis) -> Calibration:
+        T = change.seen(given.poses)
+        B = T[:, :3, 3] if given.positions else T
+        B = inverses(T) if camera == ON_TOOL else B
+        q = change.joints(given.q)
+        return again(robot, q, B, sets=given.sets, check=False)
+
+    changes = mistakes_of(robot, given, read)
+    return _with_explanations(found, changes, scores_of_poses(robot, given, found.used), undone)
+
+
+def _noise_of(given: tuple[float, float]) -> Noise:
+    if numbers_of('noise', given).shape != (2,):
+        raise refused('noise', 'two numbers, m and rad', given)
+    return Noise(*given)
+
+
+def _with_explanations(
+    found: Calibration,
+    changes: Sequence[Hypothesis],
+    scores_of: Callable[[Sequence[Hypothesis]], Floats],
+    undone: Callable[[Hypothesis], Calibration],
+) -> Calibration:
+    def outcome_of(change: Hypothesis) -> TriedCalibration:
+        one = undone(change)
+        left = (one.without if one.accepted else one.with_outliers).after
+        return TriedCalibration(one.accepted, left, len(one.outliers))
+
+    cause = found.frames.cause if found.frames else None
+    if cause is not None:
+        # A number of the table that a calibration finds, if it is not beyond its prior.
+        return replace(found, explained=RefusalCauses((cause.sentence,), True, True))
+    return replace(
+        found,
+        explained=explained(
+            changes, scores_of, outcome_of, found.with_outliers.after, found.positions
+        ),
+    )
+
+
+def _fitted(
+    names: ChosenParameters,
+    problem: FitProblem,
+    frames: FrameDiagnosis | None,
+    instrument: Noise | None,
+    progress: Callable[[str], None],
+) -> tuple[Calibration, Identified]:
+    robot, given = names.robot, names.given
+    found = with_covariance(
+        problem, find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
+    )
+    progress('cross-validation')
+    used = found.used
+    ends = problem.only(names.placed_groups)
+    begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
+    weighted = weighted_jacobian(problem, found.values, found.noise, used)
+    values = np.linalg.svd(weighted, compute_uv=False)
+    base, tool = names.ends_of(problem, found.values)
+    base_starts, tool_starts = names.starts_of(problem)
+    before, after = ends.remainders(begin), problem.remainders(found.values)
+    left = (
+        before,
+        after,
+        held_out_remainders(ends, begin, found, _blocks(ends)),
+        held_out_remainders(problem, found.values, found, _blocks(problem)),
+    )
+    without, with_outliers = (
+        FitErrors(*(_errors(one, rows) for one in left)) for rows in (used, np.ones_like(used))
+    )
+    parameters = tuple(
+        CalibratedParameter(*astuple(one), *numbers)
+        for one, *numbers in zip(
+            problem.parameters,
+            found.values.tolist(),
+            np.sqrt(np.diag(found.covariance)).tolist(),
+            problem.prior.tolist(),
+        )
+    )
+    calibration = Calibration(
+        robot=robot,
+        calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
+        parameters=parameters,
+        covariance=found.covariance,
+        noise=found.noise,
+        freedom=found.freedom,
+        instrument=instrument,
+        count=len(given.q),
+        positions=given.positions,
+        outliers=_outliers(found),
+        distances=found.distances,
+        as_given=_errors(names.as_given(), used),
+        without=without,
+        with_outliers=with_outliers,
+        known=int(np.sum(values > KNOWN)),
+        possible=names.possible(problem),
+        singular_values=np.asarray(values, dtype=np.float64),
+        combinations=names.combinations(problem, found.noise, used),
+        base_offsets=base,
+        tool_offsets=tool,
+        base_starts=base_starts,
+        tool_starts=tool_starts,
+        refusals=(),
+        frames=frames,
+        remarks=(*_few_rows(given, found), *_far_corrections(parameters)),
+        q=given.q.copy(),
+        sets=given.sets.copy(),
+        remainders_before=before,
+        remainders=after,
+        held_out_remainders=left[-1],
+        points=names.points(problem, found),
+    )
+    whole = {one.name for one in names.table if one.group != GEARS} <= set(problem.names)
+    judged = JudgedFit(calibration, whole)
+    remarks = (*calibration.remarks, *noise_remarks(judged), *names.remarks(problem, found))
+    if whole:
+        remarks = (*remarks, *joint_remarks(robot, problem, found))
+    return replace(calibration, refusals=refusals_of(judged), remarks=remarks), found
+
+
+def _errors(remainders: Floats, used: Flags) -> Errors:
+    return errors_of(remainders[used, 0], remainders[used, 1])
+
+
+def _blocks(problem: FitProblem) -> Integers:
+    # The block of each row. As many consecutive joint positions of each set are a block; a row
+    # that repeats a position is in the block of the first one, or it would foretell that one.
+    numbers, begin = position_numbers(problem.q), 0
+    blocks = np.full(len(problem.q), -1)
+    for k in range(len(problem.chains)):
+        own = np.unique(numbers[(problem.sets == k) & (blocks < 0)])
+        parts = np.array_split(own, min(BLOCKS, len(own))) if len(own) else []
+        for number, part in enumerate(parts, begin):
+            blocks[np.isin(numbers, part)] = number % BLOCKS
+        begin += len(parts)
+    return blocks
+
+
+def _outliers(found: Identified) -> tuple[int, ...]:
+    order = np.argsort(-found.distances, kind='stable')
+    return tuple(int(k) for k in order if not found.used[k])
+
+
+def _few_rows(given: Measured, found: Identified) -> Iterator[str]:
+    used, count = int(np.sum(found.used)), len(found.values)
+    different = len(np.unique(position_numbers(given.q[found.used])))
+    rows = (3 if given.positions else 6) * different
+    if rows < 2 * count:
+        poses = f'{used} poses' if different == used else f'{different} different poses of {used}'
+        yield (
+            f'{poses} give {rows} numbers for {count} parameters: the priors decide much of '
+            'the result; measure more poses'
+        )
+
+
+def _far_corrections(parameters: Sequence[CalibratedParameter]) -> Iterator[str]:
+    for one in parameters:
+        beyond = abs(one.correction) / one.prior
+        if one.group in TABLE_GROUPS and beyond > REMARKED_DEVIATIONS:
+            yield (
+                f'{one.name} is corrected by {one.in_words(one.correction)}, {beyond:.2g} times '
+                f'its usual error of {one.in_words(one.prior)}: look at the table of the robot '
+                'file, or give its tolerance'
+            )

@@ -1,0 +1,182 @@
+"""Poses of a running robot collected for a calibration, with what they tell by now."""
+
+import os
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from geometry_msgs.msg import PoseStamped
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import JointState
+
+from ...errors import KinematicsError, RefusedTargetError, WireError
+from ...estimation.estimator import AcceptedMessage, Estimator, EstimatorSettings
+from ...node.messages.message_check import read_message
+from ...node.messages.messages import sample_of, stamp_of
+from ...node.messages.target_messages import pose_of
+from ...node.process.latest_message import LatestMessage
+from ...node.process.no_messages import why_no_messages
+from ...node.process.session import WRONG_USAGE, helper_node, is_name, run_session
+from ...node.process.spin import Spinner
+from ...node.steady_time import steady_timer
+from ...robot.robot import Robot
+from ...stop_signals import StopSignal
+from .collecting import CollectedPoses, PoseCollector
+
+# Hears every publisher, reliable or not.
+HEARD = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+# Period (s) of looks at what has come; a silent topic is explained after this time (s).
+LOOK, SILENT = 0.25, 5.0
+# Number of poses of the first fit; the next one needs this many times as many.
+FIRST, AGAIN = 8, 1.25
+
+
+class LiveTopics(NamedTuple):
+    """Topics of JointState and of PoseStamped."""
+
+    states: str
+    poses: str
+
+
+class LiveFit(NamedTuple):
+    """What the poses so far tell, in lines, and whether that is all that they can."""
+
+    lines: tuple[str, ...]
+    complete: bool = False
+
+
+Fit = Callable[[CollectedPoses], LiveFit]
+
+
+def collect_poses(
+    robot: Robot,
+    topics: LiveTopics,
+    joint_prefix: str,
+    seconds: float,
+    fit: Fit,
+    say: Callable[[str], None],
+    ros_args: Sequence[str],
+) -> CollectedPoses | int:
+    """
+    Return the poses that come within some seconds, or until a signal; an exit code if none can.
+
+    Parameters
+    ----------
+    fit
+        What the poses tell; it is called in a thread of its own while others come.
+    say
+        Takes lines for the user.
+    ros_args
+        ROS arguments, `--ros-args` included.
+    """
+    for option, topic in (('--topic', topics.states), ('--pose-topic', topics.poses)):
+        if not is_name(option, topic, 'joint_states or /arm/joint_states'):
+            return WRONG_USAGE
+
+    def work(context: Context, stop: StopSignal) -> CollectedPoses | int:
+        node = helper_node(f'kinematics_calibrate_{os.getpid()}', context)
+        session = _Session(node, robot, topics, joint_prefix, fit, say)
+        spinner = Spinner(context, [node])
+        end = time.monotonic() + seconds
+        spinner.obey(stop)
+        spinner.spin(lambda: stop.came or time.monotonic() >= end or not context.ok())
+        spinner.close()
+        session.finish()
+        # Not in a limited time: what has been heard would be lost.
+        node.destroy_node()
+        return session.collector.collected()
+
+    # A fit that is under way is waited for, and the poses heard are kept.
+    return run_session(ros_args, work, time_out=None)
+
+
+class _Session:
+    # Two subscriptions, the poses they make, and fits of them.
+
+    def __init__(
+        self,
+        node: Node,
+        robot: Robot,
+        topics: LiveTopics,
+        joint_prefix: str,
+        fit: Fit,
+        say: Callable[[str], None],
+    ) -> None:
+        self.collector = PoseCollector(robot)
+        self._node, self._fit, self._say = node, fit, say
+        self._estimator = Estimator(robot, EstimatorSettings(joint_prefix))
+        self._due, self._thread = FIRST, None
+        self._found: LiveFit | None = None
+        self._complete = False
+        self._refused = ''
+        self._begin, self._explained = time.monotonic(), False
+        self._states = LatestMessage(node, topics.states, JointState, HEARD, self._on_state)
+        self._poses = LatestMessage(node, topics.poses, PoseStamped, HEARD, self._on_pose)
+        steady_timer(node, LOOK, self._look)
+        say(f'collecting joint states of {self._states.topic} and poses of {self._poses.topic}')
+
+    _thread: threading.Thread | None
+
+    def _on_state(self, data: bytes) -> None:
+        try:
+            message = read_message(data, JointState)
+        except WireError:
+            return
+        known = self._estimator.accept(sample_of(message, self._node.get_clock()))
+        if isinstance(known, AcceptedMessage):
+            self.collector.note_state(known.stamp, known.q)
+
+    def _on_pose(self, data: bytes) -> None:
+        try:
+            message = read_message(data, PoseStamped)
+            self.collector.note_pose(stamp_of(message), pose_of(message))
+        except (RefusedTargetError, WireError) as error:
+            if not self._refused:
+                self._refused = str(error)
+                self._say(f'a pose of {self._poses.topic} is refused: {error}')
+
+    def _look(self) -> None:
+        self._tell()
+        busy = self._thread is not None and self._thread.is_alive()
+        count = len(self.collector)
+        if count >= self._due and not busy and not self._complete:
+            self._due = int(AGAIN * count) + 1
+            poses = self.collector.collected()
+            self._thread = threading.Thread(target=self._fit_poses, args=(poses,), daemon=True)
+            self._thread.start()
+        if not count and not self._explained and time.monotonic() - self._begin > SILENT:
+            self._explained = True
+            self._explain()
+
+    def _explain(self) -> None:
+        silent = [heard.topic for heard in (self._states, self._poses) if not heard.count]
+        for topic in silent:
+            self._say(why_no_messages(self._node, topic))
+        if not silent:
+            refused = ', '.join(f'{n} {reason}' for reason, n in self._estimator.counts.items())
+            self._say(
+                f'no pose has joint states around its stamp: {self.collector.unmatched} poses; '
+                f'joint states: {refused}'
+            )
+
+    def _fit_poses(self, poses: CollectedPoses) -> None:
+        try:
+            self._found = self._fit(poses)
+        except KinematicsError as error:
+            self._found = LiveFit((f'{len(poses.q)} poses: {error}',))
+
+    def _tell(self) -> None:
+        found, self._found = self._found, None
+        if found is not None:
+            for line in found.lines:
+                self._say(line)
+            self._complete = found.complete
+
+    def finish(self) -> None:
+        """Wait for a fit that is under way: the last one must not compete with it."""
+        if self._thread is not None:
+            self._thread.join()
+        self._tell()

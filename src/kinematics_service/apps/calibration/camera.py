@@ -1,0 +1,111 @@
+"""A camera that sees a board: on the tool, or standing still; and a board of another size."""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ...errors import CalibrationError
+from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import inverses
+from ...robot.robot import Robot
+from .checking import REMARKED_DEVIATIONS, Measured, refuse_mistake
+from .fitting import FitProblem, Identified, one_more
+from .placing import Free, offsets_of
+
+Camera = Literal['on-tool', 'fixed']
+ON_TOOL: Camera = 'on-tool'
+# Sizes that are off by a larger share are remarked on.
+REMARKED_SHARE = 0.003
+# A calibration is refused beyond this one.
+REFUSED_SHARE = 0.01
+LARGER = (
+    'the squares of the board are some {} times as large as given, if the arm is as large as its '
+    'table'
+)
+LONGER = "the camera's focal length is some {} times that of its calibration file"
+
+
+def seen_poses(poses: Floats, positions: bool) -> Floats:
+    """
+    Return the poses (N, 4, 4) of the camera in the frame of the board, from those of the board, or
+    the other way round.
+
+    Raises
+    ------
+    CalibrationError
+        They are positions alone.
+    """
+    if positions:
+        raise CalibrationError(
+            'a camera on the tool is calibrated by poses of the board, not by positions alone'
+        )
+    return inverses(poses)
+
+
+class WrongSize(NamedTuple):
+    """What is not as large as it was given, in a sentence, and by which share."""
+
+    sentence: str
+    share: float
+
+    @property
+    def refused(self) -> bool:
+        """Return whether it is too much for a calibration."""
+        return abs(self.share) > REFUSED_SHARE
+
+
+def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
+    """
+    Return that the squares of the board, or the focal length, are of another size, if rows say so.
+
+    A larger board is farther away, as a longer focal length has it farther along the view. A
+    larger arm looks like a smaller board: its numbers have priors, and so this is told.
+    """
+    # Predicted: of an arm that only turns, the noise of measured ones would be told as a size.
+    poses = problem.predicted(fit.values)
+    poses = inverses(poses) if problem.from_tool else poses
+    found = []
+    for what, axes in ((LARGER, (1.0, 1.0, 1.0)), (LONGER, (0.0, 0.0, 1.0))):
+        moves = np.zeros((len(poses), 2, 3, 1))
+        moves[:, 0, :, 0] = -poses[:, :3, 3] * axes
+        (share,), (deviation,) = one_more(problem, fit, problem.whitened(moves))
+        if abs(share) > max(REMARKED_DEVIATIONS * deviation, REMARKED_SHARE):
+            sentence = what.format(f'{1.0 + share:.3f}')
+            found.append((abs(share) / deviation, WrongSize(sentence, share)))
+    return max(found)[1] if found else None
+
+
+def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) -> Measured:
+    """
+    Return the poses of what is on the tool, from those of the board in the frame of the camera.
+
+    Raises
+    ------
+    CalibrationError
+        A camera on the tool has positions alone; or, where it is to be checked, the board is of
+        another size by far.
+    """
+    if camera == ON_TOOL:
+        given = given._replace(poses=seen_poses(given.poses, given.positions))
+    if check and not given.positions:
+        _refuse_size(robot, given)
+    return given
+
+
+def _refuse_size(robot: Robot, given: Measured) -> None:
+    A, B = forward_kinematics(robot, given.q), given.poses
+    X, Y, left = offsets_of(A, B, False, Free())
+    # s p_B = X A y: with the rotations, which no size changes, linear in s, y and X's translation.
+    R = X[:3, :3] @ A[:, :3, :3]
+    ones = np.broadcast_to(np.eye(3), R.shape)
+    M = np.concatenate([ones, R, -B[:, :3, 3, None]], axis=2).reshape(-1, 7)
+    right = -(A[:, :3, 3] @ X[:3, :3].T).reshape(-1)
+    size = float(np.linalg.lstsq(M, right, rcond=None)[0][6])
+    if size > 0.0 and abs(size - 1.0) > REFUSED_SHARE:
+        scaled = B.copy()
+        scaled[:, :3, 3] *= size
+        # By a smaller board all that remains is smaller.
+        after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
+        sentence = f'the squares of the board are {size:.3g} times as large as given'
+        refuse_mistake(sentence, float(np.median(after)), float(np.median(left)))

@@ -1,0 +1,437 @@
+"""Measured poses looked at before anything is fitted: what is wrong with them, in a sentence."""
+
+import re
+from collections.abc import Callable, Mapping
+from functools import partial
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import CalibrationError, FramesError
+from ...kernel import Floats, Integers
+from ...kinematics.arguments import numbers_of
+from ...kinematics.forward import forward_kinematics
+from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
+from ...robot.robot import Robot
+from ..checking.diagnosis import (
+    LEAST,
+    LEAST_FOR_CAUSE,
+    FrameDiagnosis,
+    check_rotations,
+    diagnose_frames,
+)
+from ..checking.errors import angle_in_words, length_in_words, time_in_words
+from ..checking.hypotheses import (
+    DEGREES,
+    INVERSE,
+    LENGTHS_IN_MM,
+    from_degrees,
+    joint_hypotheses_of,
+)
+from ..recordings.readers.source import MOST_POSES
+from .placing import Free, Offsets, offsets_of, shared_offsets
+
+# Joints, and rotations, that differ by less (rad, m) are the same.
+ALIKE = 1e-3
+# No robot is off by this much (m) with base and tool fitted.
+NO_CALIBRATION = 0.02
+# The frame check leaves out rows that are this many medians off.
+MEDIANS_OFF = 5.0
+# Corrections and sizes beyond this many of their deviations are remarked on.
+REMARKED_DEVIATIONS = 4.0
+# A mistake is named if undoing it leaves a third or less.
+DECISIVE = 3.0
+# A rival leaves nearly as little: within this factor.
+AS_WELL = 2.0
+# Rows of hypotheses that are compared at once, some 20 MB.
+ROWS_AT_ONCE = 20_000
+# Names in one sentence.
+NAMES_IN_SENTENCE = 8
+# Poses, screws and shares (m, rad) that differ by less are the same.
+ROUND_OFF = 1e-9
+# If the table is in metres, poses a thousandth as large were divided by 1000.
+IN_METRES = 'the poses are in metres, not millimetres'
+# The option to type, by mistake.
+OPTIONS = {
+    INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
+    DEGREES: '; add --joint-format deg',
+    IN_METRES: '; leave mm out of --pose-format',
+    'the poses are in millimetres, not metres': '; add --pose-format mm',
+    'the positions are in millimetres, not metres': '; add --pose-format mm,position',
+}
+# Beginnings of names of parameters.
+TAKEN = re.compile(r'(base|tool)\d*|compliance')
+# Groups of parameters of sessions and loads.
+PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
+# What a calibration finds by itself.
+FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
+
+
+class Measured(NamedTuple):
+    """
+    Measured poses.
+
+    Attributes
+    ----------
+    q : shape (N, n), rad or m
+    poses : shape (N, 4, 4)
+        Without orientation the identity.
+    positions
+        Whether they are positions alone.
+    sets : shape (N,)
+        Whole numbers from 0.
+    rates : shape (N, n, K)
+        How the joints move with the parameters `moving`, K: their velocities with a lag.
+    sessions : shape (N,)
+        Whole numbers from 0.
+    placements
+        Parameters of the place of the instrument, six for each session but the first.
+    priors
+        Standard deviations before of placements and moving parameters, by name.
+    remarks
+        Sentences on the rows.
+    """
+
+    q: Floats
+    poses: Floats
+    positions: bool
+    sets: Integers
+    rates: Floats
+    moving: tuple[ArmParameter, ...]
+    sessions: Integers
+    placements: tuple[ArmParameter, ...] = ()
+    priors: Mapping[str, float] = MappingProxyType({})
+    remarks: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        q: Floats,
+        poses: Floats,
+        positions: bool,
+        sets: Integers,
+        qdot: Floats | None = None,
+        along: ArmParameter = LAG,
+    ) -> 'Measured':
+        """Return measured poses of one session; joints move by qdot (N, n) with `along`."""
+        rates = np.zeros((*q.shape, 0)) if qdot is None else qdot[:, :, None]
+        moving = () if qdot is None else (along,)
+        return cls(q, poses, positions, sets, rates, moving, 0 * sets)
+
+    @property
+    def set_count(self) -> int:
+        """Return the number of sets."""
+        return int(np.max(self.sets)) + 1
+
+    def of_set(self, k: int) -> 'Measured':
+        """Return joint positions and poses of one set."""
+        own = self.sets == k
+        return self._replace(q=self.q[own], poses=self.poses[own])
+
+
+def measured(
+    robot: Robot,
+    q: npt.ArrayLike,
+    poses: npt.ArrayLike,
+    sets: npt.ArrayLike | None,
+    qdot: npt.ArrayLike | None = None,
+    along: ArmParameter = LAG,
+) -> Measured:
+    """
+    Return measured poses as arrays that fit each other.
+
+    Parameters
+    ----------
+    qdot : shape (N, n)
+        How the joints move with the parameter `along`.
+
+    Raises
+    ------
+    CalibrationError
+        Shapes do not fit, a number is not finite, there are too few poses, they are all alike, or
+        an orientation is no rotation.
+    """
+    at, given = numbers_of('q', q), numbers_of('poses', poses)
+    count = len(at) if at.ndim else 0
+    if at.shape != (count, robot.dof) or given.shape not in ((count, 4, 4), (count, 3)):
+        raise CalibrationError(
+            f'q must have the shape (N, {robot.dof}) and poses (N, 4, 4) or (N, 3), '
+            f'not {at.shape} and {given.shape}'
+        )
+    positions = given.ndim == 2
+    T = rigid_positions(given if positions else given[:, :3, 3])
+    if not positions:
+        T[:, :3, :3] = given[:, :3, :3]
+    if not (np.all(np.isfinite(at)) and np.all(np.isfinite(T))):
+        raise CalibrationError('joint positions and poses must be finite')
+    rates = None if qdot is None else numbers_of('qdot', qdot)
+    if rates is not None and not (rates.shape == at.shape and np.all(np.isfinite(rates))):
+        raise CalibrationError(f'qdot must be finite, of the shape {at.shape}')
+    result = Measured.of(at, T, positions, _sets(sets, count), rates, along)
+    for k in range(result.set_count if count else 1):
+        _check_set(robot, result.of_set(k))
+    return result
+
+
+def _sets(given: npt.ArrayLike | None, count: int) -> Integers:
+    # Of each pose the number of its set.
+    sets = np.zeros(count) if given is None else numbers_of('sets', given)
+    numbers = np.unique(sets)
+    if sets.shape != (count,) or np.any(numbers != np.arange(len(numbers))):
+        raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
+    return sets.astype(np.int64)
+
+
+def rigid_positions(points: Floats) -> Floats:
+    """Return points (N, 3) as poses (N, 4, 4) without a rotation."""
+    T = np.tile(np.eye(4), (len(points), 1, 1))
+    T[:, :3, 3] = points
+    return T
+
+
+def _check_set(robot: Robot, given: Measured) -> None:
+    count = len(given.q)
+    if count < LEAST:
+        few = '1 pose is' if count == 1 else f'{count} poses are'
+        raise CalibrationError(
+            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
+            'identify most of an arm'
+        )
+    if not given.positions:
+        try:
+            check_rotations(given.poses[:, :3, :3])
+        except FramesError as error:
+            raise CalibrationError(str(error)) from None
+    check_different(given.q, f'the {count} poses')
+
+
+def check_mark(what: str, name: str) -> None:
+    """
+    Refuse a name of a point or a session that cannot begin those of parameters.
+
+    Raises
+    ------
+    CalibrationError
+        It cannot be printed in a line, or parameters begin with it already.
+    """
+    if TAKEN.fullmatch(name) or not name or not name.isprintable():
+        raise CalibrationError(f'a {what} may not be called {name!r}')
+
+
+def position_numbers(q: Floats) -> Integers:
+    """Return the number (N,) of each joint position, equal ones having the same, from 0 on."""
+    numbers, different = np.full(len(q), -1), 0
+    while np.any(left := numbers < 0):
+        first = q[int(np.argmax(left))]
+        numbers[left & (np.max(np.abs(q - first), axis=1) < ALIKE)] = different
+        different += 1
+    return numbers
+
+
+def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
+    """
+    Refuse joint positions (N, n), rad or m, that are fewer different ones than tell anything.
+
+    Raises
+    ------
+    CalibrationError
+        All are alike, or all but too few.
+    """
+    different = int(np.max(position_numbers(q))) + 1
+    if different == 1:
+        moved = float(np.max(np.ptp(q, axis=0)))
+        raise CalibrationError(
+            f'{whose} are all alike (no joint moves by more than {moved:.2g} rad or m): '
+            'nothing of the arm is identifiable from them; take poses far apart'
+        )
+    if different < least:
+        raise CalibrationError(
+            f'{whose} are {different} different ones, again and again: at least {least} are '
+            'needed; take poses far apart'
+        )
+
+
+def checked_offsets(
+    robot: Robot, given: Measured, free: Free, own: Free, check: bool, read: str = ''
+) -> tuple[list[Offsets], FrameDiagnosis | None]:
+    """
+    Return the offsets of each set to begin with, and what the frame check says of the first.
+
+    Parameters
+    ----------
+    free
+        What may differ from the file.
+    own
+        What each set has of its own.
+    check
+        Whether the frame check is made.
+    read
+        How the orientations were read, as `diagnose_frames` takes it.
+
+    Raises
+    ------
+    CalibrationError
+        The poses are off by a mistake that is no matter of calibration: the sentence names it.
+    """
+    offsets = []
+    diagnosis = None
+    sets = [given.of_set(k) for k in range(given.set_count)]
+    A, B = [forward_kinematics(robot, one.q) for one in sets], [one.poses for one in sets]
+    for of_file, one in zip(A, sets):
+        offsets.append(offsets_of(of_file, one.poses, given.positions, free))
+        if check:
+            said = _checked(robot, one, offsets[-1], free, read)
+            diagnosis = diagnosis or said
+    return shared_offsets(A, B, offsets, given.positions, free, own), diagnosis
+
+
+def _checked(
+    robot: Robot, given: Measured, found: Offsets, free: Free, read: str
+) -> FrameDiagnosis | None:
+    q, poses, positions = given.q, given.poses, given.positions
+    middle = float(np.median(found.remainder))
+    if positions and len(q) >= LEAST_FOR_CAUSE:
+        # Base and point alone bring three positions near any three.
+        _check_positions(robot, q, poses, middle, free)
+    near = np.flatnonzero(found.remainder <= MEDIANS_OFF * middle + ALIKE)
+    near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
+    diagnosis = None
+    if not positions and len(near) >= LEAST_FOR_CAUSE:
+        diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)
+        cause = diagnosis.cause
+        left = middle if cause is None else cause.errors.position_rms
+        if min(left, middle) > NO_CALIBRATION:
+            # No cause that turns with the poses explains it: one of their positions may.
+            alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
+            _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
+        if cause is not None and cause.key not in FOUND_HERE:
+            said = diagnosis.sentence
+            option = OPTIONS.get(cause.sentence, '')
+            if cause.sentence == LENGTHS_IN_MM and _is_in_metres(robot):
+                said = said.replace(said.partition(':')[0], IN_METRES.capitalize())
+                option = OPTIONS[IN_METRES]
+            raise CalibrationError(f'the frame check comes first: {said}{option}')
+    if middle > NO_CALIBRATION:
+        left_by = partial(_left_of, robot, poses, free)
+        explained = explained_by_joints(robot, q, middle, left_by) if positions else ''
+        raise CalibrationError(_too_far_off(robot, middle, free) + explained)
+    return diagnosis
+
+
+def explained_by_joints(
+    robot: Robot, q: Floats, middle: float, left: Callable[[Floats], Floats]
+) -> str:
+    """
+    Return in words which mistakes of joint positions (N, n) would explain rows too far off.
+
+    Parameters
+    ----------
+    middle
+        The median of what remains, m.
+    left
+        Returns what remains (H, N), m, by other joint positions (H, N, n).
+    """
+    changes, tried = list(joint_hypotheses_of(robot, q)), []
+    at_once = max(1, ROWS_AT_ONCE // len(q))
+    for k in range(0, len(changes), at_once):
+        some = changes[k : k + at_once]
+        remains = np.median(left(np.stack([one.joints(q) for one in some])), axis=1).tolist()
+        tried += [(size, one.sentence) for size, one in zip(remains, some)]
+    best = min(tried)[0]
+    if best * DECISIVE > middle or best > NO_CALIBRATION:
+        return ''
+    near = sorted(one for one in tried if one[0] <= AS_WELL * best)
+    words = '; '.join(
+        f'{sentence}: with that undone {length_in_words(size)} remain' for size, sentence in near
+    )
+    return f'. What explains it: {words}' if len(near) == 1 else f'. Tried, not decided: {words}'
+
+
+def _is_in_metres(robot: Robot) -> bool:
+    # Whether the length of the arm is nearer 1 m than it would be in millimetres, as a ratio.
+    return robot.singularity.task.length**2 < 1000
+
+
+def _left_of(robot: Robot, poses: Floats, free: Free, q: Floats) -> Floats:
+    # What remains of positions (H, N), m, by joint positions (H, N, n).
+    A = forward_kinematics(robot, q)
+    return offsets_of(A, np.broadcast_to(poses, A.shape), True, free).remainder
+
+
+def _too_far_off(robot: Robot, middle: float, free: Free) -> str:
+    begin = f'half of the positions are more than {length_in_words(middle)} off, with'
+    kept = ' and '.join(end for end, fitted in free._asdict().items() if not fitted)
+    if kept:
+        return (
+            f'{begin} {kept} as in the robot file: fit {kept} too, unless the poses are in the '
+            'very frames of that file; then it is another robot'
+        )
+    return (
+        f'{begin} base and tool fitted: no robot {robot.name} is off by as much; it is another '
+        'robot, or the poses do not belong to these joint positions'
+    )
+
+
+def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:
+    mirrored, small, large = np.array(poses), np.array(poses), np.array(poses)
+    mirrored[:, 2, 3] *= -1.0
+    small[:, :3, 3] /= 1000
+    large[:, :3, 3] *= 1000 if _is_in_metres(robot) else 1
+    axes = 'mirrored axes: one axis of the positions points the wrong way'
+    for sentence, joints, others in (
+        ('the positions are in millimetres, not metres', q, small),
+        (IN_METRES, q, large),
+        (axes, q, mirrored),
+        (DEGREES, from_degrees(robot, q), poses),
+    ):
+        A = forward_kinematics(robot, joints)
+        left = float(np.median(offsets_of(A, others, True, free).remainder))
+        if middle > ALIKE and left < NO_CALIBRATION:
+            refuse_mistake(sentence, left, middle)
+
+
+def refuse_mistake(sentence: str, left: float, middle: float) -> None:
+    """
+    Refuse rows that a mistake explains: with that undone much less of them is left (m).
+
+    Raises
+    ------
+    CalibrationError
+        So it is.
+    """
+    if left * DECISIVE < middle:
+        raise CalibrationError(
+            f'{sentence}: with that undone {length_in_words(left)} remain of '
+            f'{length_in_words(middle)} (medians){OPTIONS.get(sentence, "")}'
+        )
+
+
+def in_words(position: float, rotation: float, positions: bool) -> str:
+    """Return a length (m), and an angle (rad) where orientations are measured, in words."""
+    length, angle = length_in_words(position), angle_in_words(rotation)
+    length = 'less than 1e-6 mm' if length == '0 mm' else length
+    angle = 'less than 1e-6 deg' if angle == '0 deg' else angle
+    return length if positions else f'{length}, {angle}'
+
+
+IN_WORDS: dict[str, Callable[[float], str]] = {
+    'rad': angle_in_words,
+    'm': length_in_words,
+    's': time_in_words,
+    '': lambda share: f'{100 * share:.3g} %',
+}
+
+
+def unit_of(parameter: ArmParameter) -> str:
+    """Return the SI unit of a parameter's numbers, empty of a share."""
+    plain = 'rad' if parameter.angle else 'm'
+    yields = 'rad/Nm' if parameter.angle else 'm/N'
+    return {LAG.group: 's', GEARS: '', COMPLIANCE: yields}.get(parameter.group, plain)
+
+
+def value_in_words(value: float, unit: str) -> str:
+    """Return a number in words: an angle, a length, a time, a share, or one of another unit."""
+    words = IN_WORDS.get(unit)
+    return f'{value:.3g} {unit}' if words is None else words(value)

@@ -1,0 +1,284 @@
+"""The parameters of an arm measured in sets: which are fitted, from where, and what is told."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...errors import CalibrationError, ParameterNotFoundError
+from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics
+from ...kinematics.uncertainty.corrected_chain import (
+    CorrectedChain,
+    CorrectingMotion,
+    motion_of,
+)
+from ...kinematics.uncertainty.parameters import placement, scaled_jacobian, structural_rank
+from ...robot.file.parts.description import Tolerances
+from ...robot.file.parts.parameters import (
+    BACKLASH,
+    ENDS,
+    GEARS,
+    GROUPS,
+    LAG,
+    SIX,
+    TABLE_GROUPS,
+    ArmParameter,
+    end_parameters,
+)
+from ...robot.file.parts.tolerances import GEAR
+from ...robot.robot import Robot
+from ..recordings.readers.block import Flags
+from .checking import COMPLIANCE, PLACEMENT, ZEROS, Measured
+from .fitting import FitProblem, Identified, Noise, remainders_between, weighted_jacobian
+from .knowledge import ParameterCombination, combinations_of
+from .placing import Offsets
+
+# Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a
+# lag, s, and of a backlash, rad.
+ANYWHERE, ANY_LAG = 1.0, 0.1
+NOTHING_SAID = Tolerances()
+# The word for all groups, gear ratios too: these are fitted where they are asked for alone.
+EVERYTHING = 'all'
+
+
+@dataclass(frozen=True)
+class TouchedPoint:
+    """
+    A point that the tip of the tool touched from many poses.
+
+    Attributes
+    ----------
+    name
+        As the rows are marked.
+    position, deviation
+        Where it is in the base frame, and how well that is known; x y z in m.
+    count
+        Number of rows.
+    """
+
+    name: str
+    position: tuple[float, float, float]
+    deviation: tuple[float, float, float]
+    count: int
+
+
+def asks_for_gears(fit: Sequence[str]) -> bool:
+    """Return whether some word asks for gear ratios: all, gears, gear2."""
+    return any(word == EVERYTHING or word.startswith(GEAR) for word in fit)
+
+
+class ChosenParameters:
+    """
+    All parameters of an arm measured in sets, and what a user's words among them mean.
+
+    Attributes
+    ----------
+    every
+        All parameters, in the order of the corrections of the chains.
+    placed_groups
+        Groups that are fitted before anything of the table is.
+    """
+
+    placed_groups: tuple[str, ...] = ENDS
+    words: tuple[str, ...] = (*GROUPS, PLACEMENT, ZEROS, COMPLIANCE)
+
+    def __init__(
+        self, robot: Robot, given: Measured, own: tuple[str, ...], table: Sequence[ArmParameter]
+    ) -> None:
+        self.robot, self.given, self.own, self.table = robot, given, own, tuple(table)
+        count = given.set_count
+        self.ends = {end: count if end in own else 1 for end in ENDS}
+        self.every = (
+            *table,
+            *(
+                one
+                for end in ENDS
+                for k in range(self.ends[end])
+                for one in end_parameters(end, k)
+            ),
+            *given.placements,
+            *given.moving,
+        )
+
+    def first(self, end: str, k: int) -> int:
+        """Return where the corrections of the base or tool of set k begin."""
+        number = k if end in self.own else 0
+        before = self.ends['base'] if end == 'tool' else 0
+        return len(self.table) + 6 * (before + number)
+
+    def fitted(
+        self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
+    ) -> list[int]:
+        """Return which parameters are fitted, if all words are parameters or groups."""
+        for word in (*fit, *fix, *tolerances):
+            self._check(word)
+        asked = self.given.priors
+        chosen = [
+            k
+            for k, one in enumerate(self.every)
+            if (not fit or one.name in asked or {one.name, one.group, EVERYTHING} & set(fit))
+            and not {one.name, one.group, EVERYTHING} & set(fix)
+        ]
+        if self.given.positions:
+            # A point has no orientation.
+            chosen = [
+                k for k in chosen if self.every[k].group != 'tool' or not self.every[k].angle
+            ]
+        if not chosen:
+            raise CalibrationError('fit, fix: nothing is left to be fitted')
+        return chosen
+
+    def _check(self, word: str) -> None:
+        groups, names = (*self.words, EVERYTHING), [one.name for one in self.every]
+        if word not in groups and word not in names:
+            raise ParameterNotFoundError(
+                f'{word!r} is no parameter of {self.robot.name}; accepted are the groups '
+                f'{", ".join(groups)}, and {", ".join(names)}',
+                word,
+                (*groups, *names),
+            )
+
+    def groups(self, chosen: Sequence[int]) -> set[str]:
+        """Return the groups of parameters."""
+        return {self.every[k].group for k in chosen}
+
+    def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
+        """
+        Return the chains; base and tool begin at offsets.
+
+        Those of the sets in the first session, and then in each other one.
+        """
+        description = self.robot.description
+        base, tool = description.base.motion.matrix, description.tool.motion.matrix
+        firsts = [(self.first('base', k), self.first('tool', k)) for k in range(len(offsets))]
+        chains = [
+            placement(arm, one.base @ base, tool @ one.tool, first)
+            for one, first in zip(offsets, firsts)
+        ]
+        own = self.given.placements
+        first = len(self.every) - len(own) - len(self.given.moving)
+        return chains + [
+            _moved(chain, first + k) for k in range(0, len(own), len(SIX)) for chain in chains
+        ]
+
+    def problem(
+        self,
+        chains: Sequence[CorrectedChain],
+        poses: Floats,
+        chosen: Sequence[int],
+        tolerances: Mapping[str, float],
+        **more: Any,
+    ) -> FitProblem:
+        """Return the problem of chains, as `chains` has them, and of what they lead to."""
+        parameters = tuple(self.every[k] for k in chosen)
+        given, of_file = self.given, self.robot.description.tolerances
+        session = given.sessions if given.placements else 0
+        priors = {**given.priors, **tolerances}
+        return FitProblem(
+            parameters,
+            np.array([prior_of(one, priors, of_file) for one in parameters]),
+            np.array(chosen),
+            len(self.every),
+            tuple(chains),
+            given.sets + given.set_count * session,
+            given.q,
+            poses,
+            given.positions,
+            given.rates,
+            **more,
+        )
+
+    def possible(self, problem: FitProblem) -> int:
+        """Return the number of directions that any poses of this kind could tell."""
+        # Sets beyond the first add a base or a tool of their own, which they tell.
+        J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.positions)[
+            :, problem.columns
+        ]
+        elsewhere = sum(not np.any(column) for column in J.T)
+        moving = problem.rates[:, :, problem.columns[problem.moving] - problem.first_rate]
+        idle = int(np.sum(~np.any(moving, axis=(0, 1))))
+        return structural_rank(J) + elsewhere - idle
+
+    def combinations(
+        self, problem: FitProblem, noise: Noise, used: Flags
+    ) -> tuple[ParameterCombination, ...]:
+        """Return the parameters that these poses do not tell apart."""
+        # What can be told apart is so of the nominal arm and by usual errors, whatever the
+        # priors: corrections bring axes out of parallel by nothing that could be measured.
+        scales = np.array([one.scale for one in problem.parameters]) / problem.prior
+        zero = np.zeros(len(problem.parameters))
+        J = weighted_jacobian(problem, zero, noise, used) * scales
+        return combinations_of(J, problem.parameters)
+
+    def ends_of(self, problem: FitProblem, values: Floats) -> tuple[Floats, Floats]:
+        """Return X and Y (sets, 4, 4) of measured = X calibrated Y."""
+        description = self.robot.description
+        B, T = description.base.motion.matrix, description.tool.motion.matrix
+        every, starts = problem.every(values), self.starts_of(problem)
+        base, tool = (
+            np.array([motion_of(every[self.first(end, k) :][:6]) for k in range(len(own))])
+            for end, own in zip(ENDS, starts)
+        )
+        return starts[0] @ base @ np.linalg.inv(B), np.linalg.inv(T) @ tool @ starts[1]
+
+    def starts_of(self, problem: FitProblem) -> tuple[Floats, Floats]:
+        """Return bases and tools (sets, 4, 4) that the corrections of the sets begin at."""
+        chains = problem.chains[: self.given.set_count]
+        base, tool = zip(*((one.still[0][0], one.still[-1][-1]) for one in chains))
+        return np.array(base), np.array(tool)
+
+    def as_given(self) -> Floats:
+        """Return position (m) and rotation (rad) between file and measurement, (N, 2, 3)."""
+        poses = forward_kinematics(self.robot, self.given.q)
+        return remainders_between(self.given.poses, poses, self.given.positions)
+
+    def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
+        """Return the points that were touched, where nothing else was measured."""
+        return ()
+
+    def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
+        """Return sentences on what the robot file says, and on the rows."""
+        names = {one.name for one in self.every}
+        unused = [
+            name
+            for name, _ in self.robot.description.tolerances.named
+            if name not in names and not name.startswith(GEAR)
+        ]
+        if not unused:
+            return self.given.remarks
+        unused_ = f'The tolerance of {", ".join(unused)} in the robot file is not used'
+        return (unused_, *self.given.remarks)
+
+
+def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
+    # Behind the corrections of the base those of where it is in a session.
+    begin = chain.still[0]
+    six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
+    at = 1 + len(SIX)
+    return replace(chain, still=((*begin[:at], *six, *begin[at:]), *chain.still[1:]))
+
+
+def prior_of(
+    one: ArmParameter, tolerances: Mapping[str, float], of_file: Tolerances = NOTHING_SAID
+) -> float:
+    """
+    Return the standard deviation of a parameter before, rad, m or s.
+
+    Parameters
+    ----------
+    tolerances
+        By name or group.
+    of_file
+        Those of the robot file, where `tolerances` has none.
+    """
+    if one.group not in TABLE_GROUPS:
+        return tolerances.get(one.name, ANY_LAG if one in (LAG, BACKLASH) else ANYWHERE)
+    by_kind = of_file.angle if one.angle else of_file.length
+    usual = dict(of_file.named).get(one.name)
+    usual = usual or (of_file.gear if one.group == GEARS else by_kind)
+    found = tolerances.get(one.name, tolerances.get(one.group, usual or one.scale))
+    if not found > 0.0:
+        raise CalibrationError(f'the tolerance of {one.name} is not above 0; use fix instead')
+    return float(found)

@@ -1,0 +1,158 @@
+"""Measured poses of a running robot, each with the joint positions at its time."""
+
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernel import Floats
+from ...robot.robot import Robot
+from ..recordings.readers.block import Flags
+
+SECOND = 1_000_000_000  # ns
+# A pose between two joint states that are further apart (0.1 s, in ns) is left out.
+LONGEST_GAP = SECOND // 10
+# Joint states kept at most: four seconds at 500 Hz.
+STATES = 2048
+# Poses that are ahead of the joint states kept at most.
+AHEAD = STATES // 8
+# Poses whose joints differ by less (rad, prismatic joints by length) are one.
+VARIETY = 0.02
+# Poses kept at most.
+MOST = 2000
+
+
+class CollectedPoses(NamedTuple):
+    """Joint positions and rates (N, n), poses (N, 4, 4) and their stamps (N,), ns."""
+
+    q: Floats
+    rates: Floats
+    poses: Floats
+    stamps: tuple[int, ...]
+
+    def at(self, rows: slice | Flags) -> 'CollectedPoses':
+        """Return some of the poses."""
+        q, rates, poses = (values[rows] for values in self[:3])
+        return CollectedPoses(q, rates, poses, tuple(np.array(self.stamps)[rows].tolist()))
+
+    def followed_by(self, other: 'CollectedPoses') -> 'CollectedPoses':
+        """Return these poses and others behind them."""
+        q, rates, poses = (np.concatenate(pair) for pair in zip(self[:3], other[:3]))
+        return CollectedPoses(q, rates, poses, (*self.stamps, *other.stamps))
+
+
+def table_of(poses: CollectedPoses, joint_names: Sequence[str]) -> str:
+    """Return poses as the table that `calibrate` reads: stamps (s), joint positions, matrices."""
+    names = ['stamp', *(f'position.{name}' for name in joint_names)]
+    lines = [','.join([*names, *(f'pose.{k}' for k in range(16))])]
+    for stamp, q, pose in zip(poses.stamps, poses.q.tolist(), poses.poses):
+        seconds, rest = divmod(stamp, SECOND)
+        numbers = ','.join(map(repr, [*q, *pose.ravel().tolist()]))
+        lines.append(f'{seconds}.{rest:09d},{numbers}')
+    return '\n'.join([*lines, ''])
+
+
+class _MatchedPose(NamedTuple):
+    stamp: int
+    q: Floats
+    rates: Floats
+    pose: Floats
+
+    @property
+    def speed(self) -> float:
+        return float(np.max(np.abs(self.rates)))
+
+
+class PoseCollector:
+    """
+    Matches poses with the joint states around them, and keeps those that differ.
+
+    Where the arm stands still several poses are one: the one at which it is slowest.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    most
+        Poses kept at most; then every second one is dropped, so that early ones stay among them.
+
+    Attributes
+    ----------
+    unmatched
+        Number of poses without joint states around them.
+    different
+        Number of poses that differed from the one before them, those that were dropped too.
+    """
+
+    def __init__(self, robot: Robot, most: int = MOST) -> None:
+        self.unmatched = self.different = 0
+        self._most = most
+        self._scales = robot.singularity.task.column_scales
+        self._states: deque[tuple[int, Floats]] = deque(maxlen=STATES)
+        self._ahead: deque[tuple[int, Floats]] = deque(maxlen=AHEAD)
+        self._pairs: list[_MatchedPose] = []
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def note_state(self, stamp: int, q: Floats) -> None:
+        """Take joint positions (n,) at a stamp, ns; a stamp that steps back begins a new time."""
+        if self._states and stamp <= self._states[-1][0]:
+            self._states.clear()
+            self._ahead.clear()
+        self._states.append((stamp, q.copy()))
+        while self._ahead and self._ahead[0][0] < stamp:
+            self._match(*self._ahead.popleft())
+
+    def note_pose(self, stamp: int, pose: Floats) -> None:
+        """Take a pose (4, 4) at a stamp, ns."""
+        if self._states and stamp < self._states[-1][0]:
+            self._match(stamp, pose)
+        else:
+            if len(self._ahead) == AHEAD:
+                self.unmatched += 1
+            self._ahead.append((stamp, pose))
+
+    def collected(self) -> CollectedPoses:
+        """Return the poses so far."""
+        pairs = self._pairs
+        return CollectedPoses(
+            np.array([one.q for one in pairs]),
+            np.array([one.rates for one in pairs]),
+            np.array([one.pose for one in pairs]),
+            tuple(one.stamp for one in pairs),
+        )
+
+    def taken(self) -> CollectedPoses:
+        """Return the poses but the last, which may be replaced by a slower one, and drop them."""
+        poses = self.collected().at(slice(-1))
+        del self._pairs[:-1]
+        return poses
+
+    def _match(self, stamp: int, pose: Floats) -> None:
+        later: tuple[int, Floats] | None = None
+        for state in reversed(self._states):
+            if state[0] <= stamp:
+                break
+            later = state
+        else:
+            self.unmatched += 1
+            return  # older than all states in memory
+        if later is None or later[0] - state[0] > LONGEST_GAP:
+            self.unmatched += 1
+            return
+        rates = (later[1] - state[1]) / (later[0] - state[0])
+        q = state[1] + rates * (stamp - state[0])
+        self._keep(_MatchedPose(stamp, q, SECOND * rates, pose))
+
+    def _keep(self, pair: _MatchedPose) -> None:
+        pairs = self._pairs
+        if pairs and np.max(np.abs((pair.q - pairs[-1].q) / self._scales)) < VARIETY:
+            if pair.speed < pairs[-1].speed:
+                pairs[-1] = pair
+            return
+        pairs.append(pair)
+        self.different += 1
+        if len(pairs) > self._most:
+            del pairs[1::2]

@@ -1,0 +1,83 @@
+"""The command `calibrate`: from the nominal table of an arm to this very one, by poses."""
+
+from typing import Annotated, NamedTuple, Optional
+
+from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ..output.calibration_run import CalibrationRun, TermColumns
+from .calibration_options import (
+    FilesArgument,
+    FitOptions,
+    OutputOptions,
+    PoseOptions,
+    TableOptions,
+    grouped,
+    run_calibration,
+)
+
+# Values of options that are not given: typer before 0.10 knows no None for three numbers.
+USUAL = TermColumns()
+
+
+class ConditionOptions(NamedTuple):
+    """Sessions and loads of the rows."""
+
+    sessions: Annotated[
+        Optional[str],
+        named('--sessions', 'The session of each row; `file`: of each FILE.', 'COLUMN'),
+    ] = None
+    load: Annotated[
+        Optional[str], named('--load', 'The load on the tool in each row, kg.', 'COLUMN')
+    ] = None
+    load_at: Annotated[
+        tuple[float, float, float],
+        named('--load-at', 'Its centre of mass in the tool frame, m.', 'X Y Z', show_default='0'),
+    ] = USUAL.at
+    gravity: Annotated[
+        tuple[float, float, float],
+        named('--gravity', 'Its pull in the base frame.', 'X Y Z', show_default='0 0 -1'),
+    ] = USUAL.gravity
+
+    @property
+    def columns(self) -> TermColumns:
+        """Return the columns of sessions and loads."""
+        if self.load is None and (self.load_at, self.gravity) != (USUAL.at, USUAL.gravity):
+            raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
+        return TermColumns(*self)
+
+
+@grouped
+def calibrate(
+    robot: RobotOption,
+    outputs: OutputOptions,
+    fitting: FitOptions,
+    poses: PoseOptions,
+    table: TableOptions,
+    conditions: ConditionOptions,
+    files: FilesArgument = None,
+) -> None:
+    """
+    Identify the numbers of an arm from measured poses of its tool, and write its robot file.
+
+    FILE has joint states and poses, as for audit: a bag, or a table (.csv). Numbers have priors;
+    one that is not identifiable keeps its nominal value. Exit code 1: the result is refused.
+
+    \b
+    Examples:
+      kinematics_service calibrate tracker.csv --robot ur5e --output my_ur5e.yaml
+      kinematics_service calibrate points.csv --robot ur5e --pose-format mm,position
+      kinematics_service calibrate loads.csv --robot ur5e --load kg --load-at 0 0 0.05
+    """
+    arm, given = given_robot(robot), files or []
+    written = outputs.checked(given)
+    reading, columns = poses.selection(arm, table), conditions.columns
+    positions = reading.pose_format.kind == 'position'
+    run = CalibrationRun(arm, fitting.fitting(positions, not outputs.anyway, poses.own))
+    if not given:
+        raise WrongUsage('give FILE with measured poses; calibrate-propose says which to measure')
+    run_calibration(
+        run,
+        robot,
+        given,
+        written,
+        lambda one: one.of_recordings(given, reading, poses.pose_gap, columns),
+    )

@@ -1,0 +1,61 @@
+"""The command `calibrate-camera`: an arm and a camera calibrated by a board."""
+
+from typing import Annotated
+
+from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ..output.calibration_run import CalibrationRun
+from .calibration_options import (
+    CameraChoice,
+    FilesArgument,
+    FitOptions,
+    ImageOptions,
+    OutputOptions,
+    PoseOptions,
+    TableOptions,
+    grouped,
+    run_calibration,
+)
+
+CameraOption = Annotated[
+    CameraChoice, named('--camera', 'On the tool, or fixed with the board on the tool')
+]
+
+
+@grouped
+def calibrate_camera(
+    robot: RobotOption,
+    camera: CameraOption,
+    outputs: OutputOptions,
+    fitting: FitOptions,
+    poses: PoseOptions,
+    table: TableOptions,
+    images: ImageOptions,
+    files: FilesArgument = None,
+) -> None:
+    """
+    Calibrate an arm and a camera at once, by a board that the camera sees.
+
+    FILE has joint states and poses of the board in the frame of the camera. With --images it is a
+    table (.csv) whose column `image` names images of the board: OpenCV finds its corners. The
+    intrinsics are not fitted. Exit code 1: the result is refused.
+
+    \b
+    Examples:
+      kinematics_service calibrate-camera seen.csv --robot ur5e --camera on-tool
+      kinematics_service calibrate-camera taken.csv --robot ur5e --camera fixed
+        --images pictures/ --board 7x5,40mm,30mm,DICT_5X5_100 --intrinsics camera.yaml
+    """
+    arm, given = given_robot(robot), files or []
+    written, reading = outputs.checked(given), poses.selection(arm, table)
+    if not given:
+        raise WrongUsage('give FILE with poses of a board, or with names of images')
+    finder = images.finder(given)
+    positions = reading.pose_format.kind == 'position'
+    fitted = fitting.fitting(positions, not outputs.anyway, poses.own, camera=camera.value)
+    run_calibration(
+        CalibrationRun(arm, fitted),
+        robot,
+        given,
+        written,
+        lambda one: one.of_seen(given, reading, poses.pose_gap, images.images, finder),
+    )

@@ -1,0 +1,150 @@
+"""The command `calibrate-live`: poses of a running robot, and what they tell as they come."""
+
+import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, Optional, TextIO
+
+import typer
+
+from ....cli.missing_ros import ros_module
+from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ....errors import CalibrationError, KinematicsError
+from ....output_file import write_file
+from ....robot.file.parts.parameters import TABLE_GROUPS
+from ....robot.robot import Robot
+from ..collecting import CollectedPoses, table_of
+from ..output.calibration_run import CalibratedPoses, CalibrationRun
+from ..proposal import propose_poses
+from ..result import Calibration
+from .calibration_options import (
+    CameraChoice,
+    FitOptions,
+    OutputOptions,
+    grouped,
+    named_errors,
+    run_calibration,
+)
+
+TIME_LIMIT = 86_400.0  # s, a day
+
+
+class LiveOptions(NamedTuple):
+    """Topics, joint prefix and time (s) of the collecting."""
+
+    topic: Annotated[str, named('--topic', 'Joint states.', 'TOPIC')] = '/joint_states'
+    pose_topic: Annotated[
+        str, named('--pose-topic', 'Poses of the tool (PoseStamped).', 'TOPIC')
+    ] = '/kinematics/reference_pose'
+    joint_prefix: Annotated[
+        str, named('--joint-prefix', 'Put before the joint names of the robot file.', 'TEXT')
+    ] = ''
+    seconds: Annotated[
+        float, named('--seconds', 'Stop after this time; Ctrl-C stops sooner.', 'SECONDS')
+    ] = 600.0
+
+
+@grouped
+def calibrate_live(
+    context: typer.Context,
+    robot: RobotOption,
+    outputs: OutputOptions,
+    fitting: FitOptions,
+    options: LiveOptions,
+    camera: Annotated[
+        Optional[CameraChoice], named('--camera', 'The poses are those of a board that it sees.')
+    ] = None,
+) -> None:
+    """
+    Calibrate a running robot: collect joint states and measured poses, and then calibrate.
+
+    While poses come, it says which numbers are identified by now, and which pose would identify
+    more. Let the arm stand still at each pose. Arguments from --ros-args on are those of ROS.
+
+    \b
+    Example:
+      kinematics_service calibrate-live --robot ur5e --output my_ur5e.yaml
+    """
+    written = outputs.checked(())
+    arm, seconds = given_robot(robot), options.seconds
+    where = None if camera is None else camera.value
+    run = CalibrationRun(arm, fitting.fitting(False, not outputs.anyway, camera=where))
+    if not 0.0 < seconds <= TIME_LIMIT:
+        raise WrongUsage(f'--seconds: {seconds:g} is not above 0 and at most {TIME_LIMIT:,.0f} s')
+    with named_errors(()):
+        run.check_names()
+        heard = collected(arm, options, run.of_heard, written.stream, context.obj)
+    if isinstance(heard, int):
+        raise typer.Exit(heard)
+    if not len(heard.q):
+        raise CalibrationError(
+            f'no pose of {options.pose_topic} with joint states of {options.topic} around its '
+            f'stamp was heard within {seconds:g} s'
+        )
+
+    def calibrated(one: CalibrationRun) -> CalibratedPoses:
+        return CalibratedPoses(one.of_heard(heard), options[:2], (), heard.q, heard.poses)
+
+    with kept_when_refused(arm, heard):
+        run_calibration(run, robot, (), written, calibrated)
+
+
+def collected(
+    robot: Robot,
+    options: LiveOptions,
+    fitted: Callable[[CollectedPoses], Calibration],
+    stream: TextIO,
+    ros_args: Sequence[str],
+) -> CollectedPoses | int:
+    """Return the poses heard, or an exit code; lines for the user go to the stream."""
+    session = ros_module('apps.calibration.calibration_session')
+
+    def fit(poses: CollectedPoses) -> Any:
+        found = fitted(poses)
+        complete = found.known >= found.possible
+        return session.LiveFit(tuple(_lines(robot, found, complete)), complete)
+
+    def say(line: str) -> None:
+        print(line, file=stream, flush=True)
+
+    topics = session.LiveTopics(options.topic, options.pose_topic)
+    heard: CollectedPoses | int = session.collect_poses(
+        robot, topics, options.joint_prefix, options.seconds, fit, say, ros_args
+    )
+    return heard
+
+
+@contextmanager
+def kept_when_refused(robot: Robot, poses: CollectedPoses) -> Iterator[None]:
+    """Write the poses heard as a table if what follows fails: to hear them took minutes."""
+    try:
+        yield
+    except BaseException:
+        file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
+        with suppress(KinematicsError):  # what failed comes first
+            write_file(file, table_of(poses, robot.joint_names))
+            told = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
+            print(told, file=sys.stderr)
+        raise
+
+
+def _lines(robot: Robot, found: Calibration, complete: bool) -> Iterator[str]:
+    yield f'{found.count} poses: {found.known} of {found.possible} combinations are identified'
+    table = [one for one in found.parameters if one.group in TABLE_GROUPS]
+    for words, known in (('identified', True), ('not yet, or not by itself', False)):
+        names = ', '.join(one.name for one in table if one.identifiable == known)
+        yield f'  {words}: {names or "none"}'
+    if not found.accepted:
+        yield f'  no calibration so far: {"; ".join(found.refusals)}'
+    if complete:
+        yield '  all that such poses identify is identified; more poses refine it; Ctrl-C ends it'
+        return
+    (q,) = propose_poses(robot, 1, found).q.tolist()
+    values = (
+        f'{x:.4f} m' if slides else f'{math.degrees(x):.1f} deg'
+        for x, slides in zip(q, robot.prismatic)
+    )
+    yield f'  a pose that identifies more: {", ".join(values)}'

@@ -1,0 +1,111 @@
+"""The command `calibrate-propose`: the poses to measure next."""
+
+import math
+import re
+from pathlib import Path
+from typing import Annotated, Optional
+
+from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ....errors import CalibrationError
+from ....estimation.estimator import EstimatorSettings
+from ....printing import working
+from ..output.calibration_run import CalibrationRun, WantedPoses, write_proposal
+from ..proposal import MOST, LineOfSight
+from ..reading import read_positions
+from .calibration_options import (
+    CameraChoice,
+    FilesArgument,
+    FitOptions,
+    ImageOptions,
+    PoseOptions,
+    TableOptions,
+    check_inputs,
+    check_output,
+    grouped,
+    named_errors,
+)
+
+SIGHT = re.compile(r'([^,]+),([^,]+),([^,]+),([^,]+?)\s*(?:deg)?(?:,\s*([+-]?)([xyz]))?')
+PLANS = ('.csv', '.yaml', '.yml')
+
+
+@grouped
+def calibrate_propose(
+    robot: RobotOption,
+    count: Annotated[int, named('--count', 'Number of poses.', 'N')],
+    fitting: FitOptions,
+    poses: PoseOptions,
+    table: TableOptions,
+    images: ImageOptions,
+    files: FilesArgument = None,
+    plan: Annotated[
+        Optional[list[Path]],
+        named('--plan', 'Write a table (.csv), or a JointTrajectory (.yaml).', 'FILE'),
+    ] = None,
+    among: Annotated[
+        Optional[Path], named('--among', 'Choose among joint positions of this recording.', 'FILE')
+    ] = None,
+    line_of_sight: Annotated[
+        Optional[str],
+        named('--line-of-sight', "A point (m) near the tool's z axis, or ,-x ...", 'X,Y,Z,DEG'),
+    ] = None,
+    camera: Annotated[
+        Optional[CameraChoice],
+        named('--camera', 'FILE has poses of a board, as calibrate-camera.'),
+    ] = None,
+    force: Annotated[bool, named('--force', 'Overwrite the plan.')] = False,
+) -> None:
+    """
+    Propose the poses to measure next (D-optimal), after those of FILE or before any.
+
+    They keep away from joint limits and singular poses. Nothing is known of the cell around the
+    arm: look at the motion first. With --line-of-sight the point is in a cone of DEG at the tool.
+
+    \b
+    Examples:
+      kinematics_service calibrate-propose --robot ur5e --count 10 --plan next.yaml
+      kinematics_service calibrate-propose tracker.csv --robot ur5e --count 5
+    """
+    if not 1 <= count <= MOST:
+        raise WrongUsage(f'--count: {count} is not within 1 and {MOST} poses')
+    arm, given, plans = given_robot(robot), files or [], plan or []
+    check_inputs(given)
+    for file in plans:
+        if file.suffix.lower() not in PLANS:
+            raise WrongUsage(f'--plan: {file} is neither a table (.csv) nor a plan (.yaml)')
+        check_output('--plan', file, given, force)
+    sight = None if line_of_sight is None else _sight(line_of_sight)
+    reading, finder = poses.selection(arm, table), images.finder(given)
+    if finder is not None and camera is None:
+        raise WrongUsage('--images needs --camera on-tool or fixed')
+    positions, after = reading.pose_format.kind == 'position', None
+    where = None if camera is None else camera.value
+    run = CalibrationRun(arm, fitting.fitting(positions, True, poses.own, camera=where))
+    if given:
+        with named_errors(given), working('calibrating') as tell:
+            one = run._replace(tell=tell)
+            after = one.of_seen(given, reading, poses.pose_gap, images.images, finder).found
+            if not (after.accepted or after.only_worse):
+                refused = '; '.join(after.refusals)
+                raise CalibrationError(f'this is no calibration to go on from: {refused}')
+    settings = EstimatorSettings(reading.joint_prefix)
+    # Joint positions alone are read: poses are still to be measured.
+    alone = reading._replace(pose_topic=None)
+    chosen = None if among is None else read_positions(among, alone, settings)
+    write_proposal(arm, WantedPoses(count, chosen, sight), plans, positions, after)
+
+
+def _sight(text: str) -> LineOfSight:
+    match = SIGHT.fullmatch(text.strip())
+    try:
+        x, y, z, angle = map(float, match.group(1, 2, 3, 4) if match else [math.nan] * 4)
+    except ValueError:
+        x = y = z = angle = math.nan
+    if match is None or not (math.isfinite(x + y + z) and 0.0 < angle <= 180.0):
+        raise WrongUsage(
+            f'--line-of-sight: {text!r} is not accepted; write for instance 2.5,0,1.2,30 for a '
+            "point within 30 deg of the tool's z axis, or 2.5,0,1.2,30,-x"
+        )
+    axis = [0.0, 0.0, 0.0]
+    axis['xyz'.index(match[6] or 'z')] = -1.0 if match[5] == '-' else 1.0
+    return LineOfSight((x, y, z), math.radians(angle), axis)

@@ -1,0 +1,76 @@
+"""The command `calibrate-touch`: an arm calibrated by points that the tip of its tool touched."""
+
+import re
+from collections.abc import Sequence
+from typing import Annotated, Optional
+
+from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ..output.calibration_run import CalibrationRun
+from .calibration_options import (
+    FilesArgument,
+    FitOptions,
+    OutputOptions,
+    TableOptions,
+    grouped,
+    run_calibration,
+)
+
+DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m)?')
+FARTHEST = 100.0  # m; no arm touches points that are farther apart
+POINT = 'point'  # the column that names the point of each row
+
+PointOption = Annotated[str, named('--point', 'The column that names the points.', 'COLUMN')]
+
+
+@grouped
+def calibrate_touch(
+    robot: RobotOption,
+    outputs: OutputOptions,
+    fitting: FitOptions,
+    table: TableOptions,
+    files: FilesArgument = None,
+    point: PointOption = POINT,
+    distance: Annotated[
+        Optional[list[str]],
+        named('--distance', 'Known distance of two points, in m or mm.', 'A,B=LENGTH'),
+    ] = None,
+) -> None:
+    """
+    Calibrate an arm without an instrument: a spike on the tool touches the same points again.
+
+    FILE is a table (.csv) of joint positions and of the name of the point touched from many
+    poses. Points and tip are fitted. Touches make the ratios of lengths identifiable, and the
+    lengths too if --distance says how far two points are apart. Exit code 1: it is refused.
+
+    \b
+    Examples:
+      kinematics_service calibrate-touch holes.csv --robot ur5e --point hole
+      kinematics_service calibrate-touch holes.csv --robot ur5e --distance A,B=250mm
+    """
+    arm, given = given_robot(robot), files or []
+    written, reading, apart = outputs.checked(given), table.selection(arm), _distances(distance)
+    run = CalibrationRun(arm, fitting.fitting(True, not outputs.anyway))
+    if not given:
+        raise WrongUsage('give FILE, a table of touches')
+    run_calibration(
+        run, robot, given, written, lambda one: one.of_touches(given, reading, point, apart)
+    )
+
+
+def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
+    result: dict[tuple[str, str], float] = {}
+    for text in given or []:
+        match = DISTANCE.fullmatch(text.strip())
+        if match is None:
+            raise WrongUsage(f'--distance: {text!r} is not accepted; write for instance A,B=0.25')
+        length = float(match[3]) * (1e-3 if match[4] == 'mm' else 1.0)
+        if length > FARTHEST:
+            raise WrongUsage(
+                f'--distance: {text!r} is {length:g} m, farther than an arm reaches: write '
+                f'millimetres as {text.strip()}mm'
+            )
+        pair = match[1].strip(), match[2].strip()
+        if pair in result or pair[::-1] in result:
+            raise WrongUsage(f'--distance: {" and ".join(pair)} are given twice')
+        result[pair] = length
+    return result

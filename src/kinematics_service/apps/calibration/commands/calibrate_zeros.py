@@ -1,0 +1,113 @@
+"""The command `calibrate-zeros`: the zeros of joints by touches of a printed sheet."""
+
+import math
+import os
+import sys
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, Optional
+
+from ....cli.options import RobotOption, WrongUsage, given_robot, named
+from ....output_file import say_written, write_file
+from ....robot.loops import refuse_loops
+from ....robot.robot import Robot
+from ...recordings.commands.frame_options import given_limit
+from ..output.calibration_run import CalibrationRun
+from ..output.servo_file import read_servos, servos_text
+from ..output.sheet import SHEETS
+from .calibrate_touch import POINT, PointOption
+from .calibration_options import (
+    FilesArgument,
+    FitOptions,
+    OutputOptions,
+    TableOptions,
+    check_output,
+    grouped,
+    run_calibration,
+)
+
+# Values of an option that is not given: typer before 0.10 knows no None for two files. No file
+# has such a path.
+NO_FILES = (Path(os.devnull, 'none'), Path(os.devnull, 'none'))
+
+
+class SheetChoice(str, Enum):
+    """The sizes of paper."""
+
+    a4 = 'a4'
+    letter = 'letter'
+
+
+@grouped
+def calibrate_zeros(
+    robot: RobotOption,
+    outputs: OutputOptions,
+    table: TableOptions,
+    files: FilesArgument = None,
+    point: PointOption = POINT,
+    sheet: Annotated[SheetChoice, named('--sheet', 'The paper of the sheet.')] = SheetChoice.a4,
+    backlash: Annotated[
+        Optional[str],
+        named('--backlash', 'The play of the turning joints, if it is known: 0.5deg.', 'ANGLE'),
+    ] = None,
+    motors: Annotated[
+        tuple[Path, Path],
+        named(
+            '--motors',
+            "LeRobot's calibration, and the file to write.",
+            'OLD NEW',
+            show_default=False,
+        ),
+    ] = NO_FILES,
+    fix: Annotated[str, named('--fix', 'Leave these as in the robot file: tool.', 'NAMES')] = '',
+    noise: Annotated[
+        Optional[str], named('--noise', 'Standard deviation of a touch: 0.5mm.', 'LIMIT')
+    ] = None,
+) -> None:
+    """
+    Find the zeros of the joints of an arm whose encoders were mounted by hand.
+
+    Without FILE, --html writes a sheet to print. FILE is a table (.csv) of joint positions at
+    which the tip touched its crosses, and of their names. The places of the sheet and of the
+    tip are fitted. Columns velocity.<joint>, the way each joint came, identify a backlash.
+
+    \b
+    Examples:
+      kinematics_service calibrate-zeros --robot so101 --html sheet.html
+      kinematics_service calibrate-zeros touches.csv --robot so101 --motors old.json new.json
+    """
+    arm, given, paper = given_robot(robot), files or [], SHEETS[sheet.value]
+    written, reading = outputs.checked(given), table.selection(arm)
+    play = 0.0 if backlash is None else given_limit('--backlash', backlash).angle
+    if math.isinf(play):
+        raise WrongUsage(f'--backlash: {backlash!r} is no angle; write for instance 0.5deg')
+    if play >= math.pi and backlash is not None:
+        raise WrongUsage(
+            f'--backlash: {backlash!r} is half a turn or more: no joint has such play'
+        )
+    refuse_loops(arm.description, 'the calibration')
+    servos = _servos(arm, motors, outputs.force)
+    if not given:
+        if outputs.html is None:
+            raise WrongUsage('give FILE with touches, or --html FILE for the sheet to print')
+        write_file(outputs.html, paper.page)
+        say_written(outputs.html, sys.stdout)
+        return
+    fitting = FitOptions(None, fix, None, noise).fitting(True, not outputs.anyway)
+    data = run_calibration(
+        CalibrationRun(arm, fitting),
+        robot,
+        given,
+        written,
+        lambda one: one.of_sheet(given, reading, point, paper, play),
+    )
+    if servos is not None:
+        write_file(motors[1], servos_text(servos, data.zeros))
+        say_written(motors[1], written.stream)
+
+
+def _servos(arm: Robot, motors: tuple[Path, Path], force: bool) -> dict[str, Any] | None:
+    if motors == NO_FILES:
+        return None
+    check_output('--motors', motors[1], (), force)
+    return read_servos(motors[0], arm.joint_names)

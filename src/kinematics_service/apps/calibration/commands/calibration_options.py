@@ -1,0 +1,316 @@
+"""The options that the commands of a calibration share, in groups, and what they mean."""
+
+import inspect
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, Optional, get_type_hints
+
+import typer
+
+from ....cli.options import WrongUsage, named, refuse_unwritable
+from ....errors import CalibrationError, ParameterNotFoundError
+from ....printing import working
+from ....robot.file.parts.parameters import ENDS
+from ....robot.robot import Robot
+from ...recordings.commands.frame_options import LONGEST_GAP, given_limit
+from ...recordings.commands.recording_options import TableWords, given_selection
+from ...recordings.readers.open_file import TABLES
+from ...recordings.readers.source import Selection
+from ..boards.board import Board, BoardFinder
+from ..boards.intrinsics import read_intrinsics
+from ..output.calibration_run import (
+    CalibratedPoses,
+    CalibrationOutputs,
+    CalibrationRun,
+    Fitting,
+    write_report,
+    write_robot_file,
+)
+from ..robot_text import Frames
+
+BOARD = re.compile(r'(\d{1,3})x(\d{1,3}),([^,]+),([^,]+),\s*(DICT_\w+)(,\s*legacy)?')
+# Squares in a row of a board: fewer have too few corners, and no board has more.
+SQUARES = range(3, 101)
+LARGEST_SQUARE = 10.0  # m; a larger one is in other units
+
+FilesArgument = Annotated[Optional[list[Path]], typer.Argument(metavar='FILE...', hidden=True)]
+
+
+class FramesChoice(str, Enum):
+    """Whose base and tool are written."""
+
+    robot = 'robot'
+    measured = 'measured'
+
+
+class CameraChoice(str, Enum):
+    """The place of the camera."""
+
+    on_tool = 'on-tool'
+    fixed = 'fixed'
+
+
+class TableOptions(NamedTuple):
+    """The columns of a table, and their units."""
+
+    columns: Annotated[
+        Optional[str],
+        named('--columns', 'Names of columns, as `audit` takes them.', 'KEY=START,...'),
+    ] = None
+    joint_format: Annotated[
+        Optional[str],
+        named('--joint-format', 'Units of joint columns, as for `audit`: deg ...', 'WORDS'),
+    ] = None
+    stamps: Annotated[
+        Optional[str],
+        named('--stamps', 'Unit of stamps, or rate of rows; none: standing still.', 'UNIT|RATE'),
+    ] = None
+    joint_prefix: Annotated[
+        str, named('--joint-prefix', 'Put before the joint names of the robot file.', 'TEXT')
+    ] = ''
+
+    def selection(self, robot: Robot) -> Selection:
+        """Return the parts of a table."""
+        words = TableWords(self.columns, None, self.joint_format, self.stamps)
+        return given_selection(robot, None, None, self.joint_prefix, words)
+
+
+class PoseOptions(NamedTuple):
+    """The poses of a recording, and what each of several files has of its own."""
+
+    topic: Annotated[
+        Optional[str], named('--topic', 'Topic of joint states, if a bag has several.', 'TOPIC')
+    ] = None
+    pose_topic: Annotated[
+        Optional[str],
+        named('--pose-topic', 'Topic of poses, points or transforms; /tf:FRAME.', 'TOPIC'),
+    ] = None
+    pose_format: Annotated[
+        Optional[str],
+        named('--pose-format', 'Units and orientations of pose columns, as for `audit`.', 'WORDS'),
+    ] = None
+    pose_gap: Annotated[
+        Optional[float],
+        named('--pose-gap', 'Longest time between joint states around a pose.', 'SECONDS'),
+    ] = None
+    own: Annotated[str, named('--own', 'What each of several files has of its own.', 'NAMES')] = (
+        'base'
+    )
+
+    def selection(self, robot: Robot, table: TableOptions) -> Selection:
+        """Return the parts of a recording."""
+        gap = self.pose_gap
+        if gap is not None and not 0.0 < gap <= LONGEST_GAP:
+            raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
+        for end in given_words(self.own):
+            if end not in ENDS:
+                raise WrongUsage(f'--own: {end!r} is not one of {", ".join(ENDS)}')
+        words = TableWords(table.columns, self.pose_format, table.joint_format, table.stamps)
+        return given_selection(robot, self.topic, self.pose_topic, table.joint_prefix, words)
+
+
+class FitOptions(NamedTuple):
+    """Which parameters are fitted, and what is known before."""
+
+    fit: Annotated[
+        Optional[str],
+        named('--fit', 'Fit these alone: groups or names.  [default: all but gears]', 'NAMES'),
+    ] = None
+    fix: Annotated[str, named('--fix', 'Leave these as in the robot file.', 'NAMES')] = ''
+    tolerance: Annotated[
+        Optional[str],
+        named('--tolerance', 'Usual errors of the table, if not those of the file.', 'LIMIT'),
+    ] = None
+    noise: Annotated[
+        Optional[str],
+        named('--noise', 'Standard deviation of the instrument: 2mm,0.3deg.', 'LIMIT'),
+    ] = None
+
+    def fitting(self, positions: bool, check: bool, own: str = 'base', **more: Any) -> Fitting:
+        """Return what is fitted, and by what knowledge."""
+        words = given_words(self.fit or '')
+        if self.fit is not None and not words:
+            raise WrongUsage('--fit names nothing; without it all but gears are fitted')
+        limit = None if self.tolerance is None else given_limit('--tolerance', self.tolerance)
+        noise = given_noise(self.noise, positions)
+        return Fitting(words, given_words(self.fix), given_words(own), limit, noise, check, **more)
+
+
+class OutputOptions(NamedTuple):
+    """The outputs."""
+
+    output: Annotated[
+        Optional[Path], named('--output', 'Write the calibrated robot file.', 'FILE')
+    ] = None
+    json: Annotated[
+        Optional[Path], named('--json', 'Write everything as JSON; - prints it.', 'FILE')
+    ] = None
+    html: Annotated[Optional[Path], named('--html', 'Write a page with pictures.', 'FILE')] = None
+    frames: Annotated[FramesChoice, named('--frames', 'Whose base and tool are written.')] = (
+        FramesChoice.robot
+    )
+    anyway: Annotated[
+        bool, named('--anyway', 'Write the robot file even if the result is refused.')
+    ] = False
+    force: Annotated[bool, named('--force', 'Overwrite the output.')] = False
+
+    def checked(self, inputs: Sequence[Path]) -> CalibrationOutputs:
+        """Return the outputs; refuse those that cannot be written before anything is computed."""
+        check_inputs(inputs)
+        for name in ('output', 'html', 'json'):
+            file = getattr(self, name)
+            if str(file) == '-' and name != 'json':
+                raise WrongUsage(f'--{name}: give a file; only --json can be printed with -')
+            if file is not None and str(file) != '-':
+                check_output(f'--{name}', file, inputs, self.force or name != 'output')
+        frames: Frames = 'measured' if self.frames == FramesChoice.measured else 'robot'
+        return CalibrationOutputs(self.output, self.html, self.json, frames, self.anyway)
+
+
+class ImageOptions(NamedTuple):
+    """Images of a board, and what finds the board in them."""
+
+    images: Annotated[
+        Optional[Path],
+        named('--images', 'Images of a ChArUco board, named in the column `image`.', 'FOLDER'),
+    ] = None
+    board: Annotated[
+        Optional[str],
+        named('--board', 'Squares, edges, dictionary: 7x5,40mm,30mm,DICT_5X5_100.', 'BOARD'),
+    ] = None
+    intrinsics: Annotated[
+        Optional[Path],
+        named('--intrinsics', "The camera's calibration file, of ROS or OpenCV.", 'FILE'),
+    ] = None
+
+    def finder(self, files: Sequence[Path]) -> BoardFinder | None:
+        """Return what finds the board; None if no folder of images is given."""
+        if self.images is None:
+            if self.board is not None or self.intrinsics is not None:
+                raise WrongUsage(
+                    '--board and --intrinsics are for images: give --images FOLDER too'
+                )
+            return None
+        if self.board is None or self.intrinsics is None:
+            raise WrongUsage(
+                "--images needs --board, and --intrinsics, the camera's calibration file"
+            )
+        if not self.images.is_dir():
+            raise WrongUsage(f'--images: there is no folder {self.images}')
+        if len(files) != 1 or files[0].suffix.lower() not in TABLES:
+            raise WrongUsage('--images takes one FILE, a table (.csv) with a column `image`')
+        return BoardFinder(given_board(self.board), read_intrinsics(self.intrinsics))
+
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command whose parameters that are groups of options are these options."""
+    hints = get_type_hints(command, include_extras=True)
+    groups, parameters = dict[str, Any](), list[inspect.Parameter]()
+    for one in inspect.signature(command).parameters.values():
+        own = hints[one.name]
+        if hasattr(own, '_fields'):
+            groups[one.name] = own
+            defaults = own._field_defaults
+            fields = get_type_hints(own, include_extras=True).items()
+        else:
+            defaults, fields = {one.name: one.default}, {one.name: own}.items()
+        parameters += [
+            inspect.Parameter(
+                name, one.KEYWORD_ONLY, annotation=hint, default=defaults.get(name, one.empty)
+            )
+            for name, hint in fields
+        ]
+
+    def run(**values: Any) -> None:
+        given = {
+            name: own(*(values.pop(field) for field in own._fields))
+            for name, own in groups.items()
+        }
+        command(**given, **values)
+
+    run.__doc__, run.__name__ = command.__doc__, command.__name__
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    return run
+
+
+def given_words(text: str) -> tuple[str, ...]:
+    """Return the words between commas."""
+    return tuple(word.strip() for word in text.split(',') if word.strip())
+
+
+def given_noise(text: str | None, positions: bool) -> tuple[float, float] | None:
+    """Return the noise of an instrument, m and rad; of positions the first alone is needed."""
+    if text is None:
+        return None
+    given = given_limit('--noise', text)
+    if math.isinf(given.position) or (math.isinf(given.angle) and not positions):
+        raise WrongUsage(f'--noise: {text!r} lacks one of both; write for instance 2mm,0.3deg')
+    return given.position, given.angle if math.isfinite(given.angle) else 0.0
+
+
+def given_board(text: str) -> Board:
+    """Return a board in words."""
+    if match := BOARD.fullmatch(text.strip()):
+        columns, rows = int(match[1]), int(match[2])
+        square, marker = (given_limit('--board', match[k]).position for k in (3, 4))
+        if {columns, rows} <= set(SQUARES) and marker < square < LARGEST_SQUARE:
+            return Board(columns, rows, square, marker, match[5], match[6] is not None)
+    raise WrongUsage(
+        f'--board: {text!r} is not accepted; write how many squares it has along and down (3 to '
+        '100), the edges of squares and of markers, which are smaller, and the dictionary: for '
+        'instance 7x5,40mm,30mm,DICT_5X5_100; and ,legacy behind that for a board that OpenCV '
+        'before 4.6 printed'
+    )
+
+
+def check_inputs(files: Sequence[Path]) -> None:
+    """Refuse a recording that is given twice."""
+    if len({one.resolve() for one in files}) < len(files):
+        raise WrongUsage('FILE: one recording is given twice, and would count twice')
+
+
+def check_output(name: str, file: Path, inputs: Sequence[Path], replaces: bool) -> None:
+    """Refuse an output that cannot be written, is an input, or exists and is not replaced."""
+    refuse_unwritable(name, file)
+    if file.exists() and any(one.exists() and file.samefile(one) for one in inputs):
+        raise WrongUsage(f'{name}: {file} is the recording itself')
+    if file.is_file() and not replaces:
+        raise WrongUsage(f'{file} exists already: give another name, or --force')
+
+
+@contextmanager
+def named_errors(files: Sequence[Path]) -> Iterator[None]:
+    """Turn unknown parameters into wrong usage, and begin errors in rows with their file."""
+    try:
+        yield
+    except ParameterNotFoundError as error:
+        raise WrongUsage(f'--fit, --fix: {error}') from None
+    except CalibrationError as error:
+        if not files or any(str(file) in str(error) for file in files):
+            raise
+        raise CalibrationError(f'{", ".join(map(str, files))}: {error}') from None
+
+
+def run_calibration(
+    run: CalibrationRun,
+    robot: str,
+    files: Sequence[Path],
+    outputs: CalibrationOutputs,
+    calibrated: Callable[[CalibrationRun], CalibratedPoses],
+) -> CalibratedPoses:
+    """Calibrate, write the outputs and the report, and exit with 1 if the result is refused."""
+    with named_errors(files):
+        with working('calibrating') as tell:
+            tell('reading')
+            data = calibrated(run._replace(tell=tell))
+            written = write_robot_file(data, robot, outputs)
+        write_report(data, robot, outputs)
+    if not (data.found.accepted or outputs.anyway):
+        raise typer.Exit(1)
+    print(written, end='', file=outputs.stream)
+    return data

@@ -1,0 +1,172 @@
+"""
+Parameters of what differs between rows: sessions that drift, and joints that yield to a load.
+
+They are parameters with normal priors about zero, as all others are, fitted along with the table.
+Drifts are differences from the first session (treatment coding: Searle, Linear Models, chapter
+5), and joints yield in proportion to their torque. The robot file has none of it: its table is
+that of the arm without a load, in the first session.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import CalibrationError
+from ...kernel import Floats, Integers
+from ...kinematics.statics import joint_torques
+from ...robot.file.parts.parameters import ANGLE, LENGTH, SIX, ArmParameter
+from ...robot.robot import Robot
+from .checking import ALIKE, COMPLIANCE, PLACEMENT, ROUND_OFF, ZEROS, Measured, check_mark
+
+# Standard deviations of compliances before, rad/Nm and m/N: those of soft gears.
+PLIANT = {True: 1e-4, False: 1e-5}
+# Standard deviations of drifts before, of where the instrument stands (rad, m): a usual error.
+PLACED = {True: float(ANGLE), False: LENGTH}
+# Zeros of joints drift by their temperature, half as much as an arm is off its datasheet.
+DRIFT_SHARE = 0.5
+STANDARD_GRAVITY = 9.80665  # m/s^2
+# Largest load (kg) of an arm whose tool is 1 m from its base (RMS); it grows with the cube.
+LARGEST_LOAD = 300.0
+
+
+class ToolLoads(NamedTuple):
+    """
+    The load on the tool at each row.
+
+    Attributes
+    ----------
+    masses : shape (N,), kg
+    at : m
+        Its centre of mass in the tool frame.
+    gravity
+        Its direction in the base frame of the robot file; the length does not count.
+    """
+
+    masses: npt.ArrayLike
+    at: Sequence[float] = (0.0, 0.0, 0.0)
+    gravity: Sequence[float] = (0.0, 0.0, -1.0)
+
+
+def with_conditions(
+    robot: Robot,
+    given: Measured,
+    own_base: bool,
+    sessions: Sequence[object] | None,
+    loads: ToolLoads | None,
+) -> Measured:
+    """
+    Return measured poses with the parameters that their sessions and loads ask for.
+
+    Parameters
+    ----------
+    own_base
+        Whether each set has a base of its own.
+
+    Raises
+    ------
+    CalibrationError
+        There are not as many names or masses as rows, they are all alike, or numbers of the loads
+        are none.
+    """
+    q, n = given.q, robot.dof
+    number, names = np.zeros(len(q), dtype=np.int64), tuple[str, ...]()
+    priors, remarks = dict[str, float](), list[str]()
+    placements, moving = list[ArmParameter](), list[ArmParameter]()
+    rates = [given.rates]
+    if sessions is not None:
+        names = _session_names(sessions, len(q))
+        number = np.array([names.index(str(one)) for one in sessions])
+        remarks += _elsewhere(q, number, [f'session {name}' for name in names], 'a drift')
+        # If each set is of one session, its base is that of the session already.
+        pairs = np.unique(np.stack([given.sets, number]), axis=1).shape[1]
+        placed = not (own_base and pairs == given.set_count)
+        for k, name in enumerate(names[1:], 1):
+            if placed:
+                six = [ArmParameter(f'{name}.{one}', PLACEMENT, one in SIX[3:]) for one in SIX]
+                priors.update((one.name, PLACED[one.angle]) for one in six)
+                placements += six
+            own = _of_joints(robot, f'{name}.', ZEROS)
+            priors.update((one.name, DRIFT_SHARE * one.scale) for one in own)
+            moving += own
+            rates.append((number == k)[:, None, None] * np.eye(n))
+    if loads is not None:
+        masses, pull = _checked_loads(robot, len(q), loads)
+        wrench = np.concatenate([masses[:, None] * pull, np.zeros((len(q), 3))], axis=1)
+        torques = joint_torques(robot, q, wrench, at=np.asarray(loads.at))
+        torques[np.abs(torques) < ROUND_OFF * np.max(masses) * STANDARD_GRAVITY] = 0.0
+        own = _of_joints(robot, 'compliance.', COMPLIANCE)
+        priors.update((one.name, PLIANT[one.angle]) for one in own)
+        moving += own
+        rates.append(torques[:, :, None] * np.eye(n))
+        larger = (masses > np.mean(masses)).astype(np.int64)
+        remarks += _elsewhere(q, larger, ['the smaller loads', 'the larger loads'], 'elasticity')
+    return given._replace(
+        rates=np.concatenate(rates, axis=2),
+        moving=(*given.moving, *moving),
+        placements=tuple(placements),
+        sessions=number,
+        priors=priors,
+        remarks=tuple(remarks),
+    )
+
+
+def _of_joints(robot: Robot, prefix: str, group: str) -> list[ArmParameter]:
+    return [
+        ArmParameter(f'{prefix}{name}', group, not slides)
+        for name, slides in zip(robot.joint_names, robot.prismatic)
+    ]
+
+
+def _session_names(sessions: Sequence[object], count: int) -> tuple[str, ...]:
+    if len(sessions) != count:
+        raise CalibrationError(f'sessions must name the session of each of {count} rows')
+    names = tuple(dict.fromkeys(map(str, sessions)))
+    if len(names) == 1:
+        raise CalibrationError(
+            f'all rows are of one session, {names[0]!r}: there is no other to compare with'
+        )
+    for name in names:
+        check_mark('session', name)
+    return names
+
+
+def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, Floats]:
+    # The masses, and the force on 1 kg in the base frame.
+    masses = np.array(loads.masses, dtype=np.float64)
+    at, down = (np.array(one, dtype=np.float64) for one in (loads.at, loads.gravity))
+    if masses.shape != (count,) or not np.all(np.isfinite(masses)) or np.min(masses) < 0.0:
+        raise CalibrationError(f'loads must be {count} masses in kg, finite and not below 0')
+    if not (at.shape == down.shape == (3,) and np.all(np.isfinite([at, down])) and np.any(down)):
+        raise CalibrationError(
+            'the centre of mass and the direction of gravity of loads must be three finite '
+            'numbers, those of gravity not all 0'
+        )
+    if np.ptp(masses) == 0.0:
+        raise CalibrationError(
+            f'the load is {masses[0]:g} kg in all rows, which tells no elasticity: measure the '
+            'same joint positions with another load too'
+        )
+    limit = LARGEST_LOAD * robot.singularity.task.length**3
+    if np.max(masses) > limit:
+        raise CalibrationError(
+            f'a load of {np.max(masses):,.0f} kg? No arm of this size carries more than '
+            f'{limit:,.0f} kg: masses are in kg, not g'
+        )
+    return masses, STANDARD_GRAVITY * down / np.linalg.norm(down)
+
+
+def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], what: str) -> Iterator[str]:
+    # Names of marks most of whose joint positions no other mark has.
+    alone = []
+    for k, name in enumerate(names):
+        others = q[marks != k]
+        shared = [np.min(np.max(np.abs(others - row), axis=1)) < ALIKE for row in q[marks == k]]
+        if np.mean(shared) < 0.5:
+            alone.append(name)
+    if alone:
+        yield (
+            f'Most joint positions of {", ".join(alone)} were measured nowhere else: an error of '
+            f'the arm there looks like {what}; measure the same joint positions'
+        )

@@ -1,0 +1,166 @@
+"""What would explain rows that are no calibration: mistakes undone, the likeliest tried."""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import CalibrationError
+from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics
+from ...rigid_motion import apart
+from ...robot.robot import Robot
+from ..checking.angle_orders import order_hypotheses_of
+from ..checking.errors import MOST, NOMINAL, Errors
+from ..checking.hypotheses import ComparedData, Hypothesis, hypotheses_of, joint_hypotheses_of
+from ..checking.offsets import fit_offsets
+from ..recordings.readers.block import Flags
+from .checking import AS_WELL, DECISIVE, Measured, in_words
+from .placing import Free, offsets_of
+
+# Rows by which mistakes are compared, besides as many that were left out.
+SIFTED = 40
+# Mistakes that are then tried in a calibration.
+MISTAKE_TRIALS = 3
+
+
+class TriedCalibration(NamedTuple):
+    """
+    What a calibration with a mistake undone left.
+
+    Attributes
+    ----------
+    accepted
+        Whether it is a calibration.
+    left
+        What remains of all rows, those left out included, if it is none; else of the others.
+    out
+        Number of rows left out.
+    """
+
+    accepted: bool
+    left: Errors
+    out: int
+
+
+class RefusalCauses(NamedTuple):
+    """
+    Mistakes that would explain what is refused.
+
+    Attributes
+    ----------
+    sentences
+        The likeliest first.
+    decided
+        Whether the first one explains it, and no other does nearly as well.
+    tried
+        Whether mistakes were tried at all.
+    """
+
+    sentences: tuple[str, ...] = ()
+    decided: bool = False
+    tried: bool = False
+
+
+def explained(
+    changes: Sequence[Hypothesis],
+    scores_of: Callable[[Sequence[Hypothesis]], Floats],
+    outcome_of: Callable[[Hypothesis], TriedCalibration],
+    left: Errors,
+    positions: bool,
+) -> RefusalCauses:
+    """
+    Return the mistakes that would explain what is no calibration.
+
+    Parameters
+    ----------
+    changes
+        Mistakes that are possible, undone.
+    scores_of
+        Returns how badly the rows fit with each undone, before anything of the table is fitted.
+    outcome_of
+        Returns what a calibration leaves with one undone.
+    left
+        What remains as it is.
+    positions
+        Whether there are no orientations.
+    """
+    begin, *others = scores_of([Hypothesis('', ''), *changes]).tolist()
+    scores = np.array(others)
+    likeliest = np.argsort(scores, kind='stable')[:MISTAKE_TRIALS]
+    found = []
+    for k in likeliest[scores[likeliest] < begin].tolist():
+        try:
+            found.append((changes[k].sentence, outcome_of(changes[k])))
+        except CalibrationError:
+            continue  # with that undone the rows are refused before a fit
+    found.sort(key=lambda one: (not one[1].accepted, one[1].left.position_rms))
+    good = [one for one in found if one[1].accepted]
+    decided = bool(good) and all(
+        one.left.position_rms > AS_WELL * good[0][1].left.position_rms for _, one in good[1:]
+    )
+    better = [one for one in found if _far_better(one[1].left, left)]
+    chosen = good[:1] if decided else good or better
+    return RefusalCauses(tuple(_sentence(*one, positions) for one in chosen), decided, True)
+
+
+def _far_better(one: Errors, other: Errors) -> bool:
+    turned = max(other.rotation_rms, NOMINAL.angle)
+    return DECISIVE * one.position_rms < other.position_rms and one.rotation_rms <= turned
+
+
+def _sentence(mistake: str, outcome: TriedCalibration, positions: bool) -> str:
+    left = in_words(*outcome.left.rms, positions)
+    return f'{mistake}: with that undone {left} remain (rms), and {outcome.out or "none"} left out'
+
+
+def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
+    """Return the mistakes that are possible; `read` is as `diagnose_frames` takes it."""
+    if given.positions:
+        return list(joint_hypotheses_of(robot, given.q))
+    A = forward_kinematics(robot, given.q)
+    whole = hypotheses_of(ComparedData(robot, given.q, given.poses, read=read))
+    # A table of another convention has other parameters: the frame check alone tries it.
+    joints_and_poses = (one for one in whole if one.robot is None)
+    return [*joints_and_poses, *order_hypotheses_of(given.poses, A, read)]
+
+
+def scores_of_poses(
+    robot: Robot, given: Measured, used: Flags
+) -> Callable[[Sequence[Hypothesis]], Floats]:
+    """
+    Return how badly poses fit with each mistake undone, for all of them at once.
+
+    Base and tool are those of rows that were used, of the set of which most were left out. Rows
+    beyond what any calibration leaves count alike, however far they are.
+    """
+    number = int(np.argmax(np.bincount(given.sets, weights=~used)))
+    rows = np.concatenate(
+        [
+            own[np.unique(np.linspace(0, len(own) - 1, SIFTED).astype(int))]
+            for own in (np.flatnonzero((given.sets == number) & flags) for flags in (used, ~used))
+            if len(own)
+        ]
+    )
+    near = used[rows]
+
+    def scores(changes: Sequence[Hypothesis]) -> Floats:
+        A = forward_kinematics(robot, np.stack([one.joints(given.q)[rows] for one in changes]))
+        B = np.stack([one.seen(given.poses)[rows] for one in changes])
+        if given.positions:
+            X, Y, _ = offsets_of(A[:, near], B[:, near], True, Free())
+        else:
+            X, Y = fit_offsets(A[:, near], B[:, near])[:2]
+        lengths, angles = apart(B, X[:, None] @ A @ Y[:, None])
+        units = np.array([one.unit for one in changes])
+        squares = (units[:, None] * lengths / MOST.position) ** 2
+        if not given.positions:
+            squares += (angles / MOST.angle) ** 2
+        return truncated(squares)
+
+    return scores
+
+
+def truncated(squares: Floats) -> Floats:
+    """Return the means of squares (..., N), each counting 1 at most."""
+    return np.asarray(np.mean(np.minimum(squares, 1.0), axis=-1))

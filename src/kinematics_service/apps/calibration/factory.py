@@ -1,0 +1,131 @@
+"""
+A factory calibration as a robot file: the nominal table, corrected so that it is the same arm.
+
+Where a factory table has lengths of hundreds of metres that cancel, this one has an extra angle:
+its corrections are found by a calibration against poses of the factory's own table.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import CalibrationError
+from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics
+from ...kinematics.uncertainty.parameters import parameters_of
+from ...rigid_motion import apart, screw_z
+from ...robot.file.parts.description import DhRow
+from ...robot.file.parts.parameters import ENDS
+from ...robot.robot import Robot
+from ...robot.task import seeded_poses
+from .calibration import calibrate
+from .checking import ROUND_OFF
+from .corrections import corrected_robot
+from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
+from .ur_calibration import JOINTS, UrCalibration, read_ur_calibration
+
+# Poses that the corrections are found by; the others of the seeded ones prove them.
+FOUND_BY = 100
+
+
+@dataclass(frozen=True, eq=False)
+class FactoryImport:
+    """
+    The robot file of a factory calibration.
+
+    Attributes
+    ----------
+    text
+        The robot file.
+    robot
+        The robot of the corrections.
+    configurations
+        Number of random configurations that prove it.
+    position_error, rotation_error
+        The largest differences from the factory's own table, m and rad.
+    nominal_error
+        How far the nominal table is from it at most, m.
+    """
+
+    text: str
+    robot: Robot
+    configurations: int
+    position_error: float
+    rotation_error: float
+    nominal_error: float
+
+    def __str__(self) -> str:
+        """Return the proof in words."""
+        return (
+            f'{self.position_error:.1e} m and {self.rotation_error:.1e} rad from the factory '
+            f'table at most, over {self.configurations} configurations; the nominal table is '
+            f'{1000 * self.nominal_error:.2f} mm from it'
+        )
+
+
+def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> FactoryImport:
+    """
+    Return the robot file of a Universal Robots arm with its factory calibration.
+
+    Parameters
+    ----------
+    path
+        `calibration.conf` of the controller, or the YAML of ur_calibration.
+    robot, text
+        The nominal robot, and its file.
+    date
+        For the certificate.
+
+    Raises
+    ------
+    CalibrationError
+        The file cannot be read, or is that of another robot.
+    """
+    given = read_ur_calibration(path)
+    rows = [isinstance(link, DhRow) for link in robot.description.links]
+    turning = robot.joint_types.count('revolute') == len(rows) == JOINTS
+    if robot.convention != 'standard' or not turning:
+        raise CalibrationError(
+            f'{robot.name}: a factory calibration of Universal Robots belongs to a standard '
+            'Denavit-Hartenberg table of six turning joints, as ur3e, ur5e and ur10e have it'
+        )
+    q = np.clip(seeded_poses(robot.limits, [False] * JOINTS), -np.pi, np.pi)
+    expected = _poses(given, robot, q)
+    nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
+    some, rest = slice(0, FOUND_BY), slice(FOUND_BY, None)
+    # Where the first axis is not that of the base, or the last one not that of the tool, their
+    # frames are corrected, too.
+    tried: tuple[tuple[tuple[str, ...], Frames], ...] = ((ENDS, 'robot'), ((), 'measured'))
+    for fix, frames in tried:
+        found = calibrate(robot, q[some], expected[some], fix=fix)
+        mine = placed_robot(found, frames)
+        distances, angles = apart(forward_kinematics(mine, q[rest]), expected[rest])
+        position, rotation = float(np.max(distances)), float(np.max(angles))
+        if max(position, rotation) < ROUND_OFF:
+            break
+    else:
+        raise CalibrationError(
+            f'{path}: the table found is {position:.1e} m and {rotation:.1e} rad from the '
+            "factory's own: it is not written"
+        )
+    origin = CalibrationOrigin(f'the factory calibration {path.name}', date)
+    written = calibrated_text(found, text, q[some], expected[some], origin, frames)
+    return FactoryImport(written, mine, len(distances), position, rotation, nominal)
+
+
+def _poses(given: UrCalibration, robot: Robot, q: Floats) -> Floats:
+    if given.deltas:
+        table = parameters_of(robot).table
+        values = np.array(
+            [
+                given.deltas[one.place][one.row] if one.place in given.deltas else 0.0
+                for one in table
+            ]
+        )
+        return forward_kinematics(corrected_robot(robot, table, values), q)
+    base, tool = (end.motion.matrix for end in (robot.description.base, robot.description.tool))
+    T = np.broadcast_to(base, (len(q), 4, 4))
+    for origin, joint in zip(given.origins, q.T):
+        T = T @ origin @ np.array([screw_z(angle, 0.0) for angle in joint.tolist()])
+    return np.asarray(T @ tool)

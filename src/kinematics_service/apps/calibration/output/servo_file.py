@@ -1,0 +1,62 @@
+"""The calibration file that LeRobot writes of an arm with Feetech servos, with other zeros."""
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ....errors import CalibrationError
+from ...recordings.readers.joint_format import SERVO_TURN
+from ..zeros import JointZero
+
+# Largest homing offset that a servo holds (11 bits and a sign), ticks.
+OFFSET_LIMIT = (1 << 11) - 1
+
+
+def read_servos(file: Path, joints: Sequence[str]) -> dict[str, Any]:
+    """
+    Return the content of a calibration file.
+
+    Raises
+    ------
+    CalibrationError
+        It cannot be read, or has no homing offset of some joint.
+    """
+    try:
+        content = json.loads(file.read_text(encoding='utf-8'))
+        for name in joints:
+            int(content[name]['homing_offset'])
+    except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
+        raise CalibrationError(
+            f'{file}: this is no calibration of servos with a homing_offset of each of '
+            f'{", ".join(joints)}: {error!r}'
+        ) from None
+    return dict(content)
+
+
+def servos_text(servos: dict[str, Any], zeros: Sequence[JointZero]) -> str:
+    """
+    Return the calibration file with the zeros that are known.
+
+    A servo reports its encoder less the homing offset, and the joint is zero in the middle of
+    range_min and range_max; so the offset is moved, and the range stays.
+
+    Raises
+    ------
+    CalibrationError
+        A homing offset would be beyond what a servo holds.
+    """
+    changed = dict(servos)
+    for zero in (one for one in zeros if one.known and not one.prismatic):
+        one = servos[zero.joint]
+        way = -1.0 if one.get('drive_mode') else 1.0
+        ticks = round(way * zero.correction * SERVO_TURN / math.tau)
+        moved = int(one['homing_offset']) - ticks
+        if abs(moved) > OFFSET_LIMIT:
+            raise CalibrationError(
+                f'the homing_offset of {zero.joint} would be {moved}, beyond {OFFSET_LIMIT}: '
+                'mount its horn anew, or home the servo'
+            )
+        changed[zero.joint] = {**one, 'homing_offset': moved}
+    return json.dumps(changed, indent=4) + '\n'

@@ -1,0 +1,382 @@
+"""
+The poses to measure next: those that tell most of what is not known yet (D-optimal).
+
+Of random poses inside the limits and away from singular ones, or of positions that are given,
+those are taken by which the volume of what is uncertain shrinks most, one after the other; then
+each is exchanged for a better one as long as there is one (Fedorov 1972).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import CalibrationError
+from ...kernel import Floats
+from ...kinematics.arguments import number_or_nan, numbers_of
+from ...kinematics.forward import forward_kinematics
+from ...kinematics.singularity import singularity
+from ...kinematics.uncertainty.corrected_chain import pose_change
+from ...kinematics.uncertainty.parameters import parameters_of, placement
+from ...rigid_motion import inverses
+from ...robot.chain import FrozenArrays
+from ...robot.file.parts.parameters import ENDS, GEARS, SIX, end_parameters
+from ...robot.loops import refuse_loops
+from ...robot.measures import Level
+from ...robot.robot import AnyRobot, Robot, as_robot
+from ...robot.task import SEED, seeded_poses
+from .board_views import BoardViews
+from .camera import ON_TOOL
+from .chosen_parameters import prior_of
+from .collecting import SECOND
+from .fitting import of_inverses
+from .result import Calibration
+
+# Standard deviation of a measured number (m, rad) where nothing has been measured yet.
+NOISE = 5e-5
+# Share of the range of a joint that is kept free at either end.
+MARGIN = 0.02
+# A gain of the logarithm of the volume below this is none.
+GAIN = 1e-6
+MOST = 200
+# Positions that are looked at, of those given or around those of images.
+MOST_GIVEN = 4096
+# How far around a joint turns (rad), or slides by the characteristic length.
+SPREAD = 0.5
+# Share of each joint's speed limit that the motion takes.
+SPEED_SHARE = 0.25
+# Speed (rad/s, m/s) of a joint without a limit.
+USUAL_SPEED = 1.0
+# Time (s) that the arm stands still at each pose, to be measured.
+HOLD = 2.0
+# Time (s) from rest to the first pose.
+START = 5.0
+# Decimals of joint positions and times.
+DIGITS = 6
+
+
+class LineOfSight(NamedTuple):
+    """
+    What a tool must face to be measured: the point lies in a cone at the tool.
+
+    Attributes
+    ----------
+    point : shape (3,), m
+        In the base frame, where the instrument stands.
+    half_angle
+        Of the cone around the axis, rad.
+    axis : shape (3,)
+        A direction in tool axes; the tool's z axis where it is not given.
+    """
+
+    point: npt.ArrayLike
+    half_angle: float
+    axis: npt.ArrayLike = (0.0, 0.0, 1.0)
+
+    def is_free(self, poses: Floats) -> npt.NDArray[np.bool_]:
+        """Return whether the point is in the cone of poses (N, 4, 4) of the tool, shape (N,)."""
+        axis = np.asarray(self.axis, dtype=np.float64)
+        ways = np.asarray(self.point) - poses[:, :3, 3]
+        along = np.einsum('nij,j,ni->n', poses[:, :3, :3], axis / np.linalg.norm(axis), ways)
+        return np.asarray(along >= np.cos(self.half_angle) * np.linalg.norm(ways, axis=1))
+
+
+class BoardInView(NamedTuple):
+    """A board that is wholly in the next images, too: a calibration `after` images, and these."""
+
+    after: Calibration
+    views: BoardViews
+
+    @classmethod
+    def of(cls, after: Calibration | None) -> 'BoardInView | None':
+        """Return that of a calibration; None if it is by no images."""
+        return None if after is None or after.views is None else cls(after, after.views)
+
+    def board(self, poses: Floats) -> Floats:
+        """Return the board in the frame of the camera, (N, 4, 4), from poses of the tool."""
+        measured = self.after.base_offsets[0] @ poses @ self.after.tool_offsets[0]
+        return inverses(measured) if self.after.camera == ON_TOOL else measured
+
+    def is_free(self, poses: Floats) -> npt.NDArray[np.bool_]:
+        """Return whether it is so at poses (N, 4, 4) of the tool in the base frame, (N,)."""
+        return self.views.are_in_view(self.board(poses))
+
+
+@dataclass(frozen=True, eq=False)
+class ProposedPoses(FrozenArrays):
+    """
+    Poses to measure next.
+
+    Attributes
+    ----------
+    robot
+        The arm.
+    q : shape (N, n), rad or m
+        Inside the limits, in an order that moves the joints little.
+    names : P
+        Parameters.
+    before, after : shape (P,), rad or m
+        Their standard deviations now, and when these poses have been measured.
+    rows : shape (N,)
+        Of which of the positions they were proposed among; empty where none were given.
+    """
+
+    robot: Robot
+    q: Floats
+    names: tuple[str, ...]
+    before: Floats
+    after: Floats
+    rows: npt.NDArray[np.intp]
+
+
+def propose_poses(
+    robot: AnyRobot,
+    count: int,
+    after: Calibration | None = None,
+    positions: bool = False,
+    *,
+    among: npt.ArrayLike | None = None,
+    line_of_sight: LineOfSight | None = None,
+) -> ProposedPoses:
+    """
+    Return the poses to measure next for a calibration.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    count
+        Number of poses.
+    after
+        What is known already; None: nothing has been measured. Of several sets the first one goes
+        on.
+    positions
+        Whether positions alone will be measured; `after` decides where it is given.
+    among : shape (M, n), rad or m
+        The positions that can be measured, of which 4,096 are looked at; None: any inside the
+        limits, away from singular poses.
+    line_of_sight
+        What the tool must face; None: nothing. After images of a board this is wholly in the next
+        ones, too.
+
+    Raises
+    ------
+    CalibrationError
+        The number is not between 1 and 200; fewer poses than asked are given, away from singular
+        poses or face the point; `among` is no table of joint positions; or `after` is of touched
+        points.
+
+    Examples
+    --------
+    >>> import kinematics_service as ks
+    >>> robot = ks.load_robot('ur5e')
+    >>> ks.propose_poses(robot, 8).q.shape
+    (8, 6)
+    """
+    robot = as_robot(robot)
+    refuse_loops(robot.description, 'the calibration')
+    if after is not None and after.points:
+        raise CalibrationError('poses to measure next are not proposed for touched points')
+    if not 1 <= number_or_nan(count) <= MOST or count != int(count):
+        raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
+    view = BoardInView.of(after)
+    if among is None:
+        q = _candidates(robot) if view is None else _around(robot, view)
+    else:
+        q = _given(robot, among)
+    rows = np.arange(len(q)) if among is None else _different(q)
+    for sight in (line_of_sight, view):
+        if sight is not None:
+            rows = rows[sight.is_free(forward_kinematics(robot, q[rows]))]
+    if len(rows) < count:
+        where = 'of those that are given' if among is not None else f'of {robot.name}'
+        faces = '' if line_of_sight is None else ' from which the tool faces the point'
+        faces += '' if view is None else ' that have the board in the image'
+        raise CalibrationError(f'only {len(rows)} poses {where}{faces} can be proposed')
+    q = q[rows]
+    names, J, scales = _equations(robot, q, after, positions)
+    known = np.eye(len(names)) if after is None else _covariance(after, names, scales)
+    chosen = _chosen(J, np.asarray(np.linalg.inv(known), dtype=np.float64), count)
+    left = _after(known, J[chosen].reshape(-1, len(names)))
+    before, later = (scales * np.sqrt(np.diag(matrix)) for matrix in (known, left))
+    chosen = [chosen[k] for k in _order(q[chosen])]
+    of_given = rows[chosen] if among is not None else rows[:0]
+    return ProposedPoses(robot, q[chosen], names, before, later, of_given)
+
+
+def _given(robot: Robot, among: npt.ArrayLike) -> Floats:
+    q = numbers_of('among', among)
+    if q.ndim != 2 or q.shape[1] != robot.dof or not np.all(np.isfinite(q)):
+        raise CalibrationError(
+            f'among: needs finite joint positions of {robot.name}, shape (M, {robot.dof}), not '
+            f'{q.shape}'
+        )
+    return q
+
+
+def _different(q: Floats) -> npt.NDArray[np.intp]:
+    # The same position twice tells what it tells once.
+    rows = np.asarray(np.sort(np.unique(q, axis=0, return_index=True)[1]), dtype=np.intp)
+    if len(rows) <= MOST_GIVEN:
+        return rows
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, MOST_GIVEN).astype(int)])
+
+
+def _candidates(robot: Robot) -> Floats:
+    q = seeded_poses(robot.limits, robot.prismatic)
+    # A turn more brings the tool nowhere else.
+    low, high = q.min(axis=0), q.max(axis=0)
+    low = np.where(robot.prismatic, low, np.maximum(low, -np.pi))
+    high = np.where(robot.prismatic, high, np.minimum(high, np.pi))
+    share = (q - q.min(axis=0)) / np.ptp(q, axis=0)
+    q = low + (MARGIN + (1.0 - 2.0 * MARGIN) * share) * (high - low)
+    away = np.asarray(singularity(robot, q).level) == Level.OK
+    if not np.any(away):
+        raise CalibrationError(f'no pose of {robot.name} is away from singular ones')
+    return np.asarray(q[away])
+
+
+def _around(robot: Robot, view: BoardInView) -> Floats:
+    # Few positions of all have the board in the image: more of those near the ones that had it.
+    random = np.random.default_rng(SEED)
+    q = view.after.q[random.integers(len(view.after.q), size=MOST_GIVEN)]
+    q = q + random.uniform(-1.0, 1.0, q.shape) * SPREAD * robot.singularity.task.column_scales
+    span = np.where(np.isfinite(np.ptp(robot.limits, axis=1)), np.ptp(robot.limits, axis=1), 0.0)
+    low, high = robot.limits.T
+    inside = np.all((q > low + MARGIN * span) & (q < high - MARGIN * span), axis=1)
+    q = q[inside & view.is_free(forward_kinematics(robot, q))]
+    return np.asarray(q[np.asarray(singularity(robot, q).level) == Level.OK])
+
+
+def _equations(
+    robot: Robot, q: Floats, after: Calibration | None, positions: bool
+) -> tuple[tuple[str, ...], Floats, Floats]:
+    # Names of the parameters, how poses move with them in deviations (N, rows, P), and priors.
+    known = () if after is None else after.parameters
+    arm = parameters_of(robot, any(one.group == GEARS for one in known))
+    every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
+    base, tool = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
+    table = len(arm.table)
+    noise = [NOISE, NOISE]
+    if after is not None:
+        positions, noise = after.positions, list(after.noise)
+        base, tool = after.base_offsets[0] @ base, tool @ after.tool_offsets[0]
+    chain = placement(arm.chain, base, tool, (table, table + len(SIX)))
+    change = pose_change(chain, np.zeros(len(every)), q)
+    J = change.jacobian
+    if after is not None and after.camera == ON_TOOL:
+        J = of_inverses(change.pose, J)
+    if view := BoardInView.of(after):
+        J = view.views.whitening_at(view.board(forward_kinematics(robot, q))) @ J
+    J[:, :3] /= noise[0]
+    J[:, 3:] /= noise[1]
+    if after is None:
+        kept = [
+            k for k, one in enumerate(every) if not (positions and one.name.startswith('tool.r'))
+        ]
+        of_file = robot.description.tolerances
+        scales = np.array([prior_of(every[k], {}, of_file) for k in kept])
+    else:
+        kept, fitted = after.fitted_of([one.name for one in every])
+        scales = np.array([after.parameters[k].prior for k in fitted])
+    J = J[:, : 3 if positions else 6, kept] * scales
+    return tuple(every[k].name for k in kept), J, scales
+
+
+def _covariance(after: Calibration, names: tuple[str, ...], scales: Floats) -> Floats:
+    _, rows = after.fitted_of(names)
+    return after.covariance[np.ix_(rows, rows)] / np.outer(scales, scales)
+
+
+def _after(covariance: Floats, J: Floats) -> Floats:
+    # The covariance with rows J measured, of unit noise, in a form that stays positive (Joseph):
+    # its numbers are some ten powers of ten apart.
+    S = J @ covariance @ J.T + np.eye(len(J))
+    gain = np.linalg.solve(S, J @ covariance).T
+    kept = np.eye(len(covariance)) - gain @ J
+    return np.asarray(kept @ covariance @ kept.T + gain @ gain.T)
+
+
+def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
+    chosen: list[int] = []
+    M = information
+    for _ in range(count):
+        best = _best(_gains(J, M), chosen)
+        chosen.append(best)
+        M = M + J[best].T @ J[best]
+    exchanged = True
+    while exchanged:  # each exchange gains, so that it ends
+        exchanged = False
+        for place in range(count):
+            old = chosen[place]
+            without = M - J[old].T @ J[old]
+            gains = _gains(J, without)
+            best = _best(gains, chosen[:place] + chosen[place + 1 :])
+            if gains[best] > gains[old] + GAIN:
+                chosen[place] = best
+                M = without + J[best].T @ J[best]
+                exchanged = True
+    return chosen
+
+
+def _best(gains: Floats, others: Sequence[int]) -> int:
+    # A pose that is measured once more tells nothing of what others would.
+    left = gains.copy()
+    left[np.array(others, dtype=np.int64)] = -np.inf
+    return int(np.argmax(left))
+
+
+def _gains(J: Floats, M: Floats) -> Floats:
+    # By how much the logarithm of the determinant grows with each pose: log det(I + J M^-1 J^T).
+    inverse = np.linalg.inv(M)
+    inner = np.eye(J.shape[1]) + J @ (0.5 * (inverse + inverse.T)) @ np.swapaxes(J, 1, 2)
+    return np.asarray(np.linalg.slogdet(inner)[1])
+
+
+def _order(q: Floats) -> list[int]:
+    # From each pose to the nearest one that is left.
+    left = list(range(1, len(q)))
+    order = [0]
+    while left:
+        near = min(left, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]]))))
+        left.remove(near)
+        order.append(near)
+    return order
+
+
+def table_text(proposed: ProposedPoses) -> str:
+    """Return a table (CSV), a row for each pose: stamp and positions by joint."""
+    names = [f'position.{name}' for name in proposed.robot.joint_names]
+    lines = [','.join(['stamp', *names])]
+    for time, q in zip(_times(proposed), proposed.q):
+        lines.append(','.join([f'{time:.3f}', *(f'{x:.{DIGITS}f}' for x in q)]))
+    return '\n'.join([*lines, ''])
+
+
+def trajectory_text(proposed: ProposedPoses) -> str:
+    """Return a JointTrajectory in YAML that stands still at each pose."""
+    names = ', '.join(f'"{name}"' for name in proposed.robot.joint_names)
+    lines = [f'joint_names: [{names}]', 'points:']
+    for time, q in zip(_times(proposed), proposed.q):
+        positions = ', '.join(f'{x:.{DIGITS}f}' for x in q)
+        for moment in (time, time + HOLD):
+            seconds = int(moment)
+            rest = round((moment - seconds) * SECOND)
+            lines.append(
+                f'  - {{positions: [{positions}], '
+                f'time_from_start: {{sec: {seconds}, nanosec: {rest}}}}}'
+            )
+    return '\n'.join([*lines, ''])
+
+
+def _times(proposed: ProposedPoses) -> list[float]:
+    # When the arm arrives at each pose.
+    limits = proposed.robot.velocity_limits
+    speeds = SPEED_SHARE * np.where(np.isfinite(limits), limits, USUAL_SPEED)
+    times = [START]
+    for before, after in zip(proposed.q, proposed.q[1:]):
+        moved = float(np.max(np.abs(after - before) / speeds))
+        times.append(round(times[-1] + HOLD + moved, 3))
+    return times

@@ -1,0 +1,376 @@
+"""Measured poses of recordings with the joints at their times; and tables of touched points."""
+
+import csv
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import CalibrationError, KinematicsError
+from ...estimation.estimator import Estimator, EstimatorSettings
+from ...kernel import Floats
+from ...robot.robot import Robot
+from ..checking.diagnosis import LEAST_FOR_CAUSE, diagnose_frames
+from ..checking.errors import time_in_words
+from ..checking.joint_motion import SampledMotion
+from ..recordings.audit.frames import chosen_poses, matched
+from ..recordings.audit.ingest import Ingest
+from ..recordings.audit.neighbourhoods import joined
+from ..recordings.audit.reported_velocities import MotionColumns
+from ..recordings.readers.arm_columns import STAMPS
+from ..recordings.readers.block import Times, UnreadableMessage
+from ..recordings.readers.open_file import TABLES, open_source
+from ..recordings.readers.source import RecordingSource, Selection
+from ..recordings.readers.stamp_format import StampFormat, stamp_format
+from ..recordings.readers.table_reader import table_of
+from .boards.board import BoardFinder, SeenCorners
+from .camera import seen_poses
+
+# The column that names the image of each row.
+IMAGE = 'image'
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRecording:
+    """
+    Poses of one file with the joint positions at their times.
+
+    Attributes
+    ----------
+    file, name
+        The file; topic or columns of the poses.
+    q : shape (N, n), rad or m
+    poses : shape (N, 4, 4)
+    kind
+        Of their orientations, as `PoseTrack` has it.
+    stamps : shape (N,), s
+        Since the first pose of the file.
+    motion
+        Joint positions (K, n) at times (K,), s since then; None if there are too few.
+    rates : shape (N, n), rad/s or m/s
+        Joint velocities; zero where they are not known.
+    remarks
+        Sentences on what was left out or changed.
+    rows : shape (N,)
+        The row of a table that each pose is in, counted from 0; None where there is no table.
+    """
+
+    file: str
+    name: str
+    q: Floats
+    poses: Floats
+    kind: str
+    stamps: Floats
+    motion: tuple[Floats, Floats] | None
+    rates: Floats
+    remarks: tuple[str, ...]
+    rows: Times | None = None
+
+    @property
+    def positions(self) -> bool:
+        """Return whether they are positions alone."""
+        return self.kind == 'position'
+
+    @property
+    def measured(self) -> Floats:
+        """Return the poses (N, 4, 4), or the positions (N, 3) where there is nothing else."""
+        return self.poses[:, :3, 3] if self.positions else self.poses
+
+
+def read_measured(
+    file: Path, wanted: Selection, settings: EstimatorSettings, gap: float | None = None
+) -> MeasuredRecording:
+    """
+    Return the measured poses of a file.
+
+    Parameters
+    ----------
+    wanted, settings
+        As an audit takes them.
+    gap : s
+        Largest time between the joint states around a pose; None: three usual intervals.
+
+    Raises
+    ------
+    RecordingError
+        The file cannot be read.
+    CalibrationError
+        It has no poses, or no joint positions at their times.
+    """
+    with open_source(file, standing_poses(file, wanted)) as source:
+        states = _states(source, wanted.robot, settings)
+        track = source.poses()
+        remarks = [remark.text for remark in source.remarks]
+    if track is None:
+        how = '--pose-topic (bags) or their columns with --columns pose=... (tables)'
+        if source.pose_topics:
+            how = f'--pose-topic: poses are on {source.pose_topics}'
+        raise CalibrationError(f'{file}: there are no measured poses; name their topic with {how}')
+    if track.refused:
+        raise CalibrationError(f'{file}: {track.name}: {track.refused}')
+    found = joined(wanted.robot, track, states)
+    use, reason = matched(found, gap)
+    matching = np.flatnonzero(use)
+    if not len(matching):
+        raise CalibrationError(f'{file}: {track.name}: {reason or "there is no pose"}')
+    chosen = chosen_poses(track, found, use)
+    total = track.total or len(track.stamps)
+    if len(chosen.rows) < len(matching) or len(track.stamps) < total:
+        remarks.append(f'{len(chosen.rows):,} of {total:,} poses are used, evenly spread')
+    return MeasuredRecording(
+        str(file),
+        track.name,
+        chosen.q,
+        chosen.poses,
+        track.kind,
+        chosen.stamps,
+        chosen.motion,
+        _rates(wanted.robot, chosen.motion, chosen.stamps),
+        (*remarks, *([reason] if reason else []), *track.doubts),
+        None if track.rows is None else track.rows[found.poses[chosen.rows]],
+    )
+
+
+def standing_poses(file: Path, wanted: Selection) -> Selection:
+    """Return the selection; in each row of a table without stamps the arm stands still."""
+    if file.suffix.lower() not in TABLES or not file.is_file() or wanted.stamps != StampFormat():
+        return wanted
+    heads = {head.lower() for head in table_of(file).header}
+    if heads & set(STAMPS) or 'stamp=' in (wanted.columns or ''):
+        return wanted
+    return wanted._replace(stamps=stamp_format('none'))
+
+
+def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -> Floats:
+    """
+    Return the joint positions (N, n), rad or m, of a file; its poses do not count.
+
+    Raises
+    ------
+    RecordingError
+        The file cannot be read.
+    """
+    with open_source(file, standing_poses(file, wanted)) as source:
+        return _states(source, wanted.robot, settings).q[:]
+
+
+def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) -> MotionColumns:
+    ingest, states = Ingest(robot, Estimator(robot, settings)), MotionColumns(robot.dof)
+    for known in map(ingest.take, source.blocks):
+        if len(known):
+            states.add(known.stamps, known.q, known.qdot, known.differenced)
+    return states
+
+
+def _rates(robot: Robot, motion: tuple[Floats, Floats] | None, stamps: Floats) -> Floats:
+    if motion is None:
+        return np.zeros((len(stamps), robot.dof))
+    joints = SampledMotion(*motion, robot.continuous).at(stamps)
+    return np.where(joints.known[:, None], joints.rates, 0.0)
+
+
+def seen(given: MeasuredRecording) -> MeasuredRecording:
+    """
+    Return the poses the other way round, as `seen_poses` does.
+
+    Raises
+    ------
+    CalibrationError
+        They are positions alone.
+    """
+    return replace(given, poses=seen_poses(given.poses, given.positions))
+
+
+def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
+    """
+    Return the poses with the joint positions of the time they were measured at.
+
+    Where the frame check finds that the poses are behind the joint states, or ahead of them, the
+    joints are looked up that much earlier or later; poses at times without joints are left out.
+    """
+    if given.motion is None or given.positions or len(given.q) < LEAST_FOR_CAUSE:
+        return given
+    try:
+        found = diagnose_frames(
+            robot, given.q, given.poses, given.stamps, motion=given.motion, read=given.kind
+        )
+    except KinematicsError:
+        return given  # the calibration says what is wrong
+    cause = found.cause
+    if cause is None or cause.key != 'time_lag' or cause.value is None:
+        return given
+    joints = SampledMotion(*given.motion, robot.continuous).at(given.stamps + cause.value)
+    side = 'behind' if cause.value < 0.0 else 'ahead of'
+    remark = f'the poses are {time_in_words(abs(cause.value))} {side} the joint states: undone'
+    return replace(
+        given,
+        q=joints.q[joints.known],
+        poses=given.poses[joints.known],
+        stamps=given.stamps[joints.known],
+        rates=joints.rates[joints.known],
+        remarks=(*given.remarks, remark),
+        rows=None if given.rows is None else given.rows[joints.known],
+    )
+
+
+def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
+    """
+    Return the cells of another column in the rows of the poses.
+
+    Raises
+    ------
+    CalibrationError
+        They are of no table, it has no such column, or a cell is empty.
+    """
+    if given.rows is None or Path(given.file).suffix.lower() not in TABLES:
+        raise CalibrationError(f'{given.file}: {column!r} names a column of a table (.csv)')
+    every = _column(Path(given.file), column)
+    cells = [every[k] for k in given.rows.tolist()]
+    if '' in cells:
+        row = int(given.rows[cells.index('')])
+        raise CalibrationError(
+            f'{given.file}: row {row}, counted from 0, is empty in the column {column!r}'
+        )
+    return cells
+
+
+@dataclass(frozen=True, eq=False)
+class TouchRecording:
+    """
+    Touches of one file.
+
+    Attributes
+    ----------
+    file
+        The file.
+    q : shape (N, n), rad or m
+    points : N
+        Names of the points touched.
+    approach : shape (N, n), rad/s or m/s
+        Joint velocities with which the tip came there; None if the table has none.
+    remarks
+        Sentences on what was left out.
+    """
+
+    file: str
+    q: Floats
+    points: tuple[str, ...]
+    approach: Floats | None
+    remarks: tuple[str, ...]
+
+
+def read_touches(
+    file: Path, wanted: Selection, column: str, what: str = 'point'
+) -> TouchRecording:
+    """
+    Return the joint positions of a table and the point touched at each row, or what it names.
+
+    Rows without a name are left out.
+
+    Raises
+    ------
+    RecordingError
+        The file cannot be read.
+    CalibrationError
+        It is no table, has no such column, or a named row has no number for some joint.
+    """
+    if file.exists() and file.suffix.lower() not in TABLES:
+        raise CalibrationError(f'{file}: --point names a column of a table (.csv)')
+    with open_source(file, standing_poses(file, wanted)) as source:
+        blocks = [one for one in source.blocks if not isinstance(one, UnreadableMessage)]
+        remarks = [remark.text for remark in source.remarks]
+    q = np.concatenate([one.positions for one in blocks])
+    names = np.array(_column(file, column)[: len(q)])
+    named = names != ''
+    came = np.concatenate([one.velocities for one in blocks])
+    approach = np.nan_to_num(came[named]) if came.shape == q.shape else None
+    missing = np.flatnonzero(named & ~np.all(np.isfinite(q), axis=1))
+    if len(missing):
+        raise CalibrationError(
+            f'{file}: row {missing[0]}, counted from 0, has no number for some joint'
+        )
+    if not np.all(named):
+        left = int(np.sum(~named))
+        verbs = ('row names', 'is') if left == 1 else ('rows name', 'are')
+        remarks.append(f'{left} {verbs[0]} no {what} and {verbs[1]} left out')
+    return TouchRecording(
+        str(file), q[named], tuple(names[named].tolist()), approach, tuple(remarks)
+    )
+
+
+class ImageRecording(NamedTuple):
+    """
+    Images of one table.
+
+    Attributes
+    ----------
+    q : shape (N, n), rad or m
+        Joint positions at which they were taken.
+    names, seen : N
+        Of the files; the corners of the board in each, or why there are none.
+    remarks
+        Sentences on what was left out.
+    """
+
+    q: Floats
+    names: tuple[str, ...]
+    seen: tuple[SeenCorners | str, ...]
+    remarks: tuple[str, ...]
+
+
+def read_images(
+    file: Path, wanted: Selection, folder: Path, finder: BoardFinder
+) -> ImageRecording:
+    """
+    Return the joint positions of a table and the board in the image that each row names.
+
+    Raises
+    ------
+    RecordingError
+        The table or an image cannot be read.
+    CalibrationError
+        The table has no column `image`, which names files of the folder; or the images are
+        mirrored.
+    """
+    rows = read_touches(file, wanted, IMAGE, IMAGE)
+    files = [_image(folder, name) for name in rows.points]
+    if len(set(files)) < len(files):
+        twice = next(one for one in files if files.count(one) > 1)
+        raise CalibrationError(f'{file}: two rows name the image {twice.name}')
+    seen = tuple(finder.corners_in(one) for one in files)
+    if all(isinstance(one, str) for one in seen) and any(map(finder.is_mirrored_in, files)):
+        raise CalibrationError(
+            f'{folder}: the board is found in mirror images alone: the images are mirrored, or '
+            'the board is printed so'
+        )
+    return ImageRecording(rows.q, tuple(one.name for one in files), seen, rows.remarks)
+
+
+def _image(folder: Path, name: str) -> Path:
+    # Of a name with its ending or without.
+    if (folder / name).is_file():
+        return folder / name
+    files = sorted(one for one in folder.iterdir() if one.stem == name)
+    if len(files) == 1:
+        return files[0]
+    if not files:
+        raise CalibrationError(f'{folder}: there is no image {name!r}')
+    which = ', '.join(one.name for one in files)
+    raise CalibrationError(
+        f'{folder}: the image {name!r} may be {which}: write it with its ending'
+    )
+
+
+def _column(file: Path, column: str) -> list[str]:
+    # The cells of the rows that the table's reader takes, empty lines being none.
+    table = table_of(file)
+    if column not in table.header:
+        raise CalibrationError(
+            f'{file}: there is no column {column!r}; the header has {", ".join(table.header)}'
+        )
+    at = table.header.index(column)
+    with table.opened() as stream:
+        rows = csv.reader(table.lines(stream), delimiter=table.delimiter)
+        filled = (row for row in rows if any(map(str.strip, row)))
+        return [row[at].strip() if at < len(row) else '' for row in filled]

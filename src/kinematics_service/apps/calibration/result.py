@@ -1,0 +1,241 @@
+"""The result of a calibration: corrections, errors, and what the rows identify."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernel import Floats, Integers
+from ...robot.file.parts.parameters import TABLE_GROUPS
+from ...robot.robot import Robot
+from ..checking.diagnosis import FrameDiagnosis
+from ..checking.errors import Errors, length_in_words
+from ..recordings.readers.block import Flags
+from .board_views import BoardViews
+from .camera import Camera
+from .checking import in_words
+from .chosen_parameters import TouchedPoint
+from .explanations import RefusalCauses
+from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
+from .identified_table import IdentifiedTable
+from .knowledge import ParameterCombination
+
+# Blocks of rows that are held out in turn.
+BLOCKS = 5
+
+
+class FitErrors(NamedTuple):
+    """
+    Errors of rows.
+
+    Attributes
+    ----------
+    before, after
+        With base and tool fitted alone, and with the corrections.
+    held_out_before, held_out
+        The same of rows that nothing was fitted to: by cross-validation over blocks of rows.
+    """
+
+    before: Errors
+    after: Errors
+    held_out_before: Errors
+    held_out: Errors
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration(IdentifiedTable):
+    """
+    A robot identified from measured poses, if it is `accepted`.
+
+    Attributes
+    ----------
+    robot, calibrated
+        The nominal robot; the same with the corrections of its table, its base and tool unchanged.
+    parameters : P
+        Those fitted.
+    covariance : shape (P, P), rad and m
+        The covariance of their corrections.
+    noise
+        Standard deviation of one number of a measured position (m), and rotation vector (rad).
+    freedom
+        Its degrees of freedom; infinite if it is that of the instrument.
+    instrument
+        The same of the instrument, where it was given.
+    count, positions
+        Number of poses, and whether they are positions alone.
+    outliers
+        Rows that were left out, the farthest first.
+    distances : shape (N,)
+        The error of each row, in standard deviations of the noise.
+    as_given
+        Errors of the robot file as it is.
+    without, with_outliers
+        Errors of the rows that were used, and of all rows.
+    known, possible
+        Number of directions of the parameters that these poses tell better than the priors; and
+        that any poses of this kind could tell.
+    singular_values : shape (P,)
+        How well, in units of the priors; descending.
+    combinations
+        Parameters that no pose tells apart, or not these.
+    base_offsets, tool_offsets : shape (sets, 4, 4)
+        X and Y of measured = X calibrated Y.
+    base_starts, tool_starts : shape (sets, 4, 4)
+        Base and tool that their corrections, along and about their own axes, begin at.
+    refusals
+        Reasons against the calibration, sentences; empty if it is accepted.
+    explained
+        Mistakes that would explain a refusal.
+    frames
+        The result of the frame check; None for positions.
+    remarks
+        Sentences on the data.
+    q : shape (N, n), rad or m
+        Joint positions of the rows.
+    sets : shape (N,)
+        The set of each row; of touches the point.
+    remainders_before, remainders : shape (N, 2, 3), m and rad
+        Errors of each row with base and tool fitted alone, and with the corrections: of the
+        position, and a rotation vector; in the frame of the poses.
+    held_out_remainders : shape (N, 2, 3), m and rad
+        The last of these of rows that nothing was fitted to.
+    points
+        Those that were touched, if the poses were measured by nothing else.
+    camera
+        The place of the camera that saw a board. On the tool `measured` is the camera in
+        the frame of the board, and what remains is the board in the frame of the camera.
+    views
+        The board in the images that the poses are from, if there are any.
+    """
+
+    calibrated: Robot
+    noise: Noise
+    freedom: Noise
+    instrument: Noise | None
+    count: int
+    positions: bool
+    outliers: tuple[int, ...]
+    distances: Floats
+    as_given: Errors
+    without: FitErrors
+    with_outliers: FitErrors
+    known: int
+    possible: int
+    singular_values: Floats
+    combinations: tuple[ParameterCombination, ...]
+    base_offsets: Floats
+    tool_offsets: Floats
+    base_starts: Floats
+    tool_starts: Floats
+    refusals: tuple[str, ...]
+    frames: FrameDiagnosis | None
+    remarks: tuple[str, ...]
+    q: Floats
+    sets: Integers
+    remainders_before: Floats
+    remainders: Floats
+    held_out_remainders: Floats
+    points: tuple[TouchedPoint, ...] = ()
+    camera: Camera | None = None
+    views: BoardViews | None = None
+    explained: RefusalCauses = RefusalCauses()
+
+    @property
+    def accepted(self) -> bool:
+        """Return whether it is a calibration: its rows agree, and no more remains than may."""
+        return not self.refusals
+
+    @property
+    def worse(self) -> str:
+        """
+        Return that held-out rows are worse with the corrections; empty if they are not.
+
+        They are if the squares of their errors are larger by more than that of the noise.
+        """
+        before, after = (
+            one.position_rms for one in (self.without.held_out_before, self.without.held_out)
+        )
+        if after**2 <= before**2 + 3 * self.noise.position**2:
+            return ''
+        return (
+            f'the calibration makes other {self.kind} worse: held-out errors are '
+            f'{length_in_words(before)} with {self.placed} fitted alone, and '
+            f'{length_in_words(after)} with the calibrated table; measure more {self.kind}, far '
+            'apart (calibrate-propose), or fit less (--fit)'
+        )
+
+    @property
+    def only_worse(self) -> bool:
+        """Return whether the reason against it is `worse`: then more rows help."""
+        return self.refusals == (self.worse,)
+
+    @property
+    def used(self) -> Flags:
+        """Return which rows (N,) were used: all but the outliers."""
+        return ~np.isin(np.arange(self.count), self.outliers)
+
+    @property
+    def kind(self) -> str:
+        """Return what was measured, in a word."""
+        if self.points:
+            return 'touches'
+        return 'positions' if self.positions else 'poses'
+
+    @property
+    def row(self) -> str:
+        """Return what a row is, in a word."""
+        return 'touch' if self.points else 'pose'
+
+    @property
+    def rows(self) -> str:
+        """Return what rows are, in a word."""
+        return 'touches' if self.points else 'poses'
+
+    @property
+    def placed(self) -> str:
+        """Return in words what is fitted before the table."""
+        return 'tip and points' if self.points else 'base and tool'
+
+    def rms_in_words(self, errors: Errors) -> str:
+        """Return the RMS values of errors in words, without those that were not measured."""
+        return in_words(*errors.rms, self.positions)
+
+    @property
+    def noise_told(self) -> bool:
+        """Return whether the noise is known; otherwise so few numbers do not tell it."""
+        return min(self.freedom) > UNKNOWN_NOISE_FREEDOM
+
+    @property
+    def before(self) -> Errors:
+        """Return what remains with base and tool fitted alone, without outliers."""
+        return self.without.before
+
+    @property
+    def after(self) -> Errors:
+        """Return what remains with the corrections, without outliers."""
+        return self.without.after
+
+    @property
+    def held_out_before(self) -> Errors:
+        """Return `before` of rows that nothing was fitted to."""
+        return self.without.held_out_before
+
+    @property
+    def held_out(self) -> Errors:
+        """Return `after` of rows that nothing was fitted to."""
+        return self.without.held_out
+
+    @cached_property
+    def corrections(self) -> dict[str, float]:
+        """Return the corrections by name, rad and m."""
+        return {one.name: one.correction for one in self.parameters}
+
+    @property
+    def not_identifiable(self) -> tuple[str, ...]:
+        """Return the parameters of the table that mostly stay where their prior has them."""
+        return tuple(
+            one.name
+            for one in self.parameters
+            if one.group in TABLE_GROUPS and not one.identifiable
+        )

@@ -1,0 +1,433 @@
+"""
+Calibration without an instrument: points that the tip of the tool touched from many poses.
+
+The observation is that the tip was at the same point; where the points and the tip are is fitted
+along with the arm. The start is Huber's estimate of points and tip with the nominal table. An arm
+with its tip and points larger by one factor touches as well: lengths are known by their ratios
+alone, unless the distance between two points is known.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import CalibrationError
+from ...kernel import Floats, Integers
+from ...kinematics.forward import forward_kinematics, jacobian
+from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion, Part
+from ...kinematics.uncertainty.parameters import ArmParameters, structural_rank
+from ...robot.file.parts.parameters import (
+    GROUPS,
+    LENGTH,
+    SIX,
+    ArmParameter,
+    end_parameters,
+)
+from ...robot.robot import Robot
+from ...robot.task import seeded_poses
+from ..checking.diagnosis import LEAST
+from ..checking.errors import MOST, length_in_words
+from ..checking.hypotheses import DEGREES, Hypothesis, from_degrees
+from ..recordings.readers.block import Flags
+from .checking import (
+    ALIKE,
+    NAMES_IN_SENTENCE,
+    NO_CALIBRATION,
+    Measured,
+    check_different,
+    check_mark,
+    explained_by_joints,
+    refuse_mistake,
+    rigid_positions,
+)
+from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
+from .explanations import truncated
+from .fitting import (
+    HUBER_QUANTILE,
+    MAX_ROUNDS,
+    NOISE_FLOOR,
+    STEP_TOLERANCE,
+    FitProblem,
+    Identified,
+    KnownDistance,
+    Noise,
+    length_quantile,
+    outlier_limit,
+    weighted_jacobian,
+)
+from .knowledge import ParameterCombination, combinations_of
+from .placing import STEPS
+
+# The group of the positions of points.
+POINTS = 'points'
+# A pose touches a point to round-off (m).
+TOUCHES = 1e-13
+# Longest step to there (rad, m).
+STEP_LIMIT = 0.5
+# Joints do not turn farther (rad): more is in degrees.
+FARTHEST_TURN = 4 * np.pi
+# A constant motion that turns the sign of translations: a correction of the point is the opposite
+# one of the tip.
+MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
+
+
+class Touches(NamedTuple):
+    """Joint positions (N, n), rad or m; the number (N,) of the point touched; points' names."""
+
+    q: Floats
+    point: Integers
+    names: tuple[str, ...]
+
+
+class TouchStart(NamedTuple):
+    """Points (..., K, 3) in the base frame, tips (..., 3) in the tool frame, and what remains."""
+
+    points: Floats
+    tip: Floats
+    left: Floats
+
+    @property
+    def distances(self) -> Floats:
+        """Return the distances (..., N), m, of what remains: from tips to points."""
+        return np.asarray(np.linalg.norm(self.left, axis=-1))
+
+
+def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> TouchStart:
+    """
+    Return points and tip by the nominal table: Huber's estimate, by reweighted least squares.
+
+    Both are linear in what remains, so that the points follow from the tip.
+
+    Parameters
+    ----------
+    q : shape (..., N, n), rad or m
+        Joint positions, for instance of several mistakes undone.
+    point : shape (N,)
+        The number of the point touched.
+    free
+        Whether the tip is fitted; otherwise it is the origin of the tool.
+    """
+    T = forward_kinematics(robot, q)
+    at, R = T[..., :3, 3], T[..., :3, :3]
+    own = (point == np.arange(np.max(point) + 1)[:, None]).astype(np.float64)
+    tip = np.zeros((*at.shape[:-2], 3))
+    points = np.stack([np.median(at[..., point == k, :], axis=-2) for k in range(len(own))], -2)
+    left, huber = points[..., point, :] - at, length_quantile(HUBER_QUANTILE, 1)
+    for _ in range(MAX_ROUNDS):
+        before, distances = tip, np.linalg.norm(left, axis=-1)
+        noise = np.median(distances, axis=-1)[..., None] / length_quantile(0.5, 1)
+        noise = np.maximum(noise, NOISE_FLOOR)
+        weights = huber / np.maximum(distances / noise, huber)
+        shares = own * weights[..., None, :]
+        shares /= np.sum(shares, axis=-1, keepdims=True)
+        mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
+        if free:
+            # Differences to the means of each point; nothing is known of the tip before.
+            J, off = R - mean_R[..., point, :, :], mean_at[..., point, :] - at
+            M = np.einsum('...n,...nij,...nik->...jk', weights, J, J)
+            M = M + (noise[..., None] / ANYWHERE) ** 2 * np.eye(3)
+            right = np.einsum('...n,...nij,...ni->...j', weights, J, off)
+            tip = np.linalg.solve(M, right[..., None])[..., 0]
+        points = mean_at + np.einsum('...kij,...j->...ki', mean_R, tip)
+        left = points[..., point, :] - at - np.einsum('...nij,...j->...ni', R, tip)
+        if np.all(np.abs(tip - before) < STEP_TOLERANCE * noise):
+            break
+    return TouchStart(points, tip, left)
+
+
+def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> Touches:
+    """
+    Return joint positions and points as arrays that fit each other.
+
+    Raises
+    ------
+    CalibrationError
+        Shapes do not fit, a number is not finite, a point has too few rows, or they are all alike.
+    """
+    joints = np.array(q, dtype=np.float64)
+    count = len(same_point)
+    if joints.shape != (count, robot.dof):
+        raise CalibrationError(
+            f'q must have the shape (N, {robot.dof}) and same_point N names, '
+            f'not {joints.shape} and {count}'
+        )
+    if not np.all(np.isfinite(joints)):
+        raise CalibrationError('joint positions must be finite')
+    marks = [str(one) for one in same_point]
+    names = tuple(dict.fromkeys(marks))
+    if not names:
+        raise CalibrationError(f'no point is touched: at least {LEAST} poses at one are needed')
+    for name in names:
+        check_mark('point', name)
+    point = np.array([names.index(one) for one in marks])
+    for k, name in enumerate(names):
+        own = joints[point == k]
+        if len(own) < LEAST:
+            raise CalibrationError(
+                f'point {name} is touched from {len(own)} '
+                f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and '
+                f'some {2 * robot.dof} or more at each point identify most of an arm'
+            )
+        # An arm of three joints has no more than a few poses there.
+        check_different(own, f'the {len(own)} poses at point {name}', least=2)
+    return Touches(joints, point, names)
+
+
+class SamePointParameters(ChosenParameters):
+    """The parameters of an arm whose tip touched points, and what these touches tell."""
+
+    placed_groups = ('tool', POINTS)
+    words = tuple(one for one in GROUPS if one not in ('base', 'lag', 'backlash'))
+
+    def __init__(
+        self,
+        robot: Robot,
+        touches: Touches,
+        arm: ArmParameters,
+        apart: Mapping[tuple[str, str], float],
+    ) -> None:
+        self.touches, self.arm, self.apart = touches, arm, _checked(apart, touches.names)
+        poses = rigid_positions(np.zeros((len(touches.q), 3)))
+        given = Measured.of(touches.q, poses, True, touches.point)
+        super().__init__(robot, given, (), arm.table)
+        self.every = (
+            *arm.table,
+            *(
+                ArmParameter(f'{name}.{axis}', POINTS, False, place=axis)
+                for name in touches.names
+                for axis in SIX[:3]
+            ),
+            *end_parameters('tool', 0),
+        )
+
+    def first(self, end: str, k: int) -> int:
+        """Return where the corrections of point k, or those of the tool, begin."""
+        points = k if end == POINTS else len(self.touches.names)
+        return len(self.table) + 3 * points
+
+    def fitted(
+        self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
+    ) -> list[int]:
+        """Return which parameters are fitted, if all words are right; the points always are."""
+        for word in (*fit, *fix):
+            if word.rpartition('.')[0] in self.touches.names:
+                raise CalibrationError(f'{word!r}: where the points are is always fitted')
+        points = range(self.first(POINTS, 0), self.first('tool', 0))
+        return sorted({*super().fitted(fit, fix, tolerances), *points})
+
+    def touch_problem(
+        self, chosen: Sequence[int], tolerances: Mapping[str, float], check: bool
+    ) -> FitProblem:
+        """
+        Return the problem; points and tip begin where the nominal arm has them.
+
+        Raises
+        ------
+        CalibrationError
+            The touches are no matter of calibration.
+        """
+        q, point, names = self.touches
+        tool = range(self.first('tool', 0), self.first('tool', 0) + 3)
+        start = started(self.robot, q, point, free=set(tool) <= set(chosen))
+        if check:
+            self._check_touches(start)
+            _check_distances(start, names, self.apart)
+        self.start = start
+        points = start.points
+        distances = tuple(
+            KnownDistance(
+                self.first(POINTS, i), self.first(POINTS, j), points[j] - points[i], distance
+            )
+            for (i, j), distance in self.apart.items()
+        )
+        chains = [self._chain(k, start.tip) for k in range(len(names))]
+        poses = rigid_positions(points[point])
+        return self.problem(chains, poses, chosen, tolerances, known_distances=distances)
+
+    def _distances(self, joints: Floats) -> Floats:
+        # Distances (H, N) from tips to points, m, by other joint positions (H, N, n).
+        return started(self.robot, joints, self.touches.point).distances
+
+    def scores(self, changes: Sequence[Hypothesis]) -> Floats:
+        """Return how badly touches fit with each mistake of the joint positions undone."""
+        left = self._distances(np.stack([one.joints(self.touches.q) for one in changes]))
+        return truncated((left / MOST.position) ** 2)
+
+    def _check_touches(self, start: TouchStart) -> None:
+        robot, q, middle = self.robot, self.touches.q, float(np.median(start.distances))
+        if middle < ALIKE:
+            return
+        # Angles so small bring the tip to nearly one point, whatever was touched.
+        if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > FARTHEST_TURN:
+            left = self._distances(from_degrees(robot, q))
+            refuse_mistake(DEGREES, float(np.median(left)), middle)
+        if middle > NO_CALIBRATION:
+            raise CalibrationError(
+                f'half of the touches are more than {length_in_words(middle)} from their points: '
+                f'no robot {robot.name} is off by as much; it is another robot, or the rows are '
+                'marked with wrong points' + explained_by_joints(robot, q, middle, self._distances)
+            )
+
+    def _chain(self, k: int, tip: Floats) -> CorrectedChain:
+        # From the base frame to the tip; the correction of point k moves it the other way.
+        description = self.robot.description
+        tool = np.array(description.tool.motion.matrix)
+        tool[:3, 3] += tool[:3, :3] @ tip
+        moved = [CorrectingMotion(False, i, self.first(POINTS, k) + i) for i in range(3)]
+        end = [CorrectingMotion(i > 2, i % 3, self.first('tool', 0) + i) for i in range(6)]
+        still = list(self.arm.chain.still)
+        begin: list[Part] = [MIRROR, *moved, MIRROR @ description.base.motion.matrix]
+        still[0] = (*begin, *still[0])
+        still[-1] = (*still[-1], *end, tool)
+        return replace(self.arm.chain, still=tuple(still))
+
+    def possible(self, problem: FitProblem) -> int:
+        """Return the number of directions that any touches of these points could tell."""
+        q = seeded_poses(self.robot.limits, self.robot.prismatic)
+        point = np.arange(len(q)) % len(self.touches.names)
+        noise = Noise(LENGTH, 1.0)
+        return structural_rank(self._exact_jacobian(problem, noise, q, point))
+
+    def combinations(
+        self, problem: FitProblem, noise: Noise, used: Flags
+    ) -> tuple[ParameterCombination, ...]:
+        """Return the parameters that these touches do not tell apart."""
+        J = self._exact_jacobian(problem, noise, self.touches.q[used], self.touches.point[used])
+        return combinations_of(J, problem.parameters)
+
+    def _scale_is_open(self, problem: FitProblem) -> bool:
+        # All lengths may grow by one factor, and no sliding joint measures one.
+        lengths = {
+            one.name
+            for one in self.every
+            if one.group == 'lengths' or (one.group == 'tool' and not one.angle)
+        }
+        return not (self.apart or any(self.robot.prismatic)) and lengths <= set(problem.names)
+
+    def _exact_jacobian(
+        self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
+    ) -> Floats:
+        # How the tip moves by usual errors where the nominal arm touches the points to round-off:
+        # only there a scale leaves the touches as they are.
+        touching, exact = _touching(self.robot, q, self.start.points[point], self.start.tip)
+        if not np.any(exact):
+            touching, exact = q, np.ones(len(q), dtype=bool)
+        there = replace(
+            problem,
+            q=touching[exact],
+            sets=point[exact],
+            rates=np.zeros((int(np.sum(exact)), q.shape[1], 0)),
+            poses=rigid_positions(self.start.points[point[exact]]),
+        )
+        scales = np.array([one.scale for one in problem.parameters]) / problem.prior
+        zero = np.zeros(len(scales))
+        return weighted_jacobian(there, zero, noise, np.ones(len(there.q), dtype=bool)) * scales
+
+    def ends_of(self, problem: FitProblem, values: Floats) -> tuple[Floats, Floats]:
+        """Return X and Y (1, 4, 4) of tip = X calibrated Y; X is the identity."""
+        T = self.robot.description.tool.motion.matrix
+        correction = problem.every(values)[self.first('tool', 0) :][:3]
+        moved, tip = rigid_positions(np.array([correction, self.start.tip]))
+        return np.eye(4)[None], (np.linalg.inv(T) @ moved @ T @ tip)[None]
+
+    def starts_of(self, problem: FitProblem) -> tuple[Floats, Floats]:
+        """Return base and tool (1, 4, 4) that the corrections begin at; the base has none."""
+        base, tool = self.robot.description.base.motion.matrix, problem.chains[0].still[-1][-1]
+        return np.array([base]), np.array([tool])
+
+    def as_given(self) -> Floats:
+        """Return how far the tip of the file is from the points, (N, 2, 3), m."""
+        left = started(self.robot, self.touches.q, self.touches.point, free=False).left
+        return np.stack([left, np.zeros_like(left)], axis=1)
+
+    def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
+        """Return where the points are."""
+        moved = problem.every(found.values)
+        deviations = problem.every(np.sqrt(np.diag(found.covariance)))
+        result = []
+        for k, name in enumerate(self.touches.names):
+            at = slice(self.first(POINTS, k), self.first(POINTS, k) + 3)
+            x, y, z = (self.start.points[k] + moved[at]).tolist()
+            dx, dy, dz = deviations[at].tolist()
+            count = int(np.sum(self.touches.point == k))
+            result.append(TouchedPoint(name, (x, y, z), (dx, dy, dz), count))
+        return tuple(result)
+
+    def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
+        """Return sentences on what deviations do not say, and on rows that have a wrong name."""
+        points = np.array([one.position for one in self.points(problem, found)])
+        left = problem.remainders(found.values)[:, 0]
+        near = outlier_limit(1) * found.noise.position
+        result = [*super().remarks(problem, found)]
+        if self._scale_is_open(problem):
+            result.append(
+                'The scale of the lengths is not identifiable: if arm, tip and points are all '
+                'larger by one factor, they touch in the same way; the priors decide the scale, '
+                'and a known distance between two points makes it identifiable'
+            )
+        for row in np.flatnonzero(~found.used)[:NAMES_IN_SENTENCE]:
+            own = int(self.touches.point[row])
+            distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)
+            other = int(np.argmin(distances))
+            if other != own and distances[other] < near:
+                names = self.touches.names
+                result.append(f'Row {row} is marked {names[own]} but touches {names[other]}')
+        return tuple(result)
+
+
+def _check_distances(
+    start: TouchStart, names: Sequence[str], apart: Mapping[tuple[int, int], float]
+) -> None:
+    for (i, j), given in apart.items():
+        found = float(np.linalg.norm(start.points[j] - start.points[i]))
+        if abs(given - found) > NO_CALIBRATION:
+            unit = ''
+            if abs(given / 1000 - found) < NO_CALIBRATION:
+                unit = '; are these millimetres?'
+            raise CalibrationError(
+                f'points {names[i]} and {names[j]} are {length_in_words(found)} apart by the '
+                f'touches, not {length_in_words(given)}: no table is off by as much{unit}'
+            )
+
+
+def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
+    # Joint positions near q at which the tip is at its target, and whether it is, by damped steps
+    # (Levenberg and Marquardt).
+    q = np.array(q)
+    left = np.full(targets.shape, np.inf)
+    for k in range(STEPS + 1):
+        T = forward_kinematics(robot, q)
+        left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
+        distances = np.linalg.norm(left, axis=1)
+        if k == STEPS or np.all(distances < TOUCHES):
+            break
+        J = jacobian(robot, q, at=tip)[:, :3]
+        damped = J @ np.swapaxes(J, 1, 2) + (distances**2)[:, None, None] * np.eye(3)
+        damped += np.finfo(float).eps * np.eye(3)
+        step = (np.swapaxes(J, 1, 2) @ np.linalg.solve(damped, left[:, :, None]))[:, :, 0]
+        longest = np.max(np.abs(step), axis=1, keepdims=True)
+        q += step * np.minimum(1.0, STEP_LIMIT / np.maximum(longest, STEP_LIMIT))
+    return q, np.linalg.norm(left, axis=1) < TOUCHES
+
+
+def _checked(
+    apart: Mapping[tuple[str, str], float], names: Sequence[str]
+) -> dict[tuple[int, int], float]:
+    # By the numbers of the points.
+    result = {}
+    for (one, other), distance in apart.items():
+        for name in (one, other):
+            if name not in names:
+                raise CalibrationError(
+                    f'no row touches point {name}; the points are {", ".join(names)}'
+                )
+        if one == other or not 0.0 < distance < np.inf:
+            raise CalibrationError(
+                f'points {one} and {other} cannot be {distance:g} m apart: give two points and a '
+                'length above 0'
+            )
+        result[names.index(one), names.index(other)] = distance
+    return result

@@ -1,0 +1,191 @@
+"""
+Diagnose poses of a second source, and test them for jumps once they fit the robot file.
+
+While they do not fit, the newest ones are diagnosed again and again.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...errors import KinematicsError
+from ...estimation.status_text import StatusText
+from ...kernel import Floats
+from ...node.parameters.settings import ReferenceLimits
+from ...rigid_motion import roll_pitch_yaw
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from ..checking.diagnosis import FrameDiagnosis, diagnose_frames
+from ..checking.errors import PoseLimit
+from ..checking.judgement import FrameLimits
+from ..checking.other_robots import OtherRobot, left_by, other_robot
+from .collecting import CollectedPoses
+from .collecting import PoseCollector as PoseCollector
+from .zero_jump import NEWEST, JumpDetector, Watched
+
+# Poses of the first diagnosis, and new ones before the next while something is wrong.
+FIRST = 20
+# A jump makes poses look wrong in one of these ways, too: then the jump is reported.
+LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
+# The remedy if poses remain far off and no mistake explains it.
+ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
+
+
+@dataclass(frozen=True)
+class Examined:
+    """
+    The diagnosis of a second source and its test for jumps.
+
+    Attributes
+    ----------
+    unseen
+        Number of poses since the last diagnosis.
+    newest
+        The newest poses.
+    diagnosis
+        The last one while nothing had jumped; a sentence if there is none.
+    since_jump
+        The last one of the poses since a jump.
+    detector, watched
+        The test for jumps and its result; None if the first poses do not fit the robot file.
+    other
+        Which bundled robot explains the poses, if this one does not.
+    """
+
+    unseen: int
+    newest: CollectedPoses
+    diagnosis: FrameDiagnosis | str
+    since_jump: FrameDiagnosis | str = ''
+    detector: JumpDetector | None = None
+    watched: Watched | None = None
+    other: OtherRobot | None = None
+
+
+def examined(
+    robot: Robot,
+    limits: ReferenceLimits,
+    before: Examined | None,
+    new: CollectedPoses,
+    way: list[tuple[int, Floats]],
+) -> Examined:
+    """Return what new poses add to what was known before."""
+    if before is None:
+        return restarted(robot, limits, None, new, way)
+    watched = before.detector.observe(new) if before.detector else None
+    newest = watched.recent if watched else before.newest.followed_by(new).at(slice(-NEWEST, None))
+    now = replace(before, newest=newest, unseen=before.unseen + len(new.stamps), watched=watched)
+    if watched and not watched.jump:
+        now = replace(now, since_jump='')
+    if min(now.unseen, len(newest.stamps)) < FIRST:
+        return now
+    if watched and watched.jump:
+        return replace(now, unseen=0, since_jump=diagnosed(robot, newest, way))
+    left = left_by(robot, newest.q, newest.poses)
+    fits = left is not None and judge_of(limits).of(left) == Level.OK
+    if fits and frames_status(now, limits).level == Level.OK:
+        return now
+    return restarted(robot, limits, now, newest, way)
+
+
+def restarted(
+    robot: Robot,
+    limits: ReferenceLimits,
+    before: Examined | None,
+    newest: CollectedPoses,
+    way: list[tuple[int, Floats]],
+) -> Examined:
+    """Return what the newest poses say alone; a test goes on if it has the same level before."""
+    recent, judge = newest.at(slice(-NEWEST, None)), judge_of(limits)
+    found = diagnosed(robot, recent, way)
+    if isinstance(found, str) or robot.chain.loops:
+        return Examined(0, recent, found)
+    level, given = judge.level(found), (robot, found.errors, recent.q, recent.poses, judge.warn)
+    other = None if level == Level.OK else other_robot(*given)
+    if found.cause is not None or other:
+        return Examined(0, recent, found, other=other)
+    last = before.diagnosis if before and before.detector else ''
+    if before and not isinstance(last, str) and judge.level(last) == level != Level.ERROR:
+        return replace(before, unseen=0, diagnosis=found)
+    detector = JumpDetector(robot, newest.at(slice(FIRST)))
+    left = left_by(robot, detector.begun_with.q, detector.begun_with.poses)
+    if left is None or not left.within(judge.explained):
+        return Examined(0, recent, found)
+    watched = detector.observe(newest.at(slice(FIRST, None)))
+    return Examined(0, newest, found, detector=detector, watched=watched)
+
+
+def diagnosed(
+    robot: Robot, poses: CollectedPoses, way: list[tuple[int, Floats]]
+) -> FrameDiagnosis | str:
+    """Return the diagnosis of poses, or why there is none; `way` are joint positions at stamps."""
+    stamps = np.array(poses.stamps)
+    rising = np.argsort(stamps, kind='stable')
+    stamps = stamps[rising]
+    times = np.array([state[0] for state in way])
+    motion = (times - stamps[0]) * 1e-9, np.array([state[1] for state in way])
+    try:
+        return diagnose_frames(
+            robot,
+            poses.q[rising],
+            poses.poses[rising],
+            (stamps - stamps[0]) * 1e-9,
+            motion=motion if len(way) > 1 else None,
+        )
+    except KinematicsError as error:
+        return str(error)
+
+
+def judge_of(limits: ReferenceLimits) -> FrameLimits:
+    """Return the limits as the frame check has them."""
+    return FrameLimits(
+        PoseLimit(limits.position_warn, limits.angle_warn),
+        PoseLimit(limits.position_stop, limits.angle_stop),
+    )
+
+
+def frames_status(known: Examined, limits: ReferenceLimits) -> StatusText:
+    """Return how far the robot file is from what was heard, and what has jumped since."""
+    judge, watched, found = judge_of(limits), known.watched, known.diagnosis
+    jump = watched.jump if watched else None
+    cause = None if isinstance(known.since_jump, str) else known.since_jump.cause
+    if jump and cause and cause.key not in LOOKS_OF_A_JUMP:
+        jump, found = None, known.since_jump
+    if isinstance(found, str):
+        return StatusText(Level.WARN, found, ())
+    level, sentence = judge.level(found), judge.sentence(found)
+    if known.other and found is known.diagnosis:
+        level, sentence = Level.ERROR, f'{sentence}; {known.other.in_words()}'
+    elif level != Level.OK and found.cause is None:
+        sentence = f'{sentence}: {ADVICE}'
+    values = [
+        ('poses', str(found.count)),
+        ('position error as given, rms (m)', f'{found.as_given.position_rms:.6g}'),
+        ('position error, rms (m)', f'{found.errors.position_rms:.6g}'),
+        ('position error, worst (m)', f'{found.errors.position_max:.6g}'),
+        ('rotation error, rms (rad)', f'{found.errors.rotation_rms:.6g}'),
+        ('rotation error, worst (rad)', f'{found.errors.rotation_max:.6g}'),
+        *_offset('base', found.base_offset),
+        *_offset('tool', found.tool_offset),
+        ('undetermined', '; '.join(found.undetermined)),
+        ('cause', found.cause.key if found.cause else ''),
+        ('warning from (rms)', judge.warn.in_words()),
+        ('error from (rms)', judge.bad.in_words()),
+        ('likely, not decisive', found.likely[0].sentence if found.likely else ''),
+    ]
+    if watched:
+        values += watched.values()
+        if jump:
+            far = jump.position > limits.position_stop or jump.angle > limits.angle_stop
+            level, sentence = Level.ERROR if far else Level.WARN, jump.sentence
+        elif found.cause is None and (watched.fails or level == Level.OK):
+            sentence += f'; {watched.sentence()}'
+            level = max(level, Level.WARN if watched.fails else Level.OK)
+    return StatusText(level, sentence, tuple(values))
+
+
+def _offset(name: str, T: Floats) -> tuple[tuple[str, str], tuple[str, str]]:
+    xyz, rpy = T[:3, 3], roll_pitch_yaw(T[:3, :3])
+    return (
+        (f'{name} offset xyz (m)', ' '.join(f'{value:.6g}' for value in xyz)),
+        (f'{name} offset rpy (rad)', ' '.join(f'{value:.6g}' for value in rpy)),
+    )

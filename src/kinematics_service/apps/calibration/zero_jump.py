@@ -1,0 +1,529 @@
+"""
+Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of Willsky and Jones.
+
+Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of pose k is
+e = H x + A delta + noise: x are base, tool, lag and the errors of the table, which have Gaussian
+priors; delta is what jumps, from some pose of the window on. The test maximizes the likelihood
+ratio over the jumping parameter, its first pose and delta, with x by the baseline of healthy poses
+and the window. A wrong table is part of x, so a new working region raises no alarm.
+"""
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import kernel
+from ...kernel import Floats, Integers
+from ...kinematics.tool_state import evaluate
+from ...kinematics.uncertainty.arm_errors import TableErrors, table_errors_of
+from ...kinematics.uncertainty.parameters import parameters_of
+from ...robot.file.parts.description import Uncertainty
+from ...robot.robot import Robot
+from ..checking.errors import angle_in_words, length_in_words, time_in_words
+from ..checking.offsets import fit_at, fit_offsets, jacobian, moved_offsets, residual
+from ..recordings.readers.block import Flags
+from .collecting import CollectedPoses
+
+# Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10: with some 1000 tests a pose, a
+# healthy arm raises one false alarm in 1e7 poses.
+THRESHOLDS = {1: 41.8, 6: 58.4}
+# Freeze the baseline if a ratio exceeds its threshold minus half of the smaller threshold.
+SUSPICION = 0.5
+# Poses of the window, and up to a batch more: a camera must detect a slip within 100 poses.
+WINDOW = 128
+# A second source may fail for this number of poses without an alarm.
+UNPROVEN = 5
+# Smallest number of poses since a jump, and of poses that it must improve: six must agree.
+SHORTEST = UNPROVEN + 1
+# Poses that enter the baseline together; no more are added before a test, so all are tested.
+BATCH = 16
+# Smallest standard deviations of one number of a pose, m and rad: those of a tracker.
+LEAST_NOISE = 1e-4, np.radians(0.02)
+# Prior standard deviation (m and rad) of the offsets about their fit: hardly any knowledge.
+OFFSET = 0.3
+# Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
+LAG = 0.01
+# Number of poses of the baseline, the newest ones: an arm that warms up is followed.
+MEMORY = 2 * WINDOW
+# Linearize the offsets anew after a step of this size (m, rad): its square is negligible.
+STEP = 2e-3
+# The median of chi-square with 6 degrees of freedom.
+MEDIAN = 5.35
+# Largest number of linearizations of the offsets in a row.
+ROUNDS = 8
+# Joints that moved less (rad, prismatic joints by length) are never named.
+MOVED = 0.02
+# An information below 1e-9 of that with x known is round-off.
+ROUND_OFF = 1e-9
+# Twice the logarithm of 100: a joint that is less likely by more is not named.
+RIVAL = 9.2
+# Quantile of the normal distribution: nine of ten jumps are detected that exceed the threshold by
+# 1.28 standard deviations.
+NINE_OF_TEN = 1.28
+# Number of the newest poses that are given to a diagnosis: half of the window.
+NEWEST = WINDOW // 2
+# A source fails if more poses of the window are outliers: an eighth.
+FAILING = WINDOW // 8
+# Number of poses that the smallest jump is given for.
+FORECAST = 50
+
+BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
+# Positions are in m.
+ONE = np.ones((1, 1, 1))
+
+
+@dataclass(frozen=True)
+class ZeroJump:
+    """
+    A jump that was detected.
+
+    Attributes
+    ----------
+    key
+        joint_offset, base, tool or time_lag.
+    names
+        The joints that may have jumped, the likeliest first, or the key.
+    sizes
+        The jump of each, rad, m or s; the rotation (rad) of base and tool.
+    position, angle
+        How far the poses have jumped (rms), m and rad.
+    stamp, count
+        The stamp (ns) of the first pose after the jump; the number of poses since.
+    sentence
+        The whole in words.
+    """
+
+    key: str
+    names: tuple[str, ...]
+    sizes: tuple[float, ...]
+    position: float
+    angle: float
+    stamp: int
+    count: int
+    sentence: str
+
+
+class Watched(NamedTuple):
+    """
+    The result of all tests so far.
+
+    Attributes
+    ----------
+    jump
+        The jump that was detected, or None.
+    tested
+        Number of poses so far.
+    outliers
+        Number of poses of the window that fit neither the baseline nor a jump.
+    recent
+        At most 64 of the newest poses. After a jump: only poses since the jump. Without outliers,
+        unless more than an eighth of the window are outliers.
+    noise
+        Standard deviations of one number of a position (m) and of a rotation vector (rad).
+    smallest
+        Each joint with the smallest jump that is found in nine of ten cases, and its unit.
+    """
+
+    jump: ZeroJump | None
+    tested: int
+    outliers: int
+    recent: CollectedPoses
+    noise: tuple[float, float]
+    smallest: tuple[tuple[str, float, str], ...]
+
+    @property
+    def fails(self) -> bool:
+        """Return whether more poses than a few are outliers."""
+        return self.outliers > FAILING
+
+    def sentence(self) -> str:
+        """Return that nothing has jumped, and how large a jump is found."""
+        if self.fails:
+            return (
+                f'{self.outliers} of the last {WINDOW} poses fit neither the others nor a jump: '
+                'look at the second source'
+            )
+        position, rotation = self.noise
+        noise = f'noise {length_in_words(position)}, {angle_in_words(rotation)}'
+        text = f'no jump in {self.tested} poses since ({noise})'
+        if not self.smallest:
+            return text
+        least, most = (bound(self.smallest, key=lambda one: one[1]) for bound in (min, max))
+        return (
+            f'{text}; {FORECAST} such poses would show {_in_words(*least)} to {_in_words(*most)}'
+        )
+
+    def values(self) -> list[tuple[str, str]]:
+        """Return keys and values."""
+        jump = self.jump
+        return [
+            ('poses tested', str(self.tested)),
+            ('outliers', str(self.outliers)),
+            ('noise, position (m)', f'{self.noise[0]:.3g}'),
+            ('noise, rotation (rad)', f'{self.noise[1]:.3g}'),
+            ('smallest jumps found', ', '.join(_in_words(*one) for one in self.smallest)),
+            ('jump', ', '.join(jump.names) if jump else ''),
+            ('jump (rad, m or s)', ', '.join(f'{x:.6g}' for x in jump.sizes) if jump else ''),
+            ('jump, poses ago', str(jump.count) if jump else ''),
+        ]
+
+
+class _Baseline:
+    # The mean and information of x by healthy poses, in units of its prior. The noise follows
+    # from the remainder and from how many numbers of x the poses determine (MacKay 1992).
+    def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
+        e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
+        r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
+        K = np.moveaxis(H.reshape(len(e), 2, 3, -1), 1, 0).reshape(2, r.shape[1], -1)
+        gram, right = np.swapaxes(K, 1, 2) @ K, (np.swapaxes(K, 1, 2) @ r)[:, :, 0]
+        self.noise = floor
+        for _ in range(3):
+            weights = self.noise**-2
+            self.information = np.tensordot(weights, gram, 1) + np.eye(len(unknown))
+            covariance = np.asarray(np.linalg.inv(self.information), dtype=np.float64)
+            self.mean = covariance @ (weights @ right)
+            told = weights * np.einsum('ij,kji->k', covariance, gram)
+            self.freedom = np.maximum(3.0 * len(e) - told, 1.0)
+            # Successive poses share errors that x does not contain: an elastic arm, a distorted
+            # image. `longer` such poses are worth one pose with an independent error: the ratio of
+            # von Neumann (1941).
+            left = e - H @ self.mean
+            scaled = left / np.repeat(self.noise, 3)
+            sums, differences = scaled[1:] + scaled[:-1], scaled[1:] - scaled[:-1]
+            longer = max(1.0, float(np.sum(sums**2) / np.sum(differences**2)))
+            squares = np.sum(left.reshape(-1, 2, 3) ** 2, axis=(0, 2))
+            self.noise = np.maximum(np.sqrt(squares / self.freedom * longer), floor)
+
+
+class _JumpCandidate(NamedTuple):
+    # A parameter that may have jumped: its columns, the number of the first pose after the jump,
+    # the size, and the gain: twice the increase of the log likelihood. `excess` is the test
+    # statistic minus its threshold. `scale` is the variance of the residuals divided by that of
+    # the baseline, at least 1.
+    own: slice
+    begin: int
+    size: Floats
+    gain: float
+    excess: float
+    scale: float
+
+
+class _LikelihoodRatios:
+    # The ratios of jumps in a window, with x by baseline and window, in units of the noise.
+    def __init__(
+        self, rows: Floats, used: Flags, unknown: Integers, jumping: int, baseline: _Baseline
+    ) -> None:
+        Z = rows * (used[:, None] * np.repeat(1.0 / baseline.noise, 3))[:, :, None]
+        e, A, H = Z[:, :, 0], Z[:, :, 1 : jumping + 1], Z[:, :, 1:][:, :, unknown]
+        r, K, prior = e.reshape(-1), H.reshape(e.size, -1), baseline.information @ baseline.mean
+        G = baseline.information + K.T @ K
+        G += np.finfo(np.float64).eps * np.trace(G) * np.eye(len(G))
+        whitening = np.linalg.inv(np.linalg.cholesky(G))
+        # The columns of B are independent directions of x.
+        B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
+        self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
+        products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
+        # Sum the products from each pose on.
+        self.sums = np.cumsum((np.swapaxes(A, 1, 2) @ products)[::-1], axis=0)[::-1]
+        told = float(np.sum(baseline.freedom))
+        self.misfit = told + float(r @ r + baseline.mean @ prior - y @ y)
+        self.freedom = told + 6.0 * float(np.sum(used))
+
+    def information(self, sums: Floats, own: slice) -> Floats:
+        # That of a jump (K, k, k), with x unknown.
+        D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
+        least = ROUND_OFF * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
+        unit = least[:, None, None] * np.eye(whole.shape[1])
+        return np.asarray(whole - D @ np.swapaxes(D, 1, 2) + unit)
+
+    def likeliest(self, own: slice, sums: Floats, first: int) -> _JumpCandidate:
+        # `sums` are those of jumps from the pose `first` on, the next one and so on.
+        u = sums[:, own, -1]
+        sizes = np.linalg.solve(self.information(sums, own), u[:, :, None])[:, :, 0]
+        gains = np.sum(u * sizes, axis=1)
+        at = int(np.argmax(gains))
+        gain, dof = float(gains[at]), u.shape[1]
+        rest, left = self.freedom - dof, self.misfit - gain
+        # The ratio with the scale of the noise unknown; Bartlett's factor makes it chi-square.
+        ratio = (rest + 0.5 * dof - 1.0) * math.log1p(gain / max(left, rest))
+        scale = max(1.0, left / self.freedom)
+        return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
+
+    def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
+        # The residuals (N, 6) with a jump, and the part (N,) of each pose of its gain.
+        jumped = self.A[:, :, jump.own] @ jump.size
+        jumped[: jump.begin] = 0.0
+        x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
+        return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
+
+    def is_proven(self, jump: _JumpCandidate) -> bool:
+        # The gain is a sum over poses. Each pose's part is clipped, so that UNPROVEN poses cannot
+        # prove a jump. `noise` compares the residuals after the jump: if they are large, the noise
+        # has grown. More than half of the poses must fit better with the jump: a jump that some
+        # outliers suggest makes the healthy poses between them fit worse.
+        left, (after, shares) = self.left, self.parts(jump)
+        left, after, shares = (part[jump.begin :] for part in (left, after, shares))
+        improved = np.sum(left**2 - after**2, axis=1) > 0.0
+        agree = np.sum(improved) >= max(SHORTEST, np.sum(np.any(after != 0.0, axis=1)) // 2 + 1)
+        noise = float(np.sum(after**2)) / (int(np.count_nonzero(after)) or 1)
+        least = THRESHOLDS[len(jump.size)] * max(jump.scale, noise)
+        limit = least / (UNPROVEN + 0.5)
+        return bool(
+            agree and jump.excess > 0.0 and np.sum(np.clip(shares, -limit, limit)) >= least
+        )
+
+    def outlier_gains(self) -> Floats:
+        # The gain if a pose alone is off, (N,).
+        V = (1.0 + ROUND_OFF) * np.eye(6) - self.B @ np.swapaxes(self.B, 1, 2)
+        left = self.left[:, :, None]
+        return np.asarray(np.sum(left * np.linalg.solve(V, left), axis=(1, 2)))
+
+
+class JumpDetector:
+    """
+    Tests each new pose of a second source for a jump since a baseline of healthy poses.
+
+    Parameters
+    ----------
+    robot
+        The arm, without closed loops.
+    first
+        Poses with which the baseline begins; outliers among them are left out.
+
+    Attributes
+    ----------
+    begun_with
+        The first poses without outliers.
+    """
+
+    def __init__(self, robot: Robot, first: CollectedPoses) -> None:
+        self._jump: ZeroJump | None = None
+        self._begun = self._count = 0  # number of the first pose after the jump, and of all
+        self._robot, self._table = robot, _table_of(robot)
+        self._jumping = LAGS.stop + robot.dof
+        causes = self._jumping + np.arange(self._table.factor.shape[1])
+        self._unknown = np.append(np.arange(LAGS.stop), causes)
+        said = robot.description.uncertainty
+        floor = (said.floor_xyz, said.floor_rpy) if said else (0.0, 0.0)
+        self._floor = np.maximum(floor, LEAST_NOISE)
+        self._least, self._most = np.min(first.q, axis=0), np.max(first.q, axis=0)
+        while True:
+            A = evaluate(robot, first.q).pose
+            self._X, self._Y = fit_offsets(A[None], first.poses[None])[:2]
+            self._window, self._learned = first, first.at(slice(0))
+            self._rows, self._used = self._linearized(first), np.ones(len(first.q), dtype=bool)
+            self._learn(first)
+            gains = self._ratios_of_window().outlier_gains()
+            # The noise is that of the worst, too: compare with the median.
+            worst = float(np.max(gains))
+            if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains)):
+                break
+            first = first.at(gains < worst)
+        self.begun_with = first
+        self._ratios = self._ratios_of_window()
+        self._keep(len(first.q))
+
+    def _learn(self, poses: CollectedPoses) -> None:
+        # Admit poses to the baseline, and linearize the offsets where it has them.
+        self._learned = self._learned.followed_by(poses).at(slice(-MEMORY, None))
+        for _ in range(ROUNDS):
+            rows = self._linearized(self._learned)
+            self._baseline = _Baseline(rows, self._unknown, self._floor)
+            step = OFFSET * self._baseline.mean[None, : TOOL.stop]
+            if np.max(np.abs(step)) < STEP:
+                break
+            self._X, self._Y = moved_offsets(self._X, self._Y, step, ONE)
+            self._rows = self._linearized(self._window)
+
+    def _keep(self, begin: int) -> None:
+        # Leave out the poses before this one.
+        self._window = self._window.at(slice(begin, None))
+        self._rows, self._used = self._rows[begin:], self._used[begin:]
+
+    def _linearized(self, of: CollectedPoses) -> Floats:
+        # Return residuals and their derivatives, (N, 6, 1 + M), m and rad.
+        state = evaluate(self._robot, of.q, of.rates, depth=kernel.ALL_FRAMES)
+        A, count = state.pose, len(of.q)
+        fit = fit_at(A[None], of.poses[None], self._X, self._Y, ONE)
+        table = _table_columns(self._table, state.link_frames, A, of.q)
+        moves = np.concatenate([LAG * state.twist[:, :, None], state.jacobian, table], axis=2)
+        tool = A[:, :3, :3] @ self._Y[0, :3, 3]
+        moves[:, :3] += np.cross(moves[:, 3:], tool[:, :, None], axis=1)
+        moves = (self._X[0, :3, :3] @ moves.reshape(count, 2, 3, -1)).reshape(count, 6, -1)
+        ends = OFFSET * jacobian(A[None], fit, ONE).reshape(count, 6, -1)
+        return np.concatenate([residual(fit, ONE).reshape(count, 6, 1), ends, moves], axis=2)
+
+    def observe(self, new: CollectedPoses) -> Watched:
+        """Test new poses and return the result of all."""
+        for begin in range(0, len(new.q), BATCH):
+            part = new.at(slice(begin, begin + BATCH))
+            self._least = np.minimum(self._least, np.min(part.q, axis=0))
+            self._most = np.maximum(self._most, np.max(part.q, axis=0))
+            self._window = self._window.followed_by(part)
+            self._rows = np.concatenate([self._rows, self._linearized(part)])
+            self._count += len(part.q)
+            is_calm = self._test()
+            if (over := len(self._used) - WINDOW) >= BATCH:
+                if is_calm:
+                    self._learn(self._window.at(slice(over)).at(self._used[:over]))
+                self._keep(over)
+        outliers = int(np.sum(~self._used[-WINDOW:]))
+        recent = self._window if outliers > FAILING else self._window.at(self._used)
+        newest = min(self._jump.count, NEWEST) if self._jump else NEWEST
+        noise = float(self._baseline.noise[0]), float(self._baseline.noise[1])
+        recent = recent.at(slice(-newest, None))
+        return Watched(self._jump, self._count, outliers, recent, noise, self._smallest())
+
+    def _ratios_of_window(self) -> _LikelihoodRatios:
+        return _LikelihoodRatios(
+            self._rows, self._used, self._unknown, self._jumping, self._baseline
+        )
+
+    def _test(self) -> bool:
+        # Return whether no jump is suspected.
+        count = len(self._rows)
+        self._used = np.ones(count, dtype=bool)
+        if count < SHORTEST:
+            return False
+        begins = slice(0, count - UNPROVEN)
+        if self._jump:
+            first = max(count - self._count + self._begun, 0)
+            begins = slice(first, first + 1)
+        while True:
+            ratios = self._ratios_of_window()
+            candidates = self._candidates(ratios, ratios.sums[begins], begins.start)
+            best = max(candidates, key=lambda one: one.excess)
+            gains, begin = ratios.outlier_gains(), 0
+            if is_proven := ratios.is_proven(best):
+                if self._jump:
+                    break
+                # Poses may have made it alone that do not fit with it, either, or that have far
+                # larger parts of the gain than the others: test without them.
+                (after, shares), begin = ratios.parts(best), best.begin
+                usual = np.median(shares[begin:][self._used[begin:]])
+                gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
+            scale = max(1.0, float(np.median(gains[begin:][self._used[begin:]])) / MEDIAN)
+            worst = float(np.max(gains))
+            if worst <= scale * THRESHOLDS[6]:
+                break
+            # The worst pose may disturb smaller outliers: they are tested again.
+            self._used &= gains < 0.5 * worst
+        self._ratios = ratios
+        if self._jump and (returned := self._returned(ratios, best)):
+            self._keep(returned)
+            self._jump = None
+            return self._test()
+        if is_proven:
+            if self._jump is None:
+                self._begun = self._count - count + best.begin
+                self._stamp = self._window.stamps[best.begin]
+            self._report(candidates, best)
+        elif best.excess <= 0.0:
+            self._jump = None
+        return best.excess < -SUSPICION * THRESHOLDS[1] and self._jump is None
+
+    @property
+    def _moved(self) -> list[int]:
+        # Joints that may be named.
+        ranges = (self._most - self._least) / self._robot.singularity.task.column_scales
+        return [int(j) for j in np.flatnonzero(ranges > MOVED)]
+
+    def _candidates(
+        self, ratios: _LikelihoodRatios, sums: Floats, first: int
+    ) -> list[_JumpCandidate]:
+        joints = [slice(LAGS.stop + j, LAGS.stop + j + 1) for j in self._moved]
+        return [ratios.likeliest(own, sums, first) for own in (BASE, TOOL, LAGS, *joints)]
+
+    def _returned(self, ratios: _LikelihoodRatios, best: _JumpCandidate) -> int:
+        # The first pose after the end of a jump that was only for a while; 0: it lasts.
+        first, end = best.begin + SHORTEST, len(self._rows) - UNPROVEN
+        if first >= end:
+            return 0
+        passed = ratios.sums[best.begin] - ratios.sums[first:end]
+        ended = max(self._candidates(ratios, passed, first), key=lambda one: one.gain)
+        return ended.begin if ended.gain - best.gain > THRESHOLDS[6] * ended.scale else 0
+
+    def _report(self, candidates: list[_JumpCandidate], best: _JumpCandidate) -> None:
+        joints = [one for one in candidates if one.own.start >= LAGS.stop]
+        joints.sort(key=lambda one: -one.gain)
+        if best.own in (BASE, TOOL) and joints:
+            # The model is linear: for a turn by an angle it misses the angle's square of the gain.
+            bent = joints[0].gain * float(joints[0].size[0]) ** 2
+            fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
+            best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
+        rows = self._rows[best.begin :, :, 1:][:, :, best.own] @ best.size
+        position, angle = np.sqrt(np.mean(np.sum(rows.reshape(-1, 2, 3) ** 2, axis=2), axis=0))
+        key = {BASE.start: 'base', TOOL.start: 'tool', LAGS.start: 'time_lag'}.get(
+            best.own.start, 'joint_offset'
+        )
+        names, sizes = [key], [LAG * float(best.size[0]) if best.own == LAGS else float(angle)]
+        if key == 'joint_offset':
+            near = best.gain * (1.0 - float(best.size[0]) ** 2) - RIVAL * best.scale
+            named = [one for one in joints if one.gain >= near][:2]
+            names = [self._robot.joint_names[one.own.start - LAGS.stop] for one in named]
+            sizes = [float(one.size[0]) for one in named]
+        far, since = (float(position), float(angle)), self._count - self._begun
+        jump = ZeroJump(key, tuple(names), tuple(sizes), *far, self._stamp, since, '')
+        self._jump = replace(jump, sentence=_sentence(jump, self._robot))
+
+    def _smallest(self) -> tuple[tuple[str, float, str], ...]:
+        sums, robot, found = self._ratios.sums, self._robot, []
+        for j in self._moved:
+            own = slice(LAGS.stop + j, LAGS.stop + j + 1)
+            known = float(self._ratios.information(sums[-FORECAST:][:1], own)[0, 0, 0])
+            if known > 0.0:
+                size = (math.sqrt(THRESHOLDS[1]) + NINE_OF_TEN) / math.sqrt(known)
+                found.append((robot.joint_names[j], size, robot.units[j]))
+        return tuple(found)
+
+
+def _table_of(robot: Robot) -> TableErrors:
+    # Return the errors that the file gives, or those of a nominal table.
+    said = robot.description.uncertainty
+    if said is None or not (said.parameters or said.factor):
+        usual = tuple((one.name, one.scale) for one in parameters_of(robot).table)
+        said = Uncertainty((), (), (), None, usual, (), 0.0, 0.0)
+    return table_errors_of(robot, said)
+
+
+def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> Floats:
+    # How the causes of a table's errors move the tool, (N, 6, causes).
+    F = frames[:, table.frames]
+    linear, angular = (
+        np.einsum('npij,pj->npi', F[..., :3, :3], part)
+        for part in (table.screws[:, :3], table.screws[:, 3:])
+    )
+    linear = linear + np.cross(angular, A[:, None, :3, 3] - F[..., :3, 3])
+    by_gear = np.where(table.gears >= 0, q[:, table.gears], 1.0)
+    moves = np.concatenate([linear, angular], axis=2) * by_gear[:, :, None]
+    return np.asarray(np.swapaxes(moves, 1, 2) @ table.factor)
+
+
+def _in_words(name: str, size: float, unit: str, sign: str = '') -> str:
+    far = (length_in_words if unit == 'm' else angle_in_words)(abs(size))
+    return f'{name} {sign if size > 0.0 else "-"}{far}'
+
+
+def _sentence(jump: ZeroJump, robot: Robot) -> str:
+    since = f'since {jump.count} poses (stamp {jump.stamp * 1e-9:.3f} s)'
+    if jump.key == 'time_lag':
+        (size,) = jump.sizes
+        side = 'later' if size < 0.0 else 'earlier'
+        return f'the poses come {time_in_words(abs(size))} {side} {since}: compare the clocks'
+    if jump.key != 'joint_offset':
+        far = f'{length_in_words(jump.position)}, {angle_in_words(jump.angle)}'
+        return (
+            f'the {jump.key} has moved against the second source, by {far} (rms) {since}: '
+            f'look at its mounting and at that of the second source'
+        )
+    units = dict(zip(robot.joint_names, robot.units))
+    shown = [_in_words(name, size, units[name], '+') for name, size in zip(jump.names, jump.sizes)]
+    text = f'the zero of joint {" or ".join(shown)} has moved {since}'
+    if len(shown) > 1:
+        text += '; these poses do not decide which'
+    for name, end in ((robot.joint_names[0], 'base'), (robot.joint_names[-1], 'tool')):
+        if name in jump.names:
+            text += f'; the {end} turned about the axis of {name} would look the same'
+    return f'{text}: its positions need that much; look for a slip, and set the zero again'

@@ -1,0 +1,202 @@
+"""
+The zeros of joints, of an arm whose encoders were mounted by hand: from touches of known points.
+
+The tip touches points whose places on a sheet are known; where the sheet lies and where the tip
+is are fitted along. So the zero of a joint that turns the arm as the sheet could lie, or that
+moves the tip as the tip could be, is not known, and it is said.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ...errors import CalibrationError
+from ...kernel import Floats
+from ...kinematics.forward import forward_kinematics, jacobian
+from ...kinematics.uncertainty.parameters import parameters_of
+from ...robot.file.parts.parameters import BACKLASH, ENDS
+from ...robot.robot import Robot
+from ..checking.errors import angle_in_words, length_in_words
+from ..checking.hypotheses import DEGREES, from_degrees
+from .calibration import calibrate
+from .checking import OPTIONS, ROUND_OFF, rigid_positions
+from .knowledge import ParameterCombination
+from .placing import Free, offsets_of
+from .result import Calibration
+
+# A zero is known if its standard deviation is less (rad, m).
+KNOWN = (float(np.radians(1.0)), 0.003)
+# A touch of a cross is taken to be off by this (m, of each number) where too few touches tell it.
+TOUCH = 1e-3
+
+
+class JointZero(NamedTuple):
+    """
+    What is added to the position that a joint reports, and its standard deviation; rad or m.
+
+    `prismatic` says which; `known` is whether the touches tell it to a degree, or 3 mm.
+    """
+
+    joint: str
+    correction: float
+    deviation: float
+    known: bool
+    prismatic: bool
+
+    @property
+    def sentence(self) -> str:
+        """Return it in words."""
+        if not self.correction:
+            return f'{self.joint}: the zero is not known from these touches; it stays as it was'
+        words = length_in_words if self.prismatic else angle_in_words
+        sign = '+' if self.correction > 0.0 else ''
+        limit = words(KNOWN[self.prismatic])
+        begin = 'to be added is' if self.known else f'the zero is not known to {limit}:'
+        return (
+            f'{self.joint}: {begin} {sign}{words(self.correction)}, with a standard deviation of '
+            f'{words(self.deviation)}'
+        )
+
+
+def calibrate_zeros(
+    robot: Robot,
+    q: Floats,
+    points: Floats,
+    *,
+    approach: npt.ArrayLike | None = None,
+    noise: tuple[float, float] | None = None,
+    play: float = 0.0,
+    fix: tuple[str, ...] = (),
+    check: bool = True,
+    progress: Callable[[str], None] = lambda phase: None,
+) -> Calibration:
+    """
+    Return the calibration of the offsets of the joints alone.
+
+    Parameters
+    ----------
+    q : shape (N, n), rad or m
+        As the joints report them, where the tip touched
+    points : shape (N, 3), m
+        in the frame of the sheet, wherever that lies.
+    approach, noise, fix, progress
+        As `calibrate` takes them.
+    play : rad
+        Of the turning joints, where nothing tells to which side it was: a noise of theirs.
+    check
+        Whether what would explain a refusal is tried.
+
+    Raises
+    ------
+    CalibrationError
+        As `calibrate`.
+    """
+    offsets = [one for one in parameters_of(robot).table if one.group == 'offsets']
+    # Before, zeros may be off by ten times as much as they are to be known to.
+    before = {one.name: 10.0 * KNOWN[not one.angle] for one in offsets}
+    fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
+
+    touch = TOUCH if noise is None else noise[0]
+    whitening = _whitening(robot, q, points, touch, play) if play and approach is None else None
+
+    # Zeros far off would be taken for another robot by a check that knows of none.
+    fitted = partial(
+        calibrate,
+        robot,
+        poses=points,
+        approach=approach,
+        whitening=whitening,
+        fit=fit,
+        tolerances=before,
+        check=False,
+        progress=progress,
+    )
+    found = fitted(q, fix=fix, noise=noise)
+    if noise is None and not found.noise_told:
+        noise = (TOUCH, 0.0)
+    fitted = partial(fitted, fix=(*fix, *_hidden(found)), noise=noise)
+    found = fitted(q)
+    if found.accepted or not check:
+        return found
+    if fitted(from_degrees(robot, q)).accepted:
+        raise CalibrationError(f'{DEGREES}{OPTIONS[DEGREES]}')
+    return fitted(q, check=True)
+
+
+def _whitening(robot: Robot, q: Floats, points: Floats, touch: float, play: float) -> Floats:
+    # By the covariance of where the tip is: of a touch, and of joints at one end of their play.
+    A = forward_kinematics(robot, q)
+    placed = offsets_of(A, rigid_positions(points), True, Free())
+    J = placed.base[:3, :3] @ jacobian(robot, q, at=placed.tool[:3, 3])[:, :3]
+    J = J[:, :, ~robot.prismatic] * (0.5 * play / touch)
+    factor = np.linalg.cholesky(np.eye(3) + J @ np.swapaxes(J, 1, 2))
+    return np.asarray(np.linalg.inv(factor))
+
+
+def _hidden(found: Calibration) -> tuple[str, ...]:
+    # Offsets beside which base or tool may be anything: without them as much is explained.
+    groups = {one.name: one.group for one in found.parameters}
+
+    def offsets(one: ParameterCombination) -> list[str]:
+        return [name for name in one.names if groups[name] == 'offsets']
+
+    return tuple(
+        name
+        for one in found.combinations
+        if len(offsets(one)) <= len(one.names) - one.determined
+        for name in offsets(one)
+    )
+
+
+def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
+    """
+    Return the zeros of the joints by the corrections of a table's offsets.
+
+    A row of the table may be moved by several joints: then the zeros are those that move the rows
+    as the corrections do.
+    """
+    arm = parameters_of(found.robot)
+    offsets = [one for one in arm.table if one.group == 'offsets']
+    moved = np.array(
+        [
+            screw.by_theta if one.angle else screw.by_d
+            for one, screw in zip(offsets, arm.chain.screws)
+        ]
+    )
+    rows, columns = found.fitted_of([one.name for one in offsets])
+    # What is not fitted stays: its row adds nothing, and no joint that moves it is known.
+    by_rows = np.linalg.pinv(moved)
+    stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
+    by_rows = by_rows[:, rows]
+    values = by_rows @ [found.parameters[k].correction for k in columns]
+    covariance = by_rows @ found.covariance[np.ix_(columns, columns)] @ by_rows.T
+    deviations = np.sqrt(np.diag(covariance))
+    limits = np.array(KNOWN)[np.array(found.robot.prismatic, dtype=np.int64)]
+    known = ~stays & (deviations < limits)
+    numbers = zip(values.tolist(), deviations.tolist(), known.tolist())
+    return tuple(
+        JointZero(name, *own, bool(slides))
+        for name, own, slides in zip(found.robot.joint_names, numbers, found.robot.prismatic)
+    )
+
+
+def zero_sentences(found: Calibration) -> list[str]:
+    """Return the zeros, and what the touches tell of a backlash, in words."""
+    sentences = [one.sentence for one in zeros_of(found)]
+    if found.instrument == (TOUCH, 0.0):
+        sentences.append(
+            f'Touches are taken to be off by no less than {length_in_words(TOUCH)} (--noise)'
+        )
+    for one in found.parameters:
+        if one.name == BACKLASH.name:
+            size, off = angle_in_words(one.correction), angle_in_words(one.deviation)
+            sentences.append(
+                f'The backlash of the joints is {size}, with a standard deviation of {off}'
+                if not one.may_be_zero
+                else f'A backlash of the joints is not told by these touches ({size}, with a '
+                f'standard deviation of {off})'
+            )
+    return sentences

@@ -1,0 +1,45 @@
+"""What a robot file says of how far its arm may be off, in words."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+from ...robot.file.parts.description import Tolerances, Uncertainty
+from ...robot.robot import Robot
+
+
+def uncertainty_in_words(robot: Robot) -> Iterator[str]:
+    """Yield lines on `uncertainty:`, all of them standard deviations; none where it is absent."""
+    given = robot.description.uncertainty
+    if given is None:
+        return
+    if any(given.joint_deviations):
+        yield f'joint positions: {_by_joint(robot, given.joint_deviations)}'
+    if given.velocity_noise is not None:
+        yield f'joint velocities: {_by_joint(robot, given.velocity_noise, "/s")}'
+    if table := list(_of_table(given)):
+        yield f'numbers of the table (m, rad): {", ".join(table)}'
+    if given.floor_xyz or given.floor_rpy:
+        yield f'floor of poses: {given.floor_xyz:.3g} m, {given.floor_rpy:.3g} rad'
+
+
+def tolerances_in_words(given: Tolerances) -> str:
+    """Return what `tolerance:` says, empty where it is absent."""
+    groups = (('lengths', given.length), ('angles', given.angle), ('gear ratios', given.gear))
+    values = [*((name, value) for name, value in groups if value is not None), *given.named]
+    words = ', '.join(f'{name} {value:.3g}' for name, value in values)
+    return f'{words} (m, rad)' if words else ''
+
+
+def _by_joint(robot: Robot, values: Sequence[float], per: str = '') -> str:
+    units = [unit + per for unit in robot.units]
+    if len({*zip(values, units)}) == 1:
+        return f'{values[0]:.3g} {units[0]}'
+    return ', '.join(f'{value:.3g} {unit}' for value, unit in zip(values, units))
+
+
+def _of_table(given: Uncertainty) -> Iterator[str]:
+    for name, value in given.parameters:
+        yield f'{name} {value:.3g}'
+    # A row of the factor is as long as what the number varies with is.
+    for name, row in given.factor:
+        yield f'{name} {math.hypot(*row):.3g}'

@@ -1,0 +1,190 @@
+"""
+Orientations whose three numbers were taken for others: Euler angles of another order.
+
+Of B = X A Y the product trace(B_i^T B_j) is that of A, whatever base and tool are: so all orders
+are compared without a fit. A matrix does not say which of two triples of angles it was made of;
+what agrees with the other poses does.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ...kernel import Floats, Integers
+from ...rigid_motion import (
+    EULER_ORDERS,
+    euler_angles,
+    exponential,
+    rotation_of_euler,
+    rotation_vector,
+)
+from .hypotheses import Hypothesis
+from .pose_format import MAKERS
+
+ROTVEC = 'rotvec'
+# Poses by which the orders are compared, orders that are then tried, and rounds in which the
+# triple of each pose is chosen again. The six orders of two axes that move are one order, turned:
+# products are alike for each two of them, and positions alone tell them apart.
+SIFTED, KEPT, ROUNDS = 40, 150, 2
+# Rotations that differ by less are the same, from whatever kinds they are.
+SAME = 1e-6
+
+
+class _Taken(NamedTuple):
+    # Numbers were written as one kind and read as another.
+    written: str
+    read: str
+
+
+class LikelyOrder(NamedTuple):
+    """
+    One of the likeliest orders.
+
+    Attributes
+    ----------
+    sentence
+        What is wrong.
+    written, read
+        The kinds of numbers that the orientations were written as, and read as.
+    chosen, of_file : shape (F, 9)
+        Orientations of few poses with that undone, and by the robot file.
+    """
+
+    sentence: str
+    written: str
+    read: str
+    chosen: Floats
+    of_file: Floats
+
+    def undone(self, poses: Floats, A: Floats) -> Hypothesis:
+        """Return the mistake undone in poses (N, 4, 4), which A are by the robot file."""
+        # Of each pose the triple that agrees with those that were chosen.
+        rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
+        found = rotations.reshape(2, -1, 9) @ self.chosen.T
+        wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
+        undone = np.array(poses)
+        undone[:, :3, :3] = rotations[np.argmin(wrong, axis=0), np.arange(len(poses))]
+        return Hypothesis('angle_order', self.sentence, poses=undone)
+
+
+def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]:
+    """
+    Return the likeliest orders of the three numbers that the orientations were made of.
+
+    Parameters
+    ----------
+    poses, A : shape (N, 4, 4)
+        Of the second source, and of the robot file.
+    read
+        How the orientations were read, `rpy`, one of `EULER_ORDERS` or `rotvec`; of others nothing
+        is known of what they were made of.
+    """
+    R = poses[:, :3, :3]
+    few = few_of(len(R))
+    pairs = _pairs(read)
+    numbers = {name: _numbers(name, R[few]) for name in dict.fromkeys(one.read for one in pairs)}
+    made = np.empty((len(pairs), 2, len(few), 3, 3))
+    for kind in dict.fromkeys(one.written for one in pairs):
+        own = [k for k, one in enumerate(pairs) if one.written == kind]
+        made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
+    of_file = A[few, :3, :3].reshape(-1, 9)
+    chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
+    # Where nothing is known of the reading several kinds come to the same: the usual one is named.
+    likely: list[int] = []
+    for k in sorted(np.argsort(off, kind='stable')[:KEPT].tolist()):
+        first = np.max(np.abs(chosen[likely, 0] - chosen[k, 0]), axis=1)
+        near = [likely[i] for i in np.flatnonzero(first <= SAME).tolist()]
+        alike = np.max(np.abs(chosen[near] - chosen[k]), axis=(1, 2), initial=0.0) <= SAME
+        if not np.any(alike):
+            likely.append(k)
+    return [LikelyOrder(_sentence(pairs[k], read), *pairs[k], chosen[k], of_file) for k in likely]
+
+
+def few_of(count: int) -> Integers:
+    """Return the places of the few among as many poses by which orders are compared."""
+    return np.unique(np.linspace(0, count - 1, SIFTED).astype(int))
+
+
+def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hypothesis]:
+    """Yield that the orientations were made of another order, as `likely_orders` takes them."""
+    for one in likely_orders(poses, A, read):
+        yield one.undone(poses, A)
+
+
+def _pairs(read: str) -> list[_Taken]:
+    # Numbers in reverse are those of the opposite kind of axes: xyz read for zyx is ZYX for XYZ.
+    orders = (*EULER_ORDERS, ROTVEC)
+    known = 'xyz' if read == 'rpy' else read
+    if known in orders:
+        return [_Taken(one, known) for one in orders if one != known]
+    still = sorted((one for one in EULER_ORDERS if one.islower()), key=lambda one: one != 'xyz')
+    pairs = [_Taken(one, other) for other in (*still, ROTVEC) for one in orders if one != other]
+    return pairs + [_Taken(ROTVEC, one) for one in EULER_ORDERS if one.isupper()]
+
+
+def _numbers(kind: str, R: Floats) -> Floats:
+    # Both triples (2, N, 3) that make rotations (N, 3, 3).
+    if kind == ROTVEC:
+        vectors = rotation_vector(R)
+        turns = np.linalg.norm(vectors, axis=1, keepdims=True)
+        other = vectors - 2.0 * np.pi * vectors / np.where(turns > 0.0, turns, 1.0)
+        return np.stack([vectors, other])
+    angles = euler_angles(kind, R)
+    other = angles + np.pi
+    other[:, 1] = (0.0 if kind[0] == kind[2] else np.pi) - angles[:, 1]
+    return np.stack([angles, np.remainder(other + np.pi, 2.0 * np.pi) - np.pi])
+
+
+def _rotations(kind: str, numbers: Floats) -> Floats:
+    return exponential(numbers) if kind == ROTVEC else rotation_of_euler(kind, numbers)
+
+
+def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
+    # Of every pair of kinds the triple of each pose that agrees with the others, from both of the
+    # first: rotations (H, N, 9) of (H, 2, N, 9), and by how much their products (N, N) are off.
+    count, _, many, _ = every.shape
+    flat = every.reshape(count, 2 * many, 9)
+    wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)
+    wrong = (wrong - products[:, None]) ** 2
+    pair, pose = np.arange(count), np.arange(many)
+    wrong[:, :, pose, :, pose] = 0.0  # a pose says nothing of itself
+    best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
+    for start in (0, 1):
+        branches = np.full((count, many), start)
+        # By how much each triple is off, of those that are chosen so far.
+        sums = wrong[:, start, 0]
+        for k in range(1, many):
+            branches[:, k] = sums[:, 1, k] < sums[:, 0, k]
+            sums = sums + wrong[pair, branches[:, k], k]
+        for k in [*range(many)] * ROUNDS:
+            other = np.asarray(sums[:, 1, k] < sums[:, 0, k], dtype=np.int64)
+            turned = np.flatnonzero(other != branches[:, k])
+            before, after = branches[turned, k], other[turned]
+            sums[turned] += wrong[turned, after, k] - wrong[turned, before, k]
+            branches[:, k] = other
+        branches = np.argmin(sums, axis=1)
+        each = wrong[pair[:, None], branches, pose]
+        off = np.sum(
+            each[pair[:, None, None], pose[:, None], branches[:, None], pose], axis=(1, 2)
+        )
+        best = np.where((off < least)[:, None], branches, best)
+        least = np.minimum(off, least)
+    return every[pair[:, None], best, pose], least
+
+
+def _sentence(pair: _Taken, read: str) -> str:
+    written, taken = _words(pair.written), _words(pair.read)
+    how = 'are read' if read else 'were read'
+    advice = f' (--pose-format {pair.written})' if read else ''
+    return f'the orientations are {written}, and {how} as {taken}{advice}'
+
+
+def _words(kind: str) -> str:
+    if kind == ROTVEC:
+        return 'rotation vectors'
+    axes = 'axes that move along' if kind.isupper() else 'axes that stand still'
+    also = ['roll pitch yaw'] if kind == 'xyz' else []
+    usual = 'rpy' if kind == 'xyz' else kind
+    also += [name.upper() for name, form in MAKERS.items() if form.kind == usual]
+    return f'angles {kind} ({", ".join([axes, *also])})'

@@ -1,0 +1,1 @@
+"""The commands of this app, a file each, and their options."""

@@ -1,0 +1,61 @@
+"""The command `echo`: what a running node publishes."""
+
+from typing import Annotated, Optional
+
+import typer
+
+from ....cli.missing_ros import ros_module
+from ....cli.options import NODE, WrongUsage, flag, option
+
+# Range of the time-out of `echo`, in s.
+ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
+# The topics that `echo` can print.
+TOPICS = (
+    *('jacobian', 'pose', 'twist', 'acceleration', 'wrench', 'warning', 'diagnostics'),
+    *('scale', 'scale_reason'),
+)
+
+
+def echo(
+    context: typer.Context,
+    what: Annotated[
+        str,
+        typer.Argument(
+            metavar='TOPIC',
+            help=f'Topic to print: {", ".join(TOPICS)}.',
+            autocompletion=lambda incomplete: [
+                one for one in TOPICS if one.startswith(incomplete)
+            ],
+        ),
+    ] = TOPICS[0],
+    once: bool = flag('--once', 'Stop after the first message.'),
+    json: bool = flag('--json', 'Print one JSON object per line.'),
+    node: str = option('The full name of the node.', 'NAME', default=NODE),
+    timeout: Optional[float] = option(
+        'Give up, with exit code 1, if nothing has come by then.',
+        'SECONDS',
+        shown=f'{ONCE_TIMEOUT:g} with --once, else never',
+    ),
+) -> None:
+    """
+    Print what a running node says, without any other ROS tool installed.
+
+    \b
+    Examples:
+      kinematics_service echo
+      kinematics_service echo pose --once
+      kinematics_service echo warning --json
+      kinematics_service echo diagnostics --once
+      kinematics_service echo twist --node /left_arm/kinematics
+      kinematics_service echo pose --once --timeout 30
+    """
+    if what not in TOPICS:
+        raise WrongUsage(f'TOPIC: {what!r} is not one of {", ".join(map(repr, TOPICS))}')
+    if timeout is not None and not timeout >= SHORTEST_TIMEOUT:
+        raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
+    if timeout is not None and timeout > LONGEST_TIMEOUT:
+        raise WrongUsage(f'--timeout: {timeout:g} s is longer than a day: leave it out')
+    if timeout is None and once:
+        timeout = ONCE_TIMEOUT
+    run_echo = ros_module('apps.demo.echo').run_echo
+    raise typer.Exit(run_echo(what, node, once, json, timeout, context.obj))

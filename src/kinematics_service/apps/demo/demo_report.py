@@ -1,0 +1,126 @@
+"""The demo's lines of text: how to join in, what happens if there is no screen, and a summary."""
+
+import math
+import os
+from collections.abc import Sequence
+
+from ...kinematics.motion import Trajectory
+from ...kinematics.singularity import singularity
+from ...node.messages.readings import WarningReading, pose_of, scale_of, warned_of
+from ...node.process.standard_output import StandardOutput
+from ...printing import plain
+from ...robot.measures import MEASURES
+from ...robot.robot import Robot
+from ...typography import listed
+from .demo_listener import DemoListener
+from .live_table import number
+
+COMMAND = 'python -m kinematics_service'
+# Variables that must be the same in another terminal.
+MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
+
+
+def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
+    """Return the motion along the smooth path in words."""
+    distance = float(singularity(robot, trajectory.centre).distance)
+    if distance > robot.singularity.thresholds.warn:
+        return (
+            f'{robot.name} moves; no singular pose with enough room around it was found inside '
+            'its limits'
+        )
+    joints = ' '.join(number(position, 3) for position in trajectory.centre)
+    return (
+        f'{robot.name} moves through the singular pose q = {joints} '
+        f'once in {trajectory.period / 2.0:.0f} s, with its tool at one speed until damping '
+        'bounds the joints'
+    )
+
+
+def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str]) -> list[str]:
+    """
+    Return what the demo does, and how to watch it from another terminal.
+
+    Parameters
+    ----------
+    motion
+        The arm's motion.
+    source
+        Full name of the node.
+    discovery
+        The discovery range in force.
+    set_aside
+        Names of variables that had to be set aside to stay on this host.
+    """
+    namespace = source.rpartition('/')[0]
+    same = [f'{name}={os.environ[name]}' for name in MUST_MATCH if os.environ.get(name)]
+    environment = ''.join(f'{setting} ' for setting in same) + discovery
+    lines = [
+        f'{motion}; everything stays in {namespace} on this host',
+        'in another terminal:',
+        f'  {environment} {COMMAND} echo jacobian --node {source}',
+        f'  {environment} ros2 topic echo {source}/jacobian',
+    ]
+    if set_aside:
+        lines.append(f'{" and ".join(set_aside)} ignored here: unset it there, too')
+    return [*lines, 'Ctrl-C ends it']
+
+
+class PlainReport:
+    """One line a second, and one for each change of level."""
+
+    def __init__(self, listener: DemoListener, output: StandardOutput) -> None:
+        self._listener, self._output = listener, output
+        self._level = ''
+
+    def warn(self, warned: WarningReading) -> None:
+        """Write a warning whose level is new."""
+        if warned.level != self._level:
+            self._level = warned.level
+            self._output.line(
+                f'{self._listener.time:6.1f} s  {warned.level}: {plain(warned.sentence)}'
+            )
+
+    def tick(self) -> None:
+        """Write where the tool is, and how far from a singular pose."""
+        listener = self._listener
+        if listener.pose.message is None:
+            self._output.line(f'{listener.time:6.1f} s  no pose yet')
+            return
+        pose, distance = pose_of(listener.pose.message), listener.measure('distance')
+        xyz = ' '.join(number(float(x)) for x in pose.position)
+        left = '' if distance is None else _distance(distance)
+        kept = ''
+        if listener.scale.message is not None and listener.reason.message is not None:
+            cause = plain(warned_of(listener.reason.message).cause)
+            kept = f'scale {scale_of(listener.scale.message).scale:.2f} {cause}'.rstrip()
+        parts = f'{listener.time:6.1f} s', f'tool {xyz} m', left, self._level, kept
+        self._output.line('  '.join(part for part in parts if part))
+
+
+def _distance(distance: float) -> str:
+    shown = f'distance {distance:.4f} rad ({math.degrees(distance):.1f} deg)'
+    return MEASURES['distance'].farther(distance) or shown
+
+
+def summary(listener: DemoListener, sent: int) -> list[str]:
+    """Return the numbers of messages sent and received, and the pose nearest to a singular one."""
+    lines = [
+        f'{listener.time:.1f} s: {sent} joint states sent; heard {listener.pose.count} poses, '
+        f'{listener.jacobian.count} Jacobians, {listener.twist.count} twists, '
+        f'{listener.warning.count} warnings'
+    ]
+    nearest = listener.nearest
+    if math.isfinite(nearest.distance):
+        where = ''
+        if nearest.pose is not None:
+            xyz = ' '.join(number(float(x)) for x in nearest.pose.position)
+            where = f', tool at {xyz} m in {plain(nearest.pose.frame)}'
+        away = _distance(nearest.distance)
+        lines.append(f'nearest to a singular pose at {nearest.time:.1f} s: {away}{where}')
+    if listener.levels:
+        lines.append(f'levels: {listed(listener.levels, LEVELS, " > ")}')
+    return lines
+
+
+# Number of changes of level in the summary.
+LEVELS = 12

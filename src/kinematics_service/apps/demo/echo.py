@@ -1,0 +1,191 @@
+"""The messages of a running node, for people on a terminal and for programs behind a pipe."""
+
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from rich.console import Console, Group
+from rich.text import Text
+
+from ...errors import LayoutError
+from ...node.process.no_messages import why_no_messages
+from ...node.process.session import (
+    FAULT,
+    FINE,
+    NODE_NAMES,
+    WRONG_USAGE,
+    destroy,
+    helper_node,
+    is_name,
+    run_session,
+    tell,
+)
+from ...node.process.spin import Spinner
+from ...node.process.standard_output import StandardOutput
+from ...node.steady_time import steady_timer
+from ...printing import json_text
+from ...stop_signals import StopSignal
+from .echo_topics import ECHO_TOPICS, diagnostics_of
+from .live_table import coloured, live
+
+# Missing messages are explained after this time, s.
+EXPLAIN_AFTER = 5.0
+UNBROKEN = 10_000
+SEPARATOR = '---'
+
+
+def run_echo(
+    what: str,
+    node: str,
+    once: bool,
+    as_json: bool,
+    timeout: float | None,
+    ros_args: Sequence[str],
+) -> int:
+    """
+    Show the messages of one of a node's topics, until a signal.
+
+    Parameters
+    ----------
+    what
+        A name of `ECHO_TOPICS`.
+    node
+        Full name of the node; the leading slash may be missing.
+    once
+        Stop after the first message.
+    as_json
+        One JSON object a line.
+    timeout
+        Seconds after which it gives up if nothing has come; None: never.
+    ros_args
+        ROS arguments, `--ros-args` included.
+
+    Returns
+    -------
+    0 after a signal, the one message, or when the reader has gone; 1 if no message came in time; 2
+    for wrong usage.
+    """
+    if not is_name('--node', node, NODE_NAMES):
+        return WRONG_USAGE
+    source = f'/{node.strip("/")}'
+
+    def work(context: Context, stop: StopSignal) -> int:
+        listener = helper_node(f'kinematics_echo_{os.getpid()}', context)
+        echo = _Echo(listener, source, what, once, as_json, timeout)
+        spinner = Spinner(context, [listener])
+        spinner.obey(stop)
+        with echo.shown():
+            fine = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
+        spinner.close()
+        destroy(listener)
+        return FINE if fine and not echo.in_vain else FAULT
+
+    return run_session(ros_args, work)
+
+
+class _Echo:
+    # One topic, from its subscription to standard output.
+
+    def __init__(
+        self,
+        node: Node,
+        source: str,
+        what: str,
+        once: bool,
+        as_json: bool,
+        timeout: float | None,
+    ) -> None:
+        self.in_vain = False
+        diagnostics = diagnostics_of(source)
+        self._node, self._echoed = node, ECHO_TOPICS.get(what, diagnostics)
+        self._once, self._as_json, self._timeout = once, as_json, timeout
+        self._output = StandardOutput()
+        self._live = self._output.is_terminal and not once and not as_json
+        then = None if self._live else self._write
+        self._latest = self._echoed.heard_by(node, source, then)
+        self._diagnostics = diagnostics.heard_by(node, source)
+        self._explained = False
+
+    @property
+    def over(self) -> bool:
+        """Return whether there is nothing more to show."""
+        return (self._once and self._latest.count > 0) or self.in_vain or self._output.closed
+
+    @property
+    def _silent(self) -> bool:
+        expected = not (self._echoed.is_rare and self._latest.count > 0)
+        return expected and self._latest.age >= EXPLAIN_AFTER
+
+    @contextmanager
+    def shown(self) -> Iterator[None]:
+        """Show messages within the block."""
+        if self._timeout is not None:
+            steady_timer(self._node, self._timeout, self._give_up)
+        if not self._live:
+            steady_timer(self._node, 0.5, self._watch)
+            yield
+            return
+        with live(self._node, self._screen, whole=False):
+            yield
+
+    def _write(self, message: bytes) -> None:
+        if self._once and self._latest.count > 1:
+            return
+        decoded = deserialize_message(message, self._echoed.type)
+        try:
+            if self._as_json:
+                self._output.line(json_text(self._echoed.document(decoded)))
+                return
+            width = shutil.get_terminal_size().columns if self._output.is_terminal else UNBROKEN
+            lines = self._echoed.lines(decoded, width)
+        except LayoutError as error:
+            self.in_vain = self._once
+            tell(f'{self._latest.topic}: {error}')
+            return
+        self._output.line(*lines, *([] if self._once else [SEPARATOR]))
+
+    def _watch(self) -> None:
+        # If no screen is redrawn, missing messages are explained on standard error, once each
+        # time.
+        if not self._silent:
+            self._explained = False
+            return
+        if not self._explained:
+            self._explained = True
+            tell(self._why_silent())
+
+    def _why_silent(self) -> str:
+        topic = self._echoed.awaited or self._latest.topic
+        said = self._diagnostics.message
+        report = said.status[0].message if said else ''  # that of the input is the first
+        return why_no_messages(self._node, topic, self._echoed.answers, report)
+
+    def _give_up(self) -> None:
+        # At the time-out the reason why no message came is printed, if it has not been printed
+        # yet.
+        if self._latest.count > 0 or self.in_vain:
+            return
+        if not self._explained:
+            tell(self._why_silent())
+        self.in_vain = True
+        tell(f'gave up after {self._timeout:g} s without a message')
+
+    def _screen(self, console: Console) -> Group:
+        latest = self._latest
+        title, lines = f'{latest.topic}   no message yet', []
+        if latest.message is not None:
+            title = f'{latest.topic}   {latest.rate():.1f} Hz   {latest.age:.1f} s ago'
+            try:
+                lines = self._echoed.lines(latest.message, console.width)
+            except LayoutError as error:
+                lines = [str(error)]
+        level = lines[0].partition(' ')[0] if lines else ''
+        texts = [coloured(line, level) for line in lines]
+        if self._silent:
+            texts.append(Text(self._why_silent(), style='bold'))
+        headline = Text(f'{title}   Ctrl-C ends it', 'bold', no_wrap=True, overflow='ellipsis')
+        return Group(headline, *texts)

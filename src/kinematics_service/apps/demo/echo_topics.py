@@ -1,0 +1,131 @@
+"""The topics that `echo` can show, each as lines for people and as an object for programs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import AccelStamped, PoseStamped, TwistStamped, WrenchStamped
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Float64, Float64MultiArray
+
+from ...node.messages.readings import (
+    ACCELERATION,
+    TWIST,
+    WRENCH,
+    jacobian_of,
+    pose_of,
+    scale_of,
+    statuses_of,
+    warned_of,
+)
+from ...node.messages.topics import (
+    DIAGNOSTICS,
+    DIAGNOSTICS_QOS,
+    OUTPUT_QOS,
+    SCALE,
+    SCALE_REASON,
+    WARNING,
+    WARNING_QOS,
+)
+from ...node.process.latest_message import LatestMessage
+from ...node.process.no_messages import JOINT_STATES_ANSWERED
+from .live_table import (
+    matrix_lines,
+    pose_lines,
+    scale_lines,
+    statuses_lines,
+    vector_lines,
+    warned_lines,
+)
+
+COMMANDS_ANSWERED = 'commands of joint velocities on ~/command'
+
+
+@dataclass(frozen=True)
+class EchoTopic:
+    """
+    A topic of the node, and how its messages are shown.
+
+    Attributes
+    ----------
+    name
+        Its name as in `topics`, where `~` stands for the node.
+    reading
+        From a message to its content; LayoutError if it cannot be read.
+    shown
+        From that and a width to lines.
+    answers
+        What the node answers with them.
+    wanted
+        Whether a message is of the node; None if all are.
+    awaited
+        Another topic of the node, whose publisher shows that it runs; empty if `name` does.
+    """
+
+    name: str
+    type: Any
+    qos: QoSProfile
+    reading: Callable[[Any], Any]
+    shown: Callable[[Any, int], list[str]]
+    answers: str = JOINT_STATES_ANSWERED
+    wanted: Callable[[Any], bool] | None = None
+    awaited: str = ''
+
+    @property
+    def is_rare(self) -> bool:
+        """Return whether messages are rare, so that none after the first is normal."""
+        return self.qos is WARNING_QOS
+
+    def heard_by(
+        self, node: Node, source: str, then: Callable[[bytes], None] | None = None
+    ) -> LatestMessage:
+        """Return a subscription of a node to that of `source` (its full name)."""
+        topic = self.name.replace('~', source)
+        return LatestMessage(node, topic, self.type, self.qos, then, self.wanted)
+
+    def lines(self, message: Any, width: int) -> list[str]:
+        """Return a message as lines; LayoutError if it cannot be read."""
+        return self.shown(self.reading(message), width)
+
+    def document(self, message: Any) -> dict[str, Any]:
+        """Return what `--json` prints of a message; LayoutError if it cannot be read."""
+        content: dict[str, Any] = self.reading(message)._asdict()
+        content |= content.pop('vectors', {})
+        return content
+
+
+def diagnostics_of(node: str) -> EchoTopic:
+    """Return the diagnostics of a node (its full name): all programs publish on the topic."""
+    reading = partial(statuses_of, node.removeprefix('/'))
+    return EchoTopic(
+        DIAGNOSTICS,
+        DiagnosticArray,
+        DIAGNOSTICS_QOS,
+        reading,
+        statuses_lines,
+        answers='itself, once a second',
+        wanted=lambda message: bool(reading(message).statuses),
+        awaited=WARNING.replace('~', node),
+    )
+
+
+ECHO_TOPICS = {
+    'jacobian': EchoTopic('~/jacobian', Float64MultiArray, OUTPUT_QOS, jacobian_of, matrix_lines),
+    'pose': EchoTopic('~/pose', PoseStamped, OUTPUT_QOS, pose_of, pose_lines),
+    **{
+        name: EchoTopic(f'~/{name}', kind, OUTPUT_QOS, pair.of, partial(vector_lines, pair))
+        for name, kind, pair in (
+            ('twist', TwistStamped, TWIST),
+            ('acceleration', AccelStamped, ACCELERATION),
+            ('wrench', WrenchStamped, WRENCH),
+        )
+    },
+    'warning': EchoTopic(WARNING, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines),
+    'scale': EchoTopic(SCALE, Float64, OUTPUT_QOS, scale_of, scale_lines, COMMANDS_ANSWERED),
+    'scale_reason': EchoTopic(
+        SCALE_REASON, DiagnosticStatus, WARNING_QOS, warned_of, warned_lines, COMMANDS_ANSWERED
+    ),
+}

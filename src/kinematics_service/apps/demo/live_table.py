@@ -1,0 +1,171 @@
+"""Readings as lines of text, for `demo` and `echo`; the only colour is that of the level."""
+
+import math
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+
+from rclpy.node import Node
+from rich.console import Console, RenderableType
+from rich.live import Live
+from rich.text import Text
+
+from ...kernel import Floats
+from ...node.messages.readings import (
+    JacobianReading,
+    PoseReading,
+    ScaleReading,
+    StatusesReading,
+    VectorPair,
+    VectorReading,
+    WarningReading,
+)
+from ...node.steady_time import steady_timer
+from ...printing import broken_name, plain
+from ...robot.measures import Level
+
+# Width of a number and a gap, and how wide a column may grow for its joint's name.
+CELL, WIDEST_CELL = 9, 14
+ROW_LABEL = 4
+# What stands before the numbers of a vector.
+LABEL = 19
+STYLES = {
+    Level.OK.name: 'bold green',
+    Level.WARN.name: 'bold yellow',
+    Level.ERROR.name: 'bold red',
+    Level.STALE.name: 'bold magenta',
+}
+BARS = '▁▂▃▄▅▆▇█'
+SCALE_BAR = 20
+# Period of a live table, s.
+REDRAW = 0.1
+
+
+@contextmanager
+def live(node: Node, draw: Callable[[Console], RenderableType], whole: bool) -> Iterator[None]:
+    """Redraw a part of the terminal, or the whole, by a timer of a node within the block."""
+    console = Console(markup=False, highlight=False, emoji=False)
+    with Live(
+        console=console,
+        screen=whole,
+        auto_refresh=False,
+        redirect_stdout=False,
+        redirect_stderr=False,
+    ) as screen:
+
+        def redraw() -> None:
+            screen.update(draw(console), refresh=True)
+
+        redraw()
+        steady_timer(node, REDRAW, redraw)
+        yield
+        redraw()
+
+
+def number(value: float, decimals: int = 4) -> str:
+    """
+    Return a number with its sign, without a negative zero, in at most eight characters.
+
+    If they do not suffice, it has fewer decimals, or an exponent (`+1.5e+03`).
+    """
+    if not math.isfinite(value):
+        return f'{value:+}'
+    if abs(round(value, decimals)) >= 100.0:
+        decimals = min(decimals, 3)
+    if abs(round(value, decimals)) >= 1000.0:
+        return f'{value:+.1e}'
+    return f'{round(value, decimals) + 0.0:+.{decimals}f}'
+
+
+def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
+    """Return numbers of fixed width, so that those of successive lines align."""
+    return ' '.join(number(float(value), decimals).rjust(CELL) for value in values)
+
+
+def matrix_lines(matrix: JacobianReading, width: int) -> list[str]:
+    """Return a matrix with its labels; columns that do not fit follow below the others."""
+    columns = [plain(name) for name in matrix.columns]
+    rows = [plain(name) for name in matrix.rows]
+    margin = max(ROW_LABEL, *map(len, rows))
+    room = max(width - margin, CELL)
+    cell = min(max(room // len(columns), CELL), WIDEST_CELL)
+    block = max(1, room // cell)
+    lines = []
+    for first in range(0, len(columns), block):
+        part = slice(first, first + block)
+        headers = [_header(name, cell - 1) for name in columns[part]]
+        for k in range(-max(map(len, headers)), 0):
+            cells = (header[k] if -k <= len(header) else '' for header in headers)
+            lines.append(' ' * margin + ''.join(f' {text.rjust(cell - 1)}' for text in cells))
+        for name, values in zip(rows, matrix.jacobian[:, part].tolist()):
+            cells = (number(value) for value in values)
+            lines.append(
+                name.rjust(margin) + ''.join(f' {text.rjust(cell - 1)}' for text in cells)
+            )
+    return lines
+
+
+def _header(name: str, width: int) -> list[str]:
+    lines = broken_name(name, width).split('\n')
+    return [line if len(line) <= width else f'{line[: width - 1]}~' for line in lines]
+
+
+def pose_lines(pose: PoseReading, width: int) -> list[str]:
+    """Return position, roll pitch yaw in degrees and quaternion, of any `width`."""
+    degrees = [math.degrees(angle) for angle in pose.roll_pitch_yaw]
+    return [
+        f'position x y z     {numbers(pose.position)}  m, in {plain(pose.frame)}',
+        f'roll pitch yaw     {numbers(degrees, 2)}  deg',
+        f'quaternion x y z w {numbers(pose.quaternion_xyzw)}',
+    ]
+
+
+def vector_lines(pair: VectorPair, reading: VectorReading, width: int) -> list[str]:
+    """Return two vectors, a line each; no `width` breaks them."""
+    lines = [
+        f'{f"{name} {axes}".ljust(LABEL)}{numbers(reading.vectors[name])}  {unit}'
+        for name, (axes, unit) in pair.vectors.items()
+    ]
+    return [f'{lines[0]}, axes of {plain(reading.frame)}', *lines[1:]]
+
+
+def scale_lines(reading: ScaleReading, width: int = 0) -> list[str]:
+    """Return a scale and its bar, of any `width`."""
+    filled = round(SCALE_BAR * min(max(reading.scale, 0.0), 1.0))
+    return [f'scale {reading.scale:.3f}  {"█" * filled}{"░" * (SCALE_BAR - filled)}']
+
+
+def warned_lines(warned: WarningReading, width: int) -> list[str]:
+    """Return a warning: level and sentence, then its keys and values."""
+    label = max(map(len, warned.values), default=0)
+    lines = textwrap.wrap(f'{warned.level}  {plain(warned.sentence)}', width) or [warned.level]
+    return lines + [
+        f'  {plain(key).ljust(label)}  {plain(value)}' for key, value in warned.values.items()
+    ]
+
+
+def statuses_lines(reading: StatusesReading, width: int) -> list[str]:
+    """Return each status of a node as a warning: level, name and sentence, keys and values."""
+    return [
+        line
+        for status in reading.statuses
+        for line in warned_lines(
+            status._replace(sentence=f'{status.name}: {status.sentence}'), width
+        )
+    ]
+
+
+def coloured(line: str, level: str) -> Text:
+    """Return a line with the level's word, if it begins with it, in the level's colour."""
+    text = Text(line, no_wrap=True, overflow='ellipsis')
+    if line.startswith(level):
+        text.stylize(f'{STYLES.get(level, "bold")} reverse', 0, len(level))
+    return text
+
+
+def bars(values: Sequence[float], highest: float) -> str:
+    """
+    Return a line of bars, one per value: the lowest for 0, the highest for `highest` and more.
+    """
+    steps = len(BARS) - 1
+    return ''.join(BARS[round(min(max(value / highest, 0.0), 1.0) * steps)] for value in values)

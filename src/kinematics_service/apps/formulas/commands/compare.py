@@ -1,0 +1,106 @@
+"""The command `compare`: a person's own formulas against the right ones."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from ....cli.options import JsonOption, RobotArgument, flag, given_robot, given_text
+from ....printing import Output, json_text, plain
+
+
+def compare(
+    robot: RobotArgument,
+    file: Annotated[
+        str, typer.Argument(metavar='FILE', help='The formulas; - reads from a pipe.')
+    ],
+    json: JsonOption = False,
+    verbose: bool = flag('--verbose', 'Say which causes were tested if none explains everything.'),
+) -> None:
+    """
+    Compare formulas you derived by hand, or with other software, with the right ones: which
+    entries differ, and why.
+
+    Each cause named was tested: it makes the difference vanish at random poses, with random
+    lengths where the robot file has named constants. Exit code 0: all agree; 1: something differs;
+    2: wrong usage, or a file that cannot be read.
+
+    \b
+    Example:
+      kinematics_service compare craig_3r mine.txt
+    \b
+    with mine.txt, in plain, sympy, MATLAB or LaTeX syntax, mixed as you like:
+      # comments after # or %
+      rows: angular first
+      J = [  0  -s1  -s1
+             0   c1   c1
+             1    0    0
+            -sin(q1)*r, -c1*h, -L3*s23*c1
+             c1*r,      -s1*h, -L3*s23*s1
+             0, -L2*c2 - L3*c23, -L3*c23 ]
+      where r = L1 + L2 c2 + L3 c23, h = L2 s2 + L3 s23
+      T_{12} = \\begin{bmatrix} \\cos q_2 & -\\sin q_2 & 0 & L_1 \\\\ ... \\end{bmatrix}
+      det = L2 L3 sin(q3) (L1 + L2 c2 + L3 c23)
+      q1 = atan2(y, x)
+      singular: q3 = k*pi
+
+    \b
+    Names: those of the robot file, with or without underscore, also theta2 or q2 for joint 2;
+      c1 = cos(q1), s23 = sin(q2 + q3), L1c23 = L1*c23; x y z, the tool's position, phi its angle
+      in the plane; what the file defines itself. A definition that nothing uses is passed over.
+    Formulas:
+      T, R, p                   tool in the base: pose, rotation, position
+      T_03, A_12, H^1_2, R_36   frame 0 to 3, 1 to 2; frame i stands after row i of the table
+      A_2 or T_2, A_i           the matrix of row 2, of any row (a_i, alpha_i, d_i, theta_i)
+      R_2, o_2, z_2, p_14       rotation, origin, z axis of frame 2; from o_1 to o_4
+      z^1_2, o^1_2, {}^1J       the same, and J, in the axes of frame 1
+      J, J_v, J_w, J_2, J_v2    Jacobian: linear rows first, base axes, point: the tool's origin;
+                                fewer rows: the task's, or those that move (x, y, phi in a plane)
+      J_s, J_b, J_A             space, body (Lynch and Park: angular rows first), analytic
+      det or det(J)             of the task's rows of J
+      s_o1, D_1                 o_0 - o_n; dT/dq1 with the rotation taken out
+      q2 = ...                  inverse kinematics; those of one file: of one solution
+      lhs = rhs                 an equation, such as tan(q1) = y/x; of matrices, each entry
+      singular: q3 = k*pi       a family of singular poses, or L2*c2 + L3*c23 = 0; all such lines
+                              together must be all singular poses
+    Recipes work too: J_w = [z_0, z_1, z_2], J_1 = [cross(z_0, o_3 - o_0); z_0].
+    With closed loops formulas are of joints and passive joints, also psi1 = ...
+    Settings, for what follows them:
+      rows: linear first        or: angular first
+      frame: base               or: tool; the axes of J
+      units: rad                or: deg; angles in the formulas
+      at: q1=0, q2=90 deg       a numeric example at one configuration; at: random
+      first frame: 0            or: 1, where the base is T_01
+      point: o_3                what x, y, z are the position of; default: the tool
+      meaning: R_C = o_3        another name
+
+    \b
+    The keys of --json: robot, file, agrees, poses, random_constants, passed_over (line, message),
+    formulas; of each formula:
+      name, line, status        agrees or differs
+      rows, columns, remarks
+      entries                   row, column, yours, right, largest_difference (SI units)
+      causes                    name, sentence, entries, alternatives: other causes that fit
+      unexplained, tested
+    """
+    text = given_text(file)
+    arm = given_robot(robot, in_letters=True)
+    # sympy takes half a second to load, so it is imported here.
+    from ..compare.comparison import compare as compare_text
+    from ..compare.report import document, report
+
+    name = '<stdin>' if file == '-' else file
+    comparison = compare_text(arm, text)
+    if comparison.faults:
+        for fault in comparison.faults:
+            place = f'{name}:{fault.line}:{fault.column}'
+            print(plain(f'{place}: {fault.message}'), file=sys.stderr)
+        raise typer.Exit(2)
+    if json:
+        print(json_text(document(comparison, name)))
+    else:
+        out = Output()
+        for line in report(comparison, name, verbose):
+            out.print(plain(line))
+    if not comparison.agrees:
+        raise typer.Exit(1)

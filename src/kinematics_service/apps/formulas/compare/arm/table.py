@@ -1,0 +1,266 @@
+"""
+A robot's table in symbols: what each row's matrix is, for this table and for mistaken readings.
+
+Symbols stand for SI values, whatever units the file has, since people write formulas in them.
+"""
+
+import operator
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache, reduce
+from typing import Any
+
+import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
+
+from .....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
+from .....robot.file.parts.description import (
+    DhRow,
+    ElementaryMotion,
+    Link,
+    RigidMotion,
+    RobotDescription,
+    ShapeRow,
+)
+from .....robot.file.text.expression_syntax import names_in
+from .....robot.loops import opened
+from ...derive.algebra.expression import exact
+from ...derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
+
+ZERO = sp.Integer(0)
+EYE = sp.ImmutableDenseMatrix(sp.eye(4))
+SAME = 1e-12
+AXES = {'x': 0, 'y': 1, 'z': 2}
+
+
+@dataclass(frozen=True)
+class TableRow:
+    """
+    One row: named quantities that multiply as the convention says, or in * motion * inverse(out).
+
+    Parameters
+    ----------
+    convention
+        As in the robot file.
+    quantities : pairs (name, value)
+        m and rad; none where the rows of the convention are no quantities.
+    axis, argument
+        An elementary motion, `Rz` for example; no axis: none.
+    inner, outer
+        Constant poses of a shape row.
+    """
+
+    convention: str
+    quantities: tuple[tuple[str, Any], ...] = ()
+    axis: str = ''
+    argument: Any = ZERO
+    inner: Any = EYE
+    outer: Any = EYE
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a quantity by its name, 0 where the convention has none of this name."""
+        return dict(self.quantities).get(name, ZERO)
+
+    @property
+    def order(self) -> Convention:
+        """Return its convention, which says in which order the quantities multiply."""
+        return CONVENTIONS[self.convention]
+
+    @cached_property
+    def moving(self) -> Any:
+        """Return what the joint variables of the row stand in, for searching."""
+        return sum((self[name] for name in MOVING), self.argument)
+
+    @cached_property
+    def symbols(self) -> frozenset[Any]:
+        """Return the joint variables of the row, and the constants beside them."""
+        return frozenset(self.moving.free_symbols)
+
+    def with_quantities(self, changes: Mapping[str, Any]) -> 'TableRow':
+        """Return the row with some of its quantities changed."""
+        return replace(
+            self, quantities=tuple((name, changes.get(name, old)) for name, old in self.quantities)
+        )
+
+
+@dataclass(frozen=True)
+class Table:
+    """
+    A robot's table, its base and tool, and the values of its names in the file.
+
+    Parameters
+    ----------
+    variables
+        Symbols of the joint variables, and behind them of the joints that closed loops move, of
+        which there are `passive`.
+    constants
+        Symbols of the named constants; `given` has those that are plain numbers in the file,
+        `derived` the expressions of the others.
+    """
+
+    convention: str
+    rows: tuple[TableRow, ...]
+    base: Any
+    tool: Any
+    variables: tuple[Any, ...]
+    joint_types: tuple[str, ...]
+    constants: tuple[Any, ...]
+    given: Mapping[Any, float] = field(hash=False)
+    derived: Mapping[Any, Any] = field(hash=False)
+    passive: int = 0
+
+    @property
+    def slides(self) -> tuple[bool, ...]:
+        """Return for each variable whether it is the one of a prismatic joint."""
+        return tuple(kind == 'prismatic' for kind in self.joint_types)
+
+    @property
+    def joints(self) -> int:
+        """Return the number of joints: variables that no loop moves."""
+        return len(self.variables) - self.passive
+
+    def with_row(self, index: int, row: TableRow) -> 'Table':
+        """Return the table with another row in one place."""
+        rows = list(self.rows)
+        rows[index] = row
+        return replace(self, rows=tuple(rows))
+
+
+def rotation(axis: str, angle: Any) -> Any:
+    """Return the 4 x 4 rotation about x, y or z."""
+    i, j = [k for k in range(3) if k != AXES[axis]]
+    if axis == 'y':
+        i, j = j, i
+    R = sp.eye(4)
+    R[i, i] = R[j, j] = sp.cos(angle)
+    R[i, j], R[j, i] = -sp.sin(angle), sp.sin(angle)
+    return R
+
+
+def translation(x: Any, y: Any, z: Any) -> Any:
+    """Return the 4 x 4 translation."""
+    T = sp.eye(4)
+    T[0, 3], T[1, 3], T[2, 3] = x, y, z
+    return T
+
+
+def inverse_pose(T: Any) -> Any:
+    """Return the inverse of a 4 x 4 pose."""
+    R = T[:3, :3].T
+    result = sp.eye(4)
+    result[:3, :3] = R
+    result[:3, 3] = -R * T[:3, 3]
+    return result
+
+
+def motion(axis: str, argument: Any) -> Any:
+    """Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; identity for no axis."""
+    if not axis:
+        return sp.eye(4)
+    if axis[0] == 'R':
+        return rotation(axis[1], argument)
+    along = [ZERO, ZERO, ZERO]
+    along[AXES[axis[1]]] = argument
+    return translation(*along)
+
+
+@lru_cache(maxsize=4096)
+def row_matrix(row: TableRow) -> Any:
+    """Return the 4 x 4 matrix of a row."""
+    if row.quantities:
+        factors = [motion(axis, row[name]) for axis, name in row.order.motions]
+    else:
+        factors = [row.inner, motion(row.axis, row.argument), inverse_pose(row.outer)]
+    return sp.ImmutableDenseMatrix(reduce(operator.mul, factors))
+
+
+@lru_cache(maxsize=4096)
+def row_derivative(row: TableRow, variable: Any) -> Any:
+    """Return the derivative of a row's matrix by a joint variable."""
+    return row_matrix(row).diff(variable)
+
+
+def _pose(rigid: RigidMotion, names: Names) -> Any:
+    if len(rigid.texts) == 6:
+        x, y, z = (names.length(text) for text in rigid.texts[:3])
+        roll, pitch, yaw = (names.angle(text) for text in rigid.texts[3:])
+        turn = rotation('z', yaw) * rotation('y', pitch) * rotation('x', roll)
+        return sp.ImmutableDenseMatrix(translation(x, y, z) * turn)
+    entries = [
+        names.length(text) if use == 'length' else names.expression(text)
+        for text, use in zip(rigid.texts, uses_of(rigid))
+    ]
+    rotations = [k for k in range(11) if k % 4 < 3]
+    if any(not entries[k].is_number for k in rotations) or any(
+        abs(float(entries[k]) - rigid.matrix.flat[k]) > SAME for k in rotations
+    ):
+        # The reader took the nearest rotation of printed digits.
+        for k in rotations:
+            entries[k] = sp.Rational(repr(float(rigid.matrix.flat[k])))
+    return sp.ImmutableDenseMatrix(4, 4, entries)
+
+
+def _argument(motion: ElementaryMotion, names: Names) -> Any:
+    constant, factors = names.affine(motion.argument.text, motion.turns)
+    return constant + sum(factor * variable for variable, factor in factors.items())
+
+
+def _row(row: Link, convention: str, names: Names) -> TableRow:
+    if isinstance(row, DhRow):
+        pairs = ((name, _argument(one, names)) for name, one in zip(row.names, row.motions))
+        return TableRow(convention, tuple(pairs))
+    result = TableRow(convention)
+    for one in row.motions:
+        result = replace(result, axis=one.axis, argument=_argument(one, names))
+    if isinstance(row, ShapeRow):
+        result = replace(result, inner=_pose(row.inner, names), outer=_pose(row.outer, names))
+    return result
+
+
+def general_row(table: Table) -> TableRow:
+    """Return a row of the table's convention with symbols such as a_i, alpha_i, d_i, theta_i."""
+    names = CONVENTIONS[table.convention].quantities
+    return TableRow(table.convention, tuple((name, sp.Symbol(f'{name}_i')) for name in names))
+
+
+def table_of(description: RobotDescription) -> Table:
+    """Return the table of a robot file, in symbols."""
+    joints, used = opened(description).joints, names_by_use(description)
+    degree = angle_in_rad(description.angle_unit)
+    length = sp.Rational(1, 1000) if description.length_unit == 'mm' else sp.Integer(1)
+    variables = {joint.variable: sp.Symbol(joint.variable) for joint in joints}
+    meanings: dict[str, Any] = {
+        joint.variable: variables[joint.variable]
+        / (length if joint.type == 'prismatic' else degree)
+        for joint in joints
+    }
+    constants = {one.name: sp.Symbol(one.name) for one in description.constants}
+    given: dict[Any, float] = {}
+    derived: dict[Any, Any] = {}
+    for constant in description.constants:
+        name, symbol = constant.name, constants[constant.name]
+        # What is used both as a length and as an angle is a ratio.
+        is_length, is_angle = name in used['length'], name in used['angle']
+        factor = sp.Integer(1)
+        if is_length != is_angle:
+            factor = length if is_length else degree
+        if names_in(constant.text) & set(constants):
+            derived[symbol] = exact(constant.text, meanings, description.angle_unit) * factor
+        else:
+            given[symbol] = float(np.float64(constant.value) * float(factor))
+        meanings[name] = symbol / factor
+    names = Names(
+        tuple(variables.values()), (), {}, meanings, description.angle_unit, length_unit=length
+    )
+    return Table(
+        convention=description.convention,
+        rows=tuple(_row(row, description.convention, names) for row in description.links),
+        base=_pose(description.base.motion, names),
+        tool=_pose(description.tool.motion, names),
+        variables=names.variables,
+        joint_types=tuple(joint.type for joint in joints),
+        constants=tuple(constants.values()),
+        given=given,
+        derived=derived,
+        passive=len(variables) - len(description.joints),
+    )

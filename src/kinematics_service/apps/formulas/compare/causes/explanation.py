@@ -1,0 +1,318 @@
+"""
+Which of the tested causes explain which wrong entries.
+
+A cause counts only where it makes the whole difference vanish at all poses: nothing is guessed.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
+
+from .....robot.file.parts.convention_table import QUANTITIES
+from ..arm.numbers import Floats, size_of
+from ..arm.quantities import expression_of
+from ..arm.table import general_row, row_matrix
+from ..statements.checks import Check, Mask, QuantityCheck
+from ..statements.solutions import SolutionCheck
+from .causes import CAUSES
+from .edits import EDITS, EXTRA, LONGEST_EDITED, SOLUTION_EDITS, replaced
+from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
+
+MOST_ALTERNATIVES = 3
+MOST_MISSING_TERMS = 12
+# A whole-matrix cause that leaves this share of the entries wrong is still taken as the first of
+# two mistakes.
+LEFT_OVER = 0.34
+
+DROPPED = 'dropped term or factor'
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """
+    A cause that makes differences vanish.
+
+    Parameters
+    ----------
+    cause
+        Its name in the table.
+    sentence
+        What is wrong.
+    entries
+        The wrong entries it explains, (row, column) from 0.
+    also
+        Other causes that explain the same entries just as well.
+    """
+
+    cause: str
+    sentence: str
+    entries: tuple[tuple[int, int], ...]
+    also: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Explained:
+    """Explanations of a wrong formula, and every cause that was tried."""
+
+    explanations: tuple[Explanation, ...]
+    tried: tuple[str, ...]
+
+
+def explain(check: Check) -> Explained:
+    """Return the tested causes of a check that failed."""
+    tried: list[str] = []
+    if not isinstance(check, QuantityCheck):
+        found = [] if check.wrong.shape != (1, 1) else _repaired(check, check.right, 0, 0, tried)
+        return Explained(tuple(_grouped(found)[:1]), tuple(tried))
+    explanations = _of_matrix(check, check.right, tried)
+    return Explained(tuple(explanations), tuple(dict.fromkeys(tried)))
+
+
+def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Explanation]:
+    wrong = ~check.agrees(check.person, right)
+    whole: list[tuple[str, Variant]] = []
+    candidates: list[_Candidate] = []
+    for cause in CAUSES:
+        if check.quantity.kind not in cause.kinds or (cause.many and check.is_one_configuration):
+            continue
+        tried.append(cause.name)
+        for variant in cause.variants(check):
+            if variant.values.shape == right.shape:
+                whole += [(cause.name, variant)] if WHOLE in cause.scopes else []
+                candidates += _candidates(check, cause, variant, wrong)
+    first = _best_whole(check, wrong, whole) if not _complete(candidates, wrong) else None
+    if first is not None:
+        name, variant = first
+        left = ~check.agrees(check.person, variant.values)
+        entries = _entries(wrong & ~left)
+        explanation = Explanation(name, variant.sentence, entries)
+        rest = _entry_by_entry(check, variant.values, left, tried)
+        return _few([explanation, *rest], int(wrong.sum()))
+    chosen = _cover(candidates, wrong, check.is_one_configuration)
+    left = wrong.copy()
+    for explanation in chosen:
+        for i, j in explanation.entries:
+            left[i, j] = False
+    return _few([*chosen, *_entry_by_entry(check, right, left, tried)], int(wrong.sum()))
+
+
+def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
+    # A patch for every entry is no explanation.
+    return found if len(found) <= max(2, wrong // 3) else []
+
+
+@dataclass(frozen=True, eq=False)
+class _Candidate:
+    cause: str
+    place: str
+    variant: Variant
+    mask: Mask
+
+
+def _candidates(
+    check: QuantityCheck, cause: Cause, variant: Variant, wrong: Mask
+) -> Iterator[_Candidate]:
+    agreed = check.agrees(check.person, variant.values)
+    for scope in cause.scopes:
+        for place, mask in _masks(scope, check):
+            if variant.columns and scope == COLUMN and not mask[:, variant.columns].any():
+                continue
+            if (mask & wrong).any() and agreed[mask].all():
+                yield _Candidate(cause.name, place, variant, mask & wrong)
+
+
+def _complete(candidates: list[_Candidate], wrong: Mask) -> bool:
+    return any((candidate.mask == wrong).all() for candidate in candidates)
+
+
+def _best_whole(
+    check: QuantityCheck, wrong: Mask, variants: list[tuple[str, Variant]]
+) -> tuple[str, Variant] | None:
+    # One mistake in everything and a second one in a few entries.
+    best, least = None, int(LEFT_OVER * wrong.sum())
+    for name, variant in variants:
+        left = int((~check.agrees(check.person, variant.values)).sum())
+        if 0 < left <= least and wrong.sum() - left >= 2:
+            best, least = (name, variant), left - 1
+    return best
+
+
+def _masks(scope: str, check: QuantityCheck) -> Iterator[tuple[str, Mask]]:
+    # The parts of a matrix, with their names; a part that is all of it has none.
+    for name, place in _parts(scope, check):
+        mask = np.zeros(check.shape, dtype=bool)
+        mask[place] = True
+        yield '' if mask.all() else f'{name}: ', mask
+
+
+def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, Any]]:
+    rows, columns = check.shape
+    if scope == WHOLE:
+        yield '', np.s_[:]
+    elif scope == BLOCK:
+        if check.quantity.kind == 'jacobian' and rows == 6:
+            names = ('angular', 'linear') if check.reading.angular_first else ('linear', 'angular')
+            yield f'{names[0]} rows', np.s_[:3]
+            yield f'{names[1]} rows', np.s_[3:]
+        elif rows in (3, 4) and columns == 4:
+            yield 'rotation', np.s_[:3, :3]
+            yield 'position', np.s_[:3, 3]
+    elif scope == COLUMN:
+        yield from ((f'column {j + 1}', np.s_[:, j]) for j in range(columns))
+    elif scope == ROW and rows > 1:
+        yield from ((f'row {i + 1}', np.s_[i]) for i in range(rows))
+    elif scope == ENTRY:
+        for i, j in np.ndindex(rows, columns):
+            yield f'({i + 1},{j + 1})', np.s_[i, j]
+
+
+def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explanation]:
+    # The fewest causes: always the one that explains most of what is left; then table order.
+    left = wrong.copy()
+    chosen: list[Explanation] = []
+    while left.any() and candidates:
+        counts = [int((candidate.mask & left).sum()) for candidate in candidates]
+        if max(counts) == 0:
+            break
+        best = candidates[counts.index(max(counts))]
+        sentence = best.variant.sentence
+        also = {
+            rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
+            for rival in reversed(candidates)  # the largest scope is said
+            if rival.variant.sentence != sentence
+            and (rival.mask == best.mask).all()
+            and (one or rival.cause != best.cause)
+        }
+        alternatives = tuple(reversed(also.values()))[:MOST_ALTERNATIVES]
+        entries = _entries(best.mask & left)
+        chosen.append(Explanation(best.cause, f'{best.place}{sentence}', entries, alternatives))
+        left &= ~best.mask
+    return chosen
+
+
+def _entries(mask: Mask) -> tuple[tuple[int, int], ...]:
+    return tuple((int(i), int(j)) for i, j in np.argwhere(mask))
+
+
+def _entry_by_entry(
+    check: QuantityCheck, right: Floats, left: Mask, tried: list[str]
+) -> list[Explanation]:
+    found: list[Explanation] = []
+    for i, j in _entries(left):
+        terms = _missing_terms(check, right, i, j, tried)
+        found += terms or _repaired(check, right, i, j, tried)
+    return _grouped(found)
+
+
+def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> list[Explanation]:
+    expression = check.expressions[i, j]
+    table = check.names.table
+    size = size_of(expression)
+    if size > LONGEST_EDITED or (not expression.free_symbols and expression.is_Rational):
+        return []
+    symbols = (*table.variables, *table.constants)
+    if isinstance(check, QuantityCheck) and check.quantity.kind == 'general':
+        symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
+    if isinstance(check, SolutionCheck):
+        # The joint itself would explain every formula of it.
+        symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
+    known = sorted(expression.free_symbols - set(symbols), key=str)
+    kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
+    found: dict[str, str] = {}  # by sentence: kinds of edits may come to the same one
+    for kind in kinds:
+        tried.append(kind.name)
+        for edit in kind.edits(expression, (*symbols, *known)):
+            values = check.evaluation.with_part(expression, edit.path, edit.part)
+            if not check.passes(values, right[:, i, j]):
+                continue
+            # What makes all of it vanish tells that 0 belongs there, and no cause beside it.
+            may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
+            if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
+                continue
+            found.setdefault(edit.sentence, kind.name)
+            break
+        if len(found) > MOST_ALTERNATIVES:
+            break
+    if not found:
+        return []
+    sentence, *others = found
+    return [Explanation(found[sentence], sentence, ((i, j),), tuple(others))]
+
+
+def _missing_terms(
+    check: QuantityCheck, values: Floats, i: int, j: int, tried: list[str]
+) -> list[Explanation]:
+    # Terms and factors of the right entry that the person's lacks.
+    tried.append(DROPPED)
+    if check.is_one_configuration:
+        if check.expressions[i, j] != 0 or check.right[0, i, j] == 0:
+            return []
+        sentence = f'left out: 0 stands where {check.right[0, i, j]:.6g} belongs'
+        return [Explanation(DROPPED, sentence, ((i, j),))]
+    exact = right_entry(check, i, j) if values is check.right else None
+    terms = check.names.table.constants
+    if exact is not None:
+        if size_of(exact) > LONGEST_EDITED:
+            return []
+        terms = sp.Add.make_args(sp.expand(exact))
+    if len(terms) > MOST_MISSING_TERMS:
+        return []
+    missing = values[:, i, j] - check.person[:, i, j]
+    for size in (1, 2, 3):
+        for chosen in combinations(terms, size):
+            if size == len(terms) and check.expressions[i, j] != 0:
+                continue
+            if check.agrees(check.world.evaluation.of(sp.Add(*chosen)), missing):
+                text = ' + '.join(str(term) for term in chosen)
+                plural = 'terms are' if size > 1 else 'the term is'
+                return [Explanation(DROPPED, f'{plural} dropped: {text}', ((i, j),))]
+    return _missing_factor(check, terms, values, i, j)
+
+
+def _missing_factor(
+    check: QuantityCheck, terms: Sequence[Any], values: Floats, i: int, j: int
+) -> list[Explanation]:
+    if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
+        return []  # a factor 0 would explain every entry that stands where 0 belongs
+    factors = {f for term in terms for f in sp.Mul.make_args(term)}
+    for factor in sorted(factors, key=str):
+        value = check.world.evaluation.of(factor) * check.person[:, i, j]
+        if check.agrees(value, values[:, i, j]):
+            return [Explanation(DROPPED, f'the factor {factor} is dropped', ((i, j),))]
+    return []
+
+
+def right_entry(check: QuantityCheck, i: int, j: int) -> Any:
+    """Return the right expression of an entry, or None where there is none."""
+    if check.quantity.kind == 'numeric':
+        return None
+    if check.quantity.kind == 'general':
+        return row_matrix(general_row(check.names.table))[i, j]
+    matrix = expression_of(check.quantity, check.names.arm, check.reading)
+    if matrix is None:
+        return None
+    if check.quantity.kind == 'jacobian' and check.quantity.part == 'all':
+        i = check.jacobian_rows[i]
+    if matrix.shape == (3, 1) and check.shape == (1, 3):
+        i, j = j, i
+    if i >= matrix.rows or j >= matrix.cols:
+        return None
+    return matrix[i, j].subs(check.names.table.derived)
+
+
+def _grouped(found: list[Explanation]) -> list[Explanation]:
+    # The same slip in several entries is said once.
+    groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
+    also: dict[tuple[str, str], tuple[str, ...]] = {}
+    for explanation in found:
+        key = (explanation.cause, explanation.sentence)
+        groups.setdefault(key, []).extend(explanation.entries)
+        also.setdefault(key, explanation.also)
+    return [
+        Explanation(cause, sentence, tuple(entries), also[cause, sentence])
+        for (cause, sentence), entries in groups.items()
+    ]

@@ -1,0 +1,261 @@
+"""
+The robot as a mistaken reading of its table has it: other convention, other zero, other row.
+
+Each is the table with something exchanged; its value is computed like the right one.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations, permutations
+from typing import Any
+
+import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
+
+from .....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
+from ..arm.numbers import DEGREE, Floats
+from ..arm.table import EYE, Table, TableRow
+from ..arm.world import World
+from ..statements.checks import QuantityCheck
+from .variant import Variant
+
+TURNS = ((sp.pi / 2, '+ 90 deg'), (-sp.pi / 2, '- 90 deg'), (sp.pi, '+ 180 deg'))
+ZERO = sp.Integer(0)
+
+
+def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
+    world = World(table, check.poses.values, check.poses.count)
+    return Variant(sentence, check.right_of(world))
+
+
+def _by_joints(check: QuantityCheck, changes: dict[Any, Any], sentence: str) -> Variant:
+    # The table with other expressions in place of its joint variables.
+    rows = tuple(
+        row
+        if row.symbols.isdisjoint(changes)
+        else replace(
+            row.with_quantities({name: row[name].xreplace(changes) for name in MOVING}),
+            argument=row.argument.xreplace(changes),
+        )
+        for row in check.names.table.rows
+    )
+    return _at(check, replace(check.names.table, rows=rows), sentence)
+
+
+def other_convention(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield the same numbers read as rows of another convention with the same quantities."""
+    table = check.names.table
+    for other in CONVENTIONS[table.convention].others:
+        if check.quantity.kind == 'general':
+            general = replace(table, convention=other.name)
+            changed = replace(check, names=type(check.names)(general))
+            yield Variant(
+                f'the row is {_whose(other)}, the robot file is {table_name(check)}', changed.right
+            )
+            continue
+        rows = tuple(replace(row, convention=other.name) for row in table.rows)
+        sentence = (
+            f'the table was read as {_whose(other)} DH, the robot file is {table_name(check)}'
+        )
+        yield _at(check, replace(table, rows=rows), sentence)
+
+
+def table_name(check: QuantityCheck) -> str:
+    """Return the name of the robot file's convention."""
+    convention = CONVENTIONS[check.names.table.convention]
+    return _whose(convention) if convention.product else convention.name
+
+
+def _whose(convention: Convention) -> str:
+    return f"{convention.name} ({convention.author}'s)" if convention.author else convention.name
+
+
+def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield joints counted from another zero."""
+    for variable in _turning(check):
+        for turn, text in TURNS:
+            sentence = f'{variable} is counted from another zero: {variable} {text} stands for it'
+            yield _by_joints(check, {variable: variable + turn}, sentence)
+
+
+def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield joint angles that were taken for degrees, all of them or one."""
+    turning = _turning(check)
+    for chosen in (turning, *([variable] for variable in turning if len(turning) > 1)):
+        changes = {variable: check.poses.values[variable] * DEGREE for variable in chosen}
+        names = ', '.join(map(str, chosen))
+        yield _with_values(check, changes, f'{names} taken for degrees: it is in radians')
+
+
+def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield sines and cosines exchanged, of one joint or of all sums of joints."""
+    turning = _turning(check)
+    for variable in turning:
+        # sin(pi/2 - q) = cos(q): the formula of each entry with the two exchanged.
+        changes = {variable: np.pi / 2 - check.poses.values[variable]}
+        sentence = f'sin({variable}) and cos({variable}) are exchanged'
+        yield _with_values(check, changes, sentence)
+    # sin(q1 + q2) = cos(pi/2 - q1 - q2).
+    for first in turning if len(turning) > 1 else ():
+        changes = {variable: -check.poses.values[variable] for variable in turning}
+        changes[first] = changes[first] + np.pi / 2
+        yield _with_values(check, changes, f'sines and cosines of sums with {first} are exchanged')
+
+
+def _turning(check: QuantityCheck) -> list[Any]:
+    table = check.names.table
+    return [v for v, slides in zip(table.variables, table.slides) if not slides]
+
+
+def _with_values(check: QuantityCheck, changes: dict[Any, Floats], sentence: str) -> Variant:
+    values = {**check.poses.values, **changes}
+    world = World(check.names.table, values, check.poses.count)
+    return Variant(sentence, check.right_of(world))
+
+
+def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield joints turned the other way."""
+    for variable in check.names.table.variables:
+        sentence = f'{variable} is counted in the other direction'
+        yield _by_joints(check, {variable: -variable}, sentence)
+
+
+def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield pairs of joints that were exchanged."""
+    for one, other in combinations(check.names.table.variables, 2):
+        sentence = f'{one} and {other} are exchanged'
+        yield _by_joints(check, {one: other, other: one}, sentence)
+
+
+def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield angles counted from the link before instead of from a fixed line, or the reverse."""
+    for one, other in permutations(_turning(check), 2):
+        for value, text in ((one + other, f'{one} + {other}'), (one - other, f'{one} - {other}')):
+            yield _by_joints(check, {one: value}, f'{text} stands where {one} belongs')
+
+
+def one_row(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield tables with one quantity of one row changed."""
+    table = check.names.table
+    for i, row in enumerate(table.rows):
+        where = f'row {i + 1}'
+
+        def with_(*, i: int = i, row: TableRow = row, **changes: Any) -> Table:
+            return table.with_row(i, row.with_quantities(changes))
+
+        angles, lengths = _fixed_angles_and_lengths(row)
+        for name in angles:
+            if row[name] not in (0, sp.pi):
+                sentence = f'{name} of {where} has the wrong sign'
+                yield _at(check, with_(**{name: -row[name]}), sentence)
+                yield _at(check, with_(**{name: ZERO}), f'{name} of {where} taken for 0')
+        for name in lengths:
+            if row[name] != 0:
+                sentence = f'{name} of {where} ({row[name]}) is left out'
+                yield _at(check, with_(**{name: ZERO}), sentence)
+                sentence = f'{name} of {where} ({row[name]}) has the wrong sign'
+                yield _at(check, with_(**{name: -row[name]}), sentence)
+        for one, other in combinations(lengths, 2):
+            if row[one] != row[other]:
+                exchanged = with_(**{one: row[other], other: row[one]})
+                yield _at(check, exchanged, f'{one} and {other} of {where} are exchanged')
+
+
+def _fixed_angles_and_lengths(row: TableRow) -> tuple[list[str], list[str]]:
+    # All but theta, in the order of the alphabet.
+    axes = sorted((name, axis) for axis, name in row.order.motions if name != 'theta')
+    angles = [name for name, axis in axes if axis[0] == 'R']
+    return angles, [name for name, axis in axes if axis[0] == 'T']
+
+
+def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield tables without one of their rows."""
+    table = check.names.table
+    for i, row in enumerate(table.rows):
+        still = TableRow(row.convention, tuple((name, ZERO) for name, _ in row.quantities))
+        yield _at(check, table.with_row(i, still), f'row {i + 1} is left out')
+
+
+def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield tables in which one column has slipped by a row, from some row on."""
+    table = check.names.table
+    convention = CONVENTIONS[table.convention]
+    joint = [name for _, name in convention.joint_motions]
+    for name in (*joint, *(name for name in convention.quantities if name not in joint)):
+        column = [row[name] for row in table.rows]
+        for first in reversed(range(len(column) - 1)):
+            up = [*column[:first], *column[first + 1 :], ZERO]
+            down = [*column[:first], ZERO, *column[first:-1]]
+            for shifted, way in ((up, 'up'), (down, 'down')):
+                if shifted != column:
+                    rows = tuple(
+                        row.with_quantities({name: value})
+                        for row, value in zip(table.rows, shifted)
+                    )
+                    sentence = (
+                        f'the {name} column of the table has slipped {way} by one row, from row '
+                        f'{first + 1} on'
+                    )
+                    yield _at(check, replace(table, rows=rows), sentence)
+
+
+def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield shape rows whose output matrix was multiplied as it is, not inverted."""
+    table = check.names.table
+    shaped = [i for i, row in enumerate(table.rows) if row.outer != EYE]
+    for chosen in [*([i] for i in shaped), shaped]:
+        changed = table
+        for i in chosen:
+            inverse = sp.ImmutableDenseMatrix(table.rows[i].outer.inv())
+            changed = changed.with_row(i, replace(changed.rows[i], outer=inverse))
+        if chosen:
+            rows = ', '.join(str(i + 1) for i in chosen)
+            sentence = (
+                f'the output matrix of row {rows} is not inverted: in * joint * out instead of '
+                'in * joint * inverse(out)'
+            )
+            yield _at(check, changed, sentence)
+
+
+def missing_length(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield arms with one length, or one sliding joint, at 0."""
+    table, values = check.names.table, check.poses.values
+    sliding = [variable for variable, slides in zip(table.variables, table.slides) if slides]
+    general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
+    for symbol in (*table.constants, *sliding, *general):
+        if np.any(values[symbol] != 0.0):
+            changes = {symbol: np.zeros(check.poses.count)}
+            yield _with_values(check, changes, f'{symbol} is missing, as if it were 0')
+
+
+def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield arms with two lengths exchanged, or one in the place of another."""
+    values = check.poses.values
+    for one, other in combinations(check.names.table.constants, 2):
+        versions = (
+            ({one: other, other: one}, f'{one} and {other} are exchanged'),
+            ({one: other}, f'{other} stands where {one} belongs'),
+            ({other: one}, f'{one} stands where {other} belongs'),
+        )
+        for places, sentence in versions:
+            changes = {to: values[source] for to, source in places.items()}
+            yield _with_values(check, changes, sentence)
+
+
+def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
+    """
+    Yield the configuration of the `at` line with one joint elsewhere, or read in other units.
+    """
+    values, turning = check.poses.values, _turning(check)
+    given = [s for s in check.names.table.variables if s.name in check.poses.chosen]
+    if not given:
+        return
+    read = {symbol: np.radians(values[symbol]) for symbol in given if symbol in turning}
+    yield _with_values(check, read, "the 'at' line is in degrees, not in radians")
+    for symbol in given:
+        for degrees in (0, 90, -90, 180):
+            if symbol in turning and abs(values[symbol][0] - np.radians(degrees)) > 1e-9:
+                here = f'{np.degrees(values[symbol][0]):g} deg'
+                sentence = f'right for {symbol} = {degrees} deg, not for {symbol} = {here}'
+                changes = {symbol: np.full(check.poses.count, np.radians(degrees))}
+                yield _with_values(check, changes, sentence)

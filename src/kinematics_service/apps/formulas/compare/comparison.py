@@ -1,0 +1,412 @@
+"""A file of formulas against a robot: what agrees, what differs, where, and why."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
+
+from ....errors import FormulaError
+from ....robot.robot import Robot
+from .arm.numbers import Floats
+from .arm.quantities import ACCEPTED
+from .arm.symbols import shown
+from .arm.table import table_of
+from .causes.explanation import Explained, Explanation, explain, right_entry
+from .causes.slips import another_quantity
+from .statements.checks import ROUND_OFF, Check, QuantityCheck
+from .statements.claims import judge_claims
+from .statements.names import FormulaNames
+from .statements.poses import Poses, poses_for
+from .statements.solutions import (
+    BRANCH,
+    MOST_POSES,
+    EquationCheck,
+    PassiveJointCheck,
+    SolutionCheck,
+)
+from .statements.statements import Statement, Understood, understand
+from .text.file import Settings, read_formulas
+
+AGREES, DIFFERS = 'agrees', 'differs'
+BRANCH_POSES = 200
+# A pose or two of them lose more digits near the end of acos.
+ALL_POSES = 0.99
+
+
+@dataclass(frozen=True)
+class WrongEntry:
+    """
+    An entry that differs.
+
+    Parameters
+    ----------
+    row, column
+        From 0.
+    yours, right
+        Expressions or numbers; right is empty where it is too long to print.
+    difference
+        The largest, over the poses.
+    """
+
+    row: int
+    column: int
+    yours: str
+    right: str
+    difference: float
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """
+    What is true of one formula.
+
+    Parameters
+    ----------
+    status
+        `agrees` or `differs`.
+    entries
+        The wrong ones.
+    causes
+        Tested causes, the most telling first.
+    unexplained
+        How many wrong entries no cause explains.
+    tried
+        Every cause that was tested.
+    remarks
+        Facts beside the comparison: a determinant of -1, a structural singularity, a branch.
+    shape
+        Rows and columns of the formula.
+    """
+
+    name: str
+    line: int
+    status: str
+    shape: tuple[int, int]
+    entries: tuple[WrongEntry, ...] = ()
+    causes: tuple[Explanation, ...] = ()
+    unexplained: int = 0
+    tried: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+    labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """
+    Verdicts on a file, in its order, or what could not be read.
+
+    Parameters
+    ----------
+    poses
+        Number of random poses.
+    randomised
+        Constants that got random values somewhere.
+    passed_over
+        Definitions that no formula uses.
+    """
+
+    robot: Robot
+    verdicts: tuple[Verdict, ...]
+    faults: tuple[FormulaError, ...]
+    poses: int
+    randomised: tuple[str, ...]
+    passed_over: tuple[FormulaError, ...] = ()
+
+    @property
+    def agrees(self) -> bool:
+        """Return whether every formula is right."""
+        return all(verdict.status == AGREES for verdict in self.verdicts)
+
+
+def compare(robot: Robot, text: str) -> Comparison:
+    """
+    Return the comparison of a text of formulas with a robot.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    text
+        Formulas in plain, sympy, MATLAB or LaTeX syntax. Of an arm with closed loops they are of
+        joints and of passive joints, and compared where the loops close.
+    """
+    names = FormulaNames(table_of(robot.description))
+    understood = understand(read_formulas(text), names)
+    verdicts: list[Verdict] = []
+    solutions: list[SolutionCheck] = []
+    faults = list(understood.faults)
+    randomised: dict[str, None] = {}
+    count = 0
+    for statement in understood.statements:
+        if statement.kind == 'claim':
+            continue
+        try:
+            check = _check(robot, names, statement, understood)
+            count = max(count, check.poses.count)
+            randomised.update(dict.fromkeys(check.poses.randomised))
+            verdicts.append(_verdict(check))
+            if isinstance(check, SolutionCheck):
+                solutions.append(check)
+        except FormulaError as fault:
+            faults.append(_located(fault, statement))
+        except RecursionError:
+            message = f'{statement.name}: the formula is nested too deep'
+            faults.append(FormulaError(message, statement.line, 1))
+    verdicts = _with_the_others(verdicts, solutions)
+    claims = [statement for statement in understood.statements if statement.kind == 'claim']
+    if claims and names.table.passive:
+        message = 'families of singular poses are not compared where loops bend the arm'
+        faults.append(FormulaError(message, claims[0].line, 1))
+    if claims and not faults:
+        verdicts += [
+            Verdict(one.name, one.line, (DIFFERS, AGREES)[one.holds], (1, 1), remarks=one.remarks)
+            for one in judge_claims(robot, names, claims)
+        ]
+    if not understood.statements and not faults:
+        none = FormulaError("no formula in the file: write 'J = [...]', 'T = [...]'", 1, 1)
+        faults += [
+            FormulaError(f'{one.message}; known are {ACCEPTED}', one.line, one.column)
+            for one in understood.passed_over
+        ] or [none]
+    verdicts.sort(key=lambda verdict: verdict.line)
+    faults.sort(key=lambda fault: (fault.line, fault.column))
+    return Comparison(
+        robot, tuple(verdicts), tuple(faults), count, tuple(randomised), understood.passed_over
+    )
+
+
+def _located(fault: FormulaError, statement: Statement) -> FormulaError:
+    return fault if fault.line else FormulaError(fault.message, statement.line, 1)
+
+
+def _symbols(statement: Statement) -> frozenset[Any]:
+    symbols = set(statement.value.free_symbols)
+    if statement.left is not None:
+        symbols |= statement.left.free_symbols
+    return frozenset(symbols)
+
+
+def _check(
+    robot: Robot, names: FormulaNames, statement: Statement, understood: Understood
+) -> Check:
+    symbols, settings = _symbols(statement), statement.settings
+
+    def poses(count: int, symbols: frozenset[Any] = symbols) -> Poses:
+        return poses_for(robot, names, settings, symbols, understood.fixed, count)
+
+    if statement.kind == 'quantity':
+        readings = QuantityCheck(robot, names, statement, poses(8)).readings
+        return next((c for c in readings if c.fits and not c.wrong.any()), readings[0])
+    if statement.kind == 'equation':
+        return EquationCheck(robot, names, statement, poses(8))
+    if names.table.passive:
+        if statement.joint < names.table.joints:
+            raise FormulaError(
+                f'{statement.name}: an inverse is not compared where loops bend the arm; of '
+                'passive joints formulas are',
+                statement.line,
+                1,
+            )
+        return PassiveJointCheck(robot, names, statement, poses(8))
+    others = tuple(
+        s
+        for s in understood.statements
+        if s.kind == 'solution' and s.settings == statement.settings
+    )
+    together = frozenset().union(*map(_symbols, others))
+    return SolutionCheck(robot, names, statement, poses(BRANCH_POSES, together), others)
+
+
+def _verdict(check: Check) -> Verdict:
+    statement = check.statement
+    base = Verdict(statement.name, statement.line, AGREES, check.shape)
+    if isinstance(check, QuantityCheck):
+        if np.isnan(check.right).any():
+            task = ' '.join(check.robot.singularity.task.rows)
+            raise FormulaError(
+                f'{statement.name}: the Jacobian of the task ({task}) has '
+                f'{check.names.table.joints} columns: it has no determinant',
+                statement.line,
+                1,
+            )
+        if not check.fits:
+            return _misshapen(check, base)
+        base = replace(
+            base, remarks=(*check.reading_in_words, *_facts(check)), labels=check.labels
+        )
+    if isinstance(check, SolutionCheck):
+        base = replace(base, remarks=tuple(_branch(check)))
+    if not check.wrong.any():
+        return replace(base, remarks=base.remarks + _rounded(check))
+    # Causes are tested on the table alone, which loops do not leave as it is.
+    explained = Explained((), ()) if check.names.table.passive else explain(check)
+    entries = tuple(_wrong_entry(check, int(i), int(j)) for i, j in np.argwhere(check.wrong))
+    found = {entry for cause in explained.explanations for entry in cause.entries}
+    return replace(
+        base,
+        status=DIFFERS,
+        entries=entries,
+        causes=explained.explanations,
+        unexplained=len(entries) - len(found),
+        tried=explained.tried,
+    )
+
+
+def _rounded(check: Check) -> tuple[str, ...]:
+    # Printed numbers are compared to their last digit, and that is said.
+    if not check.statement.decimals and not check.statement.half_units:
+        return ()
+    worst = float(np.max(check.gap(check.person, check.right)))
+    if worst <= ROUND_OFF:
+        return ()
+    places = check.statement.decimals
+    if not places:
+        return (f'to the decimals given; the largest difference is {worst:.2g}',)
+    return (f'to the {places} decimals given; the largest difference is {worst:.2g}',)
+
+
+def _misshapen(check: QuantityCheck, base: Verdict) -> Verdict:
+    rows, columns = check.right.shape[1:]
+    name, (had, wide) = check.statement.name, check.shape
+    remarks = [f'{name} is {rows} x {columns}, not {had} x {wide}']
+    table = check.names.table
+    if check.quantity.kind == 'jacobian' and had in (rows, 3) and 1 < wide < columns:
+        right = check.right if had == rows else check.right[:, :3]
+        missing = [
+            str(table.variables[k])
+            for k in range(columns)
+            if not any(
+                check.agrees(check.person[:, :, j], right[:, :, k]).all() for j in range(wide)
+            )
+        ]
+        remarks.append(f'columns that are not there: those of {", ".join(missing)}')
+    if had == rows and columns == 1:
+        remarks += [
+            f'its column {j + 1} is right'
+            for j in range(wide)
+            if check.agrees(check.person[:, :, j], check.right[:, :, 0]).all()
+        ]
+    for variant in () if table.passive else another_quantity(check):
+        if check.agrees(check.person, variant.values).all():
+            remarks.append(variant.sentence)
+            break
+    return replace(base, status=DIFFERS, remarks=tuple(remarks), tried=('another quantity',))
+
+
+def _wrong_entry(check: Check, i: int, j: int) -> WrongEntry:
+    yours = check.person[:, i, j]
+    right = check.right[:, i, j]
+    gap = check.gap(yours, right)
+    worst = float(np.max(np.abs(yours - right))) if np.isfinite(gap).all() else np.inf
+    expression = check.expressions[i, j]
+    text = shown(expression) or f'{yours[0]:.6g} at pose 1'
+    proper = ''
+    fixed = check.is_one_configuration or not np.ptp(right)
+    whole = not check.names.table.passive and not check.is_one_configuration
+    if isinstance(check, QuantityCheck) and whole:
+        entry = right_entry(check, i, j)
+        proper = '' if entry is None else shown(entry)
+    if not proper and not isinstance(check, SolutionCheck):
+        value = right[0] if abs(right[0]) > 1e-12 else 0.0
+        proper = f'{value:.6g}' + ('' if fixed else ' at pose 1')
+        if expression.free_symbols:
+            text += f' ({yours[0]:.6g} at pose 1)'
+    return WrongEntry(i, j, text, proper, worst)
+
+
+def _facts(check: QuantityCheck) -> list[str]:
+    facts: list[str] = []
+    person, kind = check.person, check.quantity.kind
+    if kind in ('tool', 'pose', 'row', 'rotation', 'general') and person.shape[1] >= 3:
+        facts += _rotation_facts(person[:, :3, :3])
+    if kind == 'det' and check.robot.singularity.task.structurally_deficient:
+        facts.append(_structural(check.robot))
+    return facts
+
+
+def _structural(robot: Robot) -> str:
+    rank, full = (
+        robot.singularity.task.generic_rank,
+        min(len(robot.singularity.task.rows), robot.dof),
+    )
+    joints = ', '.join(robot.singularity.task.dependent_joints)
+    because = f': the motions of {joints} cancel' if joints else ''
+    return (
+        f'the determinant is 0 at every pose, not only here: the rank is at most {rank} of {full}'
+        f'{because}. A structural property, no singular configuration'
+    )
+
+
+def _rotation_facts(R: Floats) -> list[str]:
+    if R.shape[1:] != (3, 3):
+        return []
+    with np.errstate(all='ignore'):
+        determinants = np.linalg.det(R)
+        off = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max()
+    if not np.isfinite(off):
+        return []
+    if np.allclose(determinants, -1.0, atol=1e-6) and off < 1e-3:
+        return ['not a rotation: its determinant is -1, a mirror image']
+    if off > 1e-3:
+        low, high = determinants.min(), determinants.max()
+        value = f'{low + 0.0:.4g}' if high - low < 1e-6 else f'{low:.4g} to {high:.4g}'
+        return [f'not a rotation: its columns are not orthogonal unit vectors, det {value}']
+    return []
+
+
+def _branch(check: SolutionCheck) -> list[str]:
+    share, solved = check.share, check.solved
+    if share >= 1.0:
+        return []
+    if bool(check.wrong.any()):
+        slides = any(check.names.table.slides)
+        if slides and share + (1.0 - share) * check.branches(None) >= MOST_POSES:
+            return ['gives another branch, with a length outside its limits']
+        if solved < BRANCH:
+            return []
+        arctangent = check.expressions.has(sp.atan)
+        why = '; atan cannot tell the quadrants apart, atan2 can' if arctangent else ''
+        return [f'right, or another branch, at {solved:.0%} of the poses only{why}']
+    beside = f'; no solution at {1.0 - solved:.0%}' if solved < ALL_POSES else ''
+    if share < BRANCH:
+        return [
+            'gives another branch: with other values of the other joints the tool is there too'
+            + beside
+        ]
+    hit = f'gives one of several solutions: the joint itself at {share:.0%} of the poses'
+    if check.together == 1.0:
+        return [f"{hit}; with the file's other formulas the tool always reaches its place"]
+    return [hit + beside]
+
+
+def _with_the_others(
+    verdicts: Sequence[Verdict], checks: Sequence[SolutionCheck]
+) -> list[Verdict]:
+    # Formulas that are right one by one may belong to different solutions.
+    right = {verdict.line for verdict in verdicts if verdict.status == AGREES}
+    groups: dict[Settings, list[SolutionCheck]] = {}
+    for check in checks:
+        if check.statement.line in right:
+            groups.setdefault(check.statement.settings, []).append(check)
+    apart: dict[int, str] = {}
+    for group in groups.values():
+        first = replace(group[0], others=tuple(check.statement for check in group))
+        if all(check.share == 1.0 for check in group) or first.together is None:
+            continue
+        if first.together >= MOST_POSES:
+            continue
+        names = ', '.join(dict.fromkeys(check.statement.name for check in group))
+        times = f'at {first.together:.0%} of the poses only' if first.together else 'at no pose'
+        said = (
+            f'right alone, but together the formulas of {names} bring the tool to its place '
+            f'{times}: they belong to different solutions'
+        )
+        apart |= {check.statement.line: said for check in group if check.share < 1.0}
+    return [
+        replace(verdict, status=DIFFERS, remarks=(apart[verdict.line],), tried=('another branch',))
+        if verdict.line in apart
+        else verdict
+        for verdict in verdicts
+    ]

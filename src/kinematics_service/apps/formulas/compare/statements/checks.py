@@ -1,0 +1,286 @@
+"""
+Whether a formula is right: the check of a matrix, a vector or a determinant.
+
+Every check can say what is left of the difference when an entry of the formula is replaced, which
+is how likely causes are tested.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .....robot.robot import Robot
+from ..arm.numbers import DEGREE, Evaluation, Floats
+from ..arm.quantities import ANGLES, ROWS, Quantity, value_of
+from ..arm.table import Table, general_row
+from ..arm.world import World
+from ..text.file import Settings
+from .names import ANGLE_IN_PLANE, FormulaNames
+from .poses import Poses
+from .statements import Statement
+
+Mask = npt.NDArray[np.bool_]
+
+# Round-off of formulas with some hundred operations, relative to the larger of both values and 1.
+ROUND_OFF = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Check(ABC):
+    """A statement at its poses."""
+
+    robot: Robot
+    names: FormulaNames
+    statement: Statement
+    poses: Poses
+
+    @property
+    def expressions(self) -> Any:
+        """Return the person's matrix."""
+        return self.statement.value
+
+    @property
+    def reading(self) -> Settings:
+        """Return how the person counts frames and orders rows."""
+        return self.statement.settings
+
+    @cached_property
+    def world(self) -> World:
+        """Return the robot as it is, at the poses."""
+        poses = self.poses
+        return World(self.names.table, poses.values, poses.count, poses.coupling)
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """Return what the person's expressions are evaluated with."""
+        values: Mapping[Any, Floats] = self.poses.values
+        degrees = self.statement.settings.degrees
+        if degrees:
+            table = self.names.table
+            values = {
+                **values,
+                **{
+                    symbol: values[symbol] / DEGREE
+                    for symbol, slides in zip(
+                        (*table.variables, ANGLE_IN_PLANE), (*table.slides, False)
+                    )
+                    if not slides
+                },
+            }
+        return Evaluation(values, self.poses.count, degrees)
+
+    @cached_property
+    def person(self) -> Floats:
+        """Return the values of the person's formula, shape (N, rows, columns)."""
+        return self.evaluation.of_matrix(self.expressions)
+
+    @property
+    def tolerance(self) -> float:
+        """Return the largest difference that counts as none."""
+        decimals = self.statement.decimals
+        if not decimals:
+            return ROUND_OFF
+        return 0.5000001 * 10.0**-decimals
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return rows and columns of the person's formula."""
+        return int(self.expressions.rows), int(self.expressions.cols)
+
+    def gap(self, one: Floats, other: Floats) -> Floats:
+        """
+        Return the difference relative to the larger value and 1; infinite where one is undefined.
+        """
+        with np.errstate(all='ignore'):
+            if self.statement.decimals:
+                gap = np.abs(one - other)
+            else:
+                gap = np.abs(one - other) / (1.0 + np.maximum(np.abs(one), np.abs(other)))
+        return np.where(np.isfinite(gap), gap, np.inf)
+
+    def agrees(self, one: Floats, other: Floats) -> Mask:
+        """Return for each entry whether two sets of values are equal at all poses."""
+        result: Mask = np.all(self.gap(one, other) <= self.tolerance, axis=0)
+        return result
+
+    @property
+    @abstractmethod
+    def right(self) -> Floats:
+        """Return the right values of the formula, shape (N, rows, columns)."""
+
+    @cached_property
+    def wrong(self) -> Mask:
+        """Return which entries differ at some pose, by more than rounded numbers in them can."""
+        wrong: Mask = ~self.agrees(self.person, self.right)
+        if wrong.any() and self.statement.inexact is not None:
+            wrong &= np.any(np.abs(self.person - self.right) > self.rounding, axis=0)
+        return wrong
+
+    @cached_property
+    def rounding(self) -> Floats:
+        """
+        Return how far rounded numbers can move each entry, or its right value, (N, rows, columns).
+        """
+        moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
+        assert inexact is not None  # where there are half units
+        still = {symbol: np.zeros(self.poses.count) for symbol, _ in self.statement.half_units}
+        for symbol, half in self.statement.half_units:
+            at = {**self.evaluation.values, **still, symbol: np.full(self.poses.count, half)}
+            near = Evaluation(at, self.poses.count, self.evaluation.degrees)
+            moved += np.abs(near.of_matrix(inexact.value) - self.person)
+            if inexact.left is not None:
+                moved += np.abs(near.of(inexact.left)[:, None, None] - self.right)
+        return moved * (1.0 + 1e-6) + ROUND_OFF
+
+    @cached_property
+    def is_one_configuration(self) -> bool:
+        """Return whether all poses are one, so that many things may be equal by coincidence."""
+        given = {*self.poses.chosen, *(s.name for s in self.names.table.constants)}
+        still = not self.poses.randomised and not self.expressions.free_symbols - {
+            s for s in self.poses.values if s.name in given
+        }
+        same = float(np.ptp(self.right, axis=0).max()) < 1e-12
+        return still and same and bool(self.poses.chosen)
+
+    def passes(self, values: Floats, right: Floats) -> bool:
+        """Return whether the values (N,) of another expression are the right ones."""
+        return bool(self.agrees(values, right))
+
+
+class QuantityCheck(Check):
+    """A matrix, vector or determinant against the robot's."""
+
+    @property
+    def quantity(self) -> Quantity:
+        """Return what the formula is about."""
+        assert self.statement.quantity is not None
+        return self.statement.quantity
+
+    @cached_property
+    def right(self) -> Floats:
+        """Return the right values of the formula."""
+        return self.right_of(self.world)
+
+    def right_of(
+        self, world: World, quantity: Quantity | None = None, reading: Settings | None = None
+    ) -> Floats:
+        """Return the quantity in another world, cut to the person's shape."""
+        quantity = quantity or self.quantity
+        return self.cut(self.whole_of(world, quantity, reading or self.reading), quantity)
+
+    def whole_of(self, world: World, quantity: Quantity, reading: Settings) -> Floats:
+        """Return the quantity with all its rows."""
+        if quantity.kind == 'det':
+            return task_determinant(self.robot, world)[:, None, None]
+        if quantity.kind == 'general':
+            return _general(self.names.table, world)
+        return np.asarray(value_of(quantity, world, reading))
+
+    def cut(self, whole: Floats, quantity: Quantity) -> Floats:
+        """Return the rows the person wrote, or the whole where its shape is another one."""
+        rows, columns = self.shape
+        size = whole.shape[1:]
+        if size == (rows, columns):
+            return whole
+        if size == (3, 1) and (rows, columns) == (1, 3):
+            return np.swapaxes(whole, 1, 2)
+        if size == (3, 1) and (rows, columns) == (4, 1):
+            return np.concatenate([whole, np.ones((len(whole), 1, 1))], axis=1)
+        if size == (4, 4) and (rows, columns) in ((3, 4), (3, 3)):
+            return whole[:, :rows, :columns]
+        if quantity.kind == 'jacobian' and quantity.part == 'all' and not quantity.rows:
+            picked = self.jacobian_rows
+            if len(picked) == rows:
+                return whole[:, picked]
+            if size == (6, 1) and (rows, columns) == (1, 6):
+                return np.swapaxes(whole, 1, 2)
+        return whole
+
+    @property
+    def jacobian_rows(self) -> list[int]:
+        """Return the rows of J the person wrote: all, the task's, or the linear ones."""
+        rows, order = self.shape[0], self.row_order('all')
+        if rows == 6 or self.quantity.rows:
+            return list(range(rows))
+        task = self.robot.singularity.task.axes.tolist()
+        kept = task if rows == len(task) else [0, 1, 2]
+        return [order.index(k) for k in kept]
+
+    def row_order(self, part: str) -> list[int]:
+        """Return which of vx vy vz wx wy wz each row of J, J_v or J_w is."""
+        if part != 'all':
+            return [0, 1, 2] if part == 'v' else [3, 4, 5]
+        angular_first = self.reading.angular_first
+        if angular_first is None:
+            angular_first = self.quantity.form in ('space', 'body')
+        return [3, 4, 5, 0, 1, 2] if angular_first else list(range(6))
+
+    @cached_property
+    def readings(self) -> tuple['QuantityCheck', ...]:
+        """Return a check for each meaning of a Jacobian in textbooks, the likeliest first."""
+        quantity, form = self.quantity, self.quantity.form
+        if quantity.kind != 'jacobian' or quantity.rows or self.names.table.passive:
+            return (self,)
+        forms = tuple(ANGLES) if form == 'analytic' else (form,)
+        orders = [self.reading.angular_first]
+        if orders == [None] and form in ('space', 'body'):
+            orders = [True, False]
+        found: list[QuantityCheck] = []
+        for form, order in product(forms, orders):
+            settings = replace(self.reading, angular_first=order)
+            meant = replace(
+                self.statement, quantity=replace(quantity, form=form), settings=settings
+            )
+            check = replace(self, statement=meant)
+            found.append(check)
+            whole = check.whole_of(self.world, check.quantity, settings)
+            # Those in which a planar arm moves: x, y and the angle phi.
+            rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
+            if len(rows) == self.shape[0] < whole.shape[1]:
+                chosen = replace(check.quantity, rows=rows)
+                found.append(replace(self, statement=replace(meant, quantity=chosen)))
+        return tuple(found)
+
+    @property
+    def reading_in_words(self) -> tuple[str, ...]:
+        """Return which meaning of a Jacobian the formula has, if there are several."""
+        if self.quantity.kind != 'jacobian' or not (self.quantity.rows or self.quantity.form):
+            return ()
+        angles = [ANGLES[self.quantity.form]] if self.quantity.form in ANGLES else []
+        return (', '.join([f'rows {" ".join(self.labels)}', *angles]),)
+
+    @property
+    def fits(self) -> bool:
+        """Return whether the person's matrix has the right shape."""
+        return self.right.shape[1:] == self.shape
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Return names of the Jacobian's rows; empty for other quantities."""
+        if self.quantity.kind != 'jacobian' or not self.fits:
+            return ()
+        rows = self.quantity.rows or (
+            self.jacobian_rows if self.quantity.part == 'all' else range(self.shape[0])
+        )
+        return tuple(ROWS[self.row_order(self.quantity.part)[k]] for k in rows)
+
+
+def task_determinant(robot: Robot, world: World) -> Floats:
+    """Return det(J_t) of the task's rows in the axes of frame 0, shape (N,); NaN if not square."""
+    R_t = np.swapaxes(world.base[:, :3, :3], 1, 2)
+    v, w = R_t @ world.jacobian[:, :3], R_t @ world.jacobian[:, 3:]
+    J_t = np.concatenate([v, w], axis=1)[:, robot.singularity.task.axes]
+    if J_t.shape[1] != J_t.shape[2]:
+        return np.full(len(J_t), np.nan)
+    return np.asarray(np.linalg.det(J_t))
+
+
+def _general(table: Table, world: World) -> Floats:
+    general = replace(table, rows=(general_row(table),), variables=())
+    return World(general, world.evaluation.values, world.poses).rows[0]

@@ -1,0 +1,244 @@
+"""
+Claims about where an arm is singular: is each claimed pose singular, and is any left out.
+
+Newton's method with least-norm steps projects random poses onto the zeros of each factor of the
+exact determinant. Every branch of the zeros that some start reaches must lie in a claimed family.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
+
+from .....errors import DerivationError
+from .....kinematics.forward import jacobian
+from .....kinematics.task_jacobian import task_jacobian
+from .....robot.robot import Robot
+from ...derive.algebra.numeric import poses_on
+from ...derive.derivation import DeterminantFactors, determinant_factors, exact_of
+from ...derive.sampled_poses import PoseSampler
+from ...derive.singular_set import numbers_in_words
+from ..arm.numbers import DEGREE, Evaluation, Floats
+from .names import FormulaNames
+from .poses import SEED, poses_for
+from .statements import Statement
+
+# Random poses from which each claim and each factor is searched.
+DRAWS = 200
+# Singular value k, relative to the largest, below which J has rank k - 1: Newton's poses are
+# exact to 1e-9.
+SINGULAR_VALUE_RATIO = 1e-7
+# Distance (rad or m) within which a pose belongs to a claimed family: Newton's poses are exact to
+# 1e-6 at a double zero.
+CLAIM_TOLERANCE = 1e-5
+# Step of central differences (rad or m): round-off and the third derivative are both below 1e-9.
+DIFFERENCE_STEP = 1e-6
+# The integer k of `q3 = k*pi`: whole turns of a sixth of a turn, both ways.
+INTEGERS = np.arange(-6.0, 7.0)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What is true of a `singular:` line."""
+
+    name: str
+    line: int
+    holds: bool
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _ZeroCondition:
+    # A function of N poses (N, n) that vanishes where the equation holds.
+    function: Callable[[Floats], Floats]
+
+    def __call__(self, q: Floats) -> Floats:
+        return self.function(q)
+
+    def gradient(self, q: Floats) -> Floats:
+        steps = DIFFERENCE_STEP * np.eye(q.shape[-1])
+        differences = [self.function(q + h) - self.function(q - h) for h in steps]
+        return np.stack(differences, axis=-1) / (2.0 * DIFFERENCE_STEP)
+
+
+@dataclass(frozen=True)
+class _ArmOfLetters:
+    # The arm with one value of each letter, in its names, too; an arm that is not derived has no
+    # sampler.
+    robot: Robot
+    names: FormulaNames
+    sampler: PoseSampler | None
+
+    def smallness(self, q: Floats) -> Floats:
+        # Of N poses (N, n), rad and m: their last singular value, relative to the largest.
+        sampler, task = self.sampler, self.robot.singularity.task
+        J_t, rank = task_jacobian(task, jacobian(self.robot, q)), task.generic_rank
+        if sampler is not None and len(q):
+            J_t = sampler.arm(q[:, list(sampler.moving)] / sampler.to_si).J_t
+            rank = sampler.generic_rank
+        values = np.linalg.svd(J_t, compute_uv=False)
+        return np.asarray(values[..., rank - 1] / values[..., 0])
+
+
+def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> list[Claim]:
+    """
+    Return for each claimed family whether it is singular, and last whether all are claimed.
+
+    Both hold if they do at two random values of each letter; a remark says what is special about
+    the numbers of the file.
+    """
+    task = robot.singularity.task
+    square = not task.structurally_deficient and len(task.rows) == robot.dof
+    try:
+        exact = exact_of(robot)
+        factors = determinant_factors(exact) if square else None
+    except DerivationError as error:
+        judged = [_sound(_ArmOfLetters(robot, names, None), claim) for claim in claims]
+        undecided = f'it is not decided whether other poses are singular: {error}'
+        remarks = (*judged[-1].remarks, undecided) if square else judged[-1].remarks
+        return [*judged[:-1], replace(judged[-1], remarks=remarks)]
+    by_file = exact.sampler
+    arms = [_arm_of(one, by_file, names) for one in (*by_file.in_random_letters, by_file)]
+
+    def judge(claim: Statement | None) -> Claim:
+        if claim is not None:
+            verdicts = [_sound(arm, claim) for arm in arms]
+        else:
+            verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
+        worst = next((one for one in verdicts if not one.holds), verdicts[-1])
+        if worst.holds or not verdicts[-1].holds:
+            # Its poses are those of the numbers of the file.
+            return verdicts[-1]
+        numbers = numbers_in_words(exact.arithmetic.names)
+        special = f'with {numbers} of this file it agrees, with other values not'
+        return replace(worst, remarks=(*worst.remarks, special))
+
+    return [judge(claim) for claim in (*claims, None) if claim or factors]
+
+
+def _arm_of(sampler: PoseSampler, by_file: PoseSampler, names: FormulaNames) -> _ArmOfLetters:
+    # The letters of the table have other units than those of the sampler.
+    usual = by_file.arithmetic.names.values
+    factors = {s.name: v / usual[s] for s, v in sampler.arithmetic.names.values.items() if v}
+    given = {s: v * factors.get(s.name, 1.0) for s, v in names.table.given.items()}
+    return _ArmOfLetters(sampler.robot, FormulaNames(replace(names.table, given=given)), sampler)
+
+
+def _draws(robot: Robot, names: FormulaNames, claim: Statement) -> Floats:
+    poses = poses_for(robot, names, claim.settings, frozenset(), (), DRAWS)
+    return np.stack([poses.values[s] for s in names.table.variables], axis=-1)
+
+
+def _in_words(names: FormulaNames, pose: Floats) -> str:
+    return ', '.join(f'{s} = {v:.4f}' for s, v in zip(names.table.variables, pose))
+
+
+# Soundness: poses of the family are singular
+
+
+def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
+    names = arm.names
+    q = _draws(arm.robot, names, claim)
+    integers = np.random.default_rng(SEED).integers(-2, 3, len(q)).astype(float)
+    free = np.ones(arm.robot.dof)
+    for joint, value in claim.conditions:
+        if joint >= 0:
+            q[:, joint] = _value(names, claim, value, integers)(q) * _unit(names, claim, joint)
+            free[joint] = 0.0
+    equations = [
+        _ZeroCondition(_value(names, claim, value, integers))
+        for joint, value in claim.conditions
+        if joint < 0
+    ]
+    if equations:
+        q = poses_on(equations, q, free)
+    # A family need not exist for all values of the other joints.
+    q = q[np.isfinite(q).all(axis=1)]
+    q = q[_belongs(names, claim, q)] if equations else q
+    if not len(q):
+        remark = f'no pose of this family was found in {DRAWS} draws: it has no real values there'
+        return Claim(claim.name, claim.line, False, (remark,))
+    singular = arm.smallness(q) < SINGULAR_VALUE_RATIO
+    if singular.all():
+        return Claim(claim.name, claim.line, True, ('every pose of this family is singular',))
+    pose = _in_words(names, q[int(np.argmin(singular))])
+    return Claim(claim.name, claim.line, False, (f'not singular: {pose} has full rank',))
+
+
+def _value(
+    names: FormulaNames, claim: Statement, value: Any, integers: Floats | float
+) -> Callable[[Floats], Floats]:
+    # An expression of a claim as a function of poses, with one integer k for each.
+    table = names.table
+
+    def function(q: Floats) -> Floats:
+        values = {s: q[:, k] for k, s in enumerate(table.variables)}
+        for symbol in table.constants:
+            if symbol in table.derived:
+                values[symbol] = Evaluation(values, len(q)).of(table.derived[symbol])
+            else:
+                values[symbol] = np.full(len(q), table.given[symbol])
+        values[sp.Symbol('k')] = np.broadcast_to(integers, len(q))
+        return Evaluation(values, len(q), claim.settings.degrees).of(value)
+
+    return function
+
+
+def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
+    turns = not names.table.slides[joint]
+    return DEGREE if turns and claim.settings.degrees else 1.0
+
+
+# Completeness: zeros of each factor are claimed
+
+
+def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> Any:
+    # Which of N poses belong to a claimed family, shape (N,).
+    holds = np.ones(len(q), dtype=bool)
+    for joint, value in claim.conditions:
+        gaps = [
+            _gap(names, claim, joint, _value(names, claim, value, k), q) for k in INTEGERS.tolist()
+        ]
+        holds &= np.min(gaps, axis=0) <= CLAIM_TOLERANCE
+    return holds
+
+
+def _gap(
+    names: FormulaNames,
+    claim: Statement,
+    joint: int,
+    function: Callable[[Floats], Floats],
+    q: Floats,
+) -> Floats:
+    # Distance of poses to a condition (rad or m), of an equation to first order; inf where it has
+    # no value.
+    if joint < 0:
+        equation = _ZeroCondition(function)
+        slope = np.linalg.norm(equation.gradient(q), axis=-1)
+        gap = np.abs(equation(q)) / np.maximum(slope, np.finfo(float).tiny)
+    else:
+        gap = np.abs(q[:, joint] - function(q) * _unit(names, claim, joint))
+        if not names.table.slides[joint]:
+            gap = np.abs(np.remainder(gap + np.pi, 2 * np.pi) - np.pi)
+    return np.where(np.isfinite(gap), gap, np.inf)
+
+
+def _whole(arm: _ArmOfLetters, factors: DeterminantFactors, claims: Sequence[Statement]) -> Claim:
+    name, line, names, sampler = 'the singular set', claims[-1].line, arm.names, arm.sampler
+    assert sampler is not None  # it is derived
+    starts = sampler.random(DRAWS)
+    for function, expression in zip(factors.functions(sampler), factors.expressions):
+        zeros = sampler.whole(poses_on([function], starts, np.ones(starts.shape[1])))
+        claimed = [_belongs(names, claim, zeros) for claim in claims]
+        left_out = zeros[~np.any(claimed, axis=0)]
+        left_out = left_out[arm.smallness(left_out) < SINGULAR_VALUE_RATIO]
+        if len(left_out):
+            remark = (
+                f'not complete: {expression} = 0 at {_in_words(names, left_out[0])}, which is '
+                'singular too, and is not claimed'
+            )
+            return Claim(name, line, False, (remark,))
+    remark = f'all zeros of all factors that {DRAWS} random poses lead to are claimed'
+    return Claim(name, line, True, (remark,))

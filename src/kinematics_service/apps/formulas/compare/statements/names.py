@@ -1,0 +1,169 @@
+"""What a name in a formula stands for: joints, constants, shorthands such as c12, frames, axes."""
+
+import difflib
+import re
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import sympy as sp  # type: ignore[import-untyped]
+
+from .....errors import FormulaError
+from .....robot.file.parts.convention_table import QUANTITIES
+from ..arm.quantities import Quantity, expression_of, quantity_of, why_out_of_range
+from ..arm.symbols import SymbolicArm
+from ..arm.table import Table
+from ..text.file import Settings
+from ..text.tokens import FormulaToken
+
+# `c1`, `s23`, `ctheta1`, and factors written onto each other: `L1c23`.
+SHORTHAND = re.compile(r'([cCsS])(?:q|theta|th|t|phi)?(\d{1,7})')
+FACTOR = re.compile(r'[A-Za-z]+\d+')
+ALIAS = re.compile(r'(q|theta|th|t|phi|d)(\d{1,2})')
+COORDINATES = {
+    **{name: name for name in 'xyz'},
+    **{name: name.lower() for name in 'XYZ'},
+    **{f'{p}{name}': name for p in 'pP' for name in 'xyz'},
+}
+# The tool's angle about z, of an arm that turns about z alone.
+ANGLE_IN_PLANE = sp.Symbol('phi')
+ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
+
+
+class FormulaNames:
+    """The names of one robot."""
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
+        self.variables = {s.name.replace('_', ''): s for s in table.variables}
+        self.constants = {s.name.replace('_', ''): s for s in table.constants}
+
+    @cached_property
+    def arm(self) -> SymbolicArm:
+        """Return the exact frames; made when the first formula names one."""
+        return SymbolicArm(self.table)
+
+    def joint(self, key: str) -> int | None:
+        """
+        Return the index of the joint a name without underscores stands for, also as q2 or theta2.
+        """
+        if key in self.variables:
+            return list(self.variables).index(key)
+        found = ALIAS.fullmatch(key)
+        if found is None or key in self.constants:
+            return None
+        index, slides = int(found[2]) - 1, self.table.slides
+        if not 0 <= index < len(slides):
+            return None
+        fits = found[1] == 'q' or (found[1] == 'd') == slides[index]
+        return index if fits else None
+
+    def constant(self, key: str) -> Any:
+        """Return the symbol of a named constant, or None."""
+        return self.constants.get(key)
+
+    def value(self, token: FormulaToken, settings: Settings, general: bool = False) -> Any:
+        """
+        Return what a name stands for: a symbol, an expression, or a matrix.
+
+        Raises
+        ------
+        FormulaError
+            Unknown; the message has the names that are known.
+        """
+        key = dict(settings.meanings).get(token.text, token.text)
+        if key == 'pi':
+            return sp.pi
+        if general and (symbol := general_symbol(key)) is not None:
+            return symbol
+        index = self.joint(key)
+        if index is not None:
+            return self.table.variables[index]
+        if key in self.constants:
+            return self.constants[key]
+        if key in COORDINATES:
+            return sp.Symbol(COORDINATES[key])
+        if found := SHORTHAND.fullmatch(key):
+            return self._shorthand(found, token)
+        if found := ROTATION_ENTRY.fullmatch(key):
+            if key[0] == 'R' and found[1] != found[2]:
+                raise token.fault(
+                    f'{token.written!r} is an entry of the rotation R, or a rotation between '
+                    f'frames: write r_{found[1]}{found[2]} or R^{found[1]}_{found[2]}'
+                )
+            return sp.Symbol(f'r{found[1]}{found[2]}')
+        if key in ('I', 'eye'):
+            return sp.Integer(1)
+        if key == 'phi':
+            return ANGLE_IN_PLANE
+        quantity = quantity_of(key)
+        matrix = None if quantity is None else self._matrix(quantity, token, settings)
+        if matrix is None and (factors := self._factors(key)):
+            return sp.Mul(*(self.value(replace(token, text=f), settings) for f in factors))
+        if matrix is None:
+            raise self.unknown(token)
+        return matrix
+
+    def _factors(self, key: str) -> list[str]:
+        # Cut a name that is a product of joints, constants and shorthands, each with its number.
+        factors = FACTOR.findall(key)
+        known = ''.join(factors) == key and len(factors) > 1
+        return factors if known and all(map(self._is_scalar, factors)) else []
+
+    def _is_scalar(self, key: str) -> bool:
+        known = self.joint(key) is not None or key in self.constants
+        return known or SHORTHAND.fullmatch(key) is not None
+
+    def _shorthand(self, found: re.Match[str], token: FormulaToken) -> Any:
+        variables, total = self.table.variables, sp.Integer(0)
+        for digit in found[2]:
+            if not 1 <= int(digit) <= len(variables):
+                raise token.fault(f'{token.written!r}: the robot has {len(variables)} joints')
+            total += variables[int(digit) - 1]
+        return sp.cos(total) if found[1] in 'cC' else sp.sin(total)
+
+    def _matrix(self, quantity: Quantity, token: FormulaToken, settings: Settings) -> Any:
+        joints = self.table.joints
+        if self.table.passive and quantity.kind == 'jacobian':
+            raise token.fault(
+                f'{token.written!r}: with closed loops J stands on the left side only'
+            )
+        if reason := why_out_of_range(quantity, len(self.table.rows), joints, settings):
+            raise token.fault(reason)
+        return expression_of(quantity, self.arm, settings)
+
+    def unknown(self, token: FormulaToken) -> FormulaError:
+        """Return the error about a name nothing is known of."""
+        known = [s.name for s in (*self.table.variables, *self.table.constants)]
+        alike = [name for name in known if name.lower() == token.text.lower()]
+        near = alike or difflib.get_close_matches(token.text, known, n=1)
+        function = re.fullmatch(r'(sin|cos|tan)(\w+)', token.text)
+        if function and self.joint(function[2]) is not None:
+            near = [f'{function[1]}({function[2]})']
+        product = re.fullmatch(r'(\w+)(sin|cos|tan)', token.text)
+        if product and (alike := [n for n in known if n.lower() == product[1].lower()]):
+            near = [f'{alike[0]}*{product[2]}(...)']
+        if token.text == 'singular':
+            near = ['singular:']
+        hint = f', did you mean {near[0]!r}?' if near else ''
+        message = (
+            f'unknown name {token.written!r}{hint} (known: {", ".join(known)}, pi, x, y, z, '
+            'c1, s12, z_1, o_1, R_1, T_01 and their like, and what the file itself defines)'
+        )
+        return token.fault(message)
+
+
+def general_symbol(key: str) -> Any:
+    """Return the symbol of a quantity such as a, alpha, d, theta of any row, or None."""
+    found = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
+    return sp.Symbol(f'{found[1]}_i') if found else None
+
+
+def coordinates() -> tuple[Any, ...]:
+    """Return the symbols of the point's coordinates x, y, z."""
+    return tuple(sp.Symbol(axis) for axis in 'xyz')
+
+
+def rotation_entries() -> dict[tuple[int, int], Any]:
+    """Return the symbols r11 to r33 of the tool's rotation."""
+    return {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}

@@ -1,0 +1,211 @@
+"""Random poses and random lengths, at which what is equal by coincidence only is not equal."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy as sp  # type: ignore[import-untyped]
+
+from .....errors import FormulaError
+from .....kinematics.tool_state import evaluate
+from .....robot.closed_poses import closes_at
+from .....robot.file.parts.convention_table import QUANTITIES
+from .....robot.file.text.expression_syntax import postorder
+from .....robot.robot import Robot
+from ..arm.numbers import DEGREE, Evaluation, Floats
+from ..arm.quantities import quantity_of, value_of, why_out_of_range
+from ..arm.world import World
+from ..text.build import build, is_matrix, number
+from ..text.file import Raw, Settings
+from ..text.syntax import PARTS, Node
+from .names import ANGLE_IN_PLANE, FormulaNames, coordinates, rotation_entries
+
+SEED = 20240523
+POSES = 8
+LENGTHS = (0.3, 1.3)  # m, and rad for named angles
+SLIDE = 1.0  # m of an unlimited prismatic joint
+ROUND_OFF = 1e-9  # of the axis of an arm in a plane
+TRIED = 2000  # positions at which closed loops may close
+
+
+@dataclass(frozen=True)
+class Poses:
+    """
+    N configurations and the value of every symbol at them.
+
+    Parameters
+    ----------
+    values
+        N numbers for each symbol, SI.
+    randomised
+        Names of the constants that got random values.
+    chosen
+        Names of the joints that `at` gives values.
+    coupling : shape (N, P, n)
+        How the joints that closed loops move follow the others there; None without loops.
+    """
+
+    count: int
+    values: Mapping[Any, Floats]
+    randomised: tuple[str, ...]
+    chosen: tuple[str, ...]
+    coupling: Floats | None = None
+
+
+def poses_for(
+    robot: Robot,
+    names: FormulaNames,
+    settings: Settings,
+    symbols: frozenset[Any],
+    fixed: Sequence[tuple[Any, Any]] = (),
+    count: int = POSES,
+) -> Poses:
+    """
+    Return poses for a formula in which certain symbols stand.
+
+    Parameters
+    ----------
+    symbols
+        Constants among them get random values, unless `fixed` or the `at` line gives them one, or
+        the arm has closed loops: these close for its own.
+    fixed
+        Constants and their values.
+
+    Raises
+    ------
+    FormulaError
+        The `at` or `point` line names what is not there; closed loops do not close with what is
+        given.
+    """
+    table, rng = names.table, np.random.default_rng(SEED)
+    given: dict[Any, Floats] = {}
+    for raw in settings.at:
+        symbol, value = _given(raw, settings, names)
+        given[symbol] = np.full(count, value)
+    for symbol, value in fixed:
+        given.setdefault(symbol, np.full(count, _number(value)))
+    values: dict[Any, Floats] = {}
+    for name in QUANTITIES:
+        values[sp.Symbol(f'{name}_i')] = rng.uniform(0.3, 1.3, count)
+    randomised = []
+    for symbol in table.constants:
+        if symbol in given:
+            values[symbol] = given[symbol]
+        elif symbol in table.derived:
+            values[symbol] = Evaluation(values, count).of(table.derived[symbol])
+        elif symbol in symbols and not table.passive:
+            values[symbol] = np.full(count, rng.uniform(*LENGTHS))
+            randomised.append(symbol.name)
+        else:
+            values[symbol] = np.full(count, table.given[symbol])
+    for k, symbol in enumerate(table.variables[: table.joints]):
+        drawn = _drawn(robot, k, rng, count)
+        values[symbol] = given.get(symbol, drawn)
+    coupling = _close(robot, names, values, given, count) if table.passive else None
+    located = _with_coordinates(values, names, settings, count)
+    if ANGLE_IN_PLANE in symbols and np.isnan(located[ANGLE_IN_PLANE]).any():
+        raise FormulaError('phi is known of an arm that turns about z alone: define it here')
+    chosen = tuple(s.name for s in table.variables if s in given)
+    return Poses(count, located, tuple(randomised), chosen, coupling)
+
+
+def _close(
+    robot: Robot,
+    names: FormulaNames,
+    values: dict[Any, Floats],
+    given: Mapping[Any, Floats],
+    count: int,
+) -> Floats:
+    # Brings the joints to positions at which the loops close, and completes them there.
+    table, rng = names.table, np.random.default_rng(SEED)
+    joints = table.variables[: table.joints]
+    for symbol in given:
+        if symbol not in joints:
+            why = 'follows from the joints' if symbol in table.variables else 'is a constant'
+            raise FormulaError(
+                f'{symbol} {why}: an arm with closed loops is compared with the numbers of its '
+                'robot file'
+            )
+    drawn = [_drawn(robot, k, rng, TRIED) for k in range(table.joints)]
+    q = np.stack([values[joint] for joint in joints], axis=1)
+    for k, joint in enumerate(joints):
+        drawn[k] = np.full(TRIED, given[joint][0]) if joint in given else drawn[k]
+    tried = np.concatenate([q, np.stack(drawn, axis=1)])
+    good = tried[closes_at(robot.chain, tried)]
+    if len(good) < count:
+        raise FormulaError(
+            f'the loops of {robot.name} close at {len(good)} of {len(tried)} random positions: '
+            "say with an 'at' line where to compare"
+            if not given
+            else f'the loops of {robot.name} do not close with what the at line gives'
+        )
+    closure = evaluate(robot, good[:count]).closure
+    assert closure is not None  # it has passive joints
+    for k, joint in enumerate(joints):
+        values[joint] = good[:count, k]
+    for k, symbol in enumerate(table.variables[table.joints :]):
+        values[symbol] = closure.passive[:, k]
+    return closure.coupling
+
+
+def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats:
+    low, high = robot.limits[k]
+    turning = not robot.prismatic[k]
+    if turning:
+        low, high = (low, high) if np.isfinite(high - low) else (-np.pi, np.pi)
+    else:
+        low = low if np.isfinite(low) else 0.0
+        high = high if np.isfinite(high) else low + SLIDE
+        low += 0.1 * (high - low)  # an arm that is not extended at all is a special case
+    return rng.uniform(low, high, count)
+
+
+def _with_coordinates(
+    values: dict[Any, Floats], names: FormulaNames, settings: Settings, count: int
+) -> dict[Any, Floats]:
+    world = World(names.table, values, count)
+    point = world.pose[:, :3, 3]
+    if settings.point:
+        quantity = quantity_of(settings.point)
+        if quantity is None or quantity.kind not in ('origin', 'vector', 'position'):
+            raise FormulaError(f"point: {settings.point!r} is no point: write 'point: o_3'")
+        rows, joints = len(names.table.rows), len(names.table.variables)
+        if reason := why_out_of_range(quantity, rows, joints, settings):
+            raise FormulaError(f'point: {reason}')
+        point = value_of(quantity, world, settings)[:, :, 0]
+    located = {symbol: point[:, k] for k, symbol in enumerate(coordinates())}
+    for (i, j), symbol in rotation_entries().items():
+        located[symbol] = world.pose[:, i, j]
+    R = world.pose[:, :3, :3].real
+    in_plane = np.all(np.abs(R[:, 2, 2] - 1.0) < ROUND_OFF)
+    located[ANGLE_IN_PLANE] = (
+        np.arctan2(R[:, 1, 0], R[:, 0, 0]) if in_plane else R[:, 0, 0] * np.nan
+    )
+    return {**located, **values}
+
+
+def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[Any, float]:
+    at = raw.left.at
+    key = raw.left.text if raw.left.kind == 'name' else ''
+    joint = names.joint(key)
+    symbol = names.constant(key) if joint is None else names.table.variables[joint]
+    if symbol is None:
+        known = ', '.join(s.name for s in (*names.table.variables, *names.table.constants))
+        raise at.fault(f'at: {at.written!r} is neither a joint nor a constant (known: {known})')
+    value = build(raw.right, lambda token: names.value(token, settings), number)
+    if is_matrix(value) or not value.is_number:
+        raise at.fault(f'at: {at.written} must be a number')
+    result = _number(value)
+    turns = joint is not None and not names.table.slides[joint]
+    if turns and settings.degrees and not _has_unit(raw.right):
+        result *= DEGREE
+    return symbol, result
+
+
+def _number(value: Any) -> float:
+    return float(Evaluation({}, 1).of(value)[0])
+
+
+def _has_unit(node: Node) -> bool:
+    return any(part.kind == 'deg' for part in postorder(node, PARTS))

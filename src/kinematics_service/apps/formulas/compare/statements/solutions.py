@@ -1,0 +1,358 @@
+"""
+Whether an equation holds, and whether a formula of the inverse kinematics gives the joint back.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
+from itertools import product
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from .....kernel import Integers
+from .....rigid_motion import rotation_vector, skew_part
+from ..arm.numbers import DEGREE, Floats
+from ..arm.table import Table
+from ..arm.world import World
+from .checks import Check, Mask
+from .names import ANGLE_IN_PLANE, rotation_entries
+from .poses import Poses
+from .statements import Statement
+
+Limits: TypeAlias = Floats  # (n, 2), rad or m
+
+# Share of the poses at which one branch of an inverse must hit: fewer are coincidences.
+BRANCH = 0.1
+# An angle near the end of acos has half the digits.
+HIT = 1e-7
+# Another branch is one at nearly every pose; starts and steps that find it where there is one.
+MOST_POSES = 0.9
+STARTS = 24
+FIRST_STARTS = 4  # none at any pose: there is none
+STEPS = 20
+SEED = 1955
+# Poses at which another branch is looked for, and choices among several formulas of each joint.
+ASKED = 40
+MOST_CHOICES = 16
+# A joint that moves a point by less a rad does not move it.
+STILL = 1e-9
+# Entries of the same pose; those of half a turn's differ by 2.
+SAME_POSE = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSearch:
+    """
+    Whether joints can bring the tool to where it is at each pose when others have given values.
+
+    Parameters
+    ----------
+    table, poses
+        The arm, and where the tool is.
+    whole
+        Whether its rotation counts, too.
+    joints
+        Indices of those that may move.
+    given
+        Indices of those whose values are given.
+    out_of_reach
+        Whether positions may be complex: where there are such, those that are given are a root of
+        the arm's equations, though the links are too short or too long.
+    """
+
+    table: Table
+    poses: Poses
+    whole: bool
+    joints: list[int]
+    given: list[int]
+    out_of_reach: bool = False
+
+    @cached_property
+    def target(self) -> World:
+        """Return the arm at the poses."""
+        return World(self.table, self.poses.values, self.poses.count)
+
+    @property
+    def rows(self) -> int:
+        """Return how many rows of the Jacobian count."""
+        return 6 if self.whole else 3
+
+    @cached_property
+    def moving(self) -> list[int]:
+        """Return those of the joints that move what counts."""
+        sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
+        return [k for k in self.joints if sizes[k] > STILL]
+
+    @property
+    def is_redundant(self) -> bool:
+        """Return whether the joints can always follow those that are given."""
+        J = self.target.jacobian[:, : self.rows]
+        followed, all_of_them = (
+            int(np.linalg.matrix_rank(J[:, :, columns], tol=STILL).max()) if columns else 0
+            for columns in (self.moving, [*self.moving, *self.given])
+        )
+        return followed == all_of_them
+
+    def reached(
+        self, given: Mapping[Any, Floats], wanted: Mask, limits: Limits | None = None
+    ) -> Mask:
+        """
+        Return at which of the wanted poses the joints bring the tool there, shape (N,).
+
+        Parameters
+        ----------
+        given
+            Values of other joints.
+        wanted : shape (N,)
+        limits
+            Inside which lengths stay; none are looked at where none are given.
+        """
+        finite = np.all([np.isfinite(v) for v in given.values()], axis=0)
+        left = wanted & finite
+        random = np.random.default_rng(SEED)
+        for start in range(STARTS if self.moving else 1):
+            if not left.any() or (start == FIRST_STARTS and np.array_equal(left, wanted & finite)):
+                break
+            found = np.flatnonzero(left)[
+                self._stepped(given, np.flatnonzero(left), random, limits)
+            ]
+            left[found] = False
+        result: Mask = wanted & finite & ~left
+        return result
+
+    def _stepped(
+        self,
+        given: Mapping[Any, Floats],
+        at: Integers,
+        random: np.random.Generator,
+        limits: Limits | None,
+    ) -> Mask:
+        # Newton's damped steps from random positions.
+        table = self.table
+        values = {s: v[at] for s, v in {**self.poses.values, **given}.items()}
+        for k in self.moving:
+            span = 1.0 if table.slides[k] else np.pi
+            values[table.variables[k]] = random.uniform(-span, span, len(at))
+            if self.out_of_reach:
+                values[table.variables[k]] = values[table.variables[k]] + 1j * random.normal(
+                    size=len(at)
+                )
+        target = self.target.pose[at]
+        moved = {*given, *(table.variables[k] for k in self.moving)}
+        still = {
+            i: rows[at]
+            for i, rows in enumerate(self.target.rows)
+            if table.rows[i].symbols.isdisjoint(moved)
+        }
+        for step_left in reversed(range(STEPS if self.moving else 1)):
+            world = World(table, values, len(at), still=still)
+            gap = self._twist_to(target, world.pose)[:, : self.rows]
+            if not step_left or float(np.max(np.abs(gap))) <= HIT / 10:
+                break
+            J = world.columns_of(self.moving)[:, : self.rows]
+            J_t = np.swapaxes(J, 1, 2).conj()
+            damped = J_t @ J + 1e-12 * np.eye(len(self.moving))
+            step = np.linalg.solve(damped, J_t @ gap[..., None])[..., 0]
+            longest = np.max(np.abs(step), axis=1, keepdims=True)
+            step *= np.minimum(1.0, 0.7 / np.maximum(longest, 1e-300))
+            for column, k in enumerate(self.moving):
+                values[table.variables[k]] = values[table.variables[k]] + step[:, column]
+        reached: Mask = np.max(np.abs(gap), axis=1) <= HIT
+        if self.whole:
+            reached &= np.max(np.abs(world.pose - target), axis=(1, 2)) <= SAME_POSE
+        for k, (low, high) in enumerate(() if limits is None else limits):
+            if table.slides[k]:
+                length = values[table.variables[k]]
+                reached &= (length >= low - HIT) & (length <= high + HIT)
+        return reached
+
+    def _twist_to(self, target: Floats, pose: Floats) -> Floats:
+        # What brings the pose there, to first order: (v, w), 0 for the same pose; of complex ones
+        # also for half a turn.
+        R = target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
+        w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
+        return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], w], axis=1)
+
+
+class EquationCheck(Check):
+    """An equation between known names: both sides are equal at every pose."""
+
+    @cached_property
+    def right(self) -> Floats:
+        """Return the left side, shape (N, 1, 1)."""
+        return self.evaluation.of(self.statement.left)[:, None, None]
+
+
+class PassiveJointCheck(Check):
+    """
+    A formula of a joint that closed loops move: equal at every pose, whole turns left out.
+    """
+
+    @cached_property
+    def right(self) -> Floats:
+        """Return the joint's position, with the turns of the formula, shape (N, 1, 1)."""
+        table, joint = self.names.table, self.statement.joint
+        position = self.poses.values[table.variables[joint]]
+        if table.slides[joint]:
+            return position[:, None, None]
+        turn = 2.0 * np.pi
+        if self.statement.settings.degrees:
+            position, turn = position / DEGREE, turn / DEGREE
+        turns = np.round((self.person[:, 0, 0] - position) / turn)
+        return np.asarray((position + turn * turns)[:, None, None])
+
+
+@dataclass(frozen=True, eq=False)
+class SolutionCheck(Check):
+    """
+    A formula of the inverse kinematics: put into the forward kinematics it gives the joint back.
+
+    Parameters
+    ----------
+    others
+        The formulas of the same file for other joints.
+    """
+
+    others: tuple[Statement, ...] = ()
+
+    @cached_property
+    def right(self) -> Floats:
+        """Return the joint variable itself, shape (N, 1, 1)."""
+        return self.poses.values[self.variable][:, None, None]
+
+    @property
+    def variable(self) -> Any:
+        """Return the symbol of the joint."""
+        return self.names.table.variables[self.statement.joint]
+
+    @property
+    def turns(self) -> bool:
+        """Return whether the joint's value counts modulo a full turn."""
+        return not self.names.table.slides[self.statement.joint]
+
+    def hits(self, values: Floats) -> Mask:
+        """Return at which poses values of the formula are the joint's."""
+        difference = self.in_radians(values) - self.right[:, 0, 0]
+        if self.turns:
+            difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
+        result: Mask = np.abs(difference) <= max(self.tolerance, HIT)
+        return result
+
+    def in_radians(self, values: Floats) -> Floats:
+        """Return a formula's values in SI units."""
+        degrees = self.statement.settings.degrees and self.turns
+        return values * DEGREE if degrees else values
+
+    @cached_property
+    def share(self) -> float:
+        """Return the share of the poses at which the formula gives the joint's own value."""
+        return float(np.mean(self.hits(self.person[:, 0, 0])))
+
+    @cached_property
+    def is_about_the_pose(self) -> bool:
+        """Return whether the whole pose decides, as the point says nothing about the joint."""
+        column = self.world.jacobian[:, :3, self.statement.joint]
+        rotation = {ANGLE_IN_PLANE, *rotation_entries().values()}
+        turned = self.statement.value.free_symbols & rotation
+        return bool(turned) or float(np.max(np.abs(column))) < STILL
+
+    @cached_property
+    def together(self) -> float | None:
+        """
+        Return the share of the poses at which formulas of the file, put together, reach the tool.
+
+        Of each joint one of its formulas, by the values of the others' formulas; joints without a
+        formula are free. None where the file has formulas of one joint only, or too many.
+        """
+        by_joint: dict[int, list[Statement]] = {}
+        for statement in self.others:
+            by_joint.setdefault(statement.joint, []).append(statement)
+        choices = [*product(*by_joint.values())]
+        if len(by_joint) < 2 or len(choices) > MOST_CHOICES:
+            return None
+        table = self.names.table
+        whole = any(self.of(other).is_about_the_pose for other in self.others)
+        free = [k for k in range(len(table.variables)) if k not in by_joint]
+        search = PoseSearch(table, self.poses, whole, free, [*by_joint])
+        if free and search.is_redundant:
+            return None
+        reached = np.zeros(self.poses.count, dtype=bool)
+        for chosen in choices:
+            values = self._in_turn({statement.joint: statement for statement in chosen})
+            if values is not None:
+                given = {table.variables[k]: v for k, v in values.items()}
+                reached |= search.reached(given, ~reached)
+        return float(np.mean(reached))
+
+    def of(self, statement: Statement) -> 'SolutionCheck':
+        """Return the check of another formula of the file at the same poses."""
+        return replace(self, statement=statement)
+
+    def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
+        # Values of the joints, each by those it is written with; None where they go in a circle.
+        variables, found = self.names.table.variables, dict[int, Floats]()
+        needed = {
+            k: [j for j in chosen if j != k and variables[j] in one.value.free_symbols]
+            for k, one in chosen.items()
+        }
+        try:
+            order = [*TopologicalSorter(needed).static_order()]
+        except CycleError:
+            return None
+        for k in order:
+            values = {**self.poses.values, **{variables[j]: v for j, v in found.items()}}
+            check = replace(self.of(chosen[k]), poses=replace(self.poses, values=values))
+            found[k] = check.in_radians(check.person[:, 0, 0])
+        return found
+
+    @cached_property
+    def wrong(self) -> Mask:
+        """Return whether the formula is wrong, shape (1, 1)."""
+        return np.array([[self.solved < MOST_POSES and not self.is_a_root]])
+
+    @cached_property
+    def solved(self) -> float:
+        """Return the share of the poses at which the formula gives the joint or another branch."""
+        return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
+
+    @cached_property
+    def is_a_root(self) -> bool:
+        """
+        Return whether the formula gives a branch that the arm cannot reach at some poses.
+
+        As of an arm that reaches back over its shoulder: where it has a value this is a root of
+        the arm's equations, and at some poses the tool can be there.
+        """
+        return self.solved >= BRANCH and self.branches(None, out_of_reach=True) >= MOST_POSES
+
+    def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
+        """
+        Return at which share of the other poses the tool can be in its place with this joint so.
+
+        The joints that stand in the formula keep their values, and lengths stay inside the limits
+        where such are given. Where the other joints can always bring the point there, the whole
+        pose decides. Out of reach poses count at which the formula has a value.
+        """
+        joint, table = self.statement.joint, self.names.table
+        here = self.in_radians(self.person[:, 0, 0])
+        others = ~self.hits(self.person[:, 0, 0])
+        missed = np.flatnonzero(others & np.isfinite(here) if out_of_reach else others)[:ASKED]
+        held = self.expressions.free_symbols
+        free = [k for k, v in enumerate(table.variables) if k != joint and v not in held]
+        whole = self.is_about_the_pose
+        search = PoseSearch(table, self.poses, whole, free, [joint], out_of_reach)
+        if search.is_redundant:
+            search = replace(search, whole=True)
+        if search.is_redundant:
+            return 0.0
+        if not len(missed):
+            return 1.0 if out_of_reach else 0.0
+        asked = np.isin(np.arange(self.poses.count), missed)
+        return float(np.mean(search.reached({self.variable: here}, asked, limits)[asked]))
+
+    def passes(self, values: Floats, right: Floats) -> bool:
+        """Return whether another formula gives the joint back at enough poses and at more."""
+        share = float(np.mean(self.hits(values)))
+        return share >= BRANCH and share > self.share + BRANCH

@@ -1,0 +1,353 @@
+"""From the equations of a file to statements about a robot: which compare, which only define."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy as sp  # type: ignore[import-untyped]
+
+from .....errors import FormulaError
+from .....robot.file.text.expression_syntax import folded, postorder
+from ..arm.numbers import size_of
+from ..arm.quantities import Quantity, quantity_of, why_out_of_range
+from ..text.build import build, is_matrix, number
+from ..text.file import FormulaFile, Raw, Settings
+from ..text.syntax import PARTS, Node
+from ..text.tokens import FormulaToken
+from .names import COORDINATES, FormulaNames
+
+LONGEST = 200_000  # nodes of an expression, shared parts counted each time
+DEEPEST_DEFINITION = 40
+# Decimals from which on a number beside a letter counts as a rounded one: 0.5 is a half.
+ROUNDED = 4
+
+
+@dataclass(frozen=True)
+class Statement:
+    """
+    A formula to be compared.
+
+    Parameters
+    ----------
+    kind
+        `quantity`, `solution` (inverse kinematics), `equation` or `claim`.
+    name
+        As the file writes its left side.
+    value
+        The right side, a matrix; 1 x 1 for a number.
+    quantity
+        What the robot knows under that name.
+    joint
+        Index of the joint a solution is for.
+    left
+        The left side of an equation.
+    conditions
+        Pairs of a claim: a joint index and the joint's value, with the integer k; or, for an
+        equation in several joints, -1 and the expression that is 0.
+    decimals
+        Decimal places of a formula that is nothing but numbers, else None.
+    inexact
+        The same with a symbol added to each number that is given with many decimals; None where
+        there is none.
+    half_units
+        These symbols, and half a unit of the last decimal of each number.
+    """
+
+    kind: str
+    name: str
+    line: int
+    settings: Settings
+    value: Any
+    quantity: Quantity | None = None
+    joint: int = -1
+    left: Any = None
+    conditions: tuple[tuple[int, Any], ...] = ()
+    decimals: int | None = None
+    inexact: 'Statement | None' = None
+    half_units: tuple[tuple[Any, float], ...] = ()
+
+
+@dataclass(frozen=True)
+class Understood:
+    """
+    The statements of a file, values it sets (`L1 = 0.2`), what it got wrong, and what it defines
+    without use.
+    """
+
+    statements: tuple[Statement, ...]
+    fixed: tuple[tuple[Any, Any], ...]
+    faults: tuple[FormulaError, ...]
+    passed_over: tuple[FormulaError, ...]
+
+
+def understand(file: FormulaFile, names: FormulaNames) -> Understood:
+    """Return what the equations of a file say about a robot."""
+    return _Reader(file, names).read()
+
+
+@dataclass(frozen=True)
+class _Context:
+    # Where an expression stands, by the index of its equation, and how it is read: with the
+    # symbols of any row, with the integer k, with a symbol beside each rounded number.
+    index: int
+    general: bool = False
+    integers: bool = False
+    inexact: bool = False
+
+
+class _Reader:
+    def __init__(self, file: FormulaFile, names: FormulaNames) -> None:
+        self.names = names
+        self.file = file
+        self.faults = list(file.faults)
+        self.global_: dict[str, Raw] = {}
+        self.local: dict[int, dict[str, Raw]] = {}  # by the index of the formula above
+        trees = (tree for raw in file.raw for tree in (raw.left, raw.right))
+        self.has_rounded = any(_is_rounded(node.text) for tree in trees for node in _numbers(tree))
+        self.half_units: dict[Any, float] = {}
+        self.used: set[int] = set()
+        self.known: dict[tuple[int, _Context], Any] = {}
+
+    def read(self) -> Understood:
+        formulas: list[tuple[int, Raw]] = []
+        last = -1
+        for index, raw in enumerate(self.file.raw):
+            key = self._definition_key(raw)
+            if raw.local and key and last >= 0 and not _is_formula(key, raw.right):
+                self.local.setdefault(last, {})[key] = raw
+                continue
+            if key:
+                other = self.global_.get(key)
+                if other is not None:
+                    message = (
+                        f'{raw.left.at.written!r} is defined twice, here and in line '
+                        f"{other.line}: put 'where' before definitions for one formula only"
+                    )
+                    self.faults.append(raw.left.at.fault(message))
+                self.global_[key] = raw
+            formulas.append((index, raw))
+            last = index
+        statements: list[Statement] = []
+        fixed: list[tuple[Any, Any]] = []
+        maybe_unused: list[tuple[Raw, FormulaError | None]] = []
+        for index, raw in formulas:
+            try:
+                found = self._statement(_Context(index), raw)
+                if isinstance(found, Statement) and self.has_rounded:
+                    found = self._with_half_units(found, _Context(index, inexact=True), raw)
+            except FormulaError as fault:
+                key = self._definition_key(raw)
+                if key and quantity_of(key) is None:
+                    maybe_unused.append((raw, fault))  # the formula that uses it has the fault too
+                else:
+                    self.faults.append(fault)
+                continue
+            except RecursionError:
+                self.faults.append(FormulaError('the formula is nested too deep', raw.line, 1))
+                continue
+            if isinstance(found, Statement):
+                statements.append(found)
+            elif found is not None:
+                fixed.append(found)
+            else:
+                maybe_unused.append((raw, None))
+        unused = tuple(
+            self._unused(raw, fault) for raw, fault in maybe_unused if id(raw) not in self.used
+        )
+        return Understood(tuple(statements), tuple(fixed), tuple(self.faults), unused)
+
+    def _definition_key(self, raw: Raw) -> str:
+        # What other formulas may call it; joints, constants and coordinates are the robot's.
+        key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
+        if raw.left.kind != 'name' or raw.claim or key in COORDINATES:
+            return ''
+        if self.names.joint(key) is not None or self.names.constant(key) is not None:
+            return ''
+        return key
+
+    def _with_half_units(self, exact: Statement, context: _Context, raw: Raw) -> Statement:
+        try:
+            inexact = self._statement(context, raw)
+        except (FormulaError, RecursionError):
+            return exact  # an exponent that is rounded, for example
+        assert isinstance(inexact, Statement)
+        symbols = inexact.value.free_symbols | getattr(inexact.left, 'free_symbols', set())
+        half_units = tuple((s, half) for s, half in self.half_units.items() if s in symbols)
+        return replace(exact, inexact=inexact, half_units=half_units) if half_units else exact
+
+    def _number(self, text: str, at: FormulaToken) -> Any:
+        value = number(text, at)
+        if not _is_rounded(text) or not value.is_Rational:
+            return value
+        symbol = sp.Symbol(f'half a unit of {text}')
+        self.half_units[symbol] = 0.5 * 10.0 ** -_decimals(text)
+        return value + symbol
+
+    def _statement(self, context: _Context, raw: Raw) -> Statement | tuple[Any, Any] | None:
+        if raw.claim:
+            return self._claim(context, raw)
+        key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
+        general = raw.left.kind == 'name' and quantity_of(key) == Quantity('general')
+        value = self._value(raw.right, replace(context, general=general))
+        if raw.left.kind == 'name' and key not in COORDINATES:
+            if (constant := self.names.constant(key)) is not None and not is_matrix(value):
+                if not value.is_number:
+                    raise raw.left.at.fault(
+                        f'{constant} is a constant of the robot: give it a number'
+                    )
+                return constant, value
+            joint = self.names.joint(key)
+            if joint is not None:
+                self._refuse_matrix(value, raw)
+                return self._made('solution', raw, value, joint=joint)
+            quantity = quantity_of(key)
+            if quantity is None or is_matrix(value) == (quantity.kind == 'det'):
+                if quantity is not None and quantity.kind == 'det':
+                    self._refuse_matrix(value, raw)
+                return None
+            reason = why_out_of_range(
+                quantity,
+                len(self.names.table.rows),
+                self.names.table.joints,
+                raw.settings,
+            )
+            if reason:
+                raise raw.left.at.fault(reason)
+            return self._made('quantity', raw, value, quantity=quantity)
+        left = self._value(raw.left, context)
+        if is_matrix(left) or is_matrix(value):
+            raise raw.left.at.fault(
+                'a matrix needs a name on the left side: write NAME = ..., such as '
+                'T_02 = T_01*T_12, or a matrix of as many rows and columns on both sides'
+            )
+        return self._made('equation', raw, value, left=left)
+
+    def _made(self, kind: str, raw: Raw, value: Any, **more: Any) -> Statement:
+        matrix = value if is_matrix(value) else sp.ImmutableDenseMatrix([[value]])
+        _refuse_long(matrix, raw.left.at)
+        decimals = None
+        if all(entry.is_Rational for entry in matrix):
+            decimals = max((_decimals(n.text) for n in _numbers(raw.right)), default=0)
+        return Statement(
+            kind,
+            _text(raw.left),
+            raw.line,
+            raw.settings,
+            matrix,
+            decimals=decimals,
+            **more,
+        )
+
+    def _refuse_matrix(self, value: Any, raw: Raw) -> None:
+        if is_matrix(value):
+            raise raw.left.at.fault(f'{_text(raw.left)!r} is a number, not a matrix')
+
+    def _claim(self, context: _Context, raw: Raw) -> Statement:
+        conditions = []
+        for condition in raw.claim:
+            joint = None
+            if condition.left.kind == 'name':
+                joint = self.names.joint(condition.left.text)
+            table = self.names.table
+            value = self._value(condition.right, replace(context, integers=True))
+            self._refuse_matrix(value, condition)
+            if joint is None:
+                left = self._value(condition.left, replace(context, integers=True))
+                self._refuse_matrix(left, condition)
+                value = left - value
+            known = {*table.variables, *table.constants, sp.Symbol('k')}
+            if value.free_symbols - known or (
+                joint is None and not value.free_symbols & {*table.variables}
+            ):
+                message = (
+                    'a singular set is written with joints, constants and the integer k, such as '
+                    "'singular: q3 = k*pi' or 'singular: L2*cos(q2) + L3*cos(q2 + q3) = 0'"
+                )
+                raise condition.left.at.fault(message)
+            conditions.append((-1 if joint is None else joint, value))
+        statement = self._made('claim', raw, sp.Integer(0), conditions=tuple(conditions))
+        text = ', '.join(
+            f'{value} = 0' if joint < 0 else f'{table.variables[joint]} = {value}'
+            for joint, value in conditions
+        )
+        return replace(statement, name=f'singular: {text}', decimals=None)
+
+    def _value(self, node: Node, context: _Context, open_: tuple[str, ...] = ()) -> Any:
+        equation = self.file.raw[context.index]
+
+        def lookup(token: FormulaToken) -> Any:
+            key = token.text
+            if context.integers and key == 'k':
+                return sp.Symbol('k')
+            raw = self._definition(key, context.index)
+            if raw is None or (key in opened and quantity_of(key) is not None):
+                return self.names.value(token, equation.settings, context.general)
+            if key in opened:
+                raise token.fault(f'{token.written!r} is defined by itself')
+            if len(opened) > DEEPEST_DEFINITION:
+                raise token.fault('definitions nested too deep')
+            self.used.add(id(raw))
+            if (id(raw), context) not in self.known:
+                value = self._value(raw.right, context, (*opened, key))
+                _refuse_long(value, token)
+                self.known[id(raw), context] = value
+            return self.known[id(raw), context]
+
+        own = equation.left
+        opened = open_ or ((own.text,) if own.kind == 'name' else ())
+        return build(node, lookup, self._number if context.inexact else number)
+
+    def _definition(self, key: str, index: int) -> Raw | None:
+        found = self.local.get(index, {}).get(key) or self.global_.get(key)
+        if found is not None or self.names.joint(key) is not None:
+            return found
+        others = [local[key] for local in self.local.values() if key in local]
+        return others[0] if len(others) == 1 else None
+
+    def _unused(self, raw: Raw, fault: FormulaError | None) -> FormulaError:
+        why = f' ({fault.line}:{fault.column}: {fault.message})' if fault else ''
+        return raw.left.at.fault(
+            f'{raw.left.at.written!r} is no formula this command knows, and no other formula uses '
+            f'it{why}'
+        )
+
+
+def _refuse_long(value: Any, at: FormulaToken) -> None:
+    entries = value if is_matrix(value) else (value,)
+    if any(size_of(entry) > LONGEST for entry in entries):
+        raise at.fault(f'{at.written!r} is longer than this command can compare')
+
+
+def _is_formula(key: str, right: Node) -> bool:
+    # After `where` stand definitions, until a formula with a name of its own comes.
+    quantity = quantity_of(key)
+    return quantity is not None and (quantity.kind == 'det' or right.kind == 'matrix')
+
+
+def _numbers(node: Node) -> Iterator[Node]:
+    return (part for part in postorder(node, PARTS) if part.kind == 'number')
+
+
+def _is_rounded(text: str) -> bool:
+    return _decimals(text) >= ROUNDED and 'e' not in text.lower()
+
+
+def _decimals(text: str) -> int:
+    return len(text.lower().partition('e')[0].partition('.')[2])
+
+
+def _text(root: Node) -> str:
+    # The left side as a person reads it.
+    return folded(root, PARTS, _text_of)
+
+
+def _text_of(node: Node, inner: list[str]) -> str:
+    if node.kind in ('name', 'number'):
+        return node.at.written if node.kind == 'name' else node.text
+    if node.kind == 'call':
+        return f'{node.text}({", ".join(inner)})'
+    if node.kind == 'neg':
+        return f'-{inner[0]}'
+    if node.kind == '*':
+        return f'{inner[0]} {inner[1]}'
+    return f' {node.kind} '.join(inner).replace('+ -', '- ')

@@ -1,0 +1,271 @@
+"""
+From the tree of a formula to a sympy expression or matrix; only what the grammar knows is built.
+"""
+
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, TypeAlias
+
+import sympy as sp  # type: ignore[import-untyped]
+
+from .....errors import FormulaError
+from .....robot.file.text.expression_syntax import folded
+from .syntax import MOST_ENTRIES, PARTS, Node
+from .tokens import FormulaToken
+
+Value: TypeAlias = Any  # a sympy expression or an immutable matrix
+Lookup: TypeAlias = Callable[[FormulaToken], Value]
+ReadNumber: TypeAlias = Callable[[str, FormulaToken], Value]
+
+MOST_DIGITS = 40
+HIGHEST_POWER = 24
+LARGEST_NUMBER_BITS = 4096
+LARGEST_POWER = 1000
+DEEPEST_CALLS = 12
+# A decimal this long that is a rounded multiple of pi/12 is that multiple: 1.5708, 3.14159.
+DIGITS_OF_PI = 4
+TWELFTHS = tuple(k for k in range(1, 49) if k % 12 == 0 or k <= 24)
+
+
+def build(node: Node, lookup: Lookup, read: ReadNumber) -> Value:
+    """
+    Return the value of a formula.
+
+    Parameters
+    ----------
+    node
+        Its tree.
+    lookup
+        What a name stands for.
+    read
+        What a number stands for, such as `number`.
+
+    Raises
+    ------
+    FormulaError
+        Shapes that do not fit, an unknown name, a number out of bounds.
+    """
+    return folded(node, PARTS, lambda part, parts: _combined(part, parts, lookup, read))
+
+
+def _combined(node: Node, parts: list[Value], lookup: Lookup, read: ReadNumber) -> Value:
+    if node.kind == 'number':
+        return read(node.text, node.at)
+    if node.kind == 'name':
+        return lookup(node.at)
+    if node.kind == 'matrix':
+        return _stacked(node, parts)
+    if node.kind == 'call':
+        return _real(node, _called(node, parts))
+    parts = [_unwrapped(part) for part in parts]
+    try:
+        value = _OPERATIONS[node.kind](node, *parts)
+    except FormulaError:
+        raise
+    except (sp.ShapeError, ValueError, TypeError, NotImplementedError) as error:
+        reason = str(error) or type(error).__name__
+        raise node.at.fault(f'{node.at.written!r} cannot be done here: {reason}') from None
+    _refuse_large(node, value)
+    return _real(node, value) if node.kind == '^' else value
+
+
+def _refuse_large(node: Node, value: Value) -> None:
+    # Products double the digits of their numbers each time.
+    for entry in value if is_matrix(value) else (value,):
+        for factor in sp.Mul.make_args(entry):
+            if factor.is_Rational and _bits(factor) > LARGEST_NUMBER_BITS:
+                raise node.at.fault('the number is too large')
+            if factor.is_Pow and factor.exp.is_Rational and abs(factor.exp) > LARGEST_POWER:
+                raise node.at.fault(f'a power higher than {LARGEST_POWER}')
+
+
+def _bits(number: Value) -> int:
+    return int(number.p).bit_length() + int(number.q).bit_length()
+
+
+def _real(node: Node, value: Value) -> Value:
+    if not is_matrix(value) and value.has(sp.I):
+        raise node.at.fault(f'{node.text or node.at.written} is not a real number here')
+    return value
+
+
+def is_matrix(value: Value) -> bool:
+    """Return whether a value is a matrix, not a scalar."""
+    return isinstance(value, sp.MatrixBase)
+
+
+def number(text: str, at: FormulaToken) -> Value:
+    """
+    Return an exact number: decimals become fractions, and printed multiples of pi that multiple.
+
+    Raises
+    ------
+    FormulaError
+        Too many digits, or too large an exponent.
+    """
+    mantissa, _, exponent = text.lower().partition('e')
+    if len(mantissa) > MOST_DIGITS or len(exponent) > 3 or abs(int(exponent or 0)) > 60:
+        raise at.fault(f'a number of more than {MOST_DIGITS} digits, or beyond 1e60')
+    digits = len(mantissa.partition('.')[2])
+    if digits >= DIGITS_OF_PI and not exponent:
+        for k in TWELFTHS:
+            multiple = sp.pi * k / 12
+            rounded, cut = f'{float(multiple):.{digits}f}', f'{float(multiple):.16f}'
+            if mantissa in (rounded, cut[: len(rounded)]):
+                return multiple
+    return sp.Rational(text)
+
+
+def _unwrapped(value: Value) -> Value:
+    return value[0, 0] if is_matrix(value) and value.shape == (1, 1) else value
+
+
+def _stacked(node: Node, parts: list[Value]) -> Value:
+    if sum(len(part) if is_matrix(part) else 1 for part in parts) > MOST_ENTRIES:
+        raise node.at.fault(f'a matrix of more than {MOST_ENTRIES} entries')
+    rows, at = [], 0
+    for length in node.rows:
+        blocks = [part if is_matrix(part) else sp.Matrix([[part]]) for part in parts[at:][:length]]
+        if len({block.rows for block in blocks}) > 1:
+            heights = ', '.join(str(block.rows) for block in blocks)
+            raise node.at.fault(f'the entries of a row are {heights} rows high')
+        rows.append(sp.Matrix.hstack(*blocks))
+        at += length
+    if len({row.cols for row in rows}) > 1:
+        widths = ', '.join(str(row.cols) for row in rows)
+        raise node.at.fault(f'the rows of the matrix have {widths} entries')
+    return sp.ImmutableDenseMatrix(sp.Matrix.vstack(*rows))
+
+
+def _added(node: Node, *terms: Value) -> Value:
+    if not any(map(is_matrix, terms)):
+        return sp.Add(*terms)  # at once: one after the other takes the square of their count
+    one, *others = terms
+    for other in others:
+        if is_matrix(one) != is_matrix(other):
+            raise node.at.fault(f'{node.at.written!r} between a matrix and a number')
+        if one.shape != other.shape:
+            sizes = f'{_size(one)} and {_size(other)}'
+            raise node.at.fault(f'{node.at.written!r} between matrices of {sizes}')
+        one += other
+    return one
+
+
+def _size(matrix: Value) -> str:
+    return f'{matrix.rows} x {matrix.cols}'
+
+
+def _multiplied(node: Node, one: Value, other: Value) -> Value:
+    if is_matrix(one) and is_matrix(other) and one.cols != other.rows:
+        if one.cols == other.cols and other.rows == 1:
+            other = other.T  # R [a, 0, 0] is written for R [a, 0, 0]^T
+        else:
+            raise node.at.fault(f'a product of matrices of {_size(one)} and {_size(other)}')
+    return one * other
+
+
+def _divided(node: Node, one: Value, other: Value) -> Value:
+    if is_matrix(other):
+        raise node.at.fault('division by a matrix: multiply by its inverse')
+    if other == 0:
+        raise node.at.fault('division by zero')
+    return one / other
+
+
+def _powered(node: Node, base: Value, exponent: Value) -> Value:
+    if is_matrix(base):
+        if exponent != -1 or base.rows != base.cols:
+            raise node.at.fault(
+                'the only power of a matrix is ^-1, of a square one; frame 3 in frame 2 is T_23'
+            )
+        return _inverse(node, base)
+    if not (exponent.is_Rational and abs(exponent) <= HIGHEST_POWER and exponent.q <= 4):
+        raise node.at.fault(f'an exponent must be a number of at most {HIGHEST_POWER}')
+    if base == 0 and exponent < 0:
+        raise node.at.fault('division by zero')
+    bits = _bits(base) if base.is_Rational else 1
+    if bits * abs(exponent) > LARGEST_NUMBER_BITS:
+        raise node.at.fault('the number is too large')
+    return base**exponent
+
+
+def _crossed(node: Node, one: Value, other: Value) -> Value:
+    if is_matrix(one) and is_matrix(other):
+        if len(one) != 3 or len(other) != 3:
+            message = f'a cross product of {_size(one)} and {_size(other)}: both must be 3 x 1'
+            raise node.at.fault(message)
+        return one.reshape(3, 1).cross(other.reshape(3, 1))
+    return one * other  # `2 \times 3`
+
+
+def _transposed(node: Node, value: Value) -> Value:
+    return value.T if is_matrix(value) else value
+
+
+def _inverse(node: Node, matrix: Value) -> Value:
+    if not is_matrix(matrix):
+        return 1 / matrix
+    if matrix.rows == matrix.cols == 4 and matrix.row(3) == sp.Matrix([[0, 0, 0, 1]]):
+        # Of a pose, without a symbolic elimination; a matrix that is none shows in the comparison.
+        R = matrix[:3, :3].T
+        return sp.ImmutableDenseMatrix(
+            sp.Matrix.vstack(sp.Matrix.hstack(R, -R * matrix[:3, 3]), sp.Matrix([[0, 0, 0, 1]]))
+        )
+    if matrix.rows != matrix.cols or matrix.rows > 4:
+        raise node.at.fault(f'the inverse of a matrix of {_size(matrix)}')
+    determinant = matrix.det(method='berkowitz')
+    if determinant == 0:
+        raise node.at.fault('the inverse of a matrix of determinant 0')
+    return matrix.adjugate() / determinant
+
+
+_OPERATIONS: dict[str, Callable[..., Value]] = {
+    '+': _added,
+    '*': _multiplied,
+    '/': _divided,
+    '^': _powered,
+    'x': _crossed,
+    "'": _transposed,
+    'neg': lambda node, value: -value,
+    'deg': lambda node, value: value * sp.pi / 180,
+}
+
+_OF_SYMPY = ('sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'atan2', 'sqrt')
+_SCALAR: dict[str, Callable[..., Value]] = {
+    **{name: getattr(sp, name) for name in _OF_SYMPY},
+    'sind': lambda x: sp.sin(x * sp.pi / 180),
+    'cosd': lambda x: sp.cos(x * sp.pi / 180),
+    'tand': lambda x: sp.tan(x * sp.pi / 180),
+    'atan2d': lambda y, x: sp.atan2(y, x) * 180 / sp.pi,
+    'abs': sp.Abs,
+    **dict.fromkeys(('sign', 'sgn'), sp.sign),
+    **dict.fromkeys(('rad', 'radians', 'deg2rad'), lambda x: x * sp.pi / 180),
+}
+
+
+@lru_cache(maxsize=65536)
+def _functions_inside(value: Value) -> int:
+    inside = max(map(_functions_inside, value.args), default=0)
+    return inside + bool(value.is_Function)
+
+
+def _called(node: Node, arguments: list[Value]) -> Value:
+    if node.text == 'cross':
+        if not all(map(is_matrix, arguments)):
+            raise node.at.fault('a cross product is taken of two vectors of 3 entries')
+        return _crossed(node, *arguments)
+    if node.text == 'inv':
+        return _inverse(node, *arguments)
+    if node.text == 'transpose':
+        return _transposed(node, *arguments)
+    if node.text == 'simplify':
+        return arguments[0]
+    arguments = [_unwrapped(argument) for argument in arguments]
+    if any(map(is_matrix, arguments)):
+        raise node.at.fault(f'{node.text} of a matrix')
+    if max(map(_functions_inside, arguments)) >= DEEPEST_CALLS:
+        raise node.at.fault(f'functions nested more than {DEEPEST_CALLS} deep')
+    value = _SCALAR[node.text.replace('arc', 'a')](*arguments)
+    if not value.is_finite and value.is_number:
+        raise node.at.fault(f'{node.text} is not finite here')
+    return value

@@ -1,0 +1,335 @@
+"""A file of formulas: its settings, definitions and formulas, each with the line it stands on."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from .....errors import FormulaError
+from .syntax import Node, parse, parse_lines
+from .tokens import FormulaToken, plain_letters, tokens_of
+
+SETTING = re.compile(
+    r'\s*(rows|frame|units|at|first frame|point|meaning|singular)\s*:(?!=)(.*)', re.IGNORECASE
+)
+WHERE = re.compile(r'\s*,?\s*where\b[\s,:]*', re.IGNORECASE)
+LATEX_WHERE = re.compile(r'\\(?:text|mathrm)\s*\{\s*where\s*\}')
+GOES_ON = re.compile(r'(=|(?<![*/])[*/+-]|&|\\\\|\.\.\.)\s*$')
+BEGINS_A_MATRIX = re.compile(r'\s*(\$|\[|\\begin|\\left|\\\[|Matrix|sp\.|sympy\.|np\.)')
+BRACED = re.compile(r'\\(?:begin|end)\s*\{[^{}]{0,40}\}')
+
+# Each takes up to a second.
+MOST_FORMULAS = 200
+
+# What a determinant may be said to be of: `det(J)`.
+DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
+# `J(q) = ...`, `T(\theta_1, \theta_2) = ...`: a left side and what it depends on.
+DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
+JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
+
+# What a setting may be, and what it sets.
+CHOICES: dict[str, dict[str, dict[str, Any]]] = {
+    'rows': {'linear first': {'angular_first': False}, 'angular first': {'angular_first': True}},
+    'frame': {'base': {'axes': 'base'}, 'tool': {'axes': 'tool'}},
+    'units': {'rad': {'degrees': False}, 'deg': {'degrees': True}},
+    'first frame': {'0': {'first_frame': 0}, '1': {'first_frame': 1}},
+}
+
+
+@dataclass(frozen=True)
+class Settings:
+    """
+    How the formulas after a setting are meant.
+
+    Parameters
+    ----------
+    angular_first
+        `rows: angular first`; None: the usual order, linear first but of `J_s` and `J_b`.
+    axes
+        `frame: tool`: the axes of the Jacobian's rows.
+    degrees
+        `units: deg`: angles in the formulas, in `at`, and what inverse kinematics returns.
+    first_frame
+        The number of the table's frame 0.
+    point
+        What x, y, z are the coordinates of; empty: the tool.
+    at
+        The configuration of numeric formulas, `theta3=90 deg`; empty: random poses.
+    meanings
+        `meaning: R_C = o_3`: other names for what is known.
+    """
+
+    angular_first: bool | None = None
+    axes: str = 'base'
+    degrees: bool = False
+    first_frame: int = 0
+    point: str = ''
+    at: tuple['Raw', ...] = ()
+    meanings: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Raw:
+    """
+    An equation of the file, read but not yet understood.
+
+    Parameters
+    ----------
+    left, right
+        Trees of both sides; of a chain a = b = c the first and the last.
+    local
+        Stands after `where`: a definition for the formula above only.
+    claim
+        The conditions of a `singular:` line; left and right are those of the first.
+    """
+
+    left: Node
+    right: Node
+    local: bool
+    settings: Settings
+    claim: tuple['Raw', ...] = ()
+
+    @property
+    def line(self) -> int:
+        """Return the line it begins on."""
+        return self.left.at.line
+
+
+@dataclass(frozen=True)
+class FormulaFile:
+    """What stands in a file of formulas, and what could not be read."""
+
+    raw: tuple[Raw, ...]
+    faults: tuple[FormulaError, ...]
+
+
+@dataclass(frozen=True)
+class _Chunk:
+    # Lines that belong together, from a column of the first one on.
+    text: str
+    line: int
+    by_lines: bool = False
+    column: int = 1
+
+    def after(self, at: int) -> '_Chunk':
+        return replace(self, text=self.text[at:], column=at + 1)
+
+    def fault(self, message: str) -> FormulaError:
+        return FormulaError(message, self.line, self.column)
+
+
+def read_formulas(text: str) -> FormulaFile:
+    """Return the equations and settings of a text."""
+    raw: list[Raw] = []
+    faults: list[FormulaError] = []
+    settings, local = Settings(), False
+    lines = [plain_letters(line) for line in text.splitlines()]
+    for chunk in _chunks(lines):
+        try:
+            if found := SETTING.fullmatch(chunk.text):
+                local = False
+                words, said = (
+                    found[1].lower(),
+                    chunk.after(len(chunk.text) - len(found[2].lstrip())),
+                )
+                if words == 'singular':
+                    raw.append(_claim(said, settings))
+                else:
+                    settings = _set(settings, words, said)
+                continue
+            body = LATEX_WHERE.sub(lambda m: 'where' + ' ' * (len(m[0]) - 5), chunk.text)
+            whole = replace(chunk, text=body)
+            if start := WHERE.match(body):
+                local, whole = True, whole.after(start.end())
+                if not whole.text.strip():
+                    continue
+            for equation in _equations(whole, settings, local):
+                raw.append(equation)
+        except FormulaError as fault:
+            faults.append(fault)
+        if len(raw) > MOST_FORMULAS:
+            message = f'more than {MOST_FORMULAS} formulas: split the file'
+            faults.append(FormulaError(message, chunk.line, 1))
+            break
+    return FormulaFile(tuple(raw), tuple(faults))
+
+
+def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
+    at = 0
+    while at < len(lines):
+        if not _bare(lines[at]):
+            at += 1
+            continue
+        first = at
+        depth = _depth(lines[at])
+        at += 1
+        if SETTING.fullmatch(lines[first]) and depth <= 0:
+            yield _Chunk(_bare(lines[first]), first + 1)
+            continue
+        by_lines = False
+        while at < len(lines):
+            text = _bare(lines[at])
+            before = _bare(lines[at - 1])
+            if depth <= 0 and text.lstrip().startswith(('=', '&=', '&:=')):
+                pass
+            elif depth <= 0 and before.endswith('=') and at == first + 1:
+                at = _skip_blank(lines, at)
+                if at < len(lines) and not BEGINS_A_MATRIX.match(lines[at]):
+                    by_lines, at = True, _end_of_rows(lines, at)
+                    break
+                if at >= len(lines):
+                    break
+            elif depth <= 0 and not GOES_ON.search(before):
+                break
+            elif depth > 0 and (_begins_another(text) or SETTING.fullmatch(text)):
+                break  # a bracket that was never closed must not swallow the file
+            depth += _depth(lines[at])
+            at += 1
+        yield _Chunk('\n'.join(lines[first:at]), first + 1, by_lines)
+
+
+def _begins_another(text: str) -> bool:
+    left, equals, _ = text.partition('=')
+    left = left.rstrip().removesuffix(':').rstrip()
+    return bool(equals and left) and '&' not in left and not left.endswith(':')
+
+
+def _skip_blank(lines: Sequence[str], at: int) -> int:
+    while at < len(lines) and not _bare(lines[at]):
+        at += 1
+    return at
+
+
+def _end_of_rows(lines: Sequence[str], at: int) -> int:
+    # A matrix without brackets ends at a blank line, a setting, or the next formula.
+    while at < len(lines):
+        text = _bare(lines[at])
+        if not text or '=' in text or SETTING.fullmatch(lines[at]) or WHERE.match(lines[at]):
+            break
+        at += 1
+    return at
+
+
+def _bare(line: str) -> str:
+    # Without its comment; `\%` is none.
+    found = re.search(r'(?<!\\)[#%]', line)
+    text = (line[: found.start()] if found else line).rstrip()
+    return '' if text.strip() in ('$$', '$', '\\[', '\\]') else text
+
+
+def _depth(line: str) -> int:
+    text = _bare(line)
+    environments = BRACED.findall(text)
+    begun = sum(found.startswith('\\begin') for found in environments)
+    text = BRACED.sub('', text)
+    depth: int = 2 * begun - len(environments)
+    return depth + sum({'(': 1, '[': 1, '{': 1, ')': -1, ']': -1, '}': -1}.get(c, 0) for c in text)
+
+
+def _equations(chunk: _Chunk, settings: Settings, local: bool = False) -> Iterator[Raw]:
+    for part in _split(tokens_of(chunk.text, chunk.line, chunk.column), (';', ',')):
+        raw = _equation(part, settings, local, chunk.by_lines)
+        left, right = raw.left, raw.right
+        if left.kind == right.kind == "'":
+            left, right = left.parts[0], right.parts[0]
+        if left.kind == right.kind == 'matrix' and left.rows == right.rows:
+            entries = zip(left.parts, right.parts)
+            yield from (replace(raw, left=one, right=other) for one, other in entries)
+        else:
+            yield raw
+
+
+def _split(tokens: Sequence[FormulaToken], at: Sequence[str]) -> list[list[FormulaToken]]:
+    # At separators outside all brackets.
+    parts: list[list[FormulaToken]] = [[]]
+    depth = 0
+    for token in tokens:
+        if token.kind == 'begin' or (token.kind == 'operator' and token.text in '([{'):
+            depth += 1
+        elif token.kind == 'end' or (token.kind == 'operator' and token.text in ')]}'):
+            depth -= 1
+        if depth == 0 and token.kind == 'operator' and token.text in at:
+            parts.append([])
+        else:
+            parts[-1].append(token)
+    return [part for part in parts if any(token.kind != 'newline' for token in part)]
+
+
+def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_lines: bool) -> Raw:
+    sides = _split(tokens, ('=',))
+    first = next(token for token in tokens if token.kind != 'newline')
+    if len(sides) < 2:
+        advice = ': decimals have a point, as in 0.5' if first.kind == 'number' else ''
+        raise first.fault(
+            f'{first.written!r} begins no formula{advice} (expected NAME = ..., a setting such as '
+            "'rows: angular first', or a comment after #)"
+        )
+    left = _of_a_jacobian(parse(_without_joints(_without_ampersands(sides[0])), tokens[-1]))
+    right = sides[-1]
+    while right and right[0].kind == 'newline':
+        right = right[1:]
+    is_rows = by_lines and any(token.kind == 'newline' for token in _trimmed(right))
+    tree = parse_lines(right, tokens[-1]) if is_rows else parse(right, tokens[-1])
+    return Raw(left, tree, local, settings)
+
+
+def _of_a_jacobian(left: Node) -> Node:
+    # det(J) on a left side, read as a product so far, is what `det` is.
+    if left.kind != '*' or left.parts[0].text != 'det':
+        return left
+    det, of = left.parts
+    if of.text not in DETERMINANT_OF:
+        raise det.at.fault("the determinant of J is the one that is known: write 'det(J) = ...'")
+    return replace(det, at=replace(det.at, written=f'{det.at.written}({of.at.written})'))
+
+
+def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
+    while tokens and tokens[-1].kind == 'newline':
+        tokens = tokens[:-1]
+    return tokens
+
+
+def _without_ampersands(tokens: list[FormulaToken]) -> list[FormulaToken]:
+    return [token for token in tokens if token.text != '&']
+
+
+def _without_joints(tokens: list[FormulaToken]) -> list[FormulaToken]:
+    name, *rest = _trimmed(tokens)
+    if not rest or not DEPENDS.fullmatch(name.text) or [rest[0].text, rest[-1].text] != ['(', ')']:
+        return tokens
+    inside = [token.text for token in rest[1:-1] if token.text != ',']
+    return [name] if inside and all(map(JOINTS.fullmatch, inside)) else tokens
+
+
+def _claim(said: _Chunk, settings: Settings) -> Raw:
+    conditions = tuple(_equations(said, settings))
+    if not conditions:
+        raise said.fault("expected a condition, such as 'singular: q3 = k*pi'")
+    return replace(conditions[0], claim=conditions)
+
+
+def _set(settings: Settings, name: str, said: _Chunk) -> Settings:
+    word = ' '.join(said.text.split()).lower()
+    if name in CHOICES:
+        if word not in CHOICES[name]:
+            accepted = ' or '.join(repr(choice) for choice in CHOICES[name])
+            raise said.fault(f'{name}: {word!r} is not accepted: {accepted}')
+        return replace(settings, **CHOICES[name][word])
+    if name == 'point':
+        return replace(settings, point='' if word in ('', 'tool') else _one_name(said))
+    if name == 'at' and word in ('', 'random', 'random poses'):
+        return replace(settings, at=())
+    pairs = tuple(_equations(said, settings))
+    if name == 'at':
+        return replace(settings, at=pairs)
+    if any(pair.left.kind != 'name' or pair.right.kind != 'name' for pair in pairs):
+        raise said.fault("expected 'meaning: NAME = NAME', such as R_C = o_3")
+    meanings = tuple((pair.left.text, pair.right.text) for pair in pairs)
+    return replace(settings, meanings=settings.meanings + meanings)
+
+
+def _one_name(said: _Chunk) -> str:
+    tokens = tokens_of(said.text, said.line, said.column)
+    if len(tokens) != 1 or tokens[0].kind != 'name':
+        raise said.fault("expected one name, such as 'point: o_3'")
+    return tokens[0].text

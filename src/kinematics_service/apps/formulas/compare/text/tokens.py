@@ -1,0 +1,223 @@
+r"""
+The words of a formula as people type it: plain, sympy, MATLAB or LaTeX, in one stream of tokens.
+
+Names lose their underscores and braces (`\theta_{1}`, `theta_1` and `theta1` are one name), Greek
+letters get their English names, and what only spaces or sizes a LaTeX formula is left out.
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from .....errors import FormulaError
+from .....typography import GREEK, SUBSCRIPTS, plain_signs
+
+# What has a meaning of its own in a formula: a cross product, powers, a transpose.
+UNICODE = {
+    '×': '\\times ', '′': "'", 'ᵀ': "'", 'ᵢ': '_i',
+    **{sign: f'^{digit}' for digit, sign in enumerate('⁰¹²³⁴⁵⁶⁷⁸⁹')},
+}  # fmt: skip
+GREEK_LETTER = re.compile(f'([{"".join(GREEK)}])([A-Za-z0-9]?)')
+SUBSCRIPT = re.compile('[₀₁₂₃₄₅₆₇₈₉]+')
+SAME_LETTER = {'varphi': 'phi', 'vartheta': 'theta', 'varsigma': 'sigma'}
+
+_END = '(?![A-Za-z])'
+_GROUP = r'\{(?:[^{}]|\{[^{}]*\})*\}'
+_MATRIX = r'\s*\{\s*(?:[pbvB]|small)?matrix\*?\s*\}|\s*\{\s*array\s*\}'
+_LETTERED = r'\\(?:text|operatorname|math(?:rm|cal|bf|it|sf|bb)|boldsymbol|bm|mbox|hat|vec)\s*\*?'
+# The kind of a token, its pattern, and its plain text if that is not what matches. A token without
+# a kind has no meaning. The first pattern that matches is taken.
+TOKENS = tuple(
+    (kind, re.compile(pattern), plain)
+    for kind, pattern, plain in (
+        ('', r'[\s$~]+|(?:[#%]|\.\.\.).*|(?:sp|sympy|np|numpy|math)\.(?=[A-Za-z])|\.[\s$]*$', ''),
+        ('degrees', rf'\^\s*(?:\{{\s*\\circ\s*\}}|\\circ{_END})|°|\\degree{_END}', 'deg'),
+        ('number', r'(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?', None),
+        ('row', r'\\\\(?:\s*\[[^\]]*(?:pt|em|ex|mm)\])?', '\\\\'),
+        ('begin', rf'\\begin(?:{_MATRIX})(?:(?<=array\}})\s*{_GROUP})?', None),
+        ('end', rf'\\end(?:{_MATRIX})', None),
+        ('', r'\\[,;:! \[\]()]|\\(?:begin|end)\s*\{[^{}\\]*\}?', ''),
+        ('', rf'\\(?:left|right|[bB]igg?[lr]?|displaystyle|q?quad|limits|nonumber|hfill){_END}',
+         ''),
+        ('operator', rf'\\cdot{_END}|\.?\*(?!\*)', '*'),
+        ('operator', rf'\\times{_END}', 'x'),
+        ('operator', r'\*\*|\.?\^', '^'),
+        ('operator', r'\./|/', '/'),
+        ('operator', r":?=", '='),
+        ('operator', r"\.?'", "'"),
+        ('operator', r'[-+()\[\]{},;&]', None),
+        ('name', rf'{_LETTERED}\s*{_GROUP}', None),
+        # `s\theta_2` is sin(theta2).
+        ('name', r'(?:[cCsS](?=\\(?:var)?(?:theta|phi)))?\\[A-Za-z]+', None),
+        ('name', r'[A-Za-z][A-Za-z0-9]*', None),
+    )
+)  # fmt: skip
+WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
+# Indices below: of a LaTeX command one letter or a number, else a word.
+BELOW = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|[A-Za-z0-9]+)')
+BELOW_COMMAND = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|\d+|[A-Za-z])')
+# Indices above name a frame, of these letters alone.
+FRAMED = ('T', 'A', 'H', 'R', 'z', 'o', 'O', 'p', 'P', 'J')
+ABOVE = re.compile(r'\s*\^\s*(?P<brace>\{\s*)?(?P<index>[0-9n])(?(brace)\s*\}|(?![A-Za-z0-9.]))')
+INDEX = re.compile(r'\s*_\s*\{?\s*[0-9nevwx\\]')
+BEFORE = re.compile(
+    r'(?:\{\s*\}\s*)?\^\s*(?P<brace>\{\s*)?(?P<above>[0-9n])(?(brace)\s*\})(?P<glued>(?=\S))?'
+    rf'\s*(?:_\s*(?P<below>\w|{_GROUP})\s*)?'
+    rf'(?P<letter>{_LETTERED}\s*\{{[TAHRzoOpPJ]\}}|[TAHRzoOpPJ](?![A-Za-z0-9]))'
+)
+ADVICE = {
+    '|': ': write det(J) for a determinant',
+    '_': ': an index comes before a power, as in L_1^2',
+}
+# `+-` is one of two signs, or the sign of a number that is added.
+PLUS_MINUS = re.compile(r'[±∓]|\\(?:pm|mp)(?![A-Za-z])|\+/?-')
+MOST_TOKENS = 50_000
+
+
+@dataclass(frozen=True)
+class FormulaToken:
+    """
+    One word of a formula.
+
+    Parameters
+    ----------
+    kind
+        `number`, `name`, `operator`, `begin`, `end`, `row` (of LaTeX), `newline`, `degrees`.
+    text
+        The number, the name without underscores (a frame above it first, `0z1`), or the operator
+        in its plain form.
+    written
+        As it stands in the file.
+    line, column
+        Counted from 1.
+    spaced
+        Whether white space stands before it, which separates the entries of a MATLAB row.
+    """
+
+    kind: str
+    text: str
+    written: str
+    line: int
+    column: int
+    spaced: bool
+
+    def fault(self, message: str) -> FormulaError:
+        """Return an error about what stands here."""
+        return FormulaError(message, self.line, self.column)
+
+
+def plain_letters(text: str) -> str:
+    """Return a line with Greek letters, typographic signs and indices in plain form."""
+    if text.isascii():
+        return text
+    for sign, plain in UNICODE.items():
+        text = text.replace(sign, plain)
+    text = plain_signs(text)
+    text = SUBSCRIPT.sub(lambda found: '_' + found[0].translate(SUBSCRIPTS), text)
+    # `θ1` is one name, `θa` a product.
+    return GREEK_LETTER.sub(
+        lambda found: (
+            f'\\{GREEK[found[1]]}{"_" if found[2].isdigit() else " " * bool(found[2])}' + found[2]
+        ),
+        text,
+    )
+
+
+def tokens_of(text: str, line: int = 1, column: int = 1) -> list[FormulaToken]:
+    """
+    Return the words of a text that begins at a line and column of its file.
+
+    Raises
+    ------
+    FormulaError
+        A character or LaTeX command with no meaning here.
+    """
+    tokens: list[FormulaToken] = []
+    for offset, part in enumerate(text.split('\n')):
+        if offset:
+            tokens.append(FormulaToken('newline', '\n', '', line + offset - 1, 0, True))
+        first = column if offset == 0 else 1
+        tokens.extend(_tokens_of_line(part, line + offset, first))
+        if len(tokens) > MOST_TOKENS:
+            raise FormulaError(f'more than {MOST_TOKENS} words', line + offset, 1)
+    return tokens
+
+
+def _tokens_of_line(text: str, line: int, column: int) -> Iterator[FormulaToken]:
+    at, spaced, operand = 0, False, False
+    while at < len(text):
+        start = at
+        kind, word, at = _before(text, at, operand, spaced) or _token(text, at, line, column)
+        if kind:
+            yield FormulaToken(kind, word, text[start:at].strip(), line, column + start, spaced)
+            operand = kind in ('number', 'name', 'end', 'degrees') or word in ")]}'"
+        spaced = not kind
+
+
+def _token(text: str, at: int, line: int = 0, column: int = 0) -> tuple[str, str, int]:
+    # The kind, the word and where it ends; an empty kind is what has no meaning.
+    if found := PLUS_MINUS.match(text, at):
+        raise FormulaError(
+            f"'{found[0]}' is two signs: write the line once with + and once with -; to add a "
+            'negative number, write + (-1)',
+            line,
+            column + at,
+        )
+    for kind, pattern, plain in TOKENS:
+        if found := pattern.match(text, at):
+            word = found[0] if plain is None else plain
+            return _name(word, text, found.end()) if kind == 'name' else (kind, word, found.end())
+    if text[at : at + 1] == '\\':
+        raise FormulaError('a backslash without a command', line, column + at)
+    raise FormulaError(
+        f'{text[at : at + 1]!r} has no meaning in a formula{ADVICE.get(text[at : at + 1], "")} '
+        '(accepted: numbers, names, + - * / ^ = , ; brackets, and LaTeX commands)',
+        line,
+        column + at,
+    )
+
+
+def _before(text: str, at: int, operand: bool, spaced: bool) -> tuple[str, str, int] | None:
+    # `{}^{0}T_{2}` and `{}^0_2T`: frame 2 in frame 0. Behind an operand `^` is a power, unless
+    # the number is written onto a name: `A_1 ^1T_2`.
+    found = BEFORE.match(text, at) if text[at] in '{^' else None
+    if found is None or (
+        operand and text[at] == '^' and not (spaced and found['glued'] is not None)
+    ):
+        return None
+    return _name(found['letter'], text, found.end(), found['above'], found['below'] or '')
+
+
+def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tuple[str, str, int]:
+    command, word = '\\' in word, word.replace('\\', '', 1)
+    if '{' in word:
+        word = re.sub(r'[\\_{}]', '', word[word.index('{') :]).strip()
+        if not WORD.fullmatch(word):
+            # Text of several words is a remark, as in `\text{ according to base axes}`.
+            return '', '', at
+    word, below = SAME_LETTER.get(word, word), _plain_index(below)
+    while True:
+        if found := (BELOW_COMMAND if command else BELOW).match(text, at):
+            below += _plain_index(found[1])
+        elif not above and (found := ABOVE.match(text, at)) and _is_frame(word, found, below):
+            above = found['index']
+        else:
+            break
+        at = found.end()
+    # T_02 and T^0_2 are one name.
+    word = 'T' if above and word in 'AH' else word
+    return 'name', (word + above if word == 'T' else above + word) + below, at
+
+
+def _is_frame(word: str, found: re.Match[str], below: str) -> bool:
+    # `R^0_1`, `{}^0J`; and `R_1^0`: a power 0 or 1 is never written. `T_1^2` stays a power.
+    if word not in FRAMED:
+        return False
+    if below:
+        return found['index'] in '01' and (below.isdigit() or word == 'J')
+    return word == 'J' or bool(INDEX.match(found.string, found.end()))
+
+
+def _plain_index(group: str) -> str:
+    plain = re.sub(r'[\s\\_{},]|mathrm|text', '', group)
+    return plain.replace('-', 'm').replace('+', 'p')

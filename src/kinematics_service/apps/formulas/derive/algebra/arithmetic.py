@@ -1,0 +1,287 @@
+"""The arithmetic of one arm: its ring, and what a file's angles and lengths are in it."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import chain, count
+from typing import Any
+
+import numpy as np
+import sympy
+
+from .....errors import DerivationError
+from .....rigid_motion import Z_INTO
+from .....robot.file.parts.description import Link, RobotDescription
+from .laurent import Laurent, Ring, from_terms
+from .matrices import Matrix, product
+from .names import Names
+
+# Constant angles that are no quarter turns and stay symbols.
+MOST_LETTERS = 2
+# A row turns by p/q of a joint's angle: p and q are exponents, which have room for a product of
+# dozens of them.
+MOST_PARTS = 500
+# 1.5707963267948966 is what a program prints for pi/2.
+NEAREST_DOUBLE = 1e-15
+
+Affine = tuple[Any, dict[Any, Any]]
+NOTHING: Affine = (sympy.Integer(0), {})
+
+
+@dataclass(frozen=True)
+class Arithmetic:
+    """
+    The ring an arm is computed in, and where its joint variables are in it.
+
+    Attributes
+    ----------
+    ring
+        The generators.
+    units
+        exp(i theta / unit) is the generator of a joint variable: the ring's parts, times what
+        gear ratios ask for.
+    steps
+        The exponents of that generator are multiples of this: of the parts, times what the rows
+        that turn by a multiple of the joint's angle have in common.
+    offsets
+        theta = q + offset of each joint variable, rad: 0 but where the rows' offset is no number
+        of quarter turns. In theta such an arm is as short as one without offsets.
+    angles
+        The symbol of theta; the joint variable itself where its offset is 0.
+    """
+
+    ring: Ring
+    names: Names
+    units: Mapping[Any, int]
+    steps: Mapping[Any, int]
+    offsets: Mapping[Any, Any]
+    angles: Mapping[Any, Any]
+
+    @property
+    def in_variables(self) -> dict[Any, Any]:
+        """Return what stands for each theta: q + offset."""
+        return {
+            angle: v + self.offsets[v] for v, angle in self.angles.items() if self.offsets[v] != 0
+        }
+
+    @cached_property
+    def values(self) -> Any:
+        """Return the number of each generator that no joint moves (nan elsewhere), complex."""
+        moving, known = set(self.names.variables), dict(self.names.values)
+        values = np.full(len(self.ring.generators), np.nan, dtype=complex)
+        for k, generator in enumerate(self.ring.generators):
+            if generator.meaning not in moving:
+                number = float(generator.meaning.subs(known))
+                values[k] = np.exp(1j * number) if generator.kind == 'fixed_angle' else number
+        return values
+
+    def angle_index(self, variable: Any) -> int:
+        """Return the index of exp(i variable / unit)."""
+        return self.ring.index('angle', variable)
+
+    @property
+    def joint_indices(self) -> list[int]:
+        """Return the indices of the generators of joint variables, as angles and as lengths."""
+        variables = self.names.variables
+        lengths = (self.ring.index('number', variable) for variable in variables)
+        return [*map(self.angle_index, variables), *lengths]
+
+    def moves(self, exponents: Iterable[Sequence[int]]) -> bool:
+        """Return whether a joint variable stands in monomials."""
+        joints = self.joint_indices
+        return any(e[k] for e in exponents for k in joints)
+
+    def derivative(self, value: Laurent, variable: Any) -> Laurent:
+        """Return the derivative by a joint variable, as an angle and as a length."""
+        ring = self.ring
+        by_angle = value.derivative(self.angle_index(variable), self.units[variable])
+        return by_angle + value.derivative(ring.index('number', variable))
+
+    def exponential(self, angle: Affine) -> Laurent:
+        """Return exp(i angle) of an angle affine in the joint variables."""
+        constant, factors = angle
+        shifted = constant - sum(f * self.offsets[v] for v, f in factors.items())
+        result = exponential(self.ring, shifted)
+        for variable, factor in factors.items():
+            exponent = int(factor * self.units[variable])
+            result = result * self.ring.power(self.angle_index(variable), exponent)
+        return result
+
+    def length(self, length: Affine) -> Laurent:
+        """Return a length affine in the joint variables."""
+        constant, factors = length
+        result = self.ring.length(sympy.expand(constant))
+        for variable, factor in factors.items():
+            result = result + self.ring.length(variable) * self.ring.length(factor)
+        return result
+
+    def identity(self) -> Matrix:
+        """Return the 4 x 4 identity."""
+        return self.constant_matrix(sympy.eye(4).tolist())
+
+    def constant_matrix(self, rows: Sequence[Sequence[Any]]) -> Matrix:
+        """Return a matrix of sympy expressions without angles."""
+        return tuple(tuple(self.ring.length(sympy.sympify(e)) for e in row) for row in rows)
+
+    def screw_z(self, theta: Affine, d: Affine) -> Matrix:
+        """Return Rz(theta) Tz(d)."""
+        cosine, sine = self._cosine_and_sine(theta)
+        zero, one = self.ring.number(0), self.ring.number(1)
+        return (
+            (cosine, -sine, zero, zero),
+            (sine, cosine, zero, zero),
+            (zero, zero, one, self.length(d)),
+            (zero, zero, zero, one),
+        )
+
+    def about_axis(self, axis: str, theta: Affine, d: Affine) -> Matrix:
+        """Return the rotation about, and translation along, axis x, y or z."""
+        turn = self.turn(axis)
+        return product(product(turn, self.screw_z(theta, d)), transposed(turn))
+
+    def turn(self, axis: str) -> Matrix:
+        """Return the rotation that puts the z axis where `axis` is."""
+        return self.constant_matrix([[int(round(e)) for e in row] for row in Z_INTO[axis]])
+
+    def _cosine_and_sine(self, angle: Affine) -> tuple[Laurent, Laurent]:
+        z = self.exponential(angle)
+        negative = (-angle[0], {v: -f for v, f in angle[1].items()})
+        inverse = self.exponential(negative)
+        return (z + inverse).scaled(1, 2), (z - inverse).times_i(3).scaled(1, 2).reduced()
+
+
+def transposed(matrix: Matrix) -> Matrix:
+    """Return a matrix with rows and columns exchanged."""
+    return tuple(zip(*matrix))
+
+
+def inverse(T: Matrix) -> Matrix:
+    """Return the inverse of a rigid motion."""
+    R_t = tuple(tuple(T[j][i] for j in range(3)) for i in range(3))
+    p = tuple((T[i][3],) for i in range(3))
+    moved = product(R_t, p)
+    return (*((*R_t[i], -moved[i][0]) for i in range(3)), T[3])
+
+
+def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -> Arithmetic:
+    """
+    Return the ring of an arm, with its joint variables in it.
+
+    Parameters
+    ----------
+    description, names
+        The arm.
+    parts
+        2 for a ring with half angles, of the joints and of the table.
+
+    Raises
+    ------
+    DerivationError
+        A joint turns an axis by an irrational part of its angle.
+    """
+    units = dict.fromkeys(names.variables, 1)
+    turns = []
+    for link in description.links:
+        for text in _turning_texts(link):
+            turns.append(names.affine(text, is_angle=True))
+            for variable, factor in turns[-1][1].items():
+                if not factor.is_Rational:
+                    raise DerivationError(
+                        f'{text}: the factor {factor} of {variable} is not a fraction, so that '
+                        'the frames are no polynomials in sines and cosines of the joints'
+                    )
+                units[variable] = int(sympy.ilcm(units[variable], factor.q))
+                if max(units[variable], abs(factor) * units[variable]) > MOST_PARTS:
+                    raise DerivationError(
+                        f'{text}: {variable} turns an axis by {float(factor):.12g} of its angle, '
+                        'whose sine and cosine are no short polynomials in those of the joint; '
+                        'derive the nominal robot file, without the gear ratios that were found'
+                    )
+    offsets = _offsets(turns, names)
+    units = {variable: parts * unit for variable, unit in units.items()}
+    steps = {v: _step(v, unit, turns) for v, unit in units.items()}
+    arithmetic = Arithmetic(Ring(parts), names, units, steps, offsets, _angles(offsets, names))
+    for variable in names.variables:
+        arithmetic.angle_index(variable)
+    for variable in names.variables:
+        arithmetic.ring.index('number', variable)
+    return arithmetic
+
+
+def _step(variable: Any, unit: int, turns: Sequence[Affine]) -> int:
+    exponents = [int(factors[variable] * unit) for _, factors in turns if variable in factors]
+    return math.gcd(*exponents) or unit
+
+
+def _offsets(turns: Sequence[Affine], names: Names) -> dict[Any, Any]:
+    # The first row that a joint turns decides what its theta is; what is left of another row's
+    # constant stays a constant.
+    offsets: dict[Any, Any] = {}
+    for constant, factors in turns:
+        unknown = [variable for variable in factors if variable not in offsets]
+        if not unknown:
+            continue
+        offsets.update(dict.fromkeys(unknown, sympy.Integer(0)))
+        rest = sympy.expand(constant - sum(f * offsets[v] for v, f in factors.items()))
+        if rest.is_number and not _in_quarters(rest)[1].is_zero:
+            offsets[unknown[0]] = rest / factors[unknown[0]]
+    return {variable: offsets.get(variable, sympy.Integer(0)) for variable in names.variables}
+
+
+def _angles(offsets: Mapping[Any, Any], names: Names) -> dict[Any, Any]:
+    numbers = range(1, len(offsets) + 1)
+    stems = chain(('theta', 'phi', 'psi'), (f'angle_{n}_' for n in count()))
+    stem = next(s for s in stems if not {f'{s}{k}' for k in numbers} & set(names.meanings))
+    return {
+        variable: variable if offset == 0 else sympy.Symbol(f'{stem}{k}', real=True)
+        for k, (variable, offset) in zip(numbers, offsets.items())
+    }
+
+
+def _turning_texts(link: Link) -> list[str]:
+    return [
+        motion.argument.text
+        for motion in link.motions
+        if motion.turns and motion.argument.affine.coefficients
+    ]
+
+
+def exponential(ring: Ring, angle: Any) -> Laurent:
+    """
+    Return exp(i angle) of a constant angle, a sympy expression in rad; quarter turns exactly.
+
+    The first few other angles stay symbols. The results of arms with many (a calibrated one has a
+    dozen) would be too long to read: further ones become a fraction (1 + i t)^2 / (1 + t^2), of
+    modulus 1 exactly, so that rotations stay rotations, and within 1e-16 rad of the file's angle.
+    """
+    quarters, rest = _in_quarters(angle)
+    result = ring.number(1).times_i(quarters)
+    return result * _odd_angle(ring, rest) if rest != 0 else result
+
+
+def _in_quarters(angle: Any) -> tuple[int, Any]:
+    # Whole quarter turns and the rest, which is the angle itself where it has a part of pi.
+    turns = sympy.expand(angle).coeff(sympy.pi)
+    rest = sympy.expand(angle - turns * sympy.pi)
+    if rest.is_number and not rest.is_zero and abs(_quarter_error(rest)) < NEAREST_DOUBLE:
+        turns, rest = turns + sympy.Rational(round(float(rest) * 2 / math.pi), 2), sympy.Integer(0)
+    quarters = 2 * turns
+    return (int(quarters), rest) if quarters.is_Integer else (0, angle)
+
+
+def _quarter_error(angle: Any) -> float:
+    turned = float(angle) * 2 / math.pi
+    return turned - round(turned) if round(turned) else 1.0
+
+
+def _odd_angle(ring: Ring, angle: Any) -> Laurent:
+    upright, sign = (-angle, -1) if angle.is_negative else (angle, 1)
+    letters = [g for g in ring.generators if g.kind == 'fixed_angle']
+    part = upright / ring.parts
+    if ('fixed_angle', part) in ring.indices or len(letters) < MOST_LETTERS:
+        return ring.power(ring.index('fixed_angle', part), sign * ring.parts)
+    tangent = Fraction(float(sympy.tan(angle / 2))).limit_denominator(10**9)
+    p, q = tangent.numerator, tangent.denominator
+    return from_terms(ring, {(): (q * q - p * p, 2 * p * q)}, q * q + p * p)

@@ -1,0 +1,55 @@
+"""An expression of a robot file as a sympy expression, exactly: decimals become fractions."""
+
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import sympy
+
+from .....robot.file.text.expression_syntax import evaluated, syntax_tree
+
+
+def exact(text: str, meanings: Mapping[str, Any], angle_unit: str = 'rad') -> Any:
+    """
+    Return what a text of the file says, in the file's units.
+
+    Parameters
+    ----------
+    text
+        An expression that the file's reader has accepted.
+    meanings
+        What each name stands for: symbols, or the expressions of derived constants.
+    angle_unit
+        'rad' or 'deg': of the trigonometric functions, as in the file.
+    """
+    known, operations = {'pi': sympy.pi, **meanings}, _OPERATIONS[angle_unit]
+
+    def worth(said: float | str, operands: list[Any]) -> Any:
+        if isinstance(said, float):
+            # repr is the shortest decimal of this double: 0.0254 is 127/5000, not a binary 0.0254.
+            return sympy.Rational(repr(said))
+        return operations[said](*operands) if operands else known[said]
+
+    return evaluated(syntax_tree(text, lambda _: None), worth)
+
+
+_IN_RAD: dict[str, Callable[..., Any]] = {
+    '+': operator.add,
+    '-': operator.sub,
+    '*': operator.mul,
+    '/': operator.truediv,
+    'neg': operator.neg,
+    'sqrt': sympy.sqrt,
+    'sin': sympy.sin,
+    'cos': sympy.cos,
+    'atan2': sympy.atan2,
+}
+_OPERATIONS: dict[str, dict[str, Callable[..., Any]]] = {
+    'rad': _IN_RAD,
+    'deg': {
+        **_IN_RAD,
+        'sin': lambda angle: sympy.sin(angle * sympy.pi / 180),
+        'cos': lambda angle: sympy.cos(angle * sympy.pi / 180),
+        'atan2': lambda y, x: sympy.atan2(y, x) * 180 / sympy.pi,
+    },
+}

@@ -1,0 +1,173 @@
+"""
+The names of a robot file as sympy symbols, and what units its expressions are in.
+
+Joint angles are in rad, so that a Jacobian column of a `deg` file is per rad like every other.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+
+from .....errors import DerivationError
+from .....robot.file.parts.description import (
+    ElementaryMotion,
+    RigidMotion,
+    RobotDescription,
+    ShapeRow,
+)
+from .....robot.file.text.expression_syntax import names_in
+from .....robot.file.text.plain_expression import plain_expression
+from .....typography import plain_names
+from .expression import exact
+
+
+@dataclass(frozen=True)
+class Names:
+    """
+    What the names of a file mean.
+
+    Attributes
+    ----------
+    variables
+        A symbol a joint, in the order of the Jacobian's columns; rad, or the unit of lengths.
+    lengths
+        The constants that stay symbols.
+    values
+        The value of each of them, in the file's units.
+    meanings
+        What stands for each name of the file, in the file's units: a symbol, or the expression of
+        a constant that is made of others or turns up in an angle.
+    angle_unit
+        'rad' or 'deg', the file's.
+    length_unit
+        The file's unit of length in that of the symbols.
+    """
+
+    variables: tuple[Any, ...]
+    lengths: tuple[Any, ...]
+    values: Mapping[Any, float]
+    meanings: Mapping[str, Any]
+    angle_unit: str
+    length_unit: Any = sympy.Integer(1)
+
+    def expression(self, text: str) -> Any:
+        """Return what a text says, in the file's units."""
+        return exact(text, self.meanings, self.angle_unit)
+
+    def angle(self, text: str) -> Any:
+        """Return an angle, rad."""
+        return self.expression(text) * angle_in_rad(self.angle_unit)
+
+    def length(self, text: str) -> Any:
+        """Return a length, in the unit of the symbols."""
+        return self.expression(text) * self.length_unit
+
+    def affine(self, text: str, is_angle: bool) -> tuple[Any, dict[Any, Any]]:
+        """Return the constant part, and the factor of each joint variable."""
+        value = self.angle(text) if is_angle else self.length(text)
+        expanded = sympy.expand(value)
+        factors = {
+            symbol: factor for symbol in self.variables if (factor := expanded.coeff(symbol)) != 0
+        }
+        return value.subs(dict.fromkeys(factors, 0)), factors
+
+
+def angle_in_rad(unit: str) -> Any:
+    """Return the unit of angles, 'rad' or 'deg', in rad."""
+    return sympy.pi / 180 if unit == 'deg' else sympy.Integer(1)
+
+
+def names_of(description: RobotDescription, locked: Mapping[str, str] | None = None) -> Names:
+    """
+    Return the names of a robot file.
+
+    Parameters
+    ----------
+    description
+        The file.
+    locked
+        Joint variables that do not move, with the expression that stands in their place.
+    """
+    known = [joint.variable for joint in description.joints]
+    unit = description.angle_unit
+    if not isinstance(locked, Mapping | None):
+        raise DerivationError(
+            f'locked must map joint variables to expressions, not {locked!r:.80}'
+        )
+    locked = {
+        plain_names(name): plain_expression(plain_names(str(text)), known, unit, None)
+        for name, text in (locked or {}).items()
+    }
+    for name in locked:
+        if name not in known:
+            raise DerivationError(
+                f'no joint variable {name!r} to lock (known: {", ".join(known)})'
+            )
+    used = names_by_use(description)
+    in_angles = used['angle'] | used['number']
+    meanings: dict[str, Any] = {}
+    values: dict[Any, float] = {}
+    for constant in description.constants:
+        if constant.letter and constant.name in in_angles:
+            raise DerivationError(
+                f'constants.{constant.name} stands in an angle or a ratio: it needs a value'
+            )
+        derived = exact(constant.text, meanings, description.angle_unit)
+        if constant.value == 0.0 or constant.name in in_angles or derived.free_symbols:
+            meanings[constant.name] = derived
+            continue
+        symbol = sympy.Symbol(constant.name, real=True)
+        meanings[constant.name] = symbol
+        values[symbol] = constant.value
+    variables = []
+    for joint in description.joints:
+        name = joint.variable
+        if name in locked:
+            meanings[name] = exact(locked[name], meanings, description.angle_unit)
+            continue
+        symbol = sympy.Symbol(name, real=True)
+        slides = joint.type == 'prismatic'
+        meanings[name] = symbol if slides else symbol / angle_in_rad(description.angle_unit)
+        variables.append(symbol)
+    if not variables:
+        raise DerivationError('every joint is locked')
+    return Names(tuple(variables), tuple(values), values, meanings, description.angle_unit)
+
+
+def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
+    """
+    Return the names used in a 'length', an 'angle', or a 'number' of a rotation matrix.
+
+    The constants that a constant is made of are used as it is.
+    """
+    found: dict[str, set[str]] = {'length': set(), 'angle': set(), 'number': set()}
+    loops = description.loops
+    rows = (*description.links, *(link for loop in loops for link in loop.links))
+    motions = [description.base.motion, description.tool.motion]
+    motions += [end.motion for loop in loops for end in (loop.start, loop.meets)]
+    for row in rows:
+        for one in row.motions:
+            found[use_of(one)] |= names_in(one.argument.text)
+        motions += [row.inner, row.outer] if isinstance(row, ShapeRow) else []
+    for motion in motions:
+        for text, use in zip(motion.texts, uses_of(motion)):
+            found[use] |= names_in(text)
+    for constant in reversed(description.constants):
+        for names in found.values():
+            if constant.name in names:
+                names |= names_in(constant.text)
+    return found
+
+
+def use_of(motion: ElementaryMotion) -> str:
+    """Return 'angle' or 'length'."""
+    return 'angle' if motion.turns else 'length'
+
+
+def uses_of(motion: RigidMotion) -> Sequence[str]:
+    """Return 'length', 'angle' or 'number' of each of its texts."""
+    if len(motion.texts) == 6:
+        return ['length'] * 3 + ['angle'] * 3
+    return ['length' if k % 4 == 3 and k < 12 else 'number' for k in range(16)]

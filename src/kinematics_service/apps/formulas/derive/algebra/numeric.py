@@ -1,0 +1,251 @@
+"""Polynomials in numbers, and poses on their zeros."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from .....kernel import Floats, Integers
+from .arithmetic import Arithmetic
+from .laurent import Laurent, from_terms
+
+STEPS = 60
+CONVERGED = 1e-12
+BISECTIONS = 80
+
+
+class DifferentiableFunction(Protocol):
+    """A function of joint positions, shape (..., n), and its gradient."""
+
+    def __call__(self, q: Floats) -> Floats:
+        """Return the values at q, shape (...,)."""
+
+    def gradient(self, q: Floats) -> Floats:
+        """Return the derivatives by each joint, shape (..., n)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Numbers:
+    """
+    A real polynomial and its gradient as functions of joint positions.
+
+    Joint positions are in rad and in the file's length unit, shape (..., n).
+    """
+
+    value: Laurent
+    arithmetic: Arithmetic
+
+    def __call__(self, q: Floats) -> Floats:
+        """Return the value at q, shape (...,)."""
+        return self.function(np.asarray(q, dtype=float))
+
+    def gradient(self, q: Floats) -> Floats:
+        """Return the derivatives by each joint variable, shape (..., n)."""
+        q = np.asarray(q, dtype=float)
+        return np.stack([function(q) for function in self.derivatives], axis=-1)
+
+    @property
+    def moving(self) -> Floats:
+        """Return which joint variables it depends on, shape (n,)."""
+        variables = self.arithmetic.names.variables
+        return np.array([bool(self.arithmetic.derivative(self.value, v)) for v in variables])
+
+    def in_reciprocal(self, joint: int) -> 'Numbers':
+        """Return the polynomial in t = 1 / length of a joint, times the power of t it takes."""
+        ring = self.value.ring
+        index = ring.index('number', self.arithmetic.names.variables[joint])
+        terms = self.value.terms()
+        degree = max(e[index] for e in terms)
+        turned = {(*e[:index], degree - e[index], *e[index + 1 :]): c for e, c in terms.items()}
+        return Numbers(from_terms(ring, turned, self.value.divisor), self.arithmetic)
+
+    def scaled_to(self, q: Floats) -> 'Numbers':
+        """Return the polynomial times a fraction, so that its typical size at poses is 1."""
+        size = typical_size(self, q)
+        factor, divisor = round(max(1.0, 1 / size)), round(max(1.0, size))
+        if factor == divisor == 1:
+            return self
+        return Numbers(self.value.scaled(factor, divisor), self.arithmetic)
+
+    @cached_property
+    def function(self) -> 'Sum':
+        """Return it as a sum of terms."""
+        return sum_of(self.value, self.arithmetic)
+
+    @cached_property
+    def seconds(self) -> tuple[tuple['Sum', ...], ...]:
+        """Return the second derivatives by each pair of joint variables."""
+        arithmetic = self.arithmetic
+        variables = arithmetic.names.variables
+        firsts = [arithmetic.derivative(self.value, variable) for variable in variables]
+        return tuple(
+            tuple(sum_of(arithmetic.derivative(f, v), arithmetic) for v in variables)
+            for f in firsts
+        )
+
+    @cached_property
+    def derivatives(self) -> tuple['Sum', ...]:
+        """Return the derivatives by each joint variable."""
+        arithmetic = self.arithmetic
+        return tuple(
+            sum_of(arithmetic.derivative(self.value, variable), arithmetic)
+            for variable in arithmetic.names.variables
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Sum:
+    """Sum of c exp(i turns q) q^powers, the constants multiplied into c."""
+
+    coefficients: Any
+    turns: Floats
+    powers: Any
+
+    def __call__(self, q: Floats) -> Floats:
+        """Return the value at q, shape (...,)."""
+        return np.asarray(np.sum(self.terms(q), axis=-1).real)
+
+    def terms(self, q: Floats) -> Any:
+        """Return each term at q, shape (..., terms), complex."""
+        terms = self.coefficients * np.exp(1j * (q @ self.turns))
+        for k in np.flatnonzero(np.any(self.powers, axis=0)):
+            terms = terms * q[..., k, None] ** self.powers[:, k]
+        return terms
+
+    def magnitude(self, largest: Floats) -> Floats:
+        """Return the sum of the sizes of the terms, a bound where |q| <= largest, shape (...,)."""
+        sizes = np.broadcast_to(np.abs(self.coefficients), (*largest.shape[:-1], len(self.powers)))
+        for k in np.flatnonzero(np.any(self.powers, axis=0)):
+            sizes = sizes * largest[..., k, None] ** self.powers[:, k]
+        return np.asarray(np.sum(sizes, axis=-1))
+
+
+def sum_of(value: Laurent, arithmetic: Arithmetic) -> Sum:
+    """Return a real polynomial as numbers."""
+    ring, variables, values = arithmetic.ring, arithmetic.names.variables, arithmetic.values
+    terms = value.terms()
+    exponents = np.array(list(terms), dtype=int).reshape(len(terms), len(ring.generators))
+    c = np.array([complex(a, b) for a, b in terms.values()], dtype=complex) / value.divisor
+    for k in np.flatnonzero(~np.isnan(values)):
+        if np.any(exponents[:, k]):
+            c = c * values[k] ** exponents[:, k]
+    angles = [arithmetic.angle_index(v) for v in variables]
+    units = np.array([arithmetic.units[v] for v in variables], dtype=float)
+    turns = exponents[:, angles] / units
+    c = c * np.exp(1j * (turns @ np.array([float(arithmetic.offsets[v]) for v in variables])))
+    lengths = [ring.index('number', v) for v in variables]
+    return Sum(c, turns.T, exponents[:, lengths])
+
+
+class Monomials(NamedTuple):
+    """
+    Polynomials by their monomials.
+
+    Attributes
+    ----------
+    whole
+        The sum of all monomials.
+    places, factors : shape (k,)
+        The monomials of each polynomial, one polynomial's behind the other's, and their factors.
+    starts : shape (m,)
+        First place of each polynomial.
+    """
+
+    whole: Laurent
+    places: Integers
+    factors: npt.NDArray[np.complex128]
+    starts: Integers
+
+    def values(self, terms: Any) -> Floats:
+        """Return the polynomials (N, m) of the terms (N, monomials) of their sum."""
+        parts = terms[:, self.places] * self.factors
+        return np.asarray(np.add.reduceat(parts, self.starts, axis=1).real)
+
+
+def monomials_of(polynomials: Sequence[Laurent]) -> Monomials:
+    """Return polynomials by their monomials; those of matrices share most of them."""
+    every = dict.fromkeys((e for value in polynomials for e in value.terms()), (1, 0))
+    whole = from_terms(polynomials[0].ring, every)
+    monomials = {e: k for k, e in enumerate(whole.terms())}
+    places: list[int] = []
+    factors: list[complex] = []
+    starts: list[int] = []
+    for value in polynomials:
+        starts.append(len(places))
+        # A polynomial without terms is 0 times one.
+        for e, (a, b) in value.terms().items() or [(next(iter(monomials)), (0, 0))]:
+            places.append(monomials[e])
+            factors.append(complex(a, b) / value.divisor)
+    return Monomials(whole, np.array(places), np.array(factors), np.array(starts))
+
+
+def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale: Floats) -> Floats:
+    """
+    Return poses where every function is 0: the ends of Newton's smallest steps.
+
+    Parameters
+    ----------
+    functions
+        What must vanish.
+    starts : shape (N, n)
+    scale : shape (n,)
+        One unit of each joint, so that metres and radians compare; 0 for a joint that is held.
+    """
+    q = np.array(starts)
+    if not functions:
+        return q
+    for _ in range(STEPS):
+        f, G = values_and_gradients(functions, q)
+        step = smallest_step(f, G * scale, 1e-14)
+        length = np.linalg.norm(step, axis=-1, keepdims=True)
+        q = q + scale * step * np.minimum(1.0, 0.5 / np.maximum(length, 1e-300))
+        if not np.any(length > CONVERGED):
+            break
+    f, _ = values_and_gradients(functions, q)
+    return np.asarray(q[np.max(np.abs(f), axis=-1) < CONVERGED])
+
+
+def values_and_gradients(
+    functions: Sequence[DifferentiableFunction], q: Floats
+) -> tuple[Floats, Floats]:
+    """Return what functions are at poses (N, n), shape (N, m), and their gradients (N, m, n)."""
+    f = np.stack([function(q) for function in functions], axis=-1)
+    return f, np.stack([function.gradient(q) for function in functions], axis=-2)
+
+
+def smallest_step(f: Floats, G: Floats, damping: Any) -> Floats:
+    """
+    Return Newton's smallest step (N, n) from values (N, m) to zero, of gradients (N, m, n).
+
+    Two zeros that touch leave no full-rank gradient: damping keeps the step finite.
+    """
+    transposed = np.swapaxes(G, -1, -2)
+    square = G @ transposed + damping * np.eye(G.shape[-2])
+    return np.asarray(-(transposed @ np.linalg.solve(square, f[..., None]))[..., 0])
+
+
+def bisected(value: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function changes its sign between two places, to round-off."""
+    below = value(low)
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        if below * value(middle) <= 0:
+            high = middle
+        else:
+            low = middle
+        if high - low < 1e-15 * max(1.0, abs(high)):
+            break
+    return (low + high) / 2
+
+
+def typical_size(function: Numbers, q: Floats) -> float:
+    """Return the root of the mean square of a function over poses."""
+    return float(np.sqrt(np.mean(function(q) ** 2))) or 1.0
+
+
+def substituted(expression: Any, values: Mapping[Any, float]) -> float:
+    """Return the value of a sympy expression as a number."""
+    return float(expression.subs(dict(values)).evalf())

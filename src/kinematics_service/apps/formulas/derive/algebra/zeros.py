@@ -1,0 +1,187 @@
+"""
+Whether polynomials vanish together somewhere in a box of joint positions: shown, or proved not.
+
+A zero is shown by Newton and Kantorovich's theorem at a pose in the box; that there is none is
+proved by halving the box until on each part a polynomial is farther from 0 than it can move there.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .....kernel import Floats
+from .numeric import Numbers, smallest_step, values_and_gradients
+
+# A zero is within this of the pose that shows it, rad or the unit of length.
+NEAR = 1e-9
+# Of a sum of a few hundred terms, against the sum of their sizes.
+ROUND_OFF = 1e-13
+STEPS = 32
+# Poses are looked at after so many steps, the best of them.
+LOOK = 8
+TRIED = 10
+# Terms evaluated and boxes halved before the question is left open: seconds.
+MOST_TERMS = 100_000_000
+MOST_BOXES = 200_000
+AT_ONCE = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """
+    Joint positions between bounds.
+
+    Attributes
+    ----------
+    low, high : shape (n,)
+        Rad, or the file's unit of length; infinite where a length is free.
+    """
+
+    low: Floats
+    high: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Zero:
+    """
+    What is known of common zeros in a box.
+
+    Attributes
+    ----------
+    exists
+        Whether there is one; None where that is not decided.
+    pose : shape (n,)
+        In the box and within 1e-9 of a zero; None where none is shown.
+    """
+
+    exists: bool | None
+    pose: Floats | None
+
+
+def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
+    """
+    Return whether polynomials vanish together in a box.
+
+    Parameters
+    ----------
+    functions
+        Of the same joint variables.
+    box
+        Where.
+    starts : shape (N, n)
+        Poses to look from, in the box.
+    """
+    # A free length is searched to twice as far as the starts go; beyond, as t = 1 / length.
+    free = np.isinf(box.low) | np.isinf(box.high)
+    reach = np.where(free, 2 * np.max(np.abs(starts), axis=0) + 1e-6, np.inf)
+    near = Box(np.maximum(box.low, -reach), np.minimum(box.high, reach))
+    pose = _shown(functions, starts, near)
+    if pose is not None:
+        return Zero(True, pose)
+    moving = np.any([f.moving for f in functions], axis=0)
+    found = _halved(functions, near, moving)
+    indices = np.flatnonzero(free & moving)
+    if found.exists is not False or not len(indices):
+        return found
+    if len(indices) > 1:
+        return Zero(None, None)
+    k = int(indices[0])
+    far = Box(np.array(near.low), np.array(near.high))
+    far.low[k] = -1.0 / reach[k] if np.isinf(box.low[k]) else 0.0
+    far.high[k] = 1.0 / reach[k] if np.isinf(box.high[k]) else 0.0
+    beyond = _halved([f.in_reciprocal(k) for f in functions], far, moving)
+    return found if beyond.exists is False else Zero(None, None)
+
+
+def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
+    # Bounds of the second derivatives where |q| <= largest, shape (..., m, n, n).
+    bounds = [[[s.magnitude(largest) for s in row] for row in f.seconds] for f in functions]
+    return np.moveaxis(np.array(bounds), (0, 1, 2), (-3, -2, -1))
+
+
+def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
+    return ROUND_OFF * np.stack([f.function.magnitude(largest) for f in functions], axis=-1)
+
+
+def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> Floats | None:
+    # Newton's smallest steps inside the box: a joint that is pushed against a bound stays there.
+    for count in range(STEPS + 1):
+        f, G = values_and_gradients(functions, q)
+        if count % LOOK == 0:
+            for k in np.argsort(np.max(np.abs(f), axis=-1))[:TRIED]:
+                if _has_zero_beside(functions, q[k], f[k], G[k]):
+                    return np.asarray(q[k])
+        step = _step(f, G)
+        held = ((q <= box.low) & (step < 0)) | ((q >= box.high) & (step > 0))
+        step = np.where(held, 0.0, _step(f, np.where(held[:, None, :], 0.0, G)))
+        longest = np.max(np.abs(step), axis=-1, keepdims=True)
+        q = q + step * np.minimum(1.0, 0.5 / np.maximum(longest, 1e-300))
+        q = np.clip(q, box.low, box.high)
+    return None
+
+
+def _step(f: Floats, G: Floats) -> Floats:
+    size = np.einsum('kij,kij->k', G, G)[:, None, None]
+    return smallest_step(f, G, 1e-13 * size + 1e-200)
+
+
+def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floats) -> bool:
+    # Kantorovich: with |G+| = b, |G+ f| = s and gradients that change by at most K a unit, a zero
+    # is within 2 s of q where b K s <= 1/2.
+    sigma = np.linalg.svd(G, compute_uv=False)
+    if len(sigma) < len(f) or sigma[-1] <= 1e-9 * sigma[0]:
+        return False
+    largest = np.abs(q) + NEAR
+    size = float(np.linalg.norm(np.abs(f) + _round_off(functions, largest)))
+    inverse = 2.0 / float(sigma[-1])
+    if inverse * size > NEAR / 2:
+        return False
+    change = float(np.linalg.norm(_bends(functions, largest)))
+    return inverse * inverse * change * size <= 0.5
+
+
+def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
+    middle, half = (box.low + box.high) / 2, np.where(moving, (box.high - box.low) / 2, 0.0)
+    # The bounds belong to the box, and so does what round-off leaves beside them.
+    centers, radii = middle[None], np.where(moving, half + NEAR, 0.0)[None]
+    terms = sum(len(f.function.powers) for f in functions) * (1 + len(middle))
+    left = min(MOST_BOXES, MOST_TERMS // max(1, terms))
+    while len(centers):
+        left -= len(centers)
+        if left < 0:
+            return Zero(None, None)
+        parts = [
+            _undecided(functions, centers[k : k + AT_ONCE], radii[k : k + AT_ONCE])
+            for k in range(0, len(centers), AT_ONCE)
+        ]
+        centers, radii, sizes, along = (np.concatenate(part) for part in zip(*parts))
+        nearest = np.argsort(sizes)[:TRIED]
+        pose = _shown(functions, centers[nearest], box) if len(centers) else None
+        if pose is not None:
+            return Zero(True, pose)
+        rows = np.arange(len(centers))
+        radii = np.array(radii)
+        radii[rows, along] /= 2
+        shift = np.zeros_like(radii)
+        shift[rows, along] = radii[rows, along]
+        centers, radii = np.concatenate([centers - shift, centers + shift]), np.tile(radii, (2, 1))
+    return Zero(False, None)
+
+
+def _undecided(
+    functions: Sequence[Numbers], centers: Floats, radii: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    # The boxes in which every polynomial may vanish, how far the worst is from it at the middle,
+    # and the joint along which it changes most.
+    f, G = values_and_gradients(functions, centers)
+    largest = np.abs(centers) + radii
+    bends = _bends(functions, largest)
+    straight = np.abs(G) * radii[:, None, :]
+    bent = np.einsum('kmij,kj->kmi', bends, radii) * radii[:, None, :]
+    reach = np.sum(straight + bent / 2, axis=-1) + _round_off(functions, largest)
+    kept = np.all(np.abs(f) <= reach, axis=-1)
+    # Each polynomial against its own reach, so that units do not matter.
+    share = np.sum((straight + bent) / np.maximum(reach, 1e-300)[..., None], axis=1)
+    worst = np.max(np.abs(f) / np.maximum(reach, 1e-300), axis=-1)
+    return centers[kept], radii[kept], worst[kept], np.argmax(share, axis=-1)[kept]

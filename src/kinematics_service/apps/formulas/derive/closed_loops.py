@@ -1,0 +1,221 @@
+"""
+What closes the loops of an arm, in symbols: equations, how passive joints follow, determinants.
+
+Everything is in the joints and in the passive joints: these follow from those by the closure
+equations, for which there is no closed form in general.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy
+from sympy.simplify.fu import TR8
+
+from ....errors import DerivationError
+from ....robot.file.parts.description import IDENTITY, LoopDescription, Placement, RobotDescription
+from ....robot.file.parts.loop_groups import loop_groups
+from ....robot.robot import Robot
+from ....robot.task import ROW_NAMES
+from .algebra.arithmetic import Arithmetic
+from .algebra.matrices import Matrix
+from .frames import Frames, frames_of
+from .jacobian import in_axes_of
+from .trigonometry import Writer, writer_of
+
+# Longer numerators, by their operations, are not multiplied out: that would be no shorter.
+MOST_OPERATIONS = 150
+# Joints and passive joints of a determinant that is multiplied out, at most.
+MOST_VARIABLES = 6
+
+LINEAR, ANGULAR = frozenset(ROW_NAMES[:3]), frozenset(ROW_NAMES[3:])
+
+
+@dataclass(frozen=True)
+class LoopEquations:
+    """
+    A closed loop in symbols.
+
+    Attributes
+    ----------
+    name
+        Of the loop.
+    passive
+        Symbols psi of its passive joints.
+    equations
+        Phi, each 0 where the loop is closed: the end of its own chain seen from where it meets the
+        table, in the axes of the frame where it begins.
+    coupling
+        d psi / d q by the joints of the arm, one row a passive joint.
+    determinant
+        Of d Phi / d psi: where it is 0 the loop is flat and may change its branch.
+    """
+
+    name: str
+    passive: tuple[Any, ...]
+    equations: tuple[Any, ...]
+    coupling: Any
+    determinant: Any
+
+
+def simplified(expression: Any) -> Any:
+    """Return a quotient of sines and cosines with a shorter numerator, where there is one."""
+    numerator, denominator = sympy.fraction(expression)
+    forms = [sympy.factor_terms(form, clear=False) for form in _forms(numerator)]
+    return min(forms, key=sympy.count_ops) / denominator
+
+
+def _forms(expression: Any) -> list[Any]:
+    # The expression, and where it is not long that by sums of angles.
+    long = sympy.count_ops(expression) > MOST_OPERATIONS
+    return [expression] if long else [expression, _without_products(expression)]
+
+
+def _without_products(expression: Any) -> Any:
+    # Sines and cosines of sums of angles in place of their products: of links that turn about
+    # parallel axes most terms cancel. A thirtieth of the time of `sympy.trigsimp`.
+    return sympy.expand(TR8(sympy.expand(expression)))
+
+
+def loop_equations(
+    name: str, constraint: Sequence[Any], joints: Sequence[Any], passive: Sequence[Any]
+) -> LoopEquations:
+    """
+    Return a loop that is closed by Phi(q, psi) = 0, with its coupling by q.
+
+    Phi stays 0 along every motion, dPhi/dq + dPhi/dpsi dpsi/dq = 0, so that
+    dpsi/dq = -(dPhi/dpsi)^-1 dPhi/dq.
+
+    Parameters
+    ----------
+    name
+        Of the loop.
+    constraint
+        Phi, as many expressions as there are passive joints.
+    joints, passive
+        Symbols q and psi.
+    """
+    phi = sympy.Matrix(constraint)
+    by_passive = phi.jacobian(list(passive))
+    by_joints = phi.jacobian(list(joints))
+    determinant = simplified(by_passive.det())
+    coupling = (-by_passive.adjugate() * by_joints / determinant).applyfunc(simplified)
+    closed = sympy.ImmutableMatrix(coupling)
+    return LoopEquations(name, tuple(passive), tuple(constraint), closed, determinant)
+
+
+def loops_of(
+    robot: Robot, arm: RobotDescription, arithmetic: Arithmetic, tell: Callable[[str], None]
+) -> tuple[LoopEquations, ...]:
+    """
+    Return the loops of an arm, in the order of the file; none of an arm without.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    arm
+        It with its loops open.
+    arithmetic
+        Of the arm and of the rows of its loops.
+    tell
+        Told in a few words what is being done.
+
+    Raises
+    ------
+    DerivationError
+        Loops need each other's passive joints.
+    """
+    loops = robot.description.loops
+    for group in loop_groups(loops):
+        # The inverse of so many equations is no formula that anybody reads.
+        if len(group) > 1:
+            names = ', '.join(repr(loop.name) for loop in group)
+            raise DerivationError(
+                f'the derivation takes one loop after another: those of {robot.name} that need '
+                f"each other's passive joints are closed together ({names})"
+            )
+    symbols = arithmetic.names.variables
+    found: list[LoopEquations] = []
+    coupling = sympy.eye(robot.dof)
+    for loop in loops:
+        tell(f'loop {loop.name}')
+        first = coupling.rows
+        psi = symbols[first : first + len(loop.passive)]
+        equations = _equations(arm, loop, arithmetic)
+        own = loop_equations(loop.name, equations, symbols[:first], psi)
+        if found:
+            by_joints = (own.coupling * coupling).applyfunc(simplified)
+            own = replace(own, coupling=by_joints)
+        coupling = coupling.col_join(own.coupling)
+        found.append(own)
+    return tuple(found)
+
+
+def closed_determinant(
+    robot: Robot, J: Matrix, frames: Frames, loops: Sequence[LoopEquations], writer: Writer
+) -> Any:
+    """
+    Return det(J_t) of the task rows of an arm with loops, a product over those of the loops.
+
+    None where it is not square, or of more than MOST_VARIABLES joints and passive joints.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    J
+        By joints and passive joints, base axes.
+    frames
+        Of the arm with its loops open.
+    """
+    symbols = writer.arithmetic.names.variables
+    if not robot.singularity.task.square or len(symbols) > MOST_VARIABLES:
+        return None
+    turned = in_axes_of(J, frames.in_base[_simplest_frame(robot)])
+    rows = writer.matrix(
+        tuple(turned[ROW_NAMES.index(row)] for row in robot.singularity.task.rows)
+    )
+    # det(A - B D^-1 C) det D = det [[A, B], [C, D]], of which no entry is a quotient.
+    slopes = sympy.Matrix([e for loop in loops for e in loop.equations]).jacobian(list(symbols))
+    numerator = rows.col_join(slopes).det(method='berkowitz')
+    numerator = sympy.factor(_without_products(numerator))
+    return numerator / sympy.Mul(*(loop.determinant for loop in loops))
+
+
+def _simplest_frame(robot: Robot) -> int:
+    # Three rows together have the same determinant in any axes: those where the loops begin do not
+    # turn with the joints before them.
+    rows = set(robot.singularity.task.rows)
+    whole = all(part <= rows or not part & rows for part in (LINEAR, ANGULAR))
+    return robot.description.loops[0].start.row if whole else 0
+
+
+def _equations(
+    description: RobotDescription, loop: LoopDescription, arithmetic: Arithmetic
+) -> tuple[Any, ...]:
+    # The residual of a loop as the kernel has it; of a rotation its axis times the sine, which is
+    # zero with it.
+    start = _chain(description, (), loop.start.motion, arithmetic)
+    there = start.inv() * _chain(description, loop.there, loop.meets.motion, arithmetic)
+    back = _chain(description, loop.links, IDENTITY, arithmetic)
+    turn = back[:3, :3] * there[:3, :3].T
+    gap = [
+        *(back[i, 3] - there[i, 3] for i in range(3)),
+        (turn[2, 1] - turn[1, 2]) / 2,
+        (turn[0, 2] - turn[2, 0]) / 2,
+        (turn[1, 0] - turn[0, 1]) / 2,
+    ]
+    entries = (sympy.expand(gap[ROW_NAMES.index(row)]) for row in loop.rows)
+    return tuple(min(_forms(entry), key=sympy.count_ops) for entry in entries)
+
+
+def _chain(description: RobotDescription, links: Any, end: Any, arithmetic: Arithmetic) -> Any:
+    alone = replace(
+        description,
+        links=tuple(links),
+        base=Placement('from', IDENTITY),
+        tool=Placement('to', end),
+    )
+    frames = frames_of(alone, arithmetic)
+    return writer_of(frames, arithmetic).matrix(frames.T_base_tool)

@@ -1,0 +1,447 @@
+"""The exact derivation of an arm: what a textbook does by hand, for every robot file."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from math import comb
+from typing import Any, NamedTuple
+
+import sympy
+
+from ....errors import DerivationError
+from ....notebook import as_latex
+from ....robot.loops import opened
+from ....robot.robot import AnyRobot, Robot, robot_in_letters
+from . import jacobian as ways
+from .algebra.arithmetic import Arithmetic, arithmetic_of
+from .algebra.laurent import Laurent
+from .algebra.matrices import Matrix
+from .algebra.names import Names, names_of
+from .algebra.numeric import Numbers
+from .closed_loops import LoopEquations, closed_determinant, loops_of
+from .determinant import Minors, minors_of, simplest_view
+from .frames import Frames, frames_of
+from .minors import independent_columns, product_of, remainder_of
+from .sampled_poses import PoseSampler, sampler_of
+from .singular_set import (
+    Determinant,
+    FamilySearch,
+    SingularSet,
+    crossings_of,
+    families_of,
+    numbers_in_words,
+    remainder_zeros,
+    singular_factors,
+    without_integers,
+)
+from .trigonometry import Writer, writer_of
+
+# Minors of a strongly redundant arm grow like binomials; beyond this they are not written out.
+MOST_MINORS = 100
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Derivation:
+    """
+    An arm, derived exactly; sympy expressions in the file's own symbols.
+
+    An arm with closed loops is derived by its joints and its passive joints. Lengths are in the
+    file's unit, joint angles in rad. The Jacobian's rows are the linear three, then the angular
+    three, its point is the tool, its axes those of the base frame.
+
+    Attributes
+    ----------
+    robot
+        The arm.
+    names
+        Its symbols: `variables` (passive joints behind the others), `lengths`, and the file's
+        `values` of the lengths.
+    jacobian_open : 6 x n
+        By the joints, and by the passive joints behind them as if each moved by itself.
+    methods
+        The four ways to it, with the number of terms their difference from the first leaves: 0.
+    coupling
+        C with (rows' theta and d) = C q + constants where a joint moves several rows, or none;
+        else None. With closed loops passive joints stand behind q.
+    loops
+        Closed loops, in the order of the file; empty for most arms.
+    singular_set
+        Determinant, factors, families, ranks; with closed loops the determinant alone.
+    """
+
+    robot: Robot
+    names: Names
+    jacobian_open: Any
+    methods: Mapping[str, int]
+    coupling: Any
+    loops: tuple[LoopEquations, ...]
+    singular_set: SingularSet
+    exact: 'Exact' = field(repr=False)
+
+    def __repr__(self) -> str:
+        found = self.singular_set
+        factors = ', '.join(factor.name for factor in found.factors) or 'none found'
+        others = '' if found.complete else ', perhaps others'
+        return (
+            f'Derivation({self.robot.name!r}, rank {found.generic_rank}, '
+            f'singular factors: {factors}{others})'
+        )
+
+    _repr_latex_ = as_latex
+
+    @cached_property
+    def row_transforms(self) -> tuple[Any, ...]:
+        """Return T of each row of the table."""
+        return tuple(map(self.exact.writer.matrix, self.exact.frames.row_transforms))
+
+    @cached_property
+    def frames(self) -> tuple[Any, ...]:
+        """Return frame 0, then the frame after each row, in the base frame."""
+        return tuple(map(self.exact.writer.matrix, self.exact.frames.in_base))
+
+    @cached_property
+    def T(self) -> Any:
+        """Return the tool in the base frame."""
+        return self.exact.writer.matrix(self.exact.frames.T_base_tool)
+
+    @cached_property
+    def z(self) -> tuple[Any, ...]:
+        """Return the direction of the axis of each row that moves, base axes."""
+        return tuple(self.exact.writer.matrix(tuple(zip(axis.z))) for axis in self._axes)
+
+    @cached_property
+    def o(self) -> tuple[Any, ...]:
+        """Return a point on the axis of each row that moves, base axes."""
+        return tuple(self.exact.writer.matrix(tuple(zip(axis.o))) for axis in self._axes)
+
+    @property
+    def _axes(self) -> tuple[ways.Axis, ...]:
+        return ways.axes_seen_from(self.exact.frames, -1)
+
+    @property
+    def rotation(self) -> Any:
+        """Return the rotation of the tool, 3 x 3."""
+        return self.T[:3, :3]
+
+    @property
+    def position(self) -> Any:
+        """Return the position of the tool, 3 x 1."""
+        return self.T[:3, 3]
+
+    @property
+    def variables(self) -> tuple[Any, ...]:
+        """Return the joint variables, in the order of the columns."""
+        passive = sum(len(loop.passive) for loop in self.loops)
+        return self.names.variables[: len(self.names.variables) - passive]
+
+    @cached_property
+    def jacobian(self) -> Any:
+        """Return J by the joints, 6 x n."""
+        return self._by_joints(self.jacobian_open)
+
+    @property
+    def loop_coupling(self) -> Any:
+        """
+        Return d (q, psi) / d q of joints q and passive joints psi: J is `jacobian_open` times it.
+        """
+        rows = [sympy.eye(len(self.variables)), *(loop.coupling for loop in self.loops)]
+        return sympy.ImmutableMatrix(sympy.Matrix.vstack(*rows))
+
+    @property
+    def determinant(self) -> Any:
+        """
+        Return the determinant of the task rows as a product, or the product of singular values.
+
+        None where it is not written out.
+        """
+        return self.singular_set.determinant.expression
+
+    @property
+    def lengths(self) -> dict[str, float | None]:
+        """Return the lengths of the file by name, in its unit; None for one without a value."""
+        letters = self.robot.description.letters.split(', ')
+        values = self.names.values.items()
+        return {s.name: None if s.name in letters else value for s, value in values}
+
+    @property
+    def factors(self) -> dict[str, Any]:
+        """Return the factors of the determinant by name."""
+        return {factor.name: factor.expression for factor in self.singular_set.factors}
+
+    @property
+    def angles(self) -> dict[Any, Any]:
+        """
+        Return q + offset by the symbol of theta, of joints whose offset is no quarter turn.
+
+        Examples
+        --------
+        >>> import kinematics_service as ks
+        >>> ks.derive(ks.load_robot('planar_2r')).angles
+        {}
+        """
+        return self.exact.arithmetic.in_variables
+
+    def in_angles(self, expression: Any) -> Any:
+        """Return an expression (or a matrix) by the theta of `angles`, without the offsets."""
+        offsets = self.exact.arithmetic.offsets
+        symbols = self.exact.arithmetic.angles
+        turned = {v: symbols[v] - offsets[v] for v in self.names.variables if offsets[v] != 0}
+        return expression.xreplace(turned) if turned else expression
+
+    def jacobian_in(self, frame: str | int = 'base', angular_first: bool = False) -> Any:
+        """
+        Return the Jacobian in other axes or with the other rows first.
+
+        Parameters
+        ----------
+        frame
+            `base`, `tool`, or the number of a frame of the table; the point stays the tool.
+        angular_first
+            Rows wx wy wz vx vy vz.
+
+        Raises
+        ------
+        DerivationError
+            There is no such frame.
+        """
+        J = self.exact.jacobian_in(frame)
+        return self._by_joints(self.exact.writer.matrix((*J[3:], *J[:3]) if angular_first else J))
+
+    def _by_joints(self, J: Any) -> Any:
+        return J * self.loop_coupling if self.loops else J
+
+    @cached_property
+    def central_difference(self) -> float:
+        """Return how far J is from central differences of T at a seeded pose, m and rad."""
+        return self.exact.sampler.central_difference()
+
+
+@dataclass(frozen=True, eq=False)
+class Exact:
+    """The arithmetic behind a derivation."""
+
+    arithmetic: Arithmetic
+    frames: Frames
+    writer: Writer
+    sampler: PoseSampler
+    J: Matrix
+
+    def jacobian_in(self, frame: str | int) -> Matrix:
+        """Return J in the axes of a frame."""
+        if frame == 'base':
+            return self.J
+        if frame == 'tool':
+            return ways.in_axes_of(self.J, self.frames.T_base_tool)
+        last = len(self.frames.rows)
+        if str(frame).isdigit() and int(frame) <= last:
+            return ways.in_axes_of(self.J, self.frames.in_base[int(frame)])
+        raise DerivationError(f'no frame {frame!r} (known: base, tool, 0 to {last})')
+
+
+def derive(
+    robot: AnyRobot,
+    locked: Mapping[str, str] | None = None,
+    progress: Progress | None = None,
+) -> Derivation:
+    """
+    Return the exact derivation of an arm.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    locked
+        Joint variables held still, with the expression in the file's units that stands in their
+        place: `{'q3': '0'}` makes a six-joint arm of a seven-joint one. Not with closed loops.
+    progress
+        Told in a few words what is being done.
+
+    Raises
+    ------
+    DerivationError
+        A name to lock is unknown, an angle is no fraction of a joint's, the pose is too long, or
+        closed loops need each other's passive joints.
+
+    Examples
+    --------
+    >>> import kinematics_service as ks
+    >>> ks.derive('crank_slider').loops[0].determinant
+    rod*cos(psi + q)
+    """
+    robot = robot_in_letters(robot)
+    tell = progress or (lambda _: None)
+    tell('frames')
+    arm = whole = robot.description
+    if arm.loops:
+        if locked:
+            raise DerivationError(f'{robot.name} has closed loops: none of its joints is locked')
+        # The angles of the ring are those of all rows.
+        rows_of_loops = tuple(link for loop in arm.loops for link in loop.links)
+        arm = opened(arm)
+        whole = replace(arm, links=arm.links + rows_of_loops)
+    names = names_of(whole, locked)
+    arithmetic = arithmetic_of(whole, names)
+    frames = frames_of(arm, arithmetic)
+    writer = writer_of(frames, arithmetic)
+    tell('Jacobian')
+    found = {}
+    for name, way in ways.METHODS.items():
+        tell(f'Jacobian: {name}')
+        found[name] = way(frames, arithmetic)
+    J = found['geometric']
+    sampler = sampler_of(robot, arithmetic, frames, J)
+    exact = Exact(arithmetic, frames, writer, sampler, J)
+    loops = loops_of(robot, arm, arithmetic, tell)
+    if loops:
+        found_set: SingularSet | None = _closed_set(exact, loops, tell)
+    else:
+        found_set = _singular_set(exact, tell) or _singular_set(_in_half_angles(exact), tell)
+    assert found_set is not None  # with half angles every family is one
+    C = ways.coupling(frames, arithmetic)
+    plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
+    return Derivation(
+        robot=robot,
+        names=names,
+        jacobian_open=writer.matrix(J),
+        methods={name: ways.differences(J, other) for name, other in found.items()},
+        coupling=None if plain else C,
+        loops=loops,
+        singular_set=found_set,
+        exact=exact,
+    )
+
+
+def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) -> SingularSet:
+    robot = exact.sampler.robot
+    tell('determinant')
+    expression = closed_determinant(robot, exact.J, exact.frames, loops, exact.writer)
+    rows, square = robot.singularity.task.rows, robot.singularity.task.square
+    determinant = Determinant(square, rows, expression, columns=robot.variables, minors=1)
+    dependent = robot.singularity.task.dependent_joints
+    return SingularSet(determinant, (), (), robot.singularity.task.generic_rank, dependent, False)
+
+
+def _in_half_angles(exact: Exact) -> Exact:
+    robot = exact.sampler.robot
+    arithmetic = arithmetic_of(robot.description, exact.arithmetic.names, parts=2)
+    frames = frames_of(robot.description, arithmetic)
+    writer = writer_of(frames, arithmetic)
+    J = ways.geometric(frames, arithmetic)
+    sampler = replace(exact.sampler, arithmetic=arithmetic, frames=frames, J=J)
+    return Exact(arithmetic, frames, writer, sampler, J)
+
+
+def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
+    # None where a factor is no single family unless half angles are looked at.
+    sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
+    n = len(sampler.moving)
+    search = FamilySearch(sampler, sampler.in_random_letters)
+    rank = search.rank
+    columns = independent_columns(search.generic[0])
+    square = n == len(sampler.rows)
+    tell('determinant')
+    minors = _minors(exact, columns, rank)
+    names = [v.name for v in arithmetic.names.variables]
+    dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
+    if minors is None:
+        determinant = Determinant(False, sampler.robot.singularity.task.rows)
+        return SingularSet(determinant, (), (), rank, dependent, False)
+    tell('factors')
+    product, rests = product_of(minors, arithmetic)
+    tell('singular set')
+    families = families_of(product, search)
+    if families is None:
+        return None
+    product = without_integers(families, writer)
+    J_t = tuple(minors.view.J[i] for i in sampler.rows)
+    factors = singular_factors(product, search, writer, exact.frames, J_t)
+    constant = writer.expression(product.constant)
+    remainder = remainder_of(rests, writer, arithmetic)
+    bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]
+    powers = [base**factor.power for base, factor in zip(bases, factors)]
+    # The constant last: sympy would multiply a lone sum out.
+    expression = constant * sympy.Mul(*powers, remainder)
+    determinant = Determinant(
+        square=minors.square and square and rank == n,
+        expression=expression,
+        constant=constant,
+        remainder=remainder,
+        view=f'axes of {minors.view.axes}, point: {minors.view.point}',
+        rows=sampler.robot.singularity.task.rows,
+        columns=tuple(names[j] for j in minors.columns),
+        minors=len(minors.values),
+        identically_zero=square and rank < n,
+        split=product.complete,
+    )
+    crossings = crossings_of(product, factors, search, J_t)
+    others = remainder_zeros(rests, search, writer, J_t) if rests else ()
+    special = None
+    if sampler.generic_rank < rank:
+        numbers = numbers_in_words(arithmetic.names)
+        special = f'with {numbers} of this file: rank {sampler.generic_rank} at every pose'
+    complete = product.complete and others == ()
+    return SingularSet(determinant, factors, crossings, rank, dependent, complete, others, special)
+
+
+def _minors(exact: Exact, columns: Sequence[int], rank: int) -> Minors | None:
+    sampler = exact.sampler
+    if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MOST_MINORS:
+        return None
+    # Sums of squared minors depend on the point, unless six rows have full rank: their ratios
+    # do not.
+    view = simplest_view(exact.J, exact.frames, exact.arithmetic, sampler.rows, columns, rank == 6)
+    return minors_of(view, sampler.rows, columns, rank)
+
+
+class DeterminantFactors(NamedTuple):
+    """
+    The factors of a determinant, which vanish exactly at the singular poses.
+
+    Attributes
+    ----------
+    values
+        The factors, exact.
+    expressions
+        The same in symbols.
+    """
+
+    values: tuple[Laurent, ...]
+    expressions: tuple[Any, ...]
+
+    def functions(self, sampler: PoseSampler) -> list[Numbers]:
+        """Return the factors as functions of size 1 of poses in the file's units."""
+        return [FamilySearch(sampler, (sampler,)).numbers(value) for value in self.values]
+
+
+def exact_of(robot: Robot) -> Exact:
+    """
+    Return the arithmetic of an open arm.
+
+    Raises
+    ------
+    DerivationError
+        An angle is not a fraction of a joint's, or the pose is too long.
+    """
+    arithmetic = arithmetic_of(robot.description, names_of(robot.description, None))
+    frames = frames_of(robot.description, arithmetic)
+    J = ways.geometric(frames, arithmetic)
+    sampler = sampler_of(robot, arithmetic, frames, J)
+    return Exact(arithmetic, frames, writer_of(frames, arithmetic), sampler, J)
+
+
+def determinant_factors(exact: Exact) -> DeterminantFactors:
+    """Return the factors of the determinant of an open arm whose task Jacobian is square."""
+    sampler = exact.sampler
+    minors = _minors(exact, independent_columns(sampler), sampler.generic_rank)
+    assert minors is not None  # one determinant
+    product, _ = product_of(minors, exact.arithmetic)
+    values = tuple(f.value for f in product.factors)
+    return DeterminantFactors(values, tuple(map(exact.writer.expression, values)))
+
+
+def _dependent(sampler: PoseSampler, names: list[str]) -> list[str]:
+    known = set(sampler.robot.singularity.task.dependent_joints)
+    joints = sampler.robot.joint_names
+    return [name for name, j in zip(names, sampler.moving) if joints[j] in known]

@@ -1,0 +1,166 @@
+"""Factors as texts of a robot file, and the check that they are the determinant's."""
+
+from typing import Any
+
+import numpy as np
+import sympy
+from sympy.printing.str import StrPrinter
+
+from ....errors import DerivationError, ExpressionError
+from ....robot.file.reader import parse_robot
+from ....robot.file.text.expression_syntax import MAX_CHARACTERS, syntax_tree
+from ....robot.robot import Robot, build_robot
+from .derivation import Derivation
+from .singular_set import evaluated, file_factors
+
+# Products of a few dozen roundings each.
+AGREEMENT = 1e-12
+POSES = 1000
+
+
+class DecimalPrinter(StrPrinter):  # type: ignore[misc]
+    """Sympy's own strings, with decimals where the file had decimals."""
+
+    def _print_Rational(self, expr: Any) -> str:
+        return decimal(expr) or f'{expr.p}/{expr.q}'
+
+
+class FilePrinter(DecimalPrinter):
+    """Sympy expressions as a robot file writes them: no powers, decimals as decimals."""
+
+    def _print_Pow(self, expr: Any, rational: bool = False) -> str:
+        base, exponent = expr.as_base_exp()
+        if exponent == sympy.Rational(1, 2):
+            return f'sqrt({self._print(base)})'
+        if exponent.is_Integer and 1 < abs(int(exponent)) <= 8:
+            factor = self.parenthesize(base, 100)
+            product = '*'.join([factor] * abs(int(exponent)))
+            return product if exponent > 0 else f'1/({product})'
+        if exponent == -1:
+            return f'1/{self.parenthesize(base, 100)}'
+        raise DerivationError(f'{expr} has no form in a robot file')
+
+    def _print_atan(self, expr: Any) -> str:
+        return f'atan2({self._print(expr.args[0])}, 1)'
+
+
+def decimal(number: Any) -> str | None:
+    """Return an exact decimal of a fraction, or None where there is none that is short."""
+    q = int(number.q)
+    for prime in (2, 5):
+        while q % prime == 0:
+            q //= prime
+    text = f'{float(number):.15g}'
+    short = q == 1 and 'e' not in text and sympy.Rational(text) == number
+    return text if short else None
+
+
+def file_text(expression: Any, degrees: bool) -> str:
+    """
+    Return a sympy expression as a text of a robot file.
+
+    Raises
+    ------
+    DerivationError
+        It has no such form, or is too long.
+    """
+    if degrees:
+        functions = expression.atoms(sympy.sin, sympy.cos)
+        expression = expression.xreplace({f: f.func(_in_degrees(f.args[0])) for f in functions})
+    text = str(FilePrinter().doprint(expression))
+    if degrees and expression.has(sympy.pi):
+        raise DerivationError('pi has no meaning in a file in degrees')
+    try:
+        syntax_tree(text, lambda _: None)
+    except ExpressionError as error:
+        limit = f'at most {MAX_CHARACTERS} characters' if len(text) > MAX_CHARACTERS else ''
+        raise DerivationError(f'no expression of a robot file: {error} {limit}'.strip()) from None
+    return text
+
+
+def _in_degrees(angle: Any) -> Any:
+    # The file's joint angles are in degrees already; what is added to them is in rad.
+    offset, moving = angle.as_independent(*angle.free_symbols, as_Add=True)
+    return moving + offset * 180 / sympy.pi
+
+
+def factors_to_write(derivation: Derivation) -> dict[str, str]:
+    """
+    Return the factors of a derivation by name, as texts of its robot file.
+
+    Names are those of the file where it lists the factor already; a factor without one is called
+    `singular`, or by its number.
+    """
+    degrees = derivation.robot.description.angle_unit == 'deg'
+    texts: dict[str, str] = {}
+    listed = derivation.robot.description.singularity.factors
+    kept = {factor.name: factor.text for factor in listed}
+    for factor in derivation.singular_set.factors:
+        name = factor.name
+        if name == str(factor.expression):
+            name = name if len(name) <= 24 else 'determinant'
+            name = name if name not in texts else f'factor_{len(texts) + 1}'
+        texts[name] = kept.get(name) or file_text(factor.expression, degrees)
+    return dict(sorted(texts.items(), key=lambda pair: [*kept, pair[0]].index(pair[0])))
+
+
+def disagreement(derivation: Derivation, robot: Robot) -> float:
+    """
+    Return how far the product of a file's factors is from the determinant, relative, at its worst.
+
+    The product, each factor to its power, is compared up to one constant at 1000 seeded poses
+    inside the limits; without a determinant, with the common factors of its minors.
+    """
+    exact = derivation.exact
+    q = exact.sampler.random(POSES, within=True)
+    expressions = file_factors(robot, derivation.names)
+    product = np.ones(len(q))
+    reference = np.ones(len(q))
+    for factor in derivation.singular_set.factors:
+        name = factor.name if factor.name in expressions else None
+        if name is None:
+            match = [n for n, e in expressions.items() if _same_zero(e, factor.expression)]
+            if not match:
+                return float('inf')
+            name = match[0]
+        product *= evaluated(expressions[name], derivation.names, q) ** factor.power
+        reference *= evaluated(factor.expression, derivation.names, q) ** factor.power
+    if derivation.singular_set.determinant.square:
+        sampler = exact.sampler
+        J_t = (
+            sampler.arm(q).J_t
+            / sampler.robot.singularity.task.row_scales[:, None]
+            / sampler.column_scales
+        )
+        reference = np.linalg.det(J_t)
+    if not derivation.singular_set.factors:
+        return 0.0
+    best = int(np.argmax(np.abs(reference)))
+    constant = product[best] / reference[best]
+    error = np.abs(product - constant * reference)
+    return float(np.max(error) / np.max(np.abs(product)))
+
+
+def _same_zero(one: Any, other: Any) -> bool:
+    return bool(sympy.simplify(one / other).is_number)
+
+
+def checked_text(derivation: Derivation, text: str) -> None:
+    """
+    Refuse a robot file's text whose factors are not the determinant's.
+
+    Raises
+    ------
+    RobotFileError
+        It is not a valid robot file.
+    DerivationError
+        Its factors are not those of the determinant.
+    """
+    description = parse_robot(text, derivation.robot.description.file)
+    robot = build_robot(description, in_letters=True)
+    error = disagreement(derivation, robot)
+    if not error <= AGREEMENT:
+        raise DerivationError(
+            f'the product of the factors is {error:.1e} from the determinant at {POSES} poses '
+            f'(at most {AGREEMENT:g}): the file is left as it was'
+        )

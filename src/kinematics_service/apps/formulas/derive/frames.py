@@ -1,0 +1,196 @@
+"""The exact frames of an arm: each row's T, each T_0i, and the whole from base to tool."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import reduce
+from itertools import groupby
+from typing import Any
+
+import sympy
+
+from ....errors import DerivationError
+from ....rigid_motion import roll_pitch_yaw
+from ....robot.file.parts.convention_table import CONVENTIONS, NamedMotion
+from ....robot.file.parts.description import (
+    DhRow,
+    ElementaryMotion,
+    Link,
+    RigidMotion,
+    RobotDescription,
+)
+from .algebra.arithmetic import NOTHING, Affine, Arithmetic, inverse, transposed
+from .algebra.matrices import Matrix, product
+
+# The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
+MOST_TERMS = 6000
+
+
+@dataclass(frozen=True)
+class ExactRow:
+    """
+    A row: T = before @ Rz(theta) Tz(d) @ after.
+
+    Parameters
+    ----------
+    before, after : 4 x 4, constant
+    theta, d
+        A constant part and the factor of each joint variable; rad, the file's length unit.
+    """
+
+    before: Matrix
+    theta: Affine
+    d: Affine
+    after: Matrix
+
+    @property
+    def moves(self) -> bool:
+        """Return whether a joint moves this row."""
+        return bool(self.theta[1] or self.d[1])
+
+
+@dataclass(frozen=True)
+class Frames:
+    """
+    An arm as exact rows, and every frame of it in the base frame.
+
+    Attributes
+    ----------
+    rows
+        The table.
+    row_transforms
+        T of each row.
+    tool
+        In the last row's frame.
+    in_base
+        Frame 0, then the frame after each row, in the base frame.
+    T_base_tool
+        The whole.
+    """
+
+    rows: tuple[ExactRow, ...]
+    row_transforms: tuple[Matrix, ...]
+    tool: Matrix
+    in_base: tuple[Matrix, ...]
+    T_base_tool: Matrix
+
+
+def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
+    """
+    Return the exact frames of an arm.
+
+    Raises
+    ------
+    DerivationError
+        The pose is too long to be worth writing out.
+    """
+    rows = tuple(_row(link, description.convention, arithmetic) for link in description.links)
+    transforms = tuple(
+        product(product(row.before, arithmetic.screw_z(row.theta, row.d)), row.after)
+        for row in rows
+    )
+    tool = _motion(description.tool.motion, arithmetic)
+    in_base = [_motion(description.base.motion, arithmetic)]
+    for transform in transforms:
+        in_base.append(product(in_base[-1], transform))
+    T = product(in_base[-1], tool)
+    size = sum(len(entry) for row in T for entry in row)
+    if size > MOST_TERMS:
+        nearly = any(one.approximate for one in description.singularity.factors)
+        said = description.uncertainty
+        advice = (
+            'too many lengths and angles that are no quarter turns; round the angles, or lock '
+            'joints'
+        )
+        if nearly or (said is not None and said.factor):  # calibrated
+            advice = (
+                'its table is a nominal one with corrections, and no formula of it is short: '
+                'derive the nominal robot file'
+            )
+        if nearly:
+            advice += '; the factors here are those of that one, approximately'
+        raise DerivationError(
+            f'the pose of the tool has {size} terms (at most {MOST_TERMS}): {advice}'
+        )
+    return Frames(rows, transforms, tool, tuple(in_base), T)
+
+
+def _row(link: Link, convention: str, arithmetic: Arithmetic) -> ExactRow:
+    names = arithmetic.names
+    if isinstance(link, DhRow):
+        product_of_row = CONVENTIONS[convention]
+        may_move = link.names
+        return ExactRow(
+            _constants(product_of_row.before_joint, link, arithmetic),
+            names.affine(link['theta'].text, is_angle=True) if 'theta' in may_move else NOTHING,
+            names.affine(link['d'].text, is_angle=False) if 'd' in may_move else NOTHING,
+            _constants(product_of_row.after_joint, link, arithmetic),
+        )
+    if isinstance(link, ElementaryMotion):
+        argument = names.affine(link.argument.text, is_angle=link.turns)
+        turn = arithmetic.turn(link.axis[1])
+        theta, d = (argument, NOTHING) if link.turns else (NOTHING, argument)
+        return ExactRow(turn, theta, d, transposed(turn))
+    before = _motion(link.inner, arithmetic)
+    after = inverse(_motion(link.outer, arithmetic))
+    if link.joint is None:
+        return ExactRow(before, NOTHING, NOTHING, after)
+    joint = _row(link.joint, convention, arithmetic)
+    return ExactRow(
+        product(before, joint.before), joint.theta, joint.d, product(joint.after, after)
+    )
+
+
+def _constants(motions: Sequence[NamedMotion], link: DhRow, arithmetic: Arithmetic) -> Matrix:
+    # Motions about and along the same axis are one screw, whatever their order.
+    names, screws = arithmetic.names, []
+    for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
+        angle = length = sympy.Integer(0)
+        for motion in together:
+            text = link[motion.quantity].text
+            if motion.axis[0] == 'R':
+                angle += names.angle(text)
+            else:
+                length += names.length(text)
+        screws.append(arithmetic.about_axis(axis, (angle, {}), (length, {})))
+    return reduce(product, screws) if screws else arithmetic.identity()
+
+
+def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
+    names = arithmetic.names
+    if len(motion.texts) == 16:
+        e = [names.expression(text) for text in motion.texts]
+        x, y, z = e[3], e[7], e[11]
+        turns = [[e[4 * i + j] for j in range(3)] for i in range(3)]
+        if all(entry in (-1, 0, 1) for row in turns for entry in row):
+            R = arithmetic.constant_matrix(
+                [*([*row, 0] for row in turns), [0, 0, 0, 1]],
+            )
+        else:
+            R = _rotation(_roll_pitch_yaw(turns, motion), arithmetic)
+    else:
+        x, y, z = (names.length(text) for text in motion.texts[:3])
+        R = _rotation([names.angle(text) for text in motion.texts[3:]], arithmetic)
+    translation = arithmetic.constant_matrix(
+        [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]]
+    )
+    return product(translation, R)
+
+
+def _rotation(angles: Sequence[Any], arithmetic: Arithmetic) -> Matrix:
+    roll, pitch, yaw = angles
+    about = arithmetic.about_axis
+    turned = product(about('z', (yaw, {}), NOTHING), about('y', (pitch, {}), NOTHING))
+    return product(turned, about('x', (roll, {}), NOTHING))
+
+
+def _roll_pitch_yaw(turns: list[list[Any]], motion: RigidMotion) -> list[Any]:
+    # Angles instead of entries: their sines and cosines are orthogonal by themselves. A matrix of
+    # rounded decimals is no rotation; the library takes the nearest one, and so does this.
+    R = sympy.Matrix(turns)
+    if sympy.simplify(R * R.T) != sympy.eye(3):
+        return [sympy.Rational(repr(angle)) for angle in roll_pitch_yaw(motion.matrix).tolist()]
+    level = sympy.sqrt(sympy.simplify(R[0, 0] ** 2 + R[1, 0] ** 2))
+    pitch = sympy.atan2(-R[2, 0], level)
+    if level == 0:
+        return [sympy.atan2(-R[1, 2], R[1, 1]), pitch, sympy.Integer(0)]
+    return [sympy.atan2(R[2, 1], R[2, 2]), pitch, sympy.atan2(R[1, 0], R[0, 0])]

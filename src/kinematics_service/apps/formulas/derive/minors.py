@@ -1,0 +1,127 @@
+"""The common factors of all minors of the task rows, and the rest of each minor."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import sympy
+
+from ....kernel import Floats
+from .algebra.arithmetic import Arithmetic
+from .algebra.factors import Factored, RealFactor, factored
+from .algebra.laurent import Laurent
+from .algebra.quotient import divided
+from .determinant import Minors
+from .sampled_poses import PoseSampler
+from .trigonometry import Writer
+
+# Minors of more terms are not multiplied out to see whether the sum of squares is shorter.
+MOST_SQUARED = 200
+# Minors of more terms together are written as they are, not as products.
+MOST_WRITTEN = 600
+
+
+def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[Laurent]]:
+    """
+    Return the common factors of all minors, and what is left of each.
+
+    Only the shortest minor is factored: what all have in common is among its factors, and whether
+    one of them divides another minor is found by dividing.
+    """
+    values = sorted((value for value in minors.values if value), key=len)
+    if not values:
+        return Factored(arithmetic.ring.number(0), (), True), []
+    first = factored(values[0], arithmetic)
+    if minors.square:
+        return first, []
+    common: list[RealFactor] = []
+    for factor in first.factors:
+        if factor.alone:
+            common.append(factor)
+            continue
+        power, values = _often_divided(values, factor.value, factor.power)
+        if power:
+            common.append(replace(factor, power=power))
+        # A product of two halves that does not divide all of them: one of the two may.
+        for half in factor.halves:
+            more, rests = _often_divided(values, half, factor.power - power)
+            if more:
+                common.append(RealFactor(half, more, alone=arithmetic.ring.parts == 1))
+                values = rests
+    return Factored(arithmetic.ring.number(1), tuple(common), first.complete), values
+
+
+def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[int, list[Laurent]]:
+    # How often all are divided by a factor, and what is left of them.
+    power = 0
+    while power < most:
+        left: list[Laurent] = []
+        for value in values:
+            if (quotient := divided(value, factor)) is None:
+                return power, values
+            left.append(quotient)
+        values, power = left, power + 1
+    return power, values
+
+
+def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> Any:
+    """
+    Return sqrt of the sum of squares of what is left of the minors, its constant part outside.
+    """
+    if not rests:
+        return sympy.Integer(1)
+    written = [writer.expression(rest) for rest in rests]
+    if sum(map(len, rests)) <= MOST_WRITTEN:
+        products = [_product(rest, writer, arithmetic) for rest in rests]
+        written = [min(pair, key=sympy.count_ops) for pair in zip(products, written)]
+    squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
+    if sum(map(len, rests)) > MOST_SQUARED:
+        return sympy.sqrt(squares)
+    total = arithmetic.ring.number(0)
+    for rest in rests:
+        total = total + rest * rest
+    return sympy.sqrt(min((_product(total, writer, arithmetic), squares), key=sympy.count_ops))
+
+
+def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> Any:
+    product = factored(value, arithmetic)
+    whole = writer.expression(product.constant)
+    for factor in product.factors:
+        whole *= writer.expression(factor.value) ** factor.power
+    return whole
+
+
+def _without_pythagoras(terms: Sequence[Any]) -> list[Any]:
+    # g sin^2 + g cos^2 = g: two minors that differ in the axes they are seen in only.
+    left = list(terms)
+    for term in terms:
+        for sine in (a for a in sympy.Mul.make_args(term) if _is_square_of(a, sympy.sin)):
+            partner = term / sine * sympy.cos(sine.base.args[0]) ** 2
+            if term in left and partner in left:
+                left.remove(term)
+                left.remove(partner)
+                left.append(term / sine)
+    return left
+
+
+def _is_square_of(expression: Any, function: Any) -> bool:
+    return bool(expression.is_Pow and expression.exp == 2 and expression.base.func == function)
+
+
+def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
+    """Return the joints left when those that only repeat others are left out, first ones first."""
+    J_t = sampler.elsewhere.J_t
+    stacked = J_t.reshape(-1, J_t.shape[2])
+    full = _column_rank(stacked)
+    kept = list(range(J_t.shape[2]))
+    for j in list(kept):
+        without = [k for k in kept if k != j]
+        if len(kept) > full and _column_rank(stacked[:, without]) == full:
+            kept = without
+    return tuple(kept)
+
+
+def _column_rank(stacked: Floats) -> int:
+    sigma = np.linalg.svd(stacked, compute_uv=False)
+    return int(np.sum(sigma > 1e-9 * sigma[0]))

@@ -1,0 +1,126 @@
+"""A derivation as one page that needs nothing else: formulas in MathML, which browsers draw."""
+
+import re
+from collections.abc import Sequence
+from html import escape
+from typing import Any
+
+from sympy.printing.mathml import MathMLPresentationPrinter
+
+from .....page import document, resource
+from ..file_factors import decimal
+from .report import Block, Equation, Heading
+
+GREEK = {'alpha', 'beta', 'gamma', 'theta', 'phi', 'psi', 'omega'}
+MATHML = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
+
+
+class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
+    """Sympy's MathML, with decimals where the file had decimals."""
+
+    def _print_Rational(self, expr: Any) -> Any:
+        text = decimal(expr)
+        return super()._print_Rational(expr) if text is None else self._element('mn', text)
+
+    def _print_Mul(self, expr: Any) -> Any:
+        # Sympy writes -(a + b) as -a + b.
+        coefficient, rest = expr.as_coeff_Mul()
+        if coefficient == -1 and rest.is_Add:
+            return self._element('mrow', self._operator('-'), self._bracketed(rest))
+        return super()._print_Mul(expr)
+
+    def _print_Add(self, expr: Any, order: Any = None) -> Any:
+        # Likewise a - (b + c) as a - b + c.
+        parts = []
+        for k, term in enumerate(self._as_ordered_terms(expr, order=order)):
+            negative = term.could_extract_minus_sign()
+            if negative or k > 0:
+                parts.append(self._operator('-' if negative else '+'))
+            if negative:
+                term = -term
+            parts.append(self._bracketed(term) if term.is_Add else self._print(term))
+        return self._element('mrow', *parts)
+
+    def _element(self, name: str, *inside: Any) -> Any:
+        element = self.dom.createElement(name)
+        for part in inside:
+            element.appendChild(self.dom.createTextNode(part) if isinstance(part, str) else part)
+        return element
+
+    def _operator(self, text: str) -> Any:
+        return self._element('mo', text)
+
+    def _bracketed(self, expr: Any) -> Any:
+        return self._element('mrow', self._operator('('), self._print(expr), self._operator(')'))
+
+    def unfence(self, node: Any) -> None:
+        """Write out the brackets that sympy before 1.13 leaves to an element browsers ignore."""
+        node.tagName = 'mrow'
+        first, *others = list(node.childNodes)
+        node.insertBefore(self._operator(node.getAttribute('open') or '('), first)
+        for other in others:
+            node.insertBefore(self._operator(','), other)
+        node.appendChild(self._operator(node.getAttribute('close') or ')'))
+        for name in ('open', 'close'):
+            if node.hasAttribute(name):
+                node.removeAttribute(name)
+
+    def _print_MatrixBase(self, m: Any) -> Any:
+        # Brackets are drawn by the style: few systems have a font whose brackets grow.
+        rows = [[self._element('mtd', self._print(entry)) for entry in row] for row in m.tolist()]
+        table = self._element('mtable', *(self._element('mtr', *row) for row in rows))
+        table.setAttribute('class', 'matrix')
+        return table
+
+
+def html_of(blocks: Sequence[Block]) -> str:
+    """Return a complete HTML page."""
+    title = next(block.text for block in blocks if isinstance(block, Heading))
+    return document(title, map(_html, blocks), resource(__package__, 'formulas.css'))
+
+
+def _html(block: Block) -> str:
+    if isinstance(block, Heading):
+        return f'<h{block.level}>{escape(block.text)}</h{block.level}>\n'
+    if isinstance(block, Equation):
+        row = f'<mrow>{_as_written(_left(block.left))}<mo>=</mo>{mathml(block.right)}</mrow>'
+        return f'<div class="formula">{MATHML.format("block", row)}</div>\n'
+    parts = (
+        escape(p) if isinstance(p, str) else MATHML.format('inline', mathml(p))
+        for p in block.parts
+    )
+    return f'<p>{"".join(parts)}</p>\n'
+
+
+def mathml(expression: Any) -> str:
+    """Return an expression as presentation MathML without the outer element."""
+    printer = DecimalMathMLPrinter()
+    node = printer._print(expression)
+    for fence in [node, *node.getElementsByTagName('mfenced')]:
+        if fence.tagName == 'mfenced':
+            printer.unfence(fence)
+    return _as_written(str(node.toxml()))
+
+
+def _as_written(markup: str) -> str:
+    # What looks alike with a mathematical font and without: brackets of the height of a letter,
+    # letters in the italics of any font, words upright, and a minus as long as a plus.
+    markup = re.sub(r'<mo>([()])</mo>', r'<mo stretchy="false">\1</mo>', markup)
+    markup = re.sub(r'<mi>(&\w+;|[^<\d])</mi>', r'<mi class="letter">\1</mi>', markup)
+    markup = re.sub(r'<mi>([^<\d][^<]*)</mi>', r'<mi class="word">\1</mi>', markup)
+    return markup.replace('<mo>-</mo>', '<mo>\N{MINUS SIGN}</mo>')
+
+
+def _left(left: str) -> str:
+    if left == 'det J':
+        return '<mo>det</mo><mi>J</mi>'
+    if left.startswith('\\dot'):
+        return '<mover><mi>q</mi><mo>.</mo></mover><mo>(</mo><mi>t</mi><mo>)</mo>'
+    name, _, index = left.replace('{', '').replace('}', '').lstrip('\\').partition('_')
+    name, opened, rest = name.partition('(')
+    symbol = f'&{name};' if name in GREEK else escape(name)
+    tail = f'<mo>(</mo><mi>{escape(rest.rstrip(")"))}</mi><mo>)</mo>' if opened else ''
+    kind = 'mn' if symbol.isdigit() else 'mi'
+    if index:
+        return f'<msub><{kind}>{symbol}</{kind}><mi>{escape(index)}</mi></msub>{tail}'
+    return f'<{kind}>{symbol}</{kind}>{tail}'

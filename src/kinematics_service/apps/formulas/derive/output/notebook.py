@@ -1,0 +1,28 @@
+"""What a notebook shows of a derivation: its formulas."""
+
+from typing import Any
+
+from .latex import formula
+
+# Longer formulas are named and not shown: nobody reads a page of terms.
+LONGEST = 2_000
+
+
+def latex_of(derivation: Any) -> str:
+    """Return the formulas of a derivation: T, J and det J, those that fit a page."""
+    determinant = derivation.singular_set.determinant
+    left = r'\det J' if determinant.square else 'w'
+    lines = []
+    for name, left_side, expression in (
+        ('T', 'T', derivation.T),
+        ('jacobian', 'J', derivation.jacobian),
+        ('singular_set.determinant.expression', left, determinant.expression),
+    ):
+        if expression is None:
+            lines.append(rf'{left_side} &: \text{{too many minors to write out}}')
+            continue
+        right = formula(derivation.in_angles(expression))
+        if len(right) > LONGEST:
+            right = rf'\texttt{{derivation.{name}}}'.replace('_', r'\_')
+        lines.append(f'{left_side} &= {right}')
+    return '$$\\begin{aligned}' + r' \\[1ex] '.join(lines) + '\\end{aligned}$$'

@@ -1,0 +1,192 @@
+"""Velocity of the tool along a path q(t), and when the path crosses the singular set."""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import sympy
+
+from ....errors import DerivationError
+from ....kernel import Floats
+from ....robot.file.text.expression_syntax import names_in
+from ....typography import plain_names
+from .algebra.expression import exact
+from .algebra.numeric import bisected
+from .derivation import Derivation
+
+TIME = sympy.Symbol('t', real=True)
+SAMPLES = 4001
+# Steps, each of which narrows the bottom of a valley to a sixteenth.
+NARROWED = 9
+# What is 0 of a function, as a share of its largest value: round-off.
+NOTHING = 1e-12
+
+Values = Callable[[Floats], Floats]
+
+
+@dataclass(frozen=True)
+class PathCrossing:
+    """
+    A time at which a factor vanishes.
+
+    Attributes
+    ----------
+    time, until
+        When it begins and ends to be 0: the same but where the path stays on the family, s.
+    touches
+        Whether it does not change its sign there.
+    name
+        The factor's.
+    """
+
+    time: float
+    until: float
+    touches: bool
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """
+    A derivation along a path.
+
+    Attributes
+    ----------
+    q, qdot
+        By t, rad and the file's length unit, per second.
+    p, v, omega
+        Position and velocities of the tool by t, base axes.
+    """
+
+    derivation: Derivation
+    q: Any
+    qdot: Any
+    p: Any
+    v: Any
+    omega: Any
+
+    def sampled(self, expression: Any, times: Floats) -> Floats:
+        """Return the values of an expression of t, with the lengths of the file."""
+        return self._function(expression)(times)
+
+    def motion(self, times: Floats) -> tuple[Floats, Floats]:
+        """Return q and qdot of all joints of the arm at times, shape (N, n), SI units."""
+        sampler = self.derivation.exact.sampler
+        q, qdot = (
+            np.stack([self.sampled(e, times) for e in vector], axis=-1)
+            for vector in (self.q, self.qdot)
+        )
+        rates = sampler.whole(qdot)
+        still = [k for k in range(rates.shape[1]) if k not in sampler.moving]
+        rates[:, still] = 0.0
+        return sampler.whole(q), rates
+
+    def _function(self, expression: Any) -> Values:
+        numbers = expression.subs(dict(self.derivation.names.values))
+        function = sympy.lambdify(TIME, numbers, 'numpy')
+        return lambda times: np.broadcast_to(function(times), times.shape).astype(float)
+
+    def crossings(self, start: float, end: float) -> tuple[PathCrossing, ...]:
+        """
+        Return when the path meets the singular set in [start, end], s.
+
+        A factor that changes its sign is followed by halving. Between samples of one sign its
+        smallest value is looked for: below 0 it is crossed twice, at 0 it is touched.
+        """
+        along = dict(zip(self.derivation.variables, self.q))
+        times = np.linspace(start, end, SAMPLES)
+        found = []
+        for factor in self.derivation.singular_set.factors:
+            value = self._function(factor.expression.subs(along))
+            found += [PathCrossing(*met, factor.name) for met in _zeros(value, times)]
+        return tuple(sorted(found, key=lambda crossing: crossing.time))
+
+
+def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
+    # When a function begins and ends to be 0, and whether it only touches it.
+    def at(time: float) -> float:
+        return float(value(np.array([time]))[0])
+
+    f = value(times)
+    size = float(np.max(np.abs(f))) or 1.0
+    # The bottoms of the valleys of |f| become samples of their own.
+    low = np.abs(f)
+    valleys = np.flatnonzero((low[1:-1] <= low[:-2]) & (low[1:-1] < low[2:])) + 1
+    alike = f[valleys - 1] * f[valleys + 1] > 0
+    bottoms = [
+        _bottom(value, times[k - 1], times[k + 1]) for k in valleys[alike & (f[valleys] != 0)]
+    ]
+    times = np.unique(np.concatenate([times, bottoms]))
+    f = value(times)
+    f = np.where(np.abs(f) < NOTHING * size, 0.0, f)
+    found = [
+        (time, time, False)
+        for k in np.flatnonzero(f[:-1] * f[1:] < 0)
+        for time in [bisected(at, float(times[k]), float(times[k + 1]))]
+    ]
+    zero = np.concatenate([[False], f == 0.0, [False]])
+    begins, ends = (np.flatnonzero(zero[:-1] < zero[1:]), np.flatnonzero(zero[:-1] > zero[1:]) - 1)
+    for begin, last in zip(begins, ends):
+        inside = begin > 0 and last < len(f) - 1
+        touches = bool(inside and f[begin - 1] * f[last + 1] > 0)
+        found.append((float(times[begin]), float(times[last]), touches))
+    return found
+
+
+def _bottom(value: Values, low: float, high: float) -> float:
+    # Where |f| is smallest between two times of one sign, or where f has the other sign.
+    for _ in range(NARROWED):
+        times = np.linspace(low, high, 33)
+        f = value(times)
+        k = int(np.argmin(f * np.sign(f[0])))
+        if f[k] * f[0] <= 0:
+            return float(times[k])
+        low, high = float(times[max(k - 1, 0)]), float(times[min(k + 1, 32)])
+    return (low + high) / 2
+
+
+def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
+    """
+    Return q(t) of a text such as `theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)`.
+
+    Raises
+    ------
+    DerivationError
+        A joint is missing, unknown, given twice, or its expression has other names than t.
+    ExpressionError
+        An expression cannot be read.
+    """
+    names = derivation.names
+    variables = {symbol.name: symbol for symbol in derivation.variables}
+    known = ', '.join(variables)
+    found: dict[Any, Any] = {}
+    for part in re.split(r',(?![^()]*\))', plain_names(text)):
+        name, equals, expression = part.partition('=')
+        name = name.strip()
+        if not equals or name not in variables:
+            raise DerivationError(
+                f'{part.strip()!r} is not JOINT=EXPRESSION with a joint variable ({known})'
+            )
+        if variables[name] in found:
+            raise DerivationError(f'{name} is given twice')
+        strange = names_in(expression) - {'t', 'pi'} - (set(names.meanings) - set(variables))
+        if strange:
+            raise DerivationError(f'{name}: unknown name {min(strange)!r} (known: t, pi, lengths)')
+        found[variables[name]] = exact(expression, {**names.meanings, 't': TIME})
+    missing = [name for name, symbol in variables.items() if symbol not in found]
+    if missing:
+        raise DerivationError(f'no path for {", ".join(missing)}')
+    return found
+
+
+def along(derivation: Derivation, path: Mapping[Any, Any]) -> Path:
+    """Return position and velocity of the tool along q(t)."""
+    q = sympy.ImmutableMatrix([path[variable] for variable in derivation.variables])
+    qdot = q.diff(TIME)
+    values = dict(zip(derivation.variables, q))
+    J = derivation.jacobian.subs(values)
+    twist = J * qdot
+    position = derivation.position.subs(values)
+    return Path(derivation, q, qdot, position, twist[:3, :], twist[3:, :])

@@ -1,0 +1,213 @@
+"""An arm's numbers at poses given in the file's units, for what is found by looking at poses."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ....kernel import Floats
+from ....kinematics.forward import forward_kinematics, jacobian
+from ....kinematics.task_jacobian import task_jacobian
+from ....robot.robot import Robot
+from ....robot.task import seeded_poses
+from .algebra.arithmetic import Arithmetic
+from .algebra.matrices import Matrix
+from .algebra.numeric import Monomials, monomials_of, substituted, sum_of
+from .algebra.zeros import Box
+from .frames import Frames
+from .singular_geometry import ArmAtPoses, rank_at
+
+# Enough for a coincidence to show, few enough for a second.
+POSES = 60
+# Two values of each letter, so that chance does not decide: those of the file times these, so that
+# families that exist in the file exist.
+SEEDS = (1955, 1964)
+LETTER_FACTORS = (0.8, 1.25)
+# Of central differences: round-off and the third derivative are both below 1e-9.
+STEP = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSampler:
+    """
+    A robot with the joints of a derivation: some may be locked.
+
+    Attributes
+    ----------
+    robot
+        The arm.
+    moving
+        Indices of the joints that move.
+    still : shape (n,), rad or m
+        Positions of the others.
+    to_si : shape (moving,)
+        Multiplies a joint position of the file's length unit; 1 for angles.
+    arithmetic, frames, J
+        The exact arm, with values of its letters.
+    """
+
+    robot: Robot
+    moving: tuple[int, ...]
+    still: Floats
+    to_si: Floats
+    arithmetic: Arithmetic
+    frames: Frames
+    J: Matrix
+
+    @property
+    def rows(self) -> tuple[int, ...]:
+        """Return the indices of the task rows."""
+        return tuple(self.robot.singularity.task.axes.tolist())
+
+    def whole(self, q: Floats) -> Floats:
+        """
+        Return all joints in rad and m, shape (N, n), for the moving ones in the file's units.
+        """
+        result = np.tile(self.still, (len(q), 1))
+        result[:, list(self.moving)] = q * self.to_si
+        return result
+
+    def random(self, count: int = POSES, within: bool = False) -> Floats:
+        """
+        Return seeded poses of the moving joints in the file's units.
+
+        Parameters
+        ----------
+        count
+            At most 1000.
+        within
+            Inside the joint limits; otherwise anywhere near them, full turns for angles.
+        """
+        robot = self.robot
+        limits = np.array(robot.limits)
+        if not within:
+            limits[~robot.prismatic] = (-np.inf, np.inf)
+        q = seeded_poses(limits, robot.prismatic)[:count]
+        return np.asarray(q[:, list(self.moving)] / self.to_si)
+
+    def limits(self, periods: Floats) -> Box:
+        """
+        Return the joint limits, of a joint that turns at most one period.
+
+        Parameters
+        ----------
+        periods : shape (moving,), rad
+            After which a joint's frames repeat.
+        """
+        low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
+        # An angle has all its values within a period.
+        turned = np.where(np.isfinite(high), high - periods, -periods / 2)
+        start = np.where(self.slides | np.isfinite(low), low, turned)
+        return Box(start, np.where(self.slides, high, np.minimum(high, start + periods)))
+
+    def arm(self, q: Floats) -> ArmAtPoses:
+        """Return the arm's numbers at poses in the file's units."""
+        robot, moving = self.robot, list(self.moving)
+        J, frames, tool = self.kinematics(q)
+        omega = np.swapaxes(J[:, 3:], 1, 2)
+        size = np.linalg.norm(omega, axis=2, keepdims=True)
+        with np.errstate(invalid='ignore', divide='ignore'):
+            axes = np.where(size > 1e-9, omega / size, np.nan)
+            velocity = np.swapaxes(J[:, :3], 1, 2) / size
+        # v = w x r with r from the axis to the tool: its foot on the axis is p + z x v.
+        origins = tool[:, None] + np.cross(axes, velocity)
+        return ArmAtPoses(
+            J,
+            task_jacobian(robot.singularity.task, J)
+            * robot.singularity.task.row_scales[:, None]
+            * self.column_scales,
+            frames,
+            axes,
+            origins,
+            tool,
+            tuple((~self.slides).tolist()),
+            tuple(robot.variables[j] for j in moving),
+        )
+
+    def kinematics(self, q: Floats) -> tuple[Floats, Floats, Floats]:
+        """Return J (N, 6, moving), the frames of the rows, and the tool (N, 3), m and rad."""
+        metres = self.robot.description.metres
+        values, split = self._monomials.values(self._terms(q)), 6 * len(self.moving)
+        J = values[:, :split].reshape(-1, 6, len(self.moving))
+        frames = values[:, split:].reshape(len(q), -1, 4, 4)
+        J[:, :3] *= metres
+        frames[..., :3, 3] *= metres
+        return J / self.to_si, frames[:, :-1], frames[:, -1, :3, 3]
+
+    @cached_property
+    def _monomials(self) -> Monomials:
+        matrices = (self.J, *self.frames.in_base, self.frames.T_base_tool)
+        return monomials_of([e for M in matrices for row in M for e in row])
+
+    @cached_property
+    def _terms(self) -> Callable[[Floats], Any]:
+        return sum_of(self._monomials.whole, self.arithmetic).terms
+
+    @cached_property
+    def in_random_letters(self) -> tuple['PoseSampler', ...]:
+        """Return the arm with two random values of each letter; as it is if it has no letters."""
+        names, found = self.arithmetic.names, []
+        for seed in SEEDS if names.values else ():
+            factors = np.random.default_rng(seed).uniform(*LETTER_FACTORS, len(names.values))
+            values = {s: v * float(f) for (s, v), f in zip(names.values.items(), factors)}
+            other = replace(self.arithmetic, names=replace(names, values=values))
+            found.append(replace(self, arithmetic=other))
+            # They are the same for all letters.
+            vars(found[-1])['_monomials'] = self._monomials
+        return tuple(found) or (self,)
+
+    def central_difference(self) -> float:
+        """Return how far J is from central differences of T at a seeded pose, m and rad."""
+        robot = self.robot
+        q = self.whole(self.random(1))[0]
+        J, R = jacobian(robot, q), forward_kinematics(robot, q)[:3, :3]
+        worst = 0.0
+        for k in self.moving:
+            step = np.zeros(robot.dof)
+            step[k] = STEP
+            above, below = forward_kinematics(robot, q + step), forward_kinematics(robot, q - step)
+            rate = (above - below) / (2 * STEP)
+            turning = rate[:3, :3] @ R.T
+            column = [*rate[:3, 3], turning[2, 1], turning[0, 2], turning[1, 0]]
+            worst = max(worst, float(np.max(np.abs(J[:, k] - column))))
+        return worst
+
+    @cached_property
+    def elsewhere(self) -> ArmAtPoses:
+        """Return the arm at 200 poses anywhere."""
+        return self.arm(self.random(200))
+
+    @cached_property
+    def generic_rank(self) -> int:
+        """Return the rank of the task rows at most poses."""
+        return rank_at(self.elsewhere.J_t)
+
+    @property
+    def slides(self) -> npt.NDArray[np.bool_]:
+        """Return which of the moving joints are prismatic, shape (moving,)."""
+        return self.robot.prismatic[list(self.moving)]
+
+    @property
+    def column_scales(self) -> Floats:
+        """Return the factor of each column: the characteristic length of prismatic joints."""
+        return self.robot.singularity.task.column_scales[list(self.moving)]
+
+
+def sampler_of(robot: Robot, arithmetic: Arithmetic, frames: Frames, J: Matrix) -> PoseSampler:
+    """Return the sampler of a derivation."""
+    names, description = arithmetic.names, robot.description
+    symbols = {symbol.name for symbol in names.variables}
+    still = np.zeros(robot.dof)
+    moving, to_si = [], []
+    for j, name in enumerate(robot.variables):
+        slides = robot.joint_types[j] == 'prismatic'
+        if name in symbols:
+            moving.append(j)
+            to_si.append(description.metres if slides else 1.0)
+            continue
+        value = substituted(names.meanings[name], names.values)
+        still[j] = value * (description.metres if slides else description.radians)
+    return PoseSampler(robot, tuple(moving), still, np.array(to_si), arithmetic, frames, J)

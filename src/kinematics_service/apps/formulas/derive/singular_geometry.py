@@ -1,0 +1,343 @@
+"""
+What a family of singular poses means: its name from the geometry, and the motion lost there.
+
+Found at poses on the family, with the numbers of the file: a name needs every one of them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ....kernel import Floats, Integers
+
+# At Newton's poses on a family the round-off is 1e-12; what is not zero there is above 1e-3.
+ZERO = 1e-7
+AXES = 'xyz'
+
+
+@dataclass(frozen=True)
+class ArmAtPoses:
+    """
+    An arm at N poses, in numbers.
+
+    Attributes
+    ----------
+    J : shape (N, 6, n), m and rad
+        Of the tool, base axes.
+    J_t : shape (N, m, n)
+        The task rows, scaled so that metres and radians compare.
+    frames : shape (N, rows + 1, 4, 4)
+        As `link_frames` gives them.
+    axes, origins : shape (N, n, 3)
+        Of each joint that moves one row only; nan elsewhere.
+    tool : shape (N, 3)
+    turns
+        Whether each joint turns.
+    names
+        Of the joint variables.
+    """
+
+    J: Floats
+    J_t: Floats
+    frames: Floats
+    axes: Floats
+    origins: Floats
+    tool: Floats
+    turns: tuple[bool, ...]
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Lost:
+    """
+    A motion of the tool that no joint motion gives.
+
+    Attributes
+    ----------
+    text
+        In words.
+    axis, frame
+        The direction is this axis (0 to 2) of that frame; None where it is no axis.
+    angular
+        Whether it turns.
+    point
+        The frame whose origin is moved or held still; None: the tool.
+    held
+        Whether the point is held still while it turns; else every turn is lost.
+    others
+        Whether every direction but this one is lost.
+    """
+
+    text: str
+    axis: int | None = None
+    frame: int = 0
+    angular: bool = False
+    point: int | None = None
+    held: bool = False
+    others: bool = False
+
+
+SOMEWHERE = Lost('a line that depends on the pose')
+
+
+def together(arms: Sequence[ArmAtPoses]) -> ArmAtPoses:
+    """Return arms with the same joints, such as one with several values of its lengths, as one."""
+    one, *_ = arms
+    stacked: dict[str, Any] = {
+        name: np.concatenate([getattr(arm, name) for arm in arms])
+        for name, value in vars(one).items()
+        if isinstance(value, np.ndarray)
+    }
+    return replace(one, **stacked)
+
+
+def parallel(one: Floats, other: Floats) -> bool:
+    """Return whether directions (N, 3) are parallel at every pose."""
+    return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) < ZERO))
+
+
+def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
+    """
+    Return the point the position of the arm is judged by, shape (N, 3).
+
+    Where the task has angular rows: the one in which the last three axes meet, else the last two;
+    the tool otherwise.
+    """
+    turning = [j for j, turns in enumerate(arm.turns) if turns]
+    if not angular or len(turning) < 3:
+        return arm.tool
+    for count in (3, 2):
+        last = turning[-count:]
+        point = _meeting_point(arm, last)
+        if point is not None:
+            return point
+    return arm.tool
+
+
+def _meeting_point(arm: ArmAtPoses, joints: Sequence[int]) -> Floats | None:
+    # Least squares over the axes: sum (I - z z^T)(p - o) = 0.
+    z, o = arm.axes[:, joints], arm.origins[:, joints]
+    if np.isnan(z).any() or parallel(z[:, 0], z[:, 1]):
+        return None
+    P = np.eye(3) - z[..., :, None] * z[..., None, :]
+    A = P.sum(axis=1)
+    b = (P @ o[..., None]).sum(axis=1)
+    p = np.linalg.lstsq(A[0], b[0], rcond=None)[0] if len(A) == 1 else np.linalg.pinv(A) @ b
+    p = np.asarray(p).reshape(-1, 3)
+    miss = np.linalg.norm((P @ (p[:, None, :] - o)[..., None])[..., 0], axis=-1)
+    return p if bool(np.all(miss < ZERO)) else None
+
+
+def name_of(
+    arm: ArmAtPoses, elsewhere: ArmAtPoses, joints: Sequence[int], angular: bool
+) -> str | None:
+    """
+    Return wrist, elbow, shoulder or boom_length, or None where the geometry is none of these.
+
+    Parameters
+    ----------
+    arm
+        At poses on the family.
+    elsewhere
+        At other poses, where what gives the name must not hold.
+    joints
+        Indices of the joints in the factor.
+    angular
+        Whether the task has angular rows.
+    """
+    if all(not arm.turns[j] for j in joints):
+        return 'boom_length'
+    tests: dict[str, Callable[[ArmAtPoses], bool]] = {
+        'wrist': lambda seen: angular and _is_wrist(seen),
+        'elbow': lambda seen: _is_elbow(seen, joints, wrist_point(seen, angular), angular),
+        'shoulder': lambda seen: _is_shoulder(seen, wrist_point(seen, angular)),
+    }
+    return next(
+        (name for name, holds in tests.items() if holds(arm) and not holds(elsewhere)), None
+    )
+
+
+def _is_wrist(arm: ArmAtPoses) -> bool:
+    turning = [j for j, turns in enumerate(arm.turns) if turns][-3:]
+    pairs = [(i, j) for k, i in enumerate(turning) for j in turning[k + 1 :]]
+    return len(turning) == 3 and any(
+        parallel(arm.axes[:, i], arm.axes[:, j]) and j - i > 1 for i, j in pairs
+    )
+
+
+def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
+    # Stretched or folded: two neighbouring parallel axes and the wrist point, or the next parallel
+    # axis, in one plane; or, for a single joint, the distance shoulder to wrist at an extreme.
+    n = len(arm.turns)
+    for i in range(n - 1):
+        if not (arm.turns[i] and arm.turns[i + 1]) or i + 1 not in joints:
+            continue
+        z, o = arm.axes[:, i], arm.origins[:, i]
+        if np.isnan(z).any() or not parallel(z, arm.axes[:, i + 1]):
+            continue
+        ends = [point] + [
+            arm.origins[:, k] for k in range(i + 2, n) if parallel(z, arm.axes[:, k])
+        ]
+        across = np.cross(z, arm.origins[:, i + 1] - o)
+        if any(np.all(np.abs(np.sum(across * (e - o), axis=-1)) < ZERO) for e in ends):
+            return True
+    if len(joints) == 1 and angular and arm.turns[joints[0]] and 1 < joints[0] < n - 3:
+        k = joints[0]
+        shoulder = _meeting_point(arm, [0, 1])
+        if shoulder is not None:
+            rate = np.cross(arm.axes[:, k], point - arm.origins[:, k])
+            return bool(np.all(np.abs(np.sum(rate * (point - shoulder), axis=-1)) < ZERO))
+    return False
+
+
+def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
+    # The wrist point in the plane of axis 1 and the direction of axis 2; on axis 1 itself where
+    # nothing is offset to the side.
+    if len(arm.turns) < 2 or not arm.turns[0]:
+        return False
+    z, o = arm.axes[:, 0], arm.origins[:, 0]
+    second = arm.axes[:, 1]
+    if np.isnan(z).any() or np.isnan(second).any() or parallel(z, second):
+        return False
+    normal = np.cross(z, second)
+    return bool(np.all(np.abs(np.sum(normal * (point - o), axis=-1)) < ZERO))
+
+
+def rank_at(J_t: Floats) -> int:
+    """Return the rank most of the poses have."""
+    return int(np.bincount(ranks_at(J_t)).argmax())
+
+
+def ranks_at(J_t: Floats) -> Integers:
+    """Return the rank at each pose, shape (N,)."""
+    sigma = np.linalg.svd(J_t, compute_uv=False)
+    return np.asarray(np.sum(sigma > ZERO * np.max(sigma), axis=1))
+
+
+def lost_motion(
+    arm: ArmAtPoses, task_rows: Sequence[int], rank: int, generic: int, scales: Floats
+) -> Lost | None:
+    """
+    Return which motion of the tool no joint motion gives, or None where none is simple.
+
+    Parameters
+    ----------
+    arm
+        At poses on the family.
+    task_rows
+        Indices among x y z rx ry rz, axes of frame 0.
+    rank
+        There.
+    generic
+        The rank at most poses; where that is not full, some motion is lost everywhere.
+    scales : shape (m,)
+        What the task rows of `J_t` are multiplied by.
+    """
+    U, sigma, _ = np.linalg.svd(arm.J_t)
+    good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
+    missing = len(task_rows) - rank
+    if generic < min(arm.J_t.shape[1:]):
+        return Lost(f'{generic - rank} of the {generic} directions there are elsewhere')
+    if missing < 1 or not good.any():
+        return None
+    frames, tool = arm.frames[good], arm.tool[good]
+    R0 = frames[:, 0, :3, :3]
+    if missing > 1:
+        if rank == 1 and tuple(task_rows) == (0, 1, 2):
+            where = _direction((R0 @ U[good][:, :, :1])[..., 0], frames)
+            if where is None:
+                return None
+            text = f'every translation of the tool but that along {where.text}'
+            return replace(where, text=text, others=True)
+        return Lost(f'{missing} of {len(task_rows)} directions')
+    left = U[good][:, :, -1] * scales
+    wrench = np.zeros((len(left), 6))
+    wrench[:, list(task_rows)] = left
+    force = (R0 @ wrench[:, :3, None])[..., 0]
+    moment = (R0 @ wrench[:, 3:, None])[..., 0]
+    if np.all(np.linalg.norm(moment, axis=1) < ZERO):
+        where = _direction(force, frames) or SOMEWHERE
+        return replace(where, text=f'translation of the tool along {where.text}')
+    if np.all(np.linalg.norm(force, axis=1) < ZERO):
+        where = _direction(moment, frames) or SOMEWHERE
+        return replace(where, text=f'rotation about {where.text}', angular=True)
+    return _lost_screw(force, moment, frames, tool)
+
+
+def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> Lost | None:
+    size = np.linalg.norm(force, axis=1) + np.linalg.norm(moment, axis=1)
+    turning = None
+    for k in reversed(range(frames.shape[1])):
+        about = moment + np.cross(tool - frames[:, k, :3, 3], force)
+        if np.all(np.linalg.norm(about, axis=1) < ZERO * size):
+            where = _direction(force, frames) or SOMEWHERE
+            text = f'translation of the origin of frame {k} along {where.text}'
+            return replace(where, text=text, point=k)
+        line = _direction(about, frames)
+        if line and turning is None:
+            text = f'rotation about {line.text} with the origin of frame {k} held still'
+            turning = replace(line, text=text, angular=True, point=k, held=True)
+    return turning
+
+
+def _direction(vectors: Floats, frames: Floats) -> Lost | None:
+    # The first frame in whose axes the direction is the same at every pose, axes before others.
+    length = np.linalg.norm(vectors, axis=1)
+    if np.any(length < ZERO):
+        return None
+    unit = vectors / length[:, None]
+    constant = None
+    for k in range(frames.shape[1]):
+        seen = np.einsum('nji,nj->ni', frames[:, k, :3, :3], unit)
+        upright = seen * np.sign(seen[:, np.argmax(np.abs(seen[0]))])[:, None]
+        if np.max(np.abs(upright - upright[0])) > 1e-6:
+            continue
+        main = int(np.argmax(np.abs(upright[0])))
+        if abs(upright[0, main] - 1.0) < 1e-6:
+            return Lost(f'{AXES[main]} of frame {k}', main, k)
+        if constant is None:
+            numbers = ', '.join(f'{x:.3g}' for x in upright[0])
+            constant = Lost(f'({numbers}) in the axes of frame {k}')
+    return constant
+
+
+@dataclass(frozen=True)
+class Idle:
+    """
+    A joint motion that does not move the task.
+
+    Attributes
+    ----------
+    text
+        In words.
+    joints
+        Indices of the joints that move.
+    """
+
+    text: str
+    joints: tuple[int, ...]
+
+
+def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
+    """Return the joint motion that does not move the task, if it is of the same joints always."""
+    n = arm.J_t.shape[2]
+    sigma, right = np.linalg.svd(arm.J_t)[1:]
+    good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
+    if n - rank != 1 or not good.any():
+        return None
+    idle = right[good][:, -1]
+    idle = idle / np.max(np.abs(idle), axis=1, keepdims=True)
+    idle = idle * np.sign(idle[:, np.argmax(np.abs(idle[0]))])[:, None]
+    move = np.abs(idle) > 1e-6
+    moving = np.any(move, axis=0)
+    if not np.all(move == moving):
+        return None
+    joints = tuple(np.flatnonzero(moving).tolist())
+    names = [arm.names[j] for j in joints]
+    if len(joints) == 1:
+        return Idle(f'{names[0]} moves nothing', joints)
+    if len(joints) == n:
+        return None
+    return Idle(f'{", ".join(names[:-1])} and {names[-1]} work against each other', joints)

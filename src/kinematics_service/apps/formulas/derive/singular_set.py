@@ -1,0 +1,524 @@
+"""
+The singular set of an arm: factors with names, families, ranks, what is lost, crossings.
+"""
+
+from collections.abc import Container, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, reduce
+from itertools import combinations, count
+from typing import Any
+
+import numpy as np
+import sympy
+
+from ....kernel import Floats
+from ....robot.robot import Robot
+from .algebra.arithmetic import Arithmetic
+from .algebra.factors import Factored, RealFactor, factored, stays_whole
+from .algebra.laurent import Laurent
+from .algebra.matrices import Matrix
+from .algebra.names import Names
+from .algebra.numeric import Numbers, poses_on
+from .algebra.quotient import quotient_constant
+from .algebra.zeros import Box, Zero, common_zero
+from .family import Family, family_of
+from .family_proofs import CommonZeros, proves_lost
+from .frames import Frames
+from .sampled_poses import POSES, PoseSampler
+from .singular_geometry import (
+    ZERO,
+    ArmAtPoses,
+    Idle,
+    Lost,
+    idle_motion,
+    lost_motion,
+    name_of,
+    rank_at,
+    ranks_at,
+    together,
+)
+from .trigonometry import Writer
+
+# Longer rests of minors, and more sets of their factors, are not solved: no one reads them.
+MOST_REST_TERMS = 40
+MOST_HITTING_SETS = 20
+
+
+@dataclass(frozen=True)
+class SingularFactor:
+    """
+    A factor of the determinant (or of every minor) and its family of singular poses.
+
+    Attributes
+    ----------
+    name
+        The robot file's where it lists this factor, else from the geometry, else the expression.
+    expression
+        Sympy; the file's length unit, joint angles in rad.
+    power
+        How often it stands in the product.
+    irreducible
+        Whether it is proved that it cannot be split further into real factors with fractions as
+        coefficients, its lengths being letters.
+    family
+        Where it is 0.
+    rank
+        Of the task rows on the family; None where no pose was found on it.
+    lost, idle
+        In words: the motion that cannot be made, and the joint motion that makes none.
+    sampled
+        Which of rank, lost and idle are seen at sampled poses of the family, with the lengths of
+        the file, and not proved for all of it.
+    within_limits
+        Whether a pose of the family is inside the joint limits, with the lengths of the file,
+        shown or proved; None where that is not decided.
+    pose
+        One that is, rad or the file's unit of length: within 1e-9 of a pose of the family.
+    special
+        In words, a lower rank on a part of it, with the lengths of the file; None: no such part.
+    """
+
+    name: str
+    expression: Any
+    power: int
+    irreducible: bool
+    family: Family
+    rank: int | None
+    lost: str | None
+    idle: str | None
+    sampled: tuple[str, ...]
+    within_limits: bool | None
+    pose: tuple[float, ...] | None
+    special: str | None = None
+
+
+@dataclass(frozen=True)
+class FamilyCrossing:
+    """
+    Where several families meet.
+
+    Attributes
+    ----------
+    names
+        Of their factors.
+    rank
+        Of the task rows there; None where no pose was found nor proved not to be.
+    within_limits, pose
+        As those of a factor.
+    sampled
+        Whether that they meet, and the rank, is seen at sampled poses and not proved.
+    """
+
+    names: tuple[str, ...]
+    rank: int | None
+    sampled: bool
+    within_limits: bool | None
+    pose: tuple[float, ...] | None
+
+
+@dataclass(frozen=True)
+class Determinant:
+    """
+    The determinant of the task rows, or what stands in its place, as a product.
+
+    Attributes
+    ----------
+    square
+        Whether there is a determinant; otherwise this is the product of the singular values.
+    expression
+        Sympy: constant times factors; times `remainder` where there are minors.
+    constant
+        What has no joint variable.
+    remainder
+        sqrt of the sum of the squared minors without their common factors; 1 where square.
+    view
+        In words: axes and point in which it was found.
+    rows, columns
+        The names of the task rows, and the joints whose columns are used.
+    minors
+        How many there are.
+    identically_zero
+        Whether it is 0 at every pose.
+    split
+        Whether it is proved that no factor is missing: where there are minors, that they have no
+        other factor in common.
+    """
+
+    square: bool
+    rows: tuple[str, ...]
+    expression: Any = None
+    constant: Any = None
+    remainder: Any = None
+    view: str = ''
+    columns: tuple[str, ...] = ()
+    minors: int = 0
+    identically_zero: bool = False
+    split: bool = False
+
+
+@dataclass(frozen=True)
+class SingularSet:
+    """
+    Everything that is known of it.
+
+    Attributes
+    ----------
+    determinant
+        What vanishes.
+    factors
+        One a family.
+    crossings
+        Of two or more families.
+    generic_rank
+        Of the task rows at most poses.
+    dependent
+        Joints whose motions cancel at every pose; empty for most arms.
+    complete
+        Whether the families are all there is; False where a remainder may vanish too, or where the
+        product was not fully split.
+    remainder_zeros
+        Factors that are 0 together exactly if the remainder is 0; None: not solved.
+    special
+        In words, a lower rank everywhere, with the lengths of the file; None: no lower rank.
+    """
+
+    determinant: Determinant
+    factors: tuple[SingularFactor, ...]
+    crossings: tuple[FamilyCrossing, ...]
+    generic_rank: int
+    dependent: tuple[str, ...]
+    complete: bool
+    remainder_zeros: tuple[FamilyCrossing, ...] | None = None
+    special: str | None = None
+
+
+@dataclass(frozen=True)
+class _Meaning:
+    # The meaning of a factor at poses of its family and random values of the letters; `special`
+    # is true of the values of the file alone.
+    within: Zero
+    geometric: str | None = None
+    rank: int | None = None
+    lost: Lost | None = None
+    idle: Idle | None = None
+    special: str | None = None
+
+
+@dataclass(frozen=True)
+class FamilySearch:
+    """
+    An arm in numbers, and what its factors mean.
+
+    Attributes
+    ----------
+    sampler
+        The arm, with the numbers of its file.
+    generic
+        The arm with random values of its letters.
+    """
+
+    sampler: PoseSampler
+    generic: tuple[PoseSampler, ...]
+
+    @property
+    def arithmetic(self) -> Arithmetic:
+        """Return the arithmetic of the arm, with the numbers of its file."""
+        return self.sampler.arithmetic
+
+    @property
+    def rank(self) -> int:
+        """Return the rank of the task rows at most poses and values of the letters."""
+        return max(sampler.generic_rank for sampler in self.generic)
+
+    @lru_cache(maxsize=8)  # noqa: B019
+    def arms(self, *values: Laurent) -> ArmAtPoses | None:
+        """Return the arm at common zeros of polynomials, or None if none is found."""
+        found = []
+        for sampler in self.generic:
+            numbers = [Numbers(value, sampler.arithmetic) for value in values]
+            poses = self.poses(numbers, POSES // len(self.generic))
+            found += [sampler.arm(poses)] if len(poses) else []
+        return together(found) if found else None
+
+    def numbers(self, value: Laurent) -> Numbers:
+        """Return a factor as a function of size 1."""
+        return Numbers(value, self.arithmetic).scaled_to(self.sampler.random())
+
+    def meaning(self, value: Laurent) -> _Meaning:
+        """Return what a factor means where it is 0."""
+        sampler, arithmetic = self.sampler, self.arithmetic
+        numbers = self.numbers(value)
+        within = self.zero_within_limits([numbers])
+        arm = self.arms(value)
+        if arm is None and within.pose is not None:
+            arm = sampler.arm(within.pose[None])
+        if arm is None:
+            return _Meaning(within)
+        variables = arithmetic.names.variables
+        joints = [k for k, v in enumerate(variables) if arithmetic.derivative(value, v)]
+        rank, angular = rank_at(arm.J_t), any(i >= 3 for i in sampler.rows)
+        scales = sampler.robot.singularity.task.row_scales
+        lost = lost_motion(arm, sampler.rows, rank, self.rank, scales)
+        name = name_of(arm, self.generic[0].elsewhere, joints, angular)
+        special = self._special(numbers, joints, rank)
+        return _Meaning(within, name, rank, lost, idle_motion(arm, rank), special)
+
+    def _special(self, numbers: Numbers, joints: Sequence[int], rank: int) -> str | None:
+        if not self.arithmetic.names.values or not len(poses := self.poses([numbers], POSES // 2)):
+            return None
+        ranks = ranks_at(self.sampler.arm(poses).J_t)
+        lowest = int(np.argmin(ranks))
+        if ranks[lowest] >= rank:
+            return None
+        names = self.arithmetic.names
+        place = ', '.join(f'{names.variables[k]} = {poses[lowest, k]:.4f}' for k in joints)
+        rank = ranks[lowest]
+        return f'with {numbers_in_words(names)} of this file: rank {rank} (to {ZERO:g}) at {place}'
+
+    def is_one_family(self, factor: RealFactor) -> bool:
+        """Return whether both its halves, if it has any, have the same rank."""
+        if not factor.halves:
+            return True
+        arm = self.arms(factor.value)
+        return arm is None or not np.ptp(ranks_at(arm.J_t))
+
+    def poses(self, functions: Sequence[Numbers], count: int = POSES) -> Floats:
+        """
+        Return seeded poses where all functions vanish; few or none where they have no common zero.
+        """
+        sampler, starts = self.sampler, self.sampler.random(count)
+        scaled = [f.scaled_to(starts) for f in functions]
+        scale = np.where(
+            sampler.slides, sampler.robot.singularity.task.length / sampler.to_si, 1.0
+        )
+        return poses_on(scaled, starts, scale)
+
+    @property
+    def _periods(self) -> Floats:
+        # After which the frames of each joint repeat, rad.
+        units = self.arithmetic.units
+        return 2 * np.pi * np.array([units[v] for v in self.arithmetic.names.variables])
+
+    def zero_within_limits(self, functions: Sequence[Numbers]) -> Zero:
+        """Return whether functions vanish together inside the joint limits."""
+        box = self.sampler.limits(self._periods)
+        return common_zero(functions, box, self.sampler.random(within=True))
+
+    def zero_anywhere(self, functions: Sequence[Numbers]) -> Zero:
+        """Return whether functions vanish together at any joint positions, limits or none."""
+        half = np.where(self.sampler.slides, np.inf, self._periods / 2)
+        return common_zero(
+            functions, Box(-half, half), np.clip(self.sampler.random(), -half, half)
+        )
+
+
+def families_of(product: Factored, search: FamilySearch) -> Factored | None:
+    """
+    Return a product whose factors are one family each; None where that takes half angles.
+
+    The halves of a factor are one family where they have the same rank, as those of sin q in most
+    arms: stretched and folded.
+    """
+    found: list[RealFactor] = []
+    constant = product.constant
+    for factor in product.factors:
+        whole = not factor.alone and search.is_one_family(factor)
+        if not whole and search.arithmetic.ring.parts == 1:
+            return None
+        if whole or not factor.halves:
+            found.append(factor)
+            continue
+        found += [RealFactor(half, factor.power) for half in factor.halves]
+        # sin q = 2 sin q/2 cos q/2.
+        split = reduce(Laurent.__mul__, factor.halves)
+        ratio = quotient_constant(factor.value, split, search.arithmetic)
+        assert ratio is not None
+        constant = reduce(Laurent.__mul__, [ratio] * factor.power, constant)
+    return Factored(constant.reduced(), tuple(found), product.complete)
+
+
+def without_integers(product: Factored, writer: Writer) -> Factored:
+    """Return the same product with the integers that divide whole factors in its constant."""
+    constant, factors = product.constant, []
+    for factor in product.factors:
+        content, _ = writer.expression(factor.value).as_content_primitive()
+        n = int(content) if content.is_Integer else 1
+        constant = constant.scaled(n**factor.power)
+        factors.append(replace(factor, value=factor.value.scaled(1, n)) if n > 1 else factor)
+    return replace(product, constant=constant.reduced(), factors=tuple(factors))
+
+
+def singular_factors(
+    product: Factored, search: FamilySearch, writer: Writer, frames: Frames, J_t: Matrix
+) -> tuple[SingularFactor, ...]:
+    """Return the factors with their names and what their families mean."""
+    sampler, arithmetic = search.sampler, search.arithmetic
+    names = arithmetic.names
+    listed = file_factors(sampler.robot, names)
+    found: list[SingularFactor] = []
+    taken: set[str] = set()
+    for factor in product.factors:
+        family = family_of(factor.value, arithmetic, writer)
+        seen = search.meaning(factor.value)
+        sampled: tuple[str, ...] = ()
+        if seen.rank is not None:
+            zeros = CommonZeros(J_t, search.rank, (factor.value,), arithmetic)
+            sampled = _sampled(zeros, frames, seen.rank, seen.lost, seen.idle)
+        expression = writer.expression(factor.value)
+        own = _listed_name(listed, search.numbers(factor.value), sampler, names)
+        name = _free_name(own or seen.geometric, taken) or str(expression)
+        taken.add(name)
+        found.append(
+            SingularFactor(
+                name,
+                expression,
+                factor.power,
+                not factor.splits and (product.complete or stays_whole(factor.value, arithmetic)),
+                family,
+                seen.rank,
+                seen.lost.text if seen.lost else None,
+                seen.idle.text if seen.idle else None,
+                sampled,
+                seen.within.exists,
+                _as_tuple(seen.within.pose),
+                seen.special,
+            )
+        )
+    return tuple(found)
+
+
+def numbers_in_words(names: Names) -> str:
+    """Return which lengths of a file are equal, `L2 = L3`, or `the numbers`."""
+    groups: dict[float, list[str]] = {}
+    for symbol, value in names.values.items():
+        group = groups.setdefault(abs(value), [])
+        group.append(f'{"-" * (value < 0)}{symbol.name}')
+    equal = [' = '.join(group) for group in groups.values() if len(group) > 1]
+    return ' and '.join(equal) or 'the numbers'
+
+
+def _free_name(name: str | None, taken: Container[str]) -> str | None:
+    # Two sheets of one kind are told apart by numbers: elbow, elbow_2.
+    if name is None:
+        return None
+    numbered = (f'{name}_{k}' for k in count(2))
+    return name if name not in taken else next(n for n in numbered if n not in taken)
+
+
+def _sampled(
+    zeros: CommonZeros, frames: Frames, rank: int, lost: Lost | None, idle: Idle | None
+) -> tuple[str, ...]:
+    # That the rank is no less is seen at one pose; the rest needs proof.
+    claims = {
+        'rank': zeros.has_rank_at_most(rank),
+        'lost': lost is None or proves_lost(lost, zeros, frames),
+        'idle': idle is None or zeros.depend(idle.joints),
+    }
+    return tuple(claim for claim, proved in claims.items() if not proved)
+
+
+def file_factors(robot: Robot, names: Names) -> dict[str, Any]:
+    """Return the factors a robot file lists, as sympy expressions with joint angles in rad."""
+    factors = robot.description.singularity.factors
+    return {factor.name: names.expression(factor.text) for factor in factors}
+
+
+def _listed_name(
+    listed: dict[str, Any], numbers: Numbers, sampler: PoseSampler, names: Names
+) -> str | None:
+    # The same factor has the same ratio everywhere.
+    q = sampler.random(20)
+    ours = numbers(q)
+    for name, expression in listed.items():
+        theirs = evaluated(expression, names, q)
+        ratio = theirs / ours
+        if np.ptp(ratio) < 1e-9 * abs(float(ratio[0])):
+            return name
+    return None
+
+
+def evaluated(expression: Any, names: Names, q: Floats) -> Floats:
+    """Return the values of a sympy expression at poses (..., n), with the lengths of the file."""
+    function = sympy.lambdify(names.variables, expression.subs(dict(names.values)), 'numpy')
+    return np.broadcast_to(function(*np.moveaxis(q, -1, 0)), q.shape[:-1]).astype(float)
+
+
+def crossings_of(
+    product: Factored, factors: Sequence[SingularFactor], search: FamilySearch, J_t: Matrix
+) -> tuple[FamilyCrossing, ...]:
+    """Return where two families meet, and all of them where there are more."""
+    count = len(factors)
+    groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
+    if count > 2:
+        groups.append(tuple(range(count)))
+    found = []
+    for group in groups:
+        values = [product.factors[k].value for k in group]
+        met = _crossing(values, [factors[k].name for k in group], search, J_t)
+        found += [met] if met else []
+    return tuple(found)
+
+
+def _crossing(
+    values: Sequence[Laurent], names: Sequence[str], search: FamilySearch, J_t: Matrix
+) -> FamilyCrossing | None:
+    # Factors that vanish together; None if it is proved that they do not.
+    functions = [search.numbers(value) for value in values]
+    poses, meet = search.poses(functions), None
+    if len(poses) < 2:
+        meet = search.zero_anywhere(functions)
+        if meet.exists is None:
+            return FamilyCrossing(tuple(names), None, True, None, None)
+        if not meet.exists:
+            return None
+        poses = np.array([meet.pose])
+    rank = rank_at((search.arms(*values) or search.sampler.arm(poses)).J_t)
+    within = search.zero_within_limits(functions)
+    meet = meet or (within if within.exists else search.zero_anywhere(functions))
+    zeros = CommonZeros(J_t, search.rank, tuple(values), search.arithmetic)
+    sampled = not meet.exists or not zeros.has_rank_at_most(rank)
+    return FamilyCrossing(tuple(names), rank, sampled, within.exists, _as_tuple(within.pose))
+
+
+def remainder_zeros(
+    rests: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
+) -> tuple[FamilyCrossing, ...] | None:
+    """
+    Return the common zeros of the rests of the minors, or None if they are not solved.
+
+    Each rest vanishes where one of its factors does, so all vanish where the factors of a minimal
+    hitting set do.
+    """
+    arithmetic, pieces = search.arithmetic, list[Laurent]()
+    hitting: list[frozenset[int]] = [frozenset()]
+    for rest in sorted(rests, key=len):
+        if len(rest) > MOST_REST_TERMS:
+            return None
+        of_this = set()
+        for factor in factored(rest, arithmetic).factors:
+            known = (
+                k
+                for k, piece in enumerate(pieces)
+                if quotient_constant(factor.value, piece, arithmetic) is not None
+            )
+            of_this.add(k := next(known, len(pieces)))
+            pieces += [factor.value] if k == len(pieces) else []
+        grown = {one if one & of_this else one | {k} for one in hitting for k in of_this}
+        hitting = [one for one in grown if not any(other < one for other in grown)]
+        if len(hitting) > MOST_HITTING_SETS:
+            return None
+    found: dict[frozenset[int], FamilyCrossing] = {}
+    for one in hitting:
+        kept = sorted(one)
+        for k in reversed(kept):
+            others = tuple(pieces[j] for j in kept if j != k)
+            if others and CommonZeros(J_t, search.rank, others, arithmetic).are_zero([pieces[k]]):
+                kept.remove(k)
+        values = [pieces[k] for k in kept]
+        met = _crossing(values, [str(writer.expression(v)) for v in values], search, J_t)
+        found |= {frozenset(kept): met} if met else {}
+    return tuple(found.values())
+
+
+def _as_tuple(pose: Floats | None) -> tuple[float, ...] | None:
+    return None if pose is None else tuple(pose.tolist())

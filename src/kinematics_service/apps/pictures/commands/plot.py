@@ -1,0 +1,239 @@
+"""The command `plot`: pictures of an arm, its paths, its singular sets and its workspace."""
+
+import math
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from ....cli.ik import NearOption, QuaternionOption, RpyOption, target_from
+from ....cli.options import (
+    DegreesOption,
+    OfOption,
+    RobotArgument,
+    WrongUsage,
+    ending_at,
+    flag,
+    given_positions,
+    given_robot,
+    joint_values,
+    option,
+)
+from ....errors import PlotError
+from ....kernel import Floats
+from ....kinematics.inverse.solve import inverse_kinematics
+from ....robot.robot import Robot
+from ..plots.arm import arm_picture
+from ..plots.critical import critical_points
+from ..plots.distance_map import distance_map, joint_pair
+from ..plots.family import family_picture
+from ..plots.map_picture import map_picture
+from ..plots.measures import measures_picture
+from ..plots.motion import motion_of
+from ..plots.picture import Draw, refuse_without_matplotlib, save_picture, show_picture, suffix_of
+from ..plots.plane import plane_of
+from ..plots.ranges import clear_pose
+from ..plots.solutions import solutions_picture
+from ..plots.velocity import velocity_picture
+from ..plots.workspace import workspace
+from ..plots.workspace_picture import workspace_picture
+
+# The options of each kind besides --of, --save, --show and --deg.
+OPTIONS = {
+    'arm': ('--q',),
+    'ik': ('--xyz', '--rpy', '--quaternion', '--near'),
+    'family': ('--xyz', '--rpy', '--quaternion', '--near'),
+    'velocity': ('--path',),
+    'measures': ('--path',),
+    'map': ('--joints', '--q', '--points', '--workers'),
+    'workspace': ('--plane', '--at', '--points', '--workers'),
+}
+# Those of a target.
+TARGETS = ('ik', 'family')
+# Number of points on a side of the map: 80,000 searches take 20 s on two cores.
+MAP_POINTS = 280
+# Number of the first joint positions of the workspace; its rounds search twice as many.
+WORKSPACE_POINTS = 28_000
+# Range of --points.
+POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
+
+
+def plot(
+    robot: RobotArgument,
+    kind: Annotated[str, typer.Argument(metavar='KIND', help='What to draw.')] = 'arm',
+    q: Optional[str] = option(
+        'Joint positions in rad and m.', 'NUMBERS', shown='a pose far from singular ones'
+    ),
+    xyz: Optional[str] = option('Position of the tool, m.', 'NUMBERS'),
+    rpy: RpyOption = None,
+    quaternion: QuaternionOption = None,
+    near: NearOption = None,
+    path: Optional[str] = option(
+        'A built-in trajectory, or a recording: stamp,position.<joint>,...',
+        'smooth|sine|FILE.csv',
+        shown='smooth',
+    ),
+    joints: Optional[str] = option('Two joints.', 'ACROSS,UP', shown='those that matter most'),
+    plane: Optional[str] = option(
+        "Radius and height about joint 1's axis, or two base axes.",
+        'rz|xy|xz|yz',
+        shown='whichever shows most',
+    ),
+    at: Optional[float] = option(
+        'Where --plane xy, xz or yz cuts the third axis.', 'M', shown='0'
+    ),
+    points: Optional[int] = option(
+        'Points on each side of the map, or random poses of the workspace.',
+        'N',
+        shown=f'{MAP_POINTS}; {WORKSPACE_POINTS}; fewer with closed loops',
+    ),
+    workers: Optional[str] = option(
+        'Have the poses of map or workspace computed by a dask cluster.',
+        'dask://HOST:PORT',
+        shown='here',
+    ),
+    of: OfOption = None,
+    deg: DegreesOption = False,
+    save: Optional[Path] = option('A .png, .svg or .pdf.', 'FILE', shown='ROBOT_KIND.png, here'),
+    show: bool = flag('--show', 'Open a window instead.'),
+) -> None:
+    """
+    Draw a picture of an arm, and write it as PNG, SVG or PDF.
+
+    \b
+    KIND is one of:
+      arm         links, joint axes and frames in a pose        --q
+      ik          every pose that reaches a target              --xyz --rpy --near
+      family      a redundant arm's postures, joint by joint    --xyz --rpy --near
+      velocity    the tool's velocity along a path              --path
+      measures    how near to singular along a path             --path
+      map         the same over two joints, singular sets       --joints --q
+      workspace   where the tool gets, in a plane               --plane --at
+
+    \b
+    Examples:
+      kinematics_service plot ur5e --q 0,-1.57,1.2,0,0.4,0
+      kinematics_service plot ur5e ik --xyz 0.3,-0.2,0.4 --rpy 180,0,90 --deg
+      kinematics_service plot craig_3r velocity --path sine --save velocity.svg
+      kinematics_service plot ur5e measures --path recorded.csv
+      kinematics_service plot craig_3r map --joints q2,q3
+      kinematics_service plot puma560 workspace --plane xz --show
+
+    Pictures need matplotlib. The same command gives the same picture, byte for byte.
+    """
+    given = {
+        '--q': q, '--xyz': xyz, '--rpy': rpy, '--quaternion': quaternion, '--near': near,
+        '--path': path, '--joints': joints, '--plane': plane, '--at': at, '--points': points,
+        '--workers': workers,
+    }  # fmt: skip
+    _refuse_unknown_options(
+        robot, kind, [name for name, value in given.items() if value is not None]
+    )
+    if kind in TARGETS and xyz is None:
+        raise WrongUsage(f'plot {kind}: say where the tool should be: --xyz 0.3,0.1,0.4')
+    most = _points(kind, points)
+    if save is not None:
+        with _wrong_usage():
+            suffix_of(save)
+    refuse_without_matplotlib()
+    arm = ending_at(given_robot(robot), of)
+    count = most if points is not None else _fewer(arm, kind, most)
+    pose = None if q is None else given_positions(arm, q, deg)
+    if kind in TARGETS:
+        start = None if near is None else joint_values(arm, near, '--near', deg)
+        draw, failed = _ik(arm, kind, target_from(xyz or '', rpy, quaternion, deg), start)
+    else:
+        draw, failed = _drawing(arm, kind, pose, path, joints, (plane, at), count, workers), False
+    if save is not None or not show:
+        file = save or Path(f'{arm.name}_{kind}.png')
+        save_picture(draw, file)
+        print(f'wrote {file}')
+    if show:
+        show_picture(draw, f'{arm.name} {kind}')
+    if failed:
+        raise typer.Exit(1)
+
+
+def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
+    if kind not in OPTIONS:
+        order = ': the robot comes first' if robot in OPTIONS else ''
+        raise WrongUsage(
+            f'plot: there is no kind {kind!r}{order}; choose from {", ".join(OPTIONS)}'
+        )
+    for name in given:
+        if name not in OPTIONS[kind]:
+            others = ' and '.join(other for other, names in OPTIONS.items() if name in names)
+            raise WrongUsage(
+                f'{name} goes with plot {others}; plot {kind} takes {", ".join(OPTIONS[kind])}'
+            )
+
+
+@contextmanager
+def _wrong_usage() -> Iterator[None]:
+    # An option's value that the library refuses is wrong usage here.
+    try:
+        yield
+    except PlotError as error:
+        raise WrongUsage(str(error)) from None
+
+
+def _points(kind: str, points: int | None) -> int:
+    if points is None:
+        return MAP_POINTS if kind == 'map' else WORKSPACE_POINTS
+    low, high = POINTS[kind]
+    if not low <= points <= high:
+        raise WrongUsage(f'--points of {kind}: {low} to {high}, not {points}')
+    return points
+
+
+def _fewer(robot: Robot, kind: str, points: int) -> int:
+    # A position takes the longer the more has to be closed. Not by the clock: the same command
+    # gives the same picture.
+    passive = max(1, len(robot.passive_joint_names))
+    if kind == 'map':
+        return max(points // math.isqrt(passive), POINTS[kind][0])
+    if kind == 'workspace':
+        return max(points // passive, POINTS[kind][0])
+    return points
+
+
+def _ik(robot: Robot, kind: str, target: Floats, near: Floats | None) -> tuple[Draw, bool]:
+    curves = kind == 'family'
+    result = inverse_kinematics(robot, target, near=near, respect_limits=False, curves=curves)
+    if curves:
+        return family_picture(robot, result), False
+    failed = result.status in ('outside_limits', 'unreachable')
+    return solutions_picture(robot, target, result), failed
+
+
+def _drawing(
+    robot: Robot,
+    kind: str,
+    pose: Floats | None,
+    path: str | None,
+    joints: str | None,
+    plane: tuple[str | None, float | None],
+    points: int,
+    workers: str | None,
+) -> Draw:
+    if kind == 'arm':
+        return arm_picture(robot, clear_pose(robot) if pose is None else pose)
+    if kind == 'map':
+        names = None if joints is None else re.split(r'[\s,]+', joints.strip())
+        with _wrong_usage():
+            pair = joint_pair(robot, names)
+        held = clear_pose(robot) if pose is None else pose
+        return map_picture(robot, distance_map(robot, pair, held, points, workers))
+    if kind == 'workspace':
+        with _wrong_usage():
+            where = plane_of(robot, *plane)
+        space = workspace(robot, where, points, workers)
+        return workspace_picture(robot, space, critical_points(robot, where))
+    with _wrong_usage():
+        motion = motion_of(robot, path or 'smooth')
+    if kind == 'velocity':
+        return velocity_picture(robot, motion)
+    return measures_picture(robot, motion)

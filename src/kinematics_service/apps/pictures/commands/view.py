@@ -1,0 +1,102 @@
+"""The command `view`: a web page that shows the arm live."""
+
+import sys
+from collections.abc import Callable
+from typing import Optional
+
+import typer
+
+from ....cli.missing_ros import RosMissingError, is_ours, ros_module
+from ....cli.options import (
+    ROBOT,
+    ROBOT_WORDS,
+    OfOption,
+    WrongUsage,
+    ending_at,
+    flag,
+    given_robot,
+    option,
+)
+from ....errors import ViewError
+from ....stop_signals import stop_signals
+
+DEFAULT = 'puma560'
+WITHOUT_VISER = (
+    'view needs viser, which cannot be imported here ({reason}): '
+    "pip install '.[view]' in its checkout"
+)
+
+
+def view(
+    context: typer.Context,
+    robot: Optional[str] = option(ROBOT_WORDS, ROBOT, shown=f"the node's, or {DEFAULT}"),
+    of: OfOption = None,
+    node: str = option(
+        'The full name of the node.',
+        'NAME',
+        default='',
+        shown='/kinematics, or the first one found',
+    ),
+    port: int = option('Port of the page; 0: any free one.', default=8080, least=0, most=65535),
+    host: str = option(
+        'Address to serve it at; 0.0.0.0: all of the network, with a token.', default='127.0.0.1'
+    ),
+    allow_host: Optional[list[str]] = option(
+        'Another name under which it is reached; repeatable.', 'NAME'
+    ),
+    sliders: bool = flag('--sliders', 'Use sliders only, without ROS.'),
+    publish: bool = flag('--publish', 'Let the sliders publish joint states.'),
+) -> None:
+    """
+    Show the arm on a web page, live from a running node, or moved by sliders if no joint states
+    arrive. The page shows links and axes from the table alone, velocity, manipulability
+    ellipsoids, the motion lost at a singular pose, the distance to it, the Jacobian and the
+    limits.
+
+    \b
+    Examples:
+      kinematics_service view
+      kinematics_service view --robot ur5e --sliders
+      kinematics_service view --node /left/kinematics --port 8081
+      kinematics_service view --robot my_arm.yaml --publish
+
+    If several nodes run, the page has a list to choose from. Only this computer sees the page
+    unless --host says otherwise. Then the printed address has a token, and nothing is shown
+    without it. With --publish the page has a box to tick: then the sliders publish joint states,
+    for a node without a robot. Without ROS there are only sliders.
+    """
+    if sliders and publish:
+        raise WrongUsage('--sliders needs no ROS and --publish does: give one of them')
+    if of is not None and robot is None:
+        raise WrongUsage('--of names a point of a robot: give --robot, too')
+    try:
+        from ..view.address import Address, check_address
+        from ..view.run import ArmSource, run_page
+    except ImportError as error:
+        if is_ours(error):
+            raise
+        raise ViewError(WITHOUT_VISER.format(reason=error)) from error
+    check_address(host, port)
+    address = Address(host, port, tuple(allow_host or ()))
+    arm = None if robot is None else ending_at(given_robot(robot), of)
+    status = 'sliders'
+    if not sliders:
+        run_view = _with_ros(publish)
+        if run_view is not None:
+            raise typer.Exit(run_view(arm, DEFAULT, node, address, publish, context.obj))
+        status = 'sliders only: there is no ROS here'
+    with stop_signals() as stop:
+        source = ArmSource(arm or given_robot(DEFAULT), status)
+        run_page(source, address, False, lambda: stop.came)
+
+
+def _with_ros(publish: bool) -> Callable[..., int] | None:
+    # The function that runs the view with ROS; None, and a message, if there is no ROS.
+    try:
+        run_view: Callable[..., int] = ros_module('apps.pictures.view.view_session').run_view
+    except RosMissingError as missing:
+        if publish:
+            raise
+        print(f'kinematics_service: sliders only: {missing}', file=sys.stderr, flush=True)
+        return None
+    return run_view

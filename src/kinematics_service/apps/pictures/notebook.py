@@ -1,0 +1,106 @@
+"""What a notebook shows of a result: tables, matrices and a sketch of the arm."""
+
+from collections.abc import Callable, Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from ... import page
+from ...kernel import Floats
+from ...kinematics.inverse.result import IkResult
+from ...kinematics.singularity import Singularity
+from ...kinematics.tool_state import ToolState
+from ...printing import number
+from ...robot.robot import Robot
+from .plots.ranges import clear_pose
+from .sketch import sketch
+
+TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
+
+
+def html_of(result: Any) -> str:
+    """Return a result as HTML."""
+    view = next(view for kind, view in VIEWS.items() if isinstance(result, kind))
+    return f'<div><p><b>{escape(repr(result))}</b></p>{"".join(view(result))}</div>'
+
+
+def _robot(robot: Robot) -> list[str]:
+    q = clear_pose(robot)
+    rows = [
+        [escape(name), kind, *(number(x, 4) for x in limits)]
+        for name, kind, limits in zip(robot.joint_names, robot.joint_types, robot.limits.tolist())
+    ]
+    head = ('joint', 'type', 'lower [rad, m]', 'upper [rad, m]')
+    return [_facts(source=robot.source), page.table(head, rows, (2, 3)), sketch(robot, q)]
+
+
+def _state(state: ToolState) -> list[str]:
+    if state.row.ndim > 1:
+        return []
+    names = state.robot.joint_names
+    parts = [
+        _matrix('joint positions [rad, m]', names, ('q',), state.q[None]),
+        _matrix('tool in the base frame [m]', ('', '', '', ''), ('', '', '', ''), state.pose),
+        _matrix('Jacobian', names, TWIST_ROWS, state.jacobian),
+    ]
+    if state.moving:
+        parts.append(_matrix('twist [m/s, rad/s]', TWIST_ROWS, ('',), state.twist[None]))
+    return [*parts, sketch(state.robot, state.q)]
+
+
+def _singularity(found: Singularity) -> list[str]:
+    if np.ndim(found.level):
+        return []  # the line above has the levels
+    words = {
+        'determinant': None if found.determinant is None else f'{found.determinant:.6g}',
+        'manipulability': f'{found.manipulability:.6g}',
+        'condition number': f'{found.condition_number:.4g}',
+        'singular values': '  '.join(f'{x:.4g}' for x in found.singular_values.tolist()),
+        'nearest singular pose': None
+        if found.nearest_singular is None
+        else '  '.join(number(x, 4) for x in found.nearest_singular.tolist()),
+    }
+    if found.factors is not None:
+        values = zip(found.factors.names, found.factors.values.tolist())
+        words |= {f'factor {name}': f'{value:.4g}' for name, value in values}
+    return [_facts(**{name: word for name, word in words.items() if word is not None})]
+
+
+def _solutions(result: IkResult) -> list[str]:
+    rows = [
+        [
+            *(number(x, 4) for x in one.q.tolist()),
+            escape(str(one.posture)),
+            escape(', '.join(one.beyond)) or f'{one.margin:.3g}',
+            f'{one.residual:.1e}',
+        ]
+        for one in result
+    ]
+    parts = [_facts(status=result.status, reason=result.reason)]
+    if rows:
+        joints = [f'q{k + 1}' for k in range(len(result[0].q))]
+        head = (*joints, 'posture', 'to the nearest limit, or beyond those of', 'residual')
+        parts.append(page.table(head, rows, (*range(len(joints)), len(head) - 1)))
+    if result.families:
+        moving = '; '.join(', '.join(family.joints) for family in result.families)
+        parts.append(_facts(**{'families, in which these move': moving}))
+    return parts
+
+
+def _facts(**words: str) -> str:
+    return page.table(('', ''), [[escape(name), escape(word)] for name, word in words.items()], ())
+
+
+def _matrix(title: str, columns: Sequence[str], rows: Sequence[str], values: Floats) -> str:
+    body = [[name, *(number(x, 4) for x in row)] for name, row in zip(rows, values.tolist())]
+    head = ('', *map(escape, columns))
+    return f'<p>{escape(title)}</p>{page.table(head, body, range(1, len(head)))}'
+
+
+VIEWS: dict[type, Callable[[Any], list[str]]] = {
+    Robot: _robot,
+    ToolState: _state,
+    Singularity: _singularity,
+    IkResult: _solutions,
+}

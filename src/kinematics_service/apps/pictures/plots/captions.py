@@ -1,0 +1,69 @@
+"""Texts in pictures: joint positions with their units, the distance to a singular pose."""
+
+import math
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+
+from ....kernel import Floats
+from ....kinematics.singularity import Singularity, flat_loop, none_found
+from ....robot.file.parts.loop_groups import group_in_words
+from ....robot.measures import Level
+from ....robot.robot import Robot
+from .picture import with_unit, words
+
+# Joint names longer than this are cut: pictures have little room.
+LONGEST_NAME = 16
+
+
+def short(name: str) -> str:
+    """Return a name, cut for a picture."""
+    return words(name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + '…')
+
+
+def signed(value: float, digits: int = 2) -> str:
+    """Return a number with a true minus sign and without a negative zero."""
+    return f'{round(float(value), digits) + 0.0:.{digits}f}'.replace('-', '\N{MINUS SIGN}')
+
+
+def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> str:
+    """
+    Return joint positions by variable, in lines of at most `width` letters.
+
+    `q1 0.10, q2 −1.57 rad; d3 0.20 m`; without the joints of the indices `skip`.
+    """
+    groups = []
+    for unit in ('rad', 'm'):
+        chosen = [j for j in range(robot.dof) if robot.units[j] == unit and j not in skip]
+        if chosen:
+            # No break between a name and its number.
+            each = (f'{short(robot.variables[j])}\N{NO-BREAK SPACE}{signed(q[j])}' for j in chosen)
+            groups.append(f'{", ".join(each)}\N{NO-BREAK SPACE}{unit}')
+    return '\n'.join(textwrap.wrap('; '.join(groups), width, break_on_hyphens=False))
+
+
+def nearness(robot: Robot, singularity: Singularity) -> str:
+    """Return in words how far one pose is from a singular one, and the factor that decides it."""
+    distance = float(singularity.distance)
+    farther = none_found(singularity)
+    if singularity.rank < singularity.generic_rank:
+        text = 'singular pose'
+    elif farther:
+        text = f'singular pose: {farther}'
+    else:
+        text = f'distance to singularity {distance:.3g} rad ({math.degrees(distance):.3g}°)'
+    factors = singularity.factors
+    if factors is not None and not farther and np.min(factors.estimates) <= 1.5 * distance:
+        if not robot.singularity.factors.is_loop(factors.nearest):
+            text += f': {words(factors.names[factors.nearest])}'
+        elif loop := flat_loop(robot, singularity):
+            text += f': {words(group_in_words(loop))} flat'
+    if singularity.level not in (Level.OK, Level.STALE):
+        text += f' [{singularity.level.name}]'
+    return text
+
+
+def joint_label(robot: Robot, j: int) -> str:
+    """Return the label of an axis along which a joint moves, with its unit."""
+    return with_unit(short(robot.variables[j]), robot.units[j])

@@ -1,0 +1,52 @@
+"""Distances to a singular pose as colours, with their bar; those of 1 rad have a colour apart."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....kernel import Floats
+from ....robot.measures import MEASURES
+from .picture import with_unit
+
+DISTANCE = MEASURES['distance']
+# Of distances that mean at least that: told from the ground and from every colour of the scale.
+FARTHER = '#D9E6EE'
+
+
+class ColourScale(NamedTuple):
+    """The ends of a scale, rad; and whether its bar is open above, for the highest few."""
+
+    low: float
+    high: float
+    open: bool = False
+
+
+def draw_distances(
+    figure: Any,
+    axes: Any,
+    values: Floats,
+    extent: tuple[float, float, float, float],
+    scale: ColourScale,
+    label: str,
+) -> list[Any]:
+    """Draw distances (rows, columns) in rad and their bar; return entries of the legend."""
+    from matplotlib import colormaps
+    from matplotlib.patches import Patch
+
+    farther = bool(np.any(values >= DISTANCE.most))
+    high = DISTANCE.most if farther else scale.high
+    image = axes.imshow(
+        np.ma.masked_invalid(values), origin='lower', extent=extent, interpolation='nearest',
+        cmap=colormaps['cividis'].with_extremes(over=FARTHER) if farther else 'cividis',
+        vmin=scale.low, vmax=np.nextafter(high, 0.0) if farther else high,
+    )  # fmt: skip
+    bar = figure.colorbar(
+        image,
+        cax=axes.inset_axes((1.03, 0.0, 0.045, 1.0)),
+        extend='max' if farther or scale.open else 'neither',
+    )
+    bar.set_label(with_unit(label, 'rad'))
+    if not farther:
+        return []
+    label = DISTANCE.farther(DISTANCE.most)
+    return [Patch(facecolor=FARTHER, edgecolor='black', linewidth=0.5, label=label)]

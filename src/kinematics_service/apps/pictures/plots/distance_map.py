@@ -1,0 +1,164 @@
+"""The distance to a singular pose over two joints, the others held: the numbers of the map."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ....errors import PlotError
+from ....kernel import Floats
+from ....kinematics.singularity import singularity
+from ....kinematics.sweep import map_batches
+from ....robot.closed_poses import closed_poses, closes_at
+from ....robot.file.parts.loop_groups import all_in_words
+from ....robot.robot import Robot
+from ....robot.task import SEED
+from .ranges import clear_pose, finite_ranges, random_positions
+
+# Number of positions of each joint for the test which joints matter, and of poses of the others.
+TRIED, AROUND = 24, 16
+# A factor this small on the whole map is zero because of the joints that are held.
+ZERO = 1e-12
+LARGEST = 4000
+
+
+@dataclass(frozen=True, eq=False)
+class DistanceMap:
+    """
+    The distance to singular poses over a grid of two joints.
+
+    Attributes
+    ----------
+    joints
+        Indices of the horizontal and of the vertical joint.
+    q : shape (n,), rad or m
+        Positions of the other joints.
+    horizontal, vertical : shape (size,), rad or m
+        The grid.
+    distance : shape (size, size), rad
+        [i, k] at vertical[i], horizontal[k]; nan where a closed loop does not close.
+    functions
+        Functions that are zero on singular poses, by name, shape (size, size) each: the named
+        factors, and the determinant if their product is not the determinant. nan likewise.
+    everywhere
+        Names of the factors that the held joints make zero on the whole map.
+    """
+
+    joints: tuple[int, int]
+    q: Floats
+    horizontal: Floats
+    vertical: Floats
+    distance: Floats
+    functions: dict[str, Floats]
+    everywhere: tuple[str, ...]
+
+    @property
+    def open_share(self) -> float:
+        """Return at which share of the map's positions a closed loop does not close."""
+        return float(np.mean(np.isnan(self.distance)))
+
+
+def singular_table(robot: Robot, q: Floats) -> Floats:
+    """
+    Return distance, determinant (nan without one) and factors of poses (N, n), shape (N, 2 + F).
+
+    Rows are nan where a closed loop does not close.
+    """
+    rows = np.full((len(q), 2 + len(robot.singularity.factors.names)), np.nan)
+    closed = closes_at(robot.chain, q)
+    near = singularity(robot, q[closed])
+    rows[closed, 0] = near.distance
+    if near.determinant is not None:
+        rows[closed, 1] = near.determinant
+    if near.factors is not None:
+        rows[closed, 2:] = near.factors.values
+    return rows
+
+
+def distance_map(
+    robot: Robot, joints: tuple[int, int], q: Floats, size: int, workers: str | None = None
+) -> DistanceMap:
+    """
+    Return the map over two joints, given by their indices, with the others held at q (n,).
+
+    Raises
+    ------
+    SweepError
+        The workers cannot be used.
+    PlotError
+        Closed loops close nowhere on the map.
+    """
+    ranges = finite_ranges(robot)
+    across, up = joints
+    horizontal = np.linspace(ranges[across, 0], ranges[across, 1], size)
+    vertical = np.linspace(ranges[up, 0], ranges[up, 1], size)
+    poses = np.empty((size, size, robot.dof))
+    poses[:] = q
+    poses[..., across] = horizontal
+    poses[..., up] = vertical[:, None]
+    table = map_batches(singular_table, robot, poses.reshape(-1, robot.dof), workers)
+    grids = table.reshape(size, size, -1)
+    if np.all(np.isnan(grids[..., 0])):
+        raise PlotError(
+            f'{robot.name}: no position of the map closes the '
+            f'{all_in_words(robot.loop_names)}; hold '
+            'the other joints elsewhere with --q'
+        )
+    functions = {name: grids[..., 2 + k] for k, name in enumerate(robot.singularity.factors.names)}
+    everywhere = tuple(name for name, f in functions.items() if np.nanmax(np.abs(f)) < ZERO)
+    task = robot.singularity.task
+    if task.square and not task.structurally_deficient and not robot.singularity.factors.complete:
+        functions['det J'] = grids[..., 1]
+    return DistanceMap(joints, q, horizontal, vertical, grids[..., 0], functions, everywhere)
+
+
+def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
+    """
+    Return the indices of two joints given by name or variable; without names the two that matter
+    most.
+
+    Raises
+    ------
+    PlotError
+        Not two different joints of the arm.
+    """
+    choices = ', '.join(_either(robot, j) for j in range(robot.dof))
+    if robot.dof < 2:
+        raise PlotError(f'{robot.name} has one joint ({choices}): a map needs two')
+    if names is None:
+        return _pair_that_matters(robot)
+    found = []
+    for name in names:
+        if name in robot.joint_names:
+            found.append(robot.joint_names.index(name))
+        elif name in robot.variables:
+            found.append(robot.variables.index(name))
+        else:
+            raise PlotError(f'--joints: {robot.name} has no joint {name!r}; choose from {choices}')
+    if len(found) != 2 or found[0] == found[1]:
+        raise PlotError(
+            f'--joints: give two different joints, such as '
+            f'--joints {robot.variables[0]},{robot.variables[1]}; {robot.name} has {choices}'
+        )
+    return found[0], found[1]
+
+
+def _either(robot: Robot, j: int) -> str:
+    name, variable = robot.joint_names[j], robot.variables[j]
+    return name if name == variable else f'{variable} ({name})'
+
+
+def _pair_that_matters(robot: Robot) -> tuple[int, int]:
+    # Returns the joints that change the distance most, in the arm's order.
+    ranges = finite_ranges(robot)
+    others = random_positions(robot, np.random.default_rng(SEED), AROUND)
+    starts = np.vstack([clear_pose(robot), closed_poses(robot.chain, others)[:AROUND]])
+    changes = []
+    for j in range(robot.dof):
+        q = np.repeat(starts[:, None], TRIED, axis=1)
+        q[..., j] = np.linspace(ranges[j, 0], ranges[j, 1], TRIED + 1)[:-1]
+        distances = singular_table(robot, q.reshape(-1, robot.dof))[:, 0].reshape(len(q), TRIED)
+        told = distances[np.any(np.isfinite(distances), axis=1)]
+        changes.append(float(np.mean(np.nanstd(told, axis=1))) if len(told) else 0.0)
+    first, second = sorted(np.argsort(-np.round(changes, 6), kind='stable')[:2])
+    return int(first), int(second)

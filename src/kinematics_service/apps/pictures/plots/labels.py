@@ -1,0 +1,132 @@
+"""Labels in a drawing in space, placed where they cover neither the arm nor each other."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ....kernel import Floats
+
+# Directions and distances of a label from its point, in points of 1/72 inch.
+DIRECTIONS = [(np.cos(a), np.sin(a)) for a in np.arange(12) * np.pi / 6.0]
+RADII = (9.0, 15.0, 23.0, 33.0)
+# Width of a letter and height of a line as shares of the font size.
+LETTER, LINE = 0.62, 1.25
+# Points of a segment that labels keep away from.
+ALONG = np.linspace(0.0, 1.0, 25)[:, None]
+COVERS_LABEL, COVERS_ARM, OUTSIDE, FARTHER = 40.0, 1.0, 60.0, 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Label:
+    """A text that belongs to a point (3,) in space, m."""
+
+    point: Floats
+    text: str
+    color: str
+    bold: bool = False
+
+
+def place_labels(
+    axes: Any, labels: Sequence[Label], lines: Sequence[tuple[Floats, Floats]], size: float
+) -> None:
+    """
+    Write labels into axes in space whose view and limits are final.
+
+    Parameters
+    ----------
+    axes
+        Axes of matplotlib's toolkit mplot3d.
+    labels
+        Texts at one point are written as one, separated by commas.
+    lines
+        Pairs of points (3,) in m, that should stay visible.
+    size
+        Size of the letters, in points.
+    """
+    axes.apply_aspect()
+    scale = 72.0 / axes.figure.dpi
+    seen = np.vstack([start + ALONG * (end - start) for start, end in lines])
+    obstacles = _on_paper(axes, seen) * scale
+    frame = axes.get_window_extent()
+    room = np.array([[frame.x0, frame.y0], [frame.x1, frame.y1]]) * scale
+    taken: list[tuple[Floats, Floats]] = []
+    for label in _merged(axes, labels, 4.0 / scale):
+        at = _on_paper(axes, label.point[None])[0] * scale
+        half = np.array([LETTER * size * len(label.text), LINE * size]) / 2.0
+        offset, corners = _best(at, half, obstacles, taken, room)
+        taken.append(corners)
+        _write(axes, label, offset, size)
+
+
+def _on_paper(axes: Any, points: Floats) -> Floats:
+    # Returns the pixels of points (k, 3).
+    homogeneous = np.column_stack([points, np.ones(len(points))]) @ axes.get_proj().T
+    flat = homogeneous[:, :2] / homogeneous[:, 3:]
+    return np.asarray(axes.transData.transform(flat))
+
+
+def _merged(axes: Any, labels: Sequence[Label], near: float) -> list[Label]:
+    # Merges labels of one colour whose points coincide on paper.
+    merged: list[Label] = []
+    for label in labels:
+        at = _on_paper(axes, label.point[None])[0]
+        for k, other in enumerate(merged):
+            there = _on_paper(axes, other.point[None])[0]
+            if other.color == label.color and np.hypot(*(at - there)) < near:
+                merged[k] = Label(
+                    other.point, f'{other.text}, {label.text}', other.color, other.bold
+                )
+                break
+        else:
+            merged.append(label)
+    return merged
+
+
+def _best(
+    at: Floats,
+    half: Floats,
+    obstacles: Floats,
+    taken: Sequence[tuple[Floats, Floats]],
+    room: Floats,
+) -> tuple[Floats, tuple[Floats, Floats]]:
+    best = None
+    for radius in RADII:
+        for direction in DIRECTIONS:
+            # The nearer edge of the box is `radius` away.
+            offset = np.array(direction) * (radius + half * np.abs(direction) - half.min() / 2)
+            low, high = at + offset - half, at + offset + half
+            cost = FARTHER * radius
+            cost += COVERS_ARM * float(
+                np.sum(np.all((obstacles > low - 1.0) & (obstacles < high + 1.0), axis=1))
+            )
+            for other_low, other_high in taken:
+                if np.all((low < other_high) & (high > other_low)):
+                    cost += COVERS_LABEL
+            if np.any(low < room[0]) or np.any(high > room[1]):
+                cost += OUTSIDE
+            if best is None or cost < best[0]:
+                best = cost, offset, (low, high)
+    assert best is not None
+    return best[1], best[2]
+
+
+def _write(axes: Any, label: Label, offset: Floats, size: float) -> None:
+    from matplotlib.patheffects import withStroke
+    from matplotlib.transforms import ScaledTranslation
+
+    text = axes.text(
+        *label.point,
+        label.text,
+        color=label.color,
+        fontsize=size,
+        fontweight='bold' if label.bold else 'normal',
+        ha='center',
+        va='center',
+        zorder=20,
+        path_effects=[withStroke(linewidth=2.0, foreground='white')],
+    )
+    across, up = offset / 72.0
+    inches = ScaledTranslation(across, up, axes.figure.dpi_scale_trans)
+    text.set_transform(axes.transData + inches)

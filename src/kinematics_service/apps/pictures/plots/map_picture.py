@@ -1,0 +1,159 @@
+"""The picture of the distance to a singular pose over two joints, the singular sets drawn in."""
+
+import math
+import textwrap
+from typing import Any
+
+import numpy as np
+
+from ....kernel import Floats
+from ....robot.file.parts.loop_groups import not_all_closed
+from ....robot.robot import Robot
+from .captions import joint_label, positions
+from .distance_colours import ColourScale, draw_distances
+from .distance_map import DistanceMap
+from .picture import Draw, words
+from .set_styles import set_styles
+
+# A factor that is this small on the border, as a share of its largest value, is zero there.
+AT_BORDER = 1e-9
+QUARTER = math.pi / 4.0
+# Ground where loops do not close.
+OPEN = '#8A8D93'
+
+
+def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
+    """Return the picture of a map of distances."""
+
+    def draw(figure: Any) -> None:
+        figure.set_size_inches(7.6, 7.4)
+        figure.set_layout_engine('constrained')
+        axes = figure.subplots()
+        x, y = numbers.horizontal, numbers.vertical
+        across, up = (v[1] - v[0] for v in (x, y))
+        largest = max(float(np.nanmax(numbers.distance)), 1e-3)
+        extent = x[0] - across / 2, x[-1] + across / 2, y[0] - up / 2, y[-1] + up / 2
+        scale, label = ColourScale(0.0, largest), 'distance to singularity'
+        farther = draw_distances(figure, axes, numbers.distance, extent, scale, label)
+        axes.set_aspect('auto')
+        axes.grid(False)
+        entries = _draw_sets(axes, numbers) + _draw_thresholds(axes, robot, numbers)
+        entries += farther + _draw_open(axes, robot, numbers)
+        for axis, joint in zip((axes.xaxis, axes.yaxis), numbers.joints):
+            _label(axis, robot, joint)
+        axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+        if not np.any(robot.prismatic[list(numbers.joints)]):
+            axes.set_box_aspect(1.0 if np.ptp(x) == np.ptp(y) else None)
+        figure.suptitle(_title(robot, numbers), fontsize=10.5)
+        if entries:
+            figure.legend(
+                handles=entries, loc='outside lower center', ncols=3, facecolor='#45484F',
+                labelcolor='white', framealpha=1.0, edgecolor='none', handlelength=3.0,
+            )  # fmt: skip
+
+    return draw
+
+
+def _draw_sets(axes: Any, numbers: DistanceMap) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    entries = []
+    styles = set_styles(tuple(numbers.functions))
+    for name, function in numbers.functions.items():
+        values = with_border_crossed(function)
+        if name in numbers.everywhere or np.nanmin(values) > 0.0 or np.nanmax(values) < 0.0:
+            continue
+        color, style = styles[name]
+        # A set on the border is drawn in its full width.
+        axes.contour(
+            numbers.horizontal, numbers.vertical, values, levels=[0.0],
+            colors=[color], linewidths=2.2, linestyles=[style], clip_on=False, zorder=3,
+        )  # fmt: skip
+        label = f'{words(name)} = 0'
+        entries.append(Line2D([], [], color=color, linestyle=style, linewidth=2.2, label=label))
+    return entries
+
+
+def with_border_crossed(values: Floats) -> Floats:
+    """
+    Return values (rows, columns) that change their sign at zeros on the border of the map.
+
+    A factor that is zero along the border itself, as sin(q) is at pi, has round-off of either sign
+    there, and a curve is drawn only between values of different signs.
+    """
+    crossed = np.array(values)
+    for turned in (crossed, crossed[::-1], crossed.T, crossed.T[::-1]):
+        border, inside = turned[0], turned[1]
+        zero = np.abs(border) <= AT_BORDER * np.nanmax(np.abs(values))
+        border[zero] = -np.copysign(AT_BORDER * np.abs(inside), inside)[zero]
+    return crossed
+
+
+def _draw_thresholds(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    if robot.singularity.thresholds.measure != 'distance':
+        return []
+    entries = []
+    for value, name, style in (
+        (robot.singularity.thresholds.warn, 'warn', '-'),
+        (robot.singularity.thresholds.stop, 'stop', ':'),
+    ):
+        if not np.nanmin(numbers.distance) < value < np.nanmax(numbers.distance):
+            continue
+        axes.contour(
+            numbers.horizontal, numbers.vertical, numbers.distance, levels=[value],
+            colors=['white'], linewidths=0.9, linestyles=[style],
+        )  # fmt: skip
+        label = f'{name}: distance {value:g} rad'
+        entries.append(Line2D([], [], color='white', linestyle=style, linewidth=0.9, label=label))
+    return entries
+
+
+def _draw_open(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]:
+    # Where loops do not close there is nothing to draw: the ground shows, hatched.
+    from matplotlib.patches import Patch, Rectangle
+
+    if numbers.open_share == 0.0:
+        return []
+    axes.add_patch(
+        Rectangle(
+            (0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, facecolor=OPEN, edgecolor='white',
+            hatch='//', linewidth=0.0, zorder=-1.0,
+        )
+    )  # fmt: skip
+    label = f'{words(not_all_closed(robot.loop_names))}: {100.0 * numbers.open_share:.3g} %'
+    return [Patch(facecolor=OPEN, edgecolor='white', hatch='//', linewidth=0.0, label=label)]
+
+
+def _label(axis: Any, robot: Robot, joint: int) -> None:
+    from matplotlib.ticker import FuncFormatter, MultipleLocator
+
+    axis.set_label_text(joint_label(robot, joint))
+    low, high = axis.get_view_interval()
+    if not robot.prismatic[joint] and high - low > math.pi:
+        step = QUARTER if high - low <= 1.25 * math.pi else 2.0 * QUARTER
+        axis.set_major_locator(MultipleLocator(step))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: _in_pi(value)))
+
+
+def _in_pi(value: float) -> str:
+    quarters = round(value / QUARTER)
+    if quarters == 0:
+        return '0'
+    shared = math.gcd(quarters, 4)
+    top, bottom = abs(quarters) // shared, 4 // shared
+    sign = '\N{MINUS SIGN}' if quarters < 0 else ''
+    return f'{sign}{top if top > 1 else ""}π{f"/{bottom}" if bottom > 1 else ""}'
+
+
+def _title(robot: Robot, numbers: DistanceMap) -> str:
+    rows = ' '.join(robot.singularity.task.rows)
+    text = f'{words(robot.name)}: distance to singularity (task {rows})'
+    if robot.dof > 2:
+        text += f'\nthe other joints at {positions(robot, numbers.q, 80, skip=numbers.joints)}'
+    if numbers.everywhere:
+        names = ', '.join(numbers.everywhere)
+        held = f'the whole map is singular: {words(names)} = 0 because of the joints that are held'
+        text += '\n' + textwrap.fill(held, 90)
+    return text

@@ -1,0 +1,146 @@
+"""The picture of the measures of singularity along a path, with the thresholds of the warning."""
+
+import math
+import textwrap
+from typing import Any
+
+import numpy as np
+
+from ....kernel import Floats
+from ....kinematics.singularity import Singularity, flat_loop, singularity
+from ....robot.measure_units import measure_units
+from ....robot.measures import MEASURES, Measure
+from ....robot.robot import Robot
+from .motion import PlottedMotion
+from .over_time import draw_curves, draw_legend, finite_range, panels, shade
+from .picture import BLUE, GREY, VERMILION, Draw, with_unit, words
+
+# Names of factors above the first panel: width of a letter as a share of it, and most names.
+LETTER, NAMED = 0.014, 12
+# A minimum of the distance is named if it is below this share of the largest.
+LOW = 0.3
+# Values beyond are round-off at a singular pose and would flatten the curve.
+LARGEST_CONDITION = 1e4
+# An axis has room for so many letters.
+LONGEST_LABEL = 14
+
+
+def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
+    """
+    Return the picture of every measure along a motion.
+
+    The thresholds of the measure that is watched are drawn in its panel, and the intervals beyond
+    them are shaded in all.
+    """
+    near = singularity(robot, motion.q)
+    units = measure_units(robot)
+    drawn = [one for one in MEASURES.values() if getattr(near, one.name) is not None]
+
+    def draw(figure: Any) -> None:
+        task = robot.singularity.task
+        title = (
+            f'{words(robot.name)}: singularity along {words(motion.described)}\n'
+            f'task {" ".join(task.rows)}, length {task.length:.3g} m; '
+            f'watched: {robot.singularity.thresholds.measure.replace("_", " ")}'
+        )
+        rows = panels(figure, [2.3] + [1.5] * (len(drawn) - 1), title)
+        for measure, axes in zip(drawn, rows):
+            values = np.asarray(getattr(near, measure.name))
+            draw_curves(axes, motion, values[:, None], [''])
+            axes.lines[-1].set_color(BLUE)
+            axes.set_ylabel(_label(measure, units[measure.name]))
+            if not measure.small_is_bad:
+                _scale_without_end(axes, values, measure.least)
+            else:
+                finite_range(axes, values)
+                axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
+            if farther := measure.farther(float(np.max(values))):
+                axes.axhline(measure.most, color=GREY, linestyle=':', label=farther, zorder=1)
+                draw_legend(axes)
+            if measure.name == robot.singularity.thresholds.measure:
+                _draw_thresholds(axes, robot)
+            axes.margins(x=0.0)
+        _name_factors(robot, rows[0], motion, near)
+        shade(figure, rows, motion, near.level, 'beyond a threshold')
+
+    return draw
+
+
+def _label(measure: Measure, unit: str) -> str:
+    label = measure.drawn or '\n'.join(textwrap.wrap(measure.words, LONGEST_LABEL))
+    base, _, power = unit.partition('^')
+    raised = f'{base}$^{{{power}}}$' if power else base
+    return with_unit(label, raised).replace(' (', '\n(')
+
+
+def _draw_thresholds(axes: Any, robot: Robot) -> None:
+    limits = robot.singularity.thresholds
+    measure = MEASURES[limits.measure]
+    both = measure.of_square  # it may be negative
+    for value, name, style in ((limits.warn, 'warn', '--'), (limits.stop, 'stop', '-')):
+        for sign in (1.0, -1.0) if both else (1.0,):
+            axes.axhline(
+                sign * value,
+                color=VERMILION,
+                linestyle=style,
+                linewidth=1.1,
+                label=f'{name} {value:g}' if sign > 0 else None,
+                zorder=2.5,
+            )
+    if measure.small_is_bad and not both:
+        axes.set_ylim(bottom=0.0)
+    draw_legend(axes)
+
+
+def _scale_without_end(axes: Any, values: Floats, least: float) -> None:
+    # A measure that grows without end from its least value on.
+    finite = values[np.isfinite(values)]
+    largest = min(float(np.max(finite, initial=least)), LARGEST_CONDITION)
+    if largest < 10.0 or not least:
+        axes.set_ylim(0.9 * least, 1.05 * max(largest, 1.1 * least))
+        return
+    axes.set_yscale('log')
+    axes.set_ylim(0.8 * least, 1.3 * largest)
+    axes.yaxis.set_major_formatter(lambda value, _: f'{value:g}')
+    axes.yaxis.set_minor_formatter(lambda value, _: '')
+
+
+def _name_factors(robot: Robot, axes: Any, motion: PlottedMotion, near: Singularity) -> None:
+    # Writes the nearest factor's name above each minimum of the distance, the lowest first, as far
+    # as there is room.
+    factors = near.factors
+    if factors is None:
+        return
+    distance = np.asarray(near.distance)
+    low = _valleys(distance)
+    low = low[distance[low] < LOW * float(np.max(distance))]
+    span = float(motion.times[-1] - motion.times[0])
+    taken: list[tuple[float, float]] = []
+    for k in low[np.argsort(distance[low], kind='stable')]:
+        nearest = int(np.argmin(factors.estimates[k]))
+        if robot.singularity.factors.is_loop(nearest) and not flat_loop(
+            robot, singularity(robot, motion.q[k])
+        ):
+            continue  # it is the arm that is near
+        t, name = float(motion.times[k]), factors.names[nearest]
+        half = 0.5 * LETTER * span * (len(name) + 1)
+        if len(taken) == NAMED or any(t - half < b and t + half > a for a, b in taken):
+            continue
+        taken.append((t - half, t + half))
+        axes.annotate(
+            words(name),
+            (t, distance[k]),
+            xytext=(t, 1.02),
+            textcoords=('data', 'axes fraction'),
+            ha='center',
+            va='bottom',
+            fontsize=9.0,
+            arrowprops={'arrowstyle': '-', 'color': GREY, 'linewidth': 0.8, 'linestyle': ':'},
+            annotation_clip=False,
+        )
+
+
+def _valleys(values: Floats) -> Any:
+    padded = np.concatenate([[math.inf], values, [math.inf]])
+    inner = padded[1:-1]
+    return np.flatnonzero((inner <= padded[:-2]) & (inner < padded[2:]))

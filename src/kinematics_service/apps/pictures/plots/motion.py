@@ -1,0 +1,169 @@
+"""A motion along which something is drawn: a recording, or one of the built-in trajectories."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ....errors import PlotError
+from ....kernel import Floats, Integers
+from ....kinematics.trajectory import TRAJECTORIES
+from ....robot.closed_poses import closes_at
+from ....robot.measures import Level
+from ....robot.robot import Robot
+from ...recordings.readers.recording import read_recording
+
+# Number of points of one period of a trajectory.
+SAMPLES = 2001
+# A pause between two rows is a gap if it is longer than this (s) and than this many usual steps.
+GAP, STEPS = 1.0, 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class PlottedMotion:
+    """
+    Joint positions and velocities over time.
+
+    Attributes
+    ----------
+    times : shape (N,), s
+        Strictly increasing, from the first row.
+    q, qdot : shape (N, n), rad or m, rad/s or m/s
+    name
+        Its source, in words.
+    differentiated
+        Whether qdot is a difference of positions, since there are no velocities.
+    open_rows : shape (k,)
+        For each row that is left out because loops of the arm do not close there, the index of the
+        row after it.
+    """
+
+    times: Floats
+    q: Floats
+    qdot: Floats
+    name: str
+    differentiated: bool
+    open_rows: Integers
+
+    @property
+    def gaps(self) -> Integers:
+        """Return the indices of rows after a gap: no line is drawn to them."""
+        opened = self.open_rows[(self.open_rows > 0) & (self.open_rows < len(self.times))]
+        return np.union1d(_gaps(self.times), opened)
+
+    @property
+    def described(self) -> str:
+        """Return the name, and at how many rows loops do not close."""
+        if not len(self.open_rows):
+            return self.name
+        left = len(self.open_rows)
+        return (
+            f'{self.name}; loops do not close at {left} of its {left + len(self.times)} positions'
+        )
+
+    def broken(self, values: Floats) -> tuple[Floats, Floats]:
+        """Return times and values (N, ...) with a row of nan in every gap."""
+        at = self.gaps
+        middles = (self.times[at - 1] + self.times[at]) / 2.0
+        return np.insert(self.times, at, middles), np.insert(values, at, np.nan, axis=0)
+
+
+def motion_of(robot: Robot, path: str) -> PlottedMotion:
+    """
+    Return the motion of a CSV file, or the built-in one of this name over one period.
+
+    Raises
+    ------
+    RecordingError
+        The file is not a recording of this arm.
+    PlotError
+        Neither a file nor a name, or a recording without two different times at which the loops of
+        the arm close.
+    """
+    if path in TRAJECTORIES:
+        trajectory = TRAJECTORIES[path](robot)
+        times = np.linspace(0.0, trajectory.period, SAMPLES)
+        q, qdot = trajectory.at(times)
+        return _closed(robot, times, q, qdot, f'trajectory {path}', False)
+    file = Path(path)
+    if not file.exists():
+        raise PlotError(
+            f'--path: there is no file {path}; give a CSV file '
+            f'(stamp,position.<joint>,...) or one of: {", ".join(TRAJECTORIES)}'
+        )
+    recording = read_recording(file, robot)
+    times = recording.due
+    # Repeated stamps and steps back have no length on the time axis: the first row counts.
+    first = np.append(True, np.diff(times) > 0.0)
+    times, q = times[first], recording.positions[first]
+    if len(times) < 2:
+        raise PlotError(
+            f'{path}: all rows have the same time, so there is nothing to draw over time'
+        )
+    q[:, robot.continuous] = np.unwrap(q[:, robot.continuous], axis=0)
+    if recording.velocities is not None:
+        return _closed(robot, times, q, recording.velocities[first], file.name, False)
+    return _differentiated(robot, times, q, file.name)
+
+
+def _closed(
+    robot: Robot, times: Floats, q: Floats, qdot: Floats, name: str, differentiated: bool
+) -> PlottedMotion:
+    # Without the rows at which loops of the arm do not close.
+    closed = closes_at(robot.chain, q)
+    if np.sum(closed) < 2:
+        raise PlotError(
+            f'{name}: the loops of {robot.name} close at {np.sum(closed)} of its {len(q)} joint '
+            'positions, so there is nothing to draw over time'
+        )
+    open_rows = np.cumsum(closed, dtype=np.int64)[~closed]
+    return PlottedMotion(times[closed], q[closed], qdot[closed], name, differentiated, open_rows)
+
+
+def _gaps(times: Floats) -> Integers:
+    steps = np.diff(times)
+    longest = max(GAP, STEPS * float(np.median(steps)))
+    return np.asarray(np.flatnonzero(steps > longest) + 1, dtype=np.int64)
+
+
+def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
+    # Not across a gap; a row between two of them has no velocity and is left out.
+    parts = [
+        (t, positions)
+        for t, positions in zip(np.split(times, _gaps(times)), np.split(q, _gaps(times)))
+        if len(t) > 1
+    ]
+    if not parts:
+        raise PlotError(f'{name}: has no velocities, and no two rows within {GAP:g} s')
+    qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
+    kept, positions = (np.concatenate(column) for column in zip(*parts))
+    return _closed(robot, kept, positions, np.concatenate(qdot), name, True)
+
+
+@dataclass(frozen=True)
+class ShadedInterval:
+    """A time from `start` to `end`, s, in which the level is not OK."""
+
+    start: float
+    end: float
+    level: Level
+
+
+def shaded_intervals(times: Floats, levels: Floats) -> tuple[ShadedInterval, ...]:
+    """
+    Return the intervals of equal level other than OK, each up to the next row.
+
+    Parameters
+    ----------
+    times : shape (N,), s
+    levels : shape (N,)
+        Levels like `Singularity.level` of a batch.
+    """
+    changes = np.flatnonzero(np.diff(levels)) + 1
+    starts = np.concatenate([[0], changes]).astype(int)
+    ends = np.append(changes, len(levels) - 1).astype(int)
+    return tuple(
+        ShadedInterval(float(times[a]), float(times[b]), Level(int(levels[a])))
+        for a, b in zip(starts, ends)
+        if levels[a] != Level.OK
+    )

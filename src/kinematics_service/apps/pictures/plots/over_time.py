@@ -1,0 +1,101 @@
+"""Panels below each other over one time axis, with the intervals near singular poses shaded."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ....kernel import Floats
+from ....robot.measures import Level
+from .motion import PlottedMotion, shaded_intervals
+from .picture import DASHES, SERIES, VERMILION, YELLOW, with_unit
+
+WIDTH, HEAD = 8.5, 1.3  # inches
+# Longer curves become a bitmap inside an SVG or PDF.
+MANY = 20_000
+SHADES = {Level.WARN: (YELLOW, 0.45), Level.ERROR: (VERMILION, 0.30)}
+
+
+def panels(figure: Any, heights: Sequence[float], title: str) -> list[Any]:
+    """
+    Return axes below each other with one time axis, s.
+
+    Parameters
+    ----------
+    figure
+        Empty.
+    heights
+        Heights of the panels, inches.
+    title
+        Title of the whole picture.
+    """
+    figure.set_size_inches(WIDTH, sum(heights) + HEAD)
+    figure.set_layout_engine('constrained', h_pad=0.06)
+    axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)
+    rows = [row[0] for row in axes]
+    rows[-1].set_xlabel(with_unit('time', 's'))
+    figure.suptitle(title, fontsize=10.5)
+    figure.align_ylabels(rows)
+    return rows
+
+
+def draw_curves(
+    axes: Any,
+    motion: PlottedMotion,
+    values: Floats,
+    names: Sequence[str],
+    colors: Sequence[str] = SERIES,
+) -> None:
+    """Draw columns of values (N, k) over time; which differ in colour and in dashes."""
+    times, broken = motion.broken(values)
+    for k, name in enumerate(names):
+        axes.plot(
+            times,
+            broken[:, k],
+            color=colors[k % len(colors)],
+            linestyle=DASHES[k % len(DASHES)],
+            label=name,
+            rasterized=len(times) > MANY,
+            zorder=3,
+        )
+
+
+def draw_legend(axes: Any) -> None:
+    """Put the legend beside the axes, where it covers no curve."""
+    axes.legend(loc='upper left', bbox_to_anchor=(1.005, 1.02), frameon=False, borderaxespad=0.2)
+
+
+def shade(
+    figure: Any, rows: Sequence[Any], motion: PlottedMotion, levels: Floats, meaning: str
+) -> None:
+    """Shade the intervals of WARN and ERROR in all panels; a legend says what they are."""
+    from matplotlib.patches import Patch
+
+    found = shaded_intervals(motion.times, levels)
+    least = 0.001 * float(motion.times[-1] - motion.times[0])
+    for interval in found:
+        color, alpha = SHADES[interval.level]
+        end = max(interval.end, interval.start + least)
+        for axes in rows:
+            axes.axvspan(interval.start, end, color=color, alpha=alpha, linewidth=0, zorder=0.5)
+    present = {interval.level for interval in found}
+    entries = [
+        Patch(color=color, alpha=alpha, label=level.name)
+        for level, (color, alpha) in SHADES.items()
+        if level in present
+    ]
+    if entries:
+        figure.legend(
+            handles=entries, loc='outside lower left', ncols=2, frameon=False,
+            title=meaning, alignment='left',
+        )  # fmt: skip
+
+
+def finite_range(axes: Any, values: Floats) -> None:
+    """
+    Set the vertical limits by the finite values, so that an infinite one does not hide the rest.
+    """
+    finite = values[np.isfinite(values)]
+    if finite.size and np.ptp(finite) > 0.0:
+        margin = 0.06 * float(np.ptp(finite))
+        axes.set_ylim(float(finite.min()) - margin, float(finite.max()) + margin)

@@ -1,0 +1,182 @@
+"""The style of pictures, and their output to a file or a window."""
+
+import io
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ....errors import KinematicsError, PlotError
+from ....output_file import write_file
+from ....printing import plain
+
+# Colours that people with any colour vision can tell apart: M. Okabe, K. Ito, Color Universal
+# Design, 2008.
+BLACK, ORANGE, SKY, GREEN = '#000000', '#E69F00', '#56B4E9', '#009E73'
+YELLOW, BLUE, VERMILION, PURPLE = '#F0E442', '#0072B2', '#D55E00', '#CC79A7'
+GREY, LIGHT = '#606060', '#C8C8C8'
+# x, y and z of a frame, as every viewer of robots has them.
+AXIS_COLORS = ('#D7191C', '#2CA02C', '#1F5FD7')
+SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+DASHES = ('-', '--', '-.', ':', (0, (6, 1.5, 1.5, 1.5, 1.5, 1.5)), (0, (3, 1)), '-')
+
+STYLE = {
+    'font.family': 'sans-serif',
+    'font.sans-serif': ['DejaVu Sans'],  # comes with matplotlib: the same letters everywhere
+    'font.size': 10.0,
+    'axes.titlesize': 10.0,
+    'axes.labelsize': 10.0,
+    'legend.fontsize': 9.0,
+    'legend.framealpha': 0.9,
+    'axes.grid': True,
+    'grid.color': '#DDDDDD',
+    'grid.linewidth': 0.6,
+    'axes.axisbelow': True,
+    'axes.spines.top': False,
+    'axes.spines.right': False,
+    'lines.linewidth': 1.5,
+    'axes.unicode_minus': True,
+    'figure.facecolor': 'white',
+    'savefig.dpi': 120,
+    # The same picture gives the same bytes.
+    'svg.hashsalt': 'kinematics_service',
+}
+# Metadata of each kind of file: no date.
+METADATA: dict[str, dict[str, Any]] = {
+    '.png': {'Software': 'kinematics_service'},
+    '.svg': {'Date': None, 'Creator': 'kinematics_service'},
+    '.pdf': {'CreationDate': None, 'Creator': 'kinematics_service'},
+}
+INSTALL = "pip install '.[plot]' in its checkout, or pip install matplotlib"
+
+Draw = Callable[[Any], None]
+
+
+def suffix_of(file: Path, other: str = '') -> str:
+    """
+    Return the kind of file that a name asks for; where that is none of ours the other, if given.
+
+    Raises
+    ------
+    PlotError
+        None of `.png`, `.svg` and `.pdf`.
+    """
+    suffix = file.suffix.lower()
+    if suffix not in METADATA and other:
+        return other
+    if suffix not in METADATA:
+        given = f'the suffix {suffix!r}' if suffix else 'no suffix'
+        raise PlotError(f'{file}: {given}; pictures are {", ".join(METADATA)}')
+    return suffix
+
+
+def refuse_without_matplotlib() -> None:
+    """
+    Raise an error that says how to install matplotlib if it is missing.
+
+    Raises
+    ------
+    PlotError
+        It cannot be imported.
+    """
+    try:
+        import matplotlib.figure  # noqa: F401
+    except ImportError as error:
+        raise PlotError(f'pictures need matplotlib ({error}): {INSTALL}') from None
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Draw in this style, whatever the user's settings of matplotlib are."""
+    import matplotlib
+
+    with matplotlib.rc_context():
+        backend = matplotlib.rcParams['backend']
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update({**STYLE, 'backend': backend})
+        yield
+
+
+def drawn(draw: Draw) -> Any:
+    """Return a figure of its own, drawn without a window."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with drawing():
+        figure = Figure()
+        FigureCanvasAgg(figure)
+        draw(figure)
+    return figure
+
+
+def save_picture(draw: Draw, file: Path, other: str = '') -> None:
+    """
+    Write a picture as a PNG, SVG or PDF by the file's suffix, all or nothing.
+
+    Parameters
+    ----------
+    draw
+        Draws into the figure it is given, and sets its size.
+    file
+        The file to write; an old one is replaced when the new one is complete.
+    other
+        The kind of a file whose suffix says none, such as a pipe.
+
+    Raises
+    ------
+    PlotError
+        No matplotlib, an unknown suffix, or the file cannot be written.
+    """
+    suffix = suffix_of(file, other)
+    refuse_without_matplotlib()
+    figure = drawn(draw)
+    content = io.BytesIO()
+    with drawing():
+        figure.savefig(content, format=suffix[1:], metadata=METADATA[suffix])
+    try:
+        write_file(file, content.getvalue())
+    except KinematicsError as error:
+        raise PlotError(str(error)) from None
+
+
+def show_picture(draw: Draw, title: str) -> None:
+    """
+    Show a picture in a window, and return when it is closed.
+
+    Raises
+    ------
+    PlotError
+        No matplotlib, or no display for a window.
+    """
+    refuse_without_matplotlib()
+    import matplotlib
+    from matplotlib import pyplot
+
+    nowhere = '--show: no window can be opened here ({}); --save FILE writes a file instead'
+    with drawing():
+        try:
+            figure = pyplot.figure()
+        except Exception as error:
+            # Each toolkit has its own errors for a missing display.
+            reason = ' '.join(str(error).split()) or type(error).__name__
+            raise PlotError(nowhere.format(reason)) from None
+        backend = matplotlib.get_backend()
+        if backend.lower() in ('agg', 'pdf', 'svg', 'ps', 'cairo', 'template'):
+            pyplot.close(figure)
+            raise PlotError(nowhere.format(f"no display, or no toolkit; matplotlib's {backend}"))
+        draw(figure)
+        figure.canvas.manager.set_window_title(title)
+        pyplot.show()
+
+
+def with_unit(quantity: str, unit: str) -> str:
+    """Return the label of a quantity: `time (s)`, and `condition number` of one without a unit."""
+    return f'{quantity} ({unit})' if unit else quantity
+
+
+def words(text: str) -> str:
+    """
+    Return a user's text in a form that matplotlib shows letter by letter: no formulas, no control
+    characters.
+    """
+    return plain(text).replace('$', r'\$')

@@ -1,0 +1,117 @@
+"""The picture of the reachable workspace in a plane, with its border and its singular curves."""
+
+import collections
+from typing import Any
+
+import numpy as np
+
+from ....kernel import Floats
+from ....robot.file.parts.loop_groups import not_all_closed
+from ....robot.robot import Robot
+from .critical import CriticalPoints
+from .distance_colours import ColourScale, draw_distances
+from .picture import BLACK, Draw, words
+from .set_styles import set_styles
+from .workspace import Workspace
+
+# Most kinds of singular points that are drawn, those with most points first.
+MOST_SETS = 4
+LONGEST, BAR = 7.0, 1.6  # of the plane's longer side, and beside it, inches
+# The scale goes from the smallest to this percentile, so that few cells do not dominate it; and
+# the least span of a scale, rad.
+HIGH, LEAST = 98.0, 1e-3
+
+
+def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) -> Draw:
+    """Return the picture of a workspace."""
+
+    def draw(figure: Any) -> None:
+        rows, columns = space.best.shape
+        scale = LONGEST / max(rows, columns)
+        figure.set_size_inches(max(columns * scale, 4.2) + BAR, max(rows * scale, 2.5) + 1.5)
+        figure.set_layout_engine('constrained')
+        axes = figure.subplots()
+        low, high = space.corner, space.corner + space.size * np.array([columns, rows])
+        extent, label = (
+            (low[0], high[0], low[1], high[1]),
+            'largest distance to singularity found there',
+        )
+        farther = draw_distances(figure, axes, space.best, extent, scale_of(space.best), label)
+        axes.set_aspect('equal')
+        _draw_border(axes, space)
+        _draw_critical(axes, critical)
+        axes.plot(0.0, 0.0, marker='+', markersize=11, color=BLACK, markeredgewidth=1.5, zorder=7)
+        margin = 0.04 * float(np.max(high - low))
+        # A workspace on a line needs room beside it.
+        beside = max(margin, 0.1 * float(np.max(high - low)) - float(high[0] - low[0]))
+        left = 0.0 if space.plane.half else low[0] - beside
+        axes.set(
+            xlim=(left, high[0] + beside), ylim=(low[1] - margin, high[1] + margin),
+            xlabel=space.plane.labels[0], ylabel=space.plane.labels[1],
+        )  # fmt: skip
+        axes.locator_params(nbins=6)
+        if high[0] - low[0] < 0.3 * (high[1] - low[1]):
+            axes.locator_params(axis='x', nbins=2)
+        figure.suptitle(
+            f'{words(robot.name)}: where {words(robot.tool_frame)} gets\n'
+            f'{space.plane.title} ({_poses(robot, space)})',
+            fontsize=10.5,
+        )
+        figure.legend(
+            handles=axes.get_legend_handles_labels()[0] + farther,
+            loc='outside lower center', ncols=2, frameon=False, markerscale=5.0,
+        )  # fmt: skip
+
+    return draw
+
+
+def _poses(robot: Robot, space: Workspace) -> str:
+    if not space.open_poses:
+        return f'{space.poses:,} poses'
+    names = words(not_all_closed(robot.loop_names))
+    return f'{space.poses:,} poses; {names} at {space.open_poses:,} of them'
+
+
+def scale_of(values: Floats) -> ColourScale:
+    """
+    Return the scale of distances in rad, which may be nan.
+
+    It begins at 0, unless all distances are so far from 0 that they would look the same.
+    """
+    finite = values[np.isfinite(values)]
+    low, high = float(np.min(finite)), float(np.percentile(finite, HIGH))
+    low = low if high - low < 0.5 * high else 0.0
+    high = max(high, low + LEAST)
+    return ColourScale(low, high, high < float(np.max(finite)))
+
+
+def _draw_border(axes: Any, space: Workspace) -> None:
+    # Draws the outline of the cells that were reached, with a margin around them so that it
+    # closes.
+    reached = np.pad(np.isfinite(space.best), 2).astype(float)
+    if np.max(_blurred(reached)) < 1.0:
+        return  # a line has no inside
+    x = space.corner[0] + space.size * (np.arange(reached.shape[1]) - 1.5)
+    y = space.corner[1] + space.size * (np.arange(reached.shape[0]) - 1.5)
+    axes.contour(x, y, _blurred(reached), levels=[0.5], colors=[BLACK], linewidths=1.2, zorder=4)
+    axes.plot([], [], color=BLACK, linewidth=1.2, label='border of what was reached')
+
+
+def _blurred(values: Floats) -> Floats:
+    padded = np.pad(values, 1)
+    rows, columns = values.shape
+    nine = [padded[i : i + rows, k : k + columns] for i in range(3) for k in range(3)]
+    return np.asarray(np.mean(nine, axis=0))
+
+
+def _draw_critical(axes: Any, critical: CriticalPoints) -> None:
+    names = np.array(critical.names)
+    most = [name for name, _ in collections.Counter(names.tolist()).most_common()]
+    styles = set_styles(most)
+    for k, name in enumerate(most[:MOST_SETS]):
+        points = critical.points[names == name]
+        label = f'position singular: {words(name)}' if name else 'position singular'
+        axes.plot(
+            *points.T, linestyle='none', marker='.', markersize=2.6, markeredgewidth=0.0,
+            color=styles[name][0], label=label, zorder=5 + 0.1 * k, rasterized=True,
+        )  # fmt: skip

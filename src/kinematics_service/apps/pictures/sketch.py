@@ -1,0 +1,73 @@
+"""An arm as a small picture for a notebook: lines alone, without matplotlib."""
+
+import math
+from collections.abc import Callable, Iterator
+from html import escape
+
+import numpy as np
+
+from ...kernel import Floats
+from ...robot.robot import Robot
+from .plots.skeleton import Skeleton, skeleton_of
+
+WIDTH, HEIGHT, MARGIN = 260, 220, 16
+# From where it is seen (rad): turned about the base's z axis, then from above.
+TURN, LIFT = -0.9, 0.4
+VIEW = np.array(
+    [
+        [-math.sin(TURN), math.cos(TURN), 0.0],
+        [math.sin(LIFT) * math.cos(TURN), math.sin(LIFT) * math.sin(TURN), -math.cos(LIFT)],
+    ]
+)
+# The axes of the tool take this share of the picture; their colours are told apart by everybody.
+AXES, COLOURS = 0.12, ('#d55e00', '#00795a', '#0072b2')
+
+
+def sketch(robot: Robot, q: Floats) -> str:
+    """
+    Return an SVG of an arm at joint positions (n,), rad or m.
+
+    Joints that turn are circles, those that slide are squares; the tool has its x, y and z axis.
+    """
+    skeleton = skeleton_of(robot, q)
+    flat = skeleton.points @ VIEW.T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    room = np.array([WIDTH, HEIGHT]) - 2 * MARGIN
+    scale = float(np.min(room / np.maximum(high - low, 1e-3 * robot.singularity.task.reach)))
+    middle = 0.5 * (low + high)
+
+    def at(point: Floats) -> tuple[float, float]:
+        x, y = (scale * (VIEW @ point - middle) + 0.5 * np.array([WIDTH, HEIGHT])).tolist()
+        return x, y
+
+    return (
+        f'<svg width="{WIDTH}" height="{HEIGHT}" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" '
+        f'aria-label="{escape(robot.name)}" fill="none" stroke="currentColor" '
+        f'stroke-linecap="round">{"".join(_parts(skeleton, at, HEIGHT * AXES / scale))}</svg>'
+    )
+
+
+def _parts(
+    skeleton: Skeleton, at: Callable[[Floats], tuple[float, float]], length: float
+) -> Iterator[str]:
+    for segment in skeleton.segments:
+        dashes = ' stroke-dasharray="7 4"' if segment.slides else ''
+        yield _line(at(segment.start), at(segment.end), f'stroke-width="4"{dashes}')
+    x, y = at(np.zeros(3))
+    yield f'<path d="M{x - 9:.1f} {y:.1f}h18" stroke-width="3"/>'
+    for axis in skeleton.axes:
+        x, y = at(axis.point)
+        shape = (
+            f'<rect x="{x - 4:.1f}" y="{y - 4:.1f}" width="8" height="8"'
+            if axis.slides
+            else f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5"'
+        )
+        yield f'{shape} fill="#e69f00" stroke-width="1"/>'
+    origin = skeleton.tool[:3, 3]
+    for k, colour in enumerate(COLOURS):
+        tip = origin + length * skeleton.tool[:3, k]
+        yield _line(at(origin), at(tip), f'stroke="{colour}" stroke-width="2"')
+
+
+def _line(p: tuple[float, float], q: tuple[float, float], style: str) -> str:
+    return f'<line x1="{p[0]:.1f}" y1="{p[1]:.1f}" x2="{q[0]:.1f}" y2="{q[1]:.1f}" {style}/>'

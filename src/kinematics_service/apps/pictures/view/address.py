@@ -1,0 +1,60 @@
+"""The host and the port of the page."""
+
+import errno
+import socket
+from typing import NamedTuple
+
+from ....errors import ViewError
+
+
+class Address(NamedTuple):
+    """
+    Host and port of the page.
+
+    Attributes
+    ----------
+    host, port
+        Port 0 means any free one.
+    more_names
+        Further names of this computer.
+    """
+
+    host: str
+    port: int
+    more_names: tuple[str, ...] = ()
+
+
+def check_address(host: str, port: int) -> None:
+    """
+    Return if a server can listen there; port 0 means any free one.
+
+    Raises
+    ------
+    ViewError
+        The port is taken, or the host is no address of this computer.
+    """
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(
+            host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+        )[0]
+    except OSError:
+        raise ViewError(f'--host {host}: no such host') from None
+    try:
+        with socket.socket(family, kind, protocol) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind(address)
+            probe.listen()
+    except PermissionError:
+        raise ViewError(
+            f'--port {port}: ports below 1024 need privileges; choose another with --port'
+        ) from None
+    except OSError as error:
+        if error.errno == errno.EADDRNOTAVAIL:
+            raise ViewError(
+                f'--host {host}: not an address of this computer; '
+                '127.0.0.1 is for this computer only, 0.0.0.0 for all of the network'
+            ) from None
+        raise ViewError(
+            f'--port {port}: another program uses it on {host}; '
+            f'choose another, such as --port {port + 1}, or 0 for any that is free'
+        ) from None

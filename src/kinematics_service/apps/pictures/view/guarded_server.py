@@ -1,0 +1,158 @@
+"""
+viser's server with stricter rules for connections and for the messages of clients.
+
+This relies on viser to make its server by one call of `websockets.asyncio.server.serve` with
+keywords, reads messages by `recv`, and keeps the things of the panel in
+`gui._gui_input_handle_from_uuid`; all else are documented parameters of `serve`. Each time a page
+is served, two test connections try whether a foreign page and a false message are refused: if they
+are not, as with a viser of another design, nothing is served.
+"""
+
+import io
+import logging
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
+from typing import Any
+
+import viser
+import websockets.asyncio.server as websocket_server
+from websockets.exceptions import ConnectionClosed, ConnectionClosedError, InvalidStatus
+from websockets.http11 import Request, Response
+from websockets.sync.client import connect
+
+from ....errors import ViewError
+from .client_messages import MessageError, is_taken
+from .origin_check import FORBIDDEN, OriginCheck
+
+# The websocket code for a violated policy (RFC 6455, 7.4.1).
+POLICY = 1008
+# Pages send values and cameras: some hundred bytes.
+LARGEST_MESSAGE = 16_384
+# The server answers the test connections within this (s), even on a busy computer.
+CONNECT_TIMEOUT = 20.0
+PROTOCOL = f'viser-v{viser.__version__}'
+HEADERS = {
+    # No other site may frame the page to have it clicked; the page connects to its server only.
+    'Content-Security-Policy': "frame-ancestors 'none'; connect-src 'self' data: blob:",
+    'X-Frame-Options': 'DENY',
+    'X-Content-Type-Options': 'nosniff',
+    'Referrer-Policy': 'no-referrer',
+}
+
+
+@contextmanager
+def guarded_server(
+    host: str, port: int, label: str, origin_check: OriginCheck
+) -> Iterator[viser.ViserServer]:
+    """
+    Serve within the block to clients that pass the origin check.
+
+    Raises
+    ------
+    ViewError
+        Foreign pages could connect to it.
+    """
+    panel: dict[str, Any] = {}
+    discarded = io.StringIO()  # the output that viser prints itself
+    with redirect_stdout(discarded), _serving(origin_check, lambda: panel):
+        server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
+    try:
+        panel = server.gui._gui_input_handle_from_uuid
+        _try_out(host, server.get_port(), origin_check)
+        yield server
+    finally:
+        with redirect_stdout(discarded):
+            server.stop()
+
+
+@contextmanager
+def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
+    # Within the block `serve` makes servers with these rules.
+    original = websocket_server.serve
+
+    class PageConnection(websocket_server.ServerConnection):  # type: ignore[misc]
+        async def recv(self, decode: bool | None = None) -> Any:
+            while True:
+                data = await super().recv(decode)
+                try:
+                    if is_taken(data, panel()):
+                        return data
+                except MessageError as error:
+                    await self.close(POLICY, str(error)[:100])
+                    # Messages that came before the end of the closing are dropped, too.
+                    raise ConnectionClosedError(None, None) from None
+
+    def serve(*arguments: Any, process_request: Any, **options: Any) -> Any:
+        def check(connection: Any, request: Request) -> Response | None:
+            refusal = origin_check.refusal(
+                request.path, request.headers, connection.local_address[:2], PROTOCOL
+            )
+            if refusal is not None:
+                return connection.respond(refusal.status, refusal.sentence + '\n')
+            return process_request(connection, request)
+
+        def complete(connection: Any, request: Request, response: Response) -> None:
+            for name, value in HEADERS.items():
+                response.headers[name] = value
+            if origin_check.token and response.status_code == 200:
+                port = connection.local_address[1]
+                response.headers['Set-Cookie'] = origin_check.cookie(port)
+
+        rules = {
+            'process_request': check,
+            'process_response': complete,
+            'create_connection': PageConnection,
+            'max_size': LARGEST_MESSAGE,
+            'logger': _logger(),
+        }
+        return original(*arguments, **(options | rules))
+
+    websocket_server.serve = serve
+    try:
+        yield
+    finally:
+        websocket_server.serve = original
+
+
+def _logger() -> logging.Logger:
+    # Faults of clients are not written to the terminal.
+    logger = logging.getLogger(__name__)
+    if not os.environ.get('KINEMATICS_TRACEBACK'):
+        logger.propagate = False
+        logger.addHandler(logging.NullHandler())
+        # Of a client that has gone: a line for each message to it.
+        logging.getLogger('asyncio').setLevel(logging.ERROR)
+    return logger
+
+
+def _try_out(host: str, port: int, origin_check: OriginCheck) -> None:
+    here = {'0.0.0.0': '127.0.0.1', '::': '::1'}.get(host, host)
+    netloc = f'[{here}]:{port}' if ':' in here else f'{here}:{port}'
+    options: Any = {
+        'subprotocols': [PROTOCOL],
+        'open_timeout': CONNECT_TIMEOUT,
+        'additional_headers': {'Cookie': origin_check.cookie(port)},
+        'max_size': None,
+        'proxy': None,
+    }
+    refused = False
+    try:
+        connect(f'ws://{netloc}', origin='http://other.invalid', **options).close()
+    except InvalidStatus as error:
+        refused = error.response.status_code == FORBIDDEN
+    closed = False
+    with connect(f'ws://{netloc}', origin=f'http://{netloc}', **options) as connection:
+        connection.send(b'no message')
+        try:
+            while True:
+                connection.recv(timeout=CONNECT_TIMEOUT)
+        except ConnectionClosed as error:
+            closed = error.rcvd is not None and error.rcvd.code == POLICY
+        except TimeoutError:
+            pass
+    if not (refused and closed):
+        raise ViewError(
+            f'viser {viser.__version__} does not let the page refuse pages of others: '
+            'nothing is served; install viser 1.1'
+        )

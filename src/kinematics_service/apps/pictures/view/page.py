@@ -1,0 +1,194 @@
+"""The web page: the picture, the panel beside it, and its switches."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import viser
+
+from ....errors import ViewError
+from ....kernel import Floats
+from ....node.drawing.observation import Observation, observe
+from ....node.drawing.scene import scene_of
+from ....robot.robot import Robot
+from .address import Address, check_address
+from .drawing import Drawing
+from .guarded_server import guarded_server
+from .origin_check import origin_check_of
+from .panel import facts_html, gauges_html, jacobian_html, joints_html
+from .self_motion_slider import SelfMotionSlider
+from .sliders import Sliders, singular_pose
+from .viewpoint import Viewpoint
+
+SWITCHES = (
+    ('linear', 'ellipsoid of velocities (blue)'),
+    ('angular', 'ellipsoid of rotations (green)'),
+    ('velocity', 'velocity (violet) and rotation (green) arrows'),
+    ('trail', 'trail of the tool'),
+    ('axes', 'joint axes'),
+    ('frames', 'link frames'),
+)
+
+
+class Page:
+    """
+    A page that shows one arm.
+
+    Parameters
+    ----------
+    server
+        Its server; elements of a former page are removed.
+    viewpoint
+        The camera's viewpoint.
+    robot
+        The arm.
+    publishable
+        Whether to offer to publish the sliders.
+
+    Attributes
+    ----------
+    robot
+        The arm.
+    sliders
+        The joints' sliders.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, viewpoint: Viewpoint, robot: Robot, publishable: bool
+    ) -> None:
+        self.robot = robot
+        self._server = server
+        self._wish: Floats | None = None
+        self._in_hand = True
+        server.scene.reset()
+        gui = server.gui
+        gui.reset()
+        gui.configure_theme(control_width='large', show_logo=False, show_share_button=False)
+        gui.set_panel_label(robot.name)
+        gui.main_panel.dock_right()
+        self._nodes = gui.add_dropdown('arm of', ('',), visible=False)
+        self._gauges = gui.add_html('')
+        self._add_folders(publishable)
+        viewpoint.look_at(self._first)
+
+    def _add_folders(self, publishable: bool) -> None:
+        gui = self._server.gui
+        with gui.add_folder('Joints'):
+            self.sliders = Sliders(self._server, self.robot)
+            self._self_motion = SelfMotionSlider(self._server, self.robot)
+            self._publish = gui.add_checkbox(
+                'publish joint states',
+                False,
+                visible=publishable,
+                hint='the sliders publish joint states, as the robot would',
+            )
+            self._add_buttons(self.sliders.positions)
+        with gui.add_folder('Tool and measures'):
+            self._facts = gui.add_html('')
+        with gui.add_folder('Jacobian'):
+            self._jacobian = gui.add_html('')
+        with gui.add_folder('Limits'):
+            self._joints = gui.add_html('')
+        with gui.add_folder('Show', expand_by_default=False):
+            self.last = observe(self.robot, self.sliders.positions)
+            self._first = scene_of(self.last)
+            self._drawing = Drawing(self._server, self._first)
+            self._switches = {
+                name: gui.add_checkbox(label, self._drawing.shown[name])
+                for name, label in SWITCHES
+            }
+            gui.add_button('Clear the trail').on_click(lambda _: self._drawing.clear_trail())
+
+    def offer(self, nodes: tuple[str, ...], node: str) -> str:
+        """
+        Offer the arms of several nodes; return the node that is chosen.
+
+        Parameters
+        ----------
+        nodes
+            Full names of the present nodes.
+        node
+            The node whose arm is shown.
+        """
+        options = nodes if node in nodes else (node, *nodes)
+        if self._nodes.options != options:
+            self._nodes.options = options
+            self._nodes.value = node
+            self._nodes.visible = len(options) > 1
+        return str(self._nodes.value)
+
+    def _add_buttons(self, regular: Floats) -> None:
+        singular = singular_pose(self.robot, self.sliders.ranges, regular)
+        self._buttons = [
+            (self._server.gui.add_button('Regular pose'), regular),
+        ]
+        if singular is not None:
+            self._buttons.append((self._server.gui.add_button('Singular pose'), singular))
+        for button, q in self._buttons:
+            button.on_click(lambda _, q=q: setattr(self, '_wish', q))
+
+    @property
+    def wants_to_publish(self) -> bool:
+        """Return whether the sliders are to be published."""
+        return bool(self._publish.visible and self._publish.value)
+
+    def follow(self, q: Floats) -> None:
+        """Show joint positions on the sliders, which are locked then."""
+        self._change_hands(False)
+        self._self_motion.release()
+        self.sliders.jump(q)
+
+    def lead(self) -> tuple[Floats, Floats | None]:
+        """Return the values of the sliders, q and qdot, and unlock them."""
+        self._change_hands(True)
+        wish, self._wish = self._wish, None
+        if wish is not None:
+            self.sliders.jump(wish)
+            self._drawing.clear_trail()
+        q = self._self_motion.lead(self.sliders)
+        return q, self.sliders.velocities(q)
+
+    def _change_hands(self, people: bool) -> None:
+        if people == self._in_hand:
+            return
+        self._in_hand = people
+        self._drawing.clear_trail()
+        self.sliders.enable(people)
+        for button, _ in self._buttons:
+            button.disabled = not people
+
+    def show(self, seen: Observation, title: str, status: str) -> None:
+        """Show an observation, its node and its source; only changes are sent."""
+        self.last = seen
+        for name, switch in self._switches.items():
+            self._drawing.shown[name] = bool(switch.value)
+        scene = scene_of(seen)
+        with self._server.atomic():
+            self._drawing.draw(scene)
+            for handle, content in (
+                (self._gauges, gauges_html(seen, title, status)),
+                (self._facts, facts_html(seen, scene)),
+                (self._jacobian, jacobian_html(seen)),
+                (self._joints, joints_html(seen)),
+            ):
+                if handle.content != content:
+                    handle.content = content
+
+
+@contextmanager
+def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str]]:
+    """
+    Serve pages within the block; yield the server and the address to open in a browser.
+
+    Raises
+    ------
+    ViewError
+        The port is taken, the host is no address of this computer, or pages of other sites could
+        connect to this one.
+    """
+    host, port, more_names = address
+    check_address(host, port)
+    origin_check = origin_check_of(host, more_names)
+    with guarded_server(host, port, label, origin_check) as server:
+        if port not in (0, server.get_port()):  # taken in the meantime: viser took the next one
+            raise ViewError(f'--port {port}: another program uses it on {host}')
+        yield server, origin_check.address(host, server.get_port())

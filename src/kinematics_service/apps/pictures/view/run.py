@@ -1,0 +1,147 @@
+"""
+The loop behind the page: take messages or sliders, compute, show; some thirty times a second.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+
+from ....errors import LoopError
+from ....kernel import Floats
+from ....node.drawing.observation import Observation, observe
+from ....robot.robot import Robot
+from .address import Address
+from .origin_check import ANYWHERE
+from .page import Page, serve
+from .viewpoint import Viewpoint
+
+PERIOD = 1.0 / 30.0
+
+
+class ArmSource:
+    """
+    The arm to show, and the source of its joint states: none here, so that the sliders move it.
+
+    Attributes
+    ----------
+    robot
+        The arm to show now: another object if it has changed.
+    nodes
+        The nodes whose arms can be shown.
+    """
+
+    nodes: tuple[str, ...] = ()
+
+    def __init__(self, robot: Robot, status: str = '') -> None:
+        self.robot, self._status = robot, status
+
+    @property
+    def title(self) -> str:
+        """Return the title of the arm."""
+        return self.robot.name
+
+    @property
+    def status(self) -> str:
+        """Return the source of the observation in one line, or why there is none."""
+        return self._status
+
+    @property
+    def node(self) -> str:
+        """Return the node whose arm it is; empty without ROS."""
+        return ''
+
+    def choose(self, node: str) -> None:
+        """Show the arm of another node."""
+
+    def listen(self, seconds: float) -> None:
+        """Take messages for this time, s."""
+        time.sleep(seconds)
+
+    def observation(self) -> Observation | None:
+        """Return the newest observation; None while no joint states arrive."""
+        return None
+
+    def publish(self, q: Floats) -> str:
+        """Publish joint positions; return the reason of a refusal, or an empty text."""
+        return 'there is no ROS here'
+
+
+def run_page(
+    source: ArmSource, address: Address, publishable: bool, ended: Callable[[], bool]
+) -> None:
+    """
+    Serve a page of an arm.
+
+    Parameters
+    ----------
+    source
+        The arm and the source of its joint states; the sliders move it while there are none.
+    address
+        Host and port of the page.
+    publishable
+        Whether to offer to publish the sliders.
+    ended
+        Whether to stop.
+
+    Raises
+    ------
+    ViewError
+        The port is taken, the host is no address of this computer, or pages of other sites could
+        connect to this one.
+    """
+    with serve(address, source.robot.name) as (server, url):
+        viewpoint = Viewpoint(server)
+        page = Page(server, viewpoint, source.robot, publishable)
+        print(f'{url} shows {source.title}; {source.status}; Ctrl-C ends it', flush=True)
+        if address.host in ANYWHERE:
+            print(
+                f'kinematics_service: {address.host}: anyone on the network sees the page who '
+                'has this address, with its token and a name of this computer',
+                file=sys.stderr,
+            )
+        was_live = False
+        while not ended():
+            begin = time.monotonic()
+            if source.robot is not page.robot:
+                page = Page(server, viewpoint, source.robot, publishable)
+                print(f'it shows {source.title}', flush=True)
+            live = source.observation() is not None
+            if live != was_live:
+                print(f'now {source.status}', flush=True)
+                was_live = live
+            turn(page, source)
+            # The loop always rests a little: slow drawing makes the page slow, not the computer.
+            source.listen(max(0.2 * PERIOD, PERIOD - (time.monotonic() - begin)))
+
+
+def turn(page: Page, source: ArmSource) -> None:
+    """Show the present observation, or go to the node that a user has chosen."""
+    chosen = page.offer(source.nodes, source.node)
+    if chosen != source.node:
+        source.choose(chosen)
+        return
+    seen = source.observation()
+    status = source.status
+    if page.wants_to_publish:
+        q, qdot = page.lead()
+        refusal = source.publish(q)
+        if not refusal:
+            led, status = _led(page, q, qdot, status)
+            page.show(seen or led, source.title, f'publishing; {status}')
+            return
+        status = f'not publishing: {refusal}'
+    if seen is not None:
+        page.follow(seen.q)
+        page.show(seen, source.title, status)
+        return
+    q, qdot = page.lead()
+    led, status = _led(page, q, qdot, status)
+    page.show(led, source.title, status)
+
+
+def _led(page: Page, q: Floats, qdot: Floats | None, status: str) -> tuple[Observation, str]:
+    # Where a loop does not close the picture stays, and the status says why.
+    try:
+        return observe(page.robot, q, qdot), status
+    except LoopError as error:
+        return page.last, str(error)

@@ -1,0 +1,129 @@
+"""A slider for each joint, and their initial values."""
+
+import math
+import time
+from collections import deque
+
+import numpy as np
+import viser
+
+from ....kernel import Floats
+from ....kinematics.singular_poses import singular_poses
+from ....kinematics.singularity import singularity
+from ....node.drawing.scene import short_names
+from ....robot.closed_poses import closed_poses
+from ....robot.measures import Level
+from ....robot.robot import Robot
+from ....robot.task import seeded_poses
+from ..plots.ranges import finite_ranges
+
+STEP = 0.001
+# Time of the differences that give velocities, s.
+MEMORY = 0.25
+# Number of poses tried for one that is far from singular.
+POSES = 200
+
+
+def regular_pose(robot: Robot, inside: Floats) -> Floats:
+    """Return joint positions (n,) that are not near a singular pose, near zero where possible."""
+    zero = np.clip(np.zeros(robot.dof), inside[:, 0], inside[:, 1])
+    poses = np.vstack([zero, inside.mean(axis=1), seeded_poses(inside, robot.prismatic)[:POSES]])
+    poses = closed_poses(robot.chain, poses)
+    measures = singularity(robot, poses)
+    fine = np.flatnonzero(np.asarray(measures.level) == Level.OK)
+    if len(fine) and fine[0] < 2:
+        return np.asarray(poses[fine[0]])
+    # Half of the poses are farther from singular than the median: of these the one nearest zero.
+    far = np.flatnonzero(measures.distance >= np.median(measures.distance))
+    return np.asarray(poses[far[int(np.argmin(np.linalg.norm(poses[far] - zero, axis=1)))]])
+
+
+def singular_pose(robot: Robot, inside: Floats, near: Floats) -> Floats | None:
+    """
+    Return the singular pose (n,) inside a range that is nearest to one; None if none was found.
+    """
+    found = singular_poses(robot, inside)
+    if not len(found):
+        return None
+    return np.asarray(found[int(np.argmin(np.linalg.norm(found - near, axis=1)))])
+
+
+class Sliders:
+    """
+    A slider for each joint in the panel of a server.
+
+    Parameters
+    ----------
+    server
+        The server whose panel's current folder gets the sliders.
+    robot
+        The arm.
+
+    Attributes
+    ----------
+    ranges : shape (n, 2), rad or m
+        Their ends.
+    """
+
+    def __init__(self, server: viser.ViserServer, robot: Robot) -> None:
+        self.ranges = finite_ranges(robot, whole=True)
+        self._continuous = robot.continuous
+        self._history: deque[tuple[float, Floats]] = deque()
+        start = np.round(regular_pose(robot, self.ranges), 3)
+        start = np.clip(start, self.ranges[:, 0], self.ranges[:, 1])
+        self._handles = []
+        names = short_names(robot.joint_names)
+        for j, (name, unit) in enumerate(zip(names, robot.units)):
+            low, high = self.ranges[j].tolist()
+            limited = bool(np.all(np.isfinite(robot.limits[j])))
+            self._handles.append(
+                server.gui.add_slider(
+                    f'{name} ({unit})',
+                    min=low,
+                    max=high,
+                    step=min(STEP, (high - low) / 100.0) if high > low else STEP,
+                    initial_value=float(start[j]),
+                    marks=((low, f'{low:.2f}'), (high, f'{high:.2f}')) if limited else None,
+                    hint=f'{robot.joint_types[j]}; '
+                    + ('it ends at the limits' if limited else 'no limits'),
+                )
+            )
+
+    @property
+    def positions(self) -> Floats:
+        """Return the positions of the sliders, shape (n,), rad or m, inside their ranges."""
+        q = np.array([float(handle.value) for handle in self._handles])
+        inside: Floats = np.clip(np.nan_to_num(q), self.ranges[:, 0], self.ranges[:, 1])
+        return inside
+
+    def velocities(self, q: Floats) -> Floats | None:
+        """Return the velocities of the sliders, shape (n,); None while they stand still."""
+        now = time.monotonic()
+        self._history.append((now, q))
+        while now - self._history[0][0] > MEMORY:
+            self._history.popleft()
+        then, before = self._history[0]
+        if now == then or np.array_equal(q, before):
+            return None
+        return np.asarray((q - before) / (now - then))
+
+    def move(self, q: Floats) -> None:
+        """
+        Move the sliders to the joints' positions; angles without limits are taken within a turn.
+        """
+        for handle, value, continuous in zip(self._handles, q.tolist(), self._continuous):
+            if continuous:
+                value = math.remainder(value, 2.0 * math.pi)
+            if abs(float(handle.value) - value) > STEP / 2.0:
+                handle.value = value
+
+    def jump(self, q: Floats) -> None:
+        """Set the sliders at once, without a velocity."""
+        self._history.clear()
+        self.move(q)
+
+    def enable(self, enabled: bool) -> None:
+        """Unlock the sliders, or lock them."""
+        for handle in self._handles:
+            if handle.disabled == enabled:
+                handle.disabled = not enabled

@@ -1,0 +1,210 @@
+"""
+The inputs of the live view: joint states, and the outputs of a node.
+
+The node's pose, frames, Jacobian, twist, distance and level are shown as it publishes them. Values
+that it does not publish with every message (the time to the threshold, the lost direction, the
+joint axes) are computed from the same joint states by the same functions. Without a node all
+values are.
+"""
+
+import os
+import time
+from typing import Any
+
+from rclpy.context import Context
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+from ....estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
+from ....kernel import Floats
+from ....kinematics.singularity import singularity_of
+from ....node.drawing.observation import Observation, observation_of
+from ....node.messages.graph import kinematics_nodes
+from ....node.messages.messages import sample_of, time_message
+from ....node.messages.topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING
+from ....node.process.node_facts import NodeFacts, ask_node
+from ....node.process.session import destroy, helper_node
+from ....node.process.spin import Spinner
+from ....robot.robot import Robot
+from .view_outputs import FRESH, ViewOutputs
+
+# Longest time (s) without an update of the page when messages come faster than they can be taken.
+LONGEST_CATCHING_UP = 0.2
+# Period of the calls of a node's description (s), and the wait for it if the node has changed.
+ASK_AGAIN, ANSWER_TIMEOUT = 1.0, 0.5
+
+
+class ViewListener:
+    """
+    A node that subscribes to an arm for the view, and publishes its sliders when it is told to.
+
+    Parameters
+    ----------
+    context
+        The context of the node; `close` leaves it open.
+    source
+        Full name of the kinematics node.
+
+    Attributes
+    ----------
+    facts
+        The node's last description of itself; None before the first.
+    """
+
+    def __init__(self, context: Context, source: str) -> None:
+        self.source = '/' + source.strip('/')
+        self._node = helper_node(f'kinematics_view_{os.getpid()}', context)
+        self._spinner = Spinner(context, [self._node])
+        self.facts: NodeFacts | None = None
+        self._known: frozenset[bytes] = frozenset()
+        self._asked = -ASK_AGAIN
+        self._estimator: Estimator | None = None
+        self._answer: EstimatorOutput | None = None
+        self._arrival = 0.0
+        self._joint_states = 0
+        self._publisher: Any = None
+        self._subscription: Any = None
+        self._mismatch = self._edited = ''
+        self.outputs = ViewOutputs(self._node, self.source)
+        self._watch = self._node.create_client(Trigger, DESCRIBE.replace('~', self.source))
+        self._description: Any = None
+
+    def close(self) -> None:
+        """Destroy the node."""
+        self._spinner.close()
+        destroy(self._node)
+
+    def listen(self, seconds: float) -> None:
+        """
+        Take messages for this time, and longer if more have come already: only the newest count.
+        """
+        deadline = time.monotonic() + seconds
+        while (left := deadline - time.monotonic()) > 0.0:
+            self._spinner.spin_once(timeout_sec=left)
+        while time.monotonic() < deadline + LONGEST_CATCHING_UP:
+            before = self._heard_so_far
+            self._spinner.spin_once(timeout_sec=0.0)
+            if self._heard_so_far == before:
+                return
+        self._spinner.catch_up(LONGEST_CATCHING_UP)
+
+    @property
+    def _heard_so_far(self) -> int:
+        return self._joint_states + self.outputs.count
+
+    def ask(self, timeout: float) -> NodeFacts | None:
+        """
+        Return the node's description of itself, after a wait of at most `timeout` (s); None if
+        there is none.
+        """
+        self._asked, self._description = time.monotonic(), None
+        facts = ask_node(self._node, self._spinner, self.source, timeout)
+        if facts is not None:
+            self.facts, self._known = facts, self._publishers()
+        return self.facts
+
+    def changed(self) -> bool:
+        """Return whether the node has come, come back, or changed its description; ask it then."""
+        told = self._description
+        if told is not None and told.done():
+            self._description = None
+            text = '' if told.exception() else told.result().message
+            before = self.facts
+            if text and (
+                before is None or text != before.text or self._publishers() - self._known
+            ):
+                return self.ask(ANSWER_TIMEOUT) is not before
+        if time.monotonic() - self._asked > ASK_AGAIN:
+            self._asked = time.monotonic()
+            if self._description is not None:  # lost, together with its node
+                self._watch.remove_pending_request(self._description)
+            ready = self._watch.service_is_ready()
+            self._description = self._watch.call_async(Trigger.Request()) if ready else None
+        return False
+
+    def _publishers(self) -> frozenset[bytes]:
+        # A node that comes back has other publishers, by their identifiers.
+        topic = WARNING.replace('~', self.source)
+        infos = self._node.get_publishers_info_by_topic(topic)
+        return frozenset(bytes(info.endpoint_gid) for info in infos)
+
+    def sources(self) -> tuple[str, ...]:
+        """Return the full names of the present kinematics nodes."""
+        return tuple(kinematics_nodes(self._node))
+
+    def show(self, robot: Robot) -> None:
+        """Subscribe to the joint states of this arm from now on."""
+        facts, self._answer = self.facts, None
+        self._mismatch = self._edited = ''
+        namespace = self.source.rpartition('/')[0]
+        topic = f'{namespace}/{JOINT_STATES}'
+        if facts is not None:
+            self._mismatch, self._edited = facts.mismatch(robot), facts.edited(robot)
+            topic = facts.joint_states
+            robot = robot if self._mismatch else facts.judged(robot)
+        if self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+        self._estimator = Estimator(robot, EstimatorSettings())
+        self._names = robot.joint_names
+        self._subscription = self._node.create_subscription(
+            JointState, topic, self._take, JOINT_STATES_QOS
+        )
+
+    def _take(self, message: JointState) -> None:
+        assert self._estimator is not None
+        self._joint_states += 1
+        try:
+            answer = self._estimator.take(sample_of(message, self._node.get_clock()))
+        except Exception as error:  # no message of a robot may end the view
+            self._node.get_logger().error(f'joint state: {error!a}')
+            return
+        if isinstance(answer, EstimatorOutput):
+            self._answer, self._arrival = answer, time.monotonic()
+
+    @property
+    def _live(self) -> bool:
+        return self._answer is not None and time.monotonic() - self._arrival < FRESH
+
+    @property
+    def _node_live(self) -> bool:
+        return self.facts is not None and not self._mismatch and self.outputs.live
+
+    @property
+    def status(self) -> str:
+        """Return the source of the picture in one line."""
+        if self._mismatch:
+            return self._mismatch
+        topic = JOINT_STATES if self._subscription is None else self._subscription.topic_name
+        if not self._live:
+            return f'moved by the sliders: no joint states arrive on {topic}'
+        if self._node_live:
+            live = f'live from {self.source}, {self.outputs.pose.rate():.0f} Hz'
+            return f'{live}; {self._edited}' if self._edited else live
+        silent = 'sends nothing' if self.facts is not None else 'does not run'
+        return f'live from {topic}; the node {self.source} {silent}'
+
+    def observation(self) -> Observation | None:
+        """Return the newest observation; None while no joint states arrive."""
+        if not self._live or self._mismatch:
+            return None
+        assert self._answer is not None
+        state = self._answer.state
+        seen = observation_of(state, singularity_of(state))
+        if self.facts is not None and self._node_live:
+            return self.outputs.shown(seen, self.facts.axes)
+        return seen
+
+    def publish(self, q: Floats) -> str:
+        """Publish joint positions; return why not if another publisher does already."""
+        assert self._subscription is not None
+        topic = self._subscription.topic_name
+        if self._publisher is None or self._publisher.topic_name != topic:
+            if self._publisher is not None:
+                self._node.destroy_publisher(self._publisher)
+            self._publisher = self._node.create_publisher(JointState, topic, OUTPUT_QOS)
+        if self._node.count_publishers(topic) > 1:
+            return f'there is another publisher on {topic}'
+        message = JointState(name=self._names, position=q.tolist())
+        message.header.stamp = time_message(self._node.get_clock().now().nanoseconds)
+        self._publisher.publish(message)
+        return ''

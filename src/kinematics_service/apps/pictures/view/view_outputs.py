@@ -1,0 +1,127 @@
+"""
+The outputs of a kinematics node, as the live view shows them: in base axes, linear rows first.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PoseArray, PoseStamped, TwistStamped
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Float64, Float64MultiArray
+
+from ....errors import LayoutError
+from ....kernel import Floats
+from ....node.drawing.observation import CommandScale, Observation
+from ....node.messages.readings import (
+    TWIST,
+    in_base_axes,
+    jacobian_of,
+    matrix_of,
+    scale_of,
+    warned_of,
+)
+from ....node.messages.topics import SCALE, SCALE_REASON, WARNING, WARNING_QOS
+from ....node.process.latest_message import LatestMessage
+from ....robot.measures import Level
+
+# Messages older than this (s) are not shown as live.
+FRESH = 1.0
+# Only the last message of a topic is shown.
+LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
+
+
+class ViewOutputs:
+    """
+    The last messages of a kinematics node.
+
+    Parameters
+    ----------
+    node
+        The node of the subscriptions.
+    source
+        Full name of the kinematics node.
+    """
+
+    def __init__(self, node: Node, source: str) -> None:
+        def subscribe(topic: str, kind: Any) -> LatestMessage:
+            return LatestMessage(node, f'{source}/{topic}', kind, LAST_QOS)
+
+        self.pose = subscribe('pose', PoseStamped)
+        self.jacobian = subscribe('jacobian', Float64MultiArray)
+        self.frames = subscribe('link_frames', PoseArray)
+        self.twist = subscribe('twist', TwistStamped)
+        self.distance = subscribe('singularity/distance', Float64)
+        self.scale = LatestMessage(node, SCALE.replace('~', source), Float64, LAST_QOS)
+        self.warning, self.reason = (
+            LatestMessage(node, topic.replace('~', source), DiagnosticStatus, WARNING_QOS)
+            for topic in (WARNING, SCALE_REASON)
+        )
+
+    @property
+    def count(self) -> int:
+        """Return the number of messages so far."""
+        heard = (self.pose, self.jacobian, self.frames, self.twist, self.distance, self.warning)
+        return sum(one.count for one in heard)
+
+    @property
+    def live(self) -> bool:
+        """Return whether the node publishes answers."""
+        return _fresh(self.pose)
+
+    def shown(self, seen: Observation, axes: tuple[str, str]) -> Observation:
+        """
+        Return an observation with the numbers of the node.
+
+        Parameters
+        ----------
+        seen
+            The observation that follows from the joint states alone.
+        axes
+            Axes of the node's Jacobian and of its twist, `base` or `tool` each.
+        """
+        values: dict[str, Any] = {}
+        pose = values['pose'] = matrix_of(self.pose.message.pose)
+        if _fresh(self.frames):
+            frames = np.array([matrix_of(one) for one in self.frames.message.poses])
+            if frames.shape == seen.frames.shape:
+                values['frames'] = frames
+        if _fresh(self.jacobian):
+            J = _six_rows(self.jacobian.message)
+            if J is not None and J.shape == seen.jacobian.shape:
+                values['jacobian'] = in_base_axes(J, pose) if axes[0] == 'tool' else J
+        if _fresh(self.twist):
+            twist = np.concatenate([*TWIST.of(self.twist.message).vectors.values()])
+            values['twist'] = in_base_axes(twist, pose) if axes[1] == 'tool' else twist
+        if _fresh(self.distance):
+            distance = float(self.distance.message.data)
+            values['singularity'] = replace(seen.singularity, distance=distance)
+        if self.warning.count:
+            level = warned_of(self.warning.message).level
+            if level in Level.__members__ and level != Level.STALE.name:
+                values['level'] = Level[level]
+        if _fresh(self.scale) and self.reason.count:
+            reason = warned_of(self.reason.message)
+            if reason.level in Level.__members__:
+                value = scale_of(self.scale.message).scale
+                values['scale'] = CommandScale(value, reason.cause, Level[reason.level])
+        return replace(seen, **values)
+
+
+def _fresh(heard: LatestMessage) -> bool:
+    return heard.count > 0 and heard.age < FRESH
+
+
+def _six_rows(message: Any) -> Floats | None:
+    # Linear rows first, whatever the order is.
+    try:
+        matrix = jacobian_of(message)
+    except LayoutError:
+        return None
+    order = {name: k for k, name in enumerate(matrix.rows)}
+    wanted = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
+    if set(order) != set(wanted):
+        return None
+    return matrix.jacobian[[order[name] for name in wanted]]

@@ -1,0 +1,160 @@
+"""The live view with ROS, from its options to an exit code."""
+
+from collections.abc import Sequence
+
+from rclpy.context import Context
+
+from ....errors import KinematicsError
+from ....kernel import Floats
+from ....node.drawing.observation import Observation
+from ....node.process.node_facts import NodeFacts
+from ....node.process.session import FINE, NODE_NAMES, WRONG_USAGE, is_name, run_session, tell
+from ....robot.robot import Robot, load_robot
+from ....stop_signals import StopSignal
+from .address import Address
+from .run import ArmSource, run_page
+from .view_listener import ViewListener
+
+# A node that runs answers within this (s).
+ANSWER_TIMEOUT = 2.0
+# Number of turns between two looks for nodes that come and go.
+TURNS = 30
+DEFAULT_NODE = '/kinematics'
+
+
+class ViewSession(ArmSource):
+    """
+    The arms that the view can show: those of nodes that come, go and change, or its own.
+
+    Parameters
+    ----------
+    context
+        The context of the view; `close` leaves it open.
+    robot
+        The arm to show; None for that of the node, or `otherwise` if there is no node.
+    node
+        Full name of the node to show first; empty for the first one found.
+
+    Attributes
+    ----------
+    robot
+        The arm that is shown now.
+    nodes
+        Full names of the present nodes.
+    """
+
+    def __init__(self, context: Context, robot: Robot | None, otherwise: str, node: str) -> None:
+        self._context, self._given, self._otherwise = context, robot, otherwise
+        self._listener = ViewListener(context, node or DEFAULT_NODE)
+        self._found = bool(node)
+        self._turns = 0
+        facts = self._listener.ask(ANSWER_TIMEOUT)
+        self._found |= facts is not None
+        self.nodes = self._listener.sources()
+        super().__init__(robot or self._robot_of(facts))
+        self._listener.show(self.robot)
+        if not self._found and self.nodes:
+            self._go_to(self.nodes[0])
+
+    def close(self) -> None:
+        """End all subscriptions."""
+        self._listener.close()
+
+    @property
+    def node(self) -> str:
+        """Return the full name of the node whose arm is shown, whether it runs or not."""
+        return self._listener.source
+
+    @property
+    def title(self) -> str:
+        """Return whose arm is shown."""
+        if self._listener.facts is not None:
+            return f'{self.robot.name} of {self.node}'
+        heard = f' {self.node}' if self._found else ''
+        return f'{self.robot.name}; no node{heard} runs'
+
+    def choose(self, node: str) -> None:
+        """Show the arm of another node."""
+        self._given = None
+        self._go_to(node)
+
+    def listen(self, seconds: float) -> None:
+        """Take messages for this time, and follow nodes that come, come back or change."""
+        self._listener.listen(seconds)
+        if self._listener.changed():
+            self._found = True
+            self._take(self._listener.facts)
+        self._turns += 1
+        if self._turns % TURNS == 0:
+            self.nodes = self._listener.sources()
+            if not self._found and self.nodes:
+                self._go_to(self.nodes[0])
+
+    def observation(self) -> Observation | None:
+        """Return the newest observation; None while no joint states arrive."""
+        return self._listener.observation()
+
+    @property
+    def status(self) -> str:
+        """Return the source of the picture in one line."""
+        return self._listener.status
+
+    def publish(self, q: Floats) -> str:
+        """Publish joint positions; return why not if another publisher does already."""
+        return self._listener.publish(q)
+
+    def _go_to(self, node: str) -> None:
+        self._listener.close()
+        self._listener = ViewListener(self._context, node)
+        self._found = True
+        self._take(self._listener.ask(ANSWER_TIMEOUT))
+
+    def _take(self, facts: NodeFacts | None) -> None:
+        self.robot = self._given or self._robot_of(facts)
+        self._listener.show(self.robot)
+
+    def _robot_of(self, facts: NodeFacts | None) -> Robot:
+        if facts is not None:
+            try:
+                return facts.with_tool(load_robot(facts.robot))
+            except (KinematicsError, OSError) as error:
+                tell(
+                    f'the file of the node cannot be read here, showing {self._otherwise}: {error}'
+                )
+        return load_robot(self._otherwise)
+
+
+def run_view(
+    robot: Robot | None,
+    otherwise: str,
+    node: str,
+    address: Address,
+    publishable: bool,
+    ros_args: Sequence[str],
+) -> int:
+    """
+    Show the arm of a node until SIGINT or SIGTERM; return the exit code.
+
+    Parameters
+    ----------
+    robot
+        The arm; None for that of the node, or `otherwise` if there is no node.
+    node
+        Full name of the node, of which the leading slash may be missing; empty for any.
+    address, publishable
+        As `run_page` takes them.
+    ros_args
+        ROS arguments, `--ros-args` included.
+    """
+    if not is_name('--node', node or DEFAULT_NODE, NODE_NAMES):
+        return WRONG_USAGE
+
+    def work(context: Context, stop: StopSignal) -> int:
+        session = ViewSession(context, robot, otherwise, node)
+        try:
+            run_page(session, address, publishable, lambda: stop.came)
+        finally:
+            session.close()
+        return FINE
+
+    return run_session(ros_args, work)

@@ -1,0 +1,7 @@
+"""
+Recordings, planned trajectories and datasets, judged as the node would have judged them: `audit`.
+
+`readers/` and `datasets/` make blocks of joint states of files; `audit/` gives these to the node's
+own estimator and to the kernel in batches, and makes findings; `audit/report/` writes page, JSON
+and bag. `commands/` has the command and its options.
+"""

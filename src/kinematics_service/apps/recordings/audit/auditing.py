@@ -1,0 +1,274 @@
+"""One audit from the open file to the finished findings."""
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from ....errors import RecordingError
+from ....estimation.estimator import (
+    ACCEPTED,
+    NOT_OURS,
+    NOT_STAMPED,
+    RESETS,
+    Estimator,
+    EstimatorSettings,
+)
+from ....kernel import Floats
+from ....kinematics.plans.verdicts import PlanCheck
+from ....robot.measures import MEASURES, Level
+from ....robot.robot import Robot
+from ..readers.block import Block
+from ..readers.columns import Column, spans
+from ..readers.source import RecordingSource, Remark
+from .computer import Computer
+from .frames import FrameReport, FrameSettings, NotCompared, frames_of
+from .ingest import Ingest, RefusedExample
+from .intervals import Interval, badness, intervals_of, watched_at
+from .joints import JointReport, Jump, joint_reports, jumps_of
+from .planned import PlanSettings, checks_of
+from .slowing import Slowing, SlowingSettings, slowing_of
+from .stream import Stream, StreamWatch
+from .timeline import Timeline, TimelineBatch
+
+# Number of joint names shown if none is of this arm.
+MOST_NAMES = 12
+
+
+class WorstMoment(NamedTuple):
+    """A worst moment: its quantity, the row of the timeline, and the value in words."""
+
+    what: str
+    row: int
+    value: str
+
+
+@dataclass(frozen=True, eq=False)
+class Audit:
+    """
+    Everything found out about a recording.
+
+    Attributes
+    ----------
+    file, what, topic, planned, remarks
+        The file; see `RecordingSource`.
+    counts, examples
+        Number of messages by outcome, and the first one refused for each reason.
+    moments
+        The worst ones.
+    frames
+        The second source of poses, or why it is not compared; None if there is none.
+    trajectories, plans
+        Number of planned trajectories; and by their numbers, from 1, what is proved of those that
+        can be checked between their points too.
+    asked
+        What is asked of plans.
+    slowing
+        Where `ks.scale` would have slowed it; None where nobody asks.
+    """
+
+    robot: Robot
+    file: str
+    what: str
+    topic: str
+    planned: bool
+    remarks: tuple[Remark, ...]
+    counts: dict[str, int]
+    examples: dict[str, RefusedExample]
+    stream: Stream
+    timeline: Timeline
+    intervals: tuple[Interval, ...]
+    joints: tuple[JointReport, ...]
+    jump_count: int
+    jumps: tuple[Jump, ...]
+    moments: tuple[WorstMoment, ...]
+    frames: FrameReport | NotCompared | None
+    trajectories: int = 0
+    plans: Mapping[int, PlanCheck] = field(default_factory=dict)
+    asked: PlanSettings = PlanSettings()
+    slowing: Slowing | None = None
+
+    @property
+    def refused(self) -> dict[str, int]:
+        """Return the number of messages without a state of their own, by reason."""
+        other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
+        return {reason: n for reason, n in self.counts.items() if n and reason not in other}
+
+    @property
+    def damaged(self) -> bool:
+        """Return whether the file's checksums are wrong."""
+        return any(remark.level == Level.ERROR for remark in self.remarks)
+
+
+class AuditSettings(NamedTuple):
+    """
+    What is asked of an audit.
+
+    Attributes
+    ----------
+    estimator
+        How messages become states.
+    frames
+        How a second source of poses is matched and judged.
+    plans
+        What is asked of plans.
+    slowing
+        How motions are slowed; None where nobody asks.
+    """
+
+    estimator: EstimatorSettings = EstimatorSettings()
+    frames: FrameSettings = FrameSettings()
+    plans: PlanSettings = PlanSettings()
+    slowing: SlowingSettings | None = None
+
+
+class AuditProgress(NamedTuple):
+    """
+    Callbacks of the work in progress: with the number of messages, and then of plans that are
+    checked; with each batch and its block.
+    """
+
+    progress: Callable[[int], None] = lambda messages: None
+    part: Callable[[TimelineBatch], None] = lambda part: None
+
+
+DEFAULT, UNHEARD = AuditSettings(), AuditProgress()
+
+
+def audit(
+    source: RecordingSource,
+    robot: Robot,
+    file: str,
+    settings: AuditSettings = DEFAULT,
+    listener: AuditProgress = UNHEARD,
+) -> Audit:
+    """
+    Return the audit of an open recording or planned trajectory.
+
+    Raises
+    ------
+    RecordingError
+        No message makes a state of the arm, the file is damaged, or something is asked of a
+        recording that only a plan can be asked.
+    """
+    asked, prefix = settings.plans, settings.estimator.joint_prefix
+    if not source.planned and asked.speeds_told:
+        raise RecordingError(f'{file}: speeds are asked of plans, and this is a recording')
+    estimator = Estimator(robot, settings.estimator)
+    ingest, watch = Ingest(robot, estimator), StreamWatch(estimator.names)
+    computer, heard = Computer(robot, ingest), dict[str, None]()
+    for block in source.blocks:
+        part = computer.take(block)
+        watch.take(block)
+        if isinstance(block, Block) and len(heard) < MOST_NAMES:
+            heard.update(dict.fromkeys(block.names))
+        if part is not None:
+            listener.part(part)
+        listener.progress(len(block))
+    timeline = computer.timeline
+    if not len(timeline):
+        raise RecordingError(_why_nothing(source, estimator, ingest, tuple(heard)))
+    jump_count, jumps = jumps_of(robot, timeline)
+    joints = joint_reports(robot, timeline)
+    track, frames = source.poses(), None
+    if track is not None:
+        frames = frames_of(robot, track, timeline, settings.frames)
+    plans = checks_of(robot, source, prefix, asked, listener.progress)
+    return Audit(
+        robot=robot,
+        file=file,
+        what=source.what,
+        topic=source.topic,
+        planned=source.planned,
+        remarks=tuple(source.remarks),
+        counts=dict(ingest.counts),
+        examples=ingest.examples,
+        stream=watch.stream(),
+        timeline=timeline,
+        intervals=intervals_of(robot, timeline),
+        joints=joints,
+        jump_count=jump_count,
+        jumps=jumps,
+        moments=tuple(_moments(robot, timeline, joints, jumps)),
+        frames=frames,
+        trajectories=len(source.plans),
+        plans=plans,
+        asked=asked,
+        slowing=settings.slowing and slowing_of(robot, timeline, settings.slowing),
+    )
+
+
+def _why_nothing(
+    source: RecordingSource, estimator: Estimator, ingest: Ingest, heard: tuple[str, ...]
+) -> str:
+    robot, wanted = estimator.robot, ', '.join(estimator.names)
+    if not ingest.counts:
+        return f'{source.topic}: there is no message'
+    if ingest.counts[NOT_OURS] == sum(ingest.counts.values()):
+        shown = ', '.join(heard[:MOST_NAMES]) or 'nothing'
+        return (
+            f'{source.topic}: no message names a joint of {robot.name} ({wanted}); they name '
+            f'{shown}'
+        )
+    reasons = ', '.join(f'{n} {reason}' for reason, n in ingest.counts.items() if n)
+    example = next((e.sentence for e in ingest.examples.values() if e.sentence), '')
+    return f'{source.topic}: no message gives a pose of {robot.name}: {reasons}' + (
+        f' (for instance: {example})' if example else ''
+    )
+
+
+def _moments(
+    robot: Robot, timeline: Timeline, joints: tuple[JointReport, ...], jumps: tuple[Jump, ...]
+) -> Iterator[WorstMoment]:
+    worst, _ = _largest(len(timeline), partial(badness, robot, timeline))
+    value = watched_at(robot, timeline, worst)
+    measure = MEASURES[robot.singularity.thresholds.measure]
+    shown = measure.farther(value) or f'{value:.3g}'
+    yield WorstMoment(f'nearest to a singularity ({measure.words})', worst, shown)
+    for what, column, unit in (
+        ('fastest tool motion', timeline.speed, 'm/s'),
+        ('fastest tool rotation', timeline.turning, 'rad/s'),
+    ):
+        row, value = _largest(len(column), column.__getitem__)
+        if value > 0.0:
+            yield WorstMoment(what, row, f'{value:.3g} {unit}')
+    for j, joint in enumerate(joints):
+        yield from _moments_of_joint(timeline, j, joint)
+    if jumps:
+        largest = max(jumps, key=lambda jump: abs(jump.step))
+        what = f'largest jump ({largest.joint})'
+        yield WorstMoment(what, largest.row, f'{largest.step:+.3g}')
+
+
+def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterator[WorstMoment]:
+    unit, name = 'm' if joint.sliding else 'rad', joint.name
+    if joint.beyond:
+        row, value = _largest(len(timeline), partial(_excess, timeline.q.columns[j], joint))
+        yield WorstMoment(f'{name} farthest beyond its limit', row, f'{value:.3g} {unit}')
+    if joint.too_fast:
+        row, _ = _largest(len(timeline), lambda rows: np.abs(timeline.qdot.columns[j][rows]))
+        what = f'{name} above its velocity limit of {joint.velocity_limit:.3g}'
+        yield WorstMoment(what, row, f'{joint.fastest:.3g} {unit}/s')
+    check = joint.check
+    if check is not None and check.worst > 0.1 * check.speed:
+        what = f'{name}: reported velocity farthest from its positions'
+        yield WorstMoment(what, check.row, f'{check.worst:.3g} {unit}/s')
+
+
+def _excess(column: Column, joint: JointReport, rows: slice) -> Floats:
+    return np.asarray(np.maximum(joint.lower - column[rows], column[rows] - joint.upper))
+
+
+def _largest(count: int, values_of: Callable[[slice], Floats]) -> tuple[int, float]:
+    # The first row at which some values are largest, NaN left out; -inf where all are.
+    row, largest = 0, -math.inf
+    for rows in spans(count):
+        values = values_of(rows)
+        known = np.where(np.isnan(values), -np.inf, values)
+        k = int(np.argmax(known))
+        if known[k] > largest:
+            row, largest = rows.start + k, float(known[k])
+    return row, largest

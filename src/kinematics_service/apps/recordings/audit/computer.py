@@ -1,0 +1,139 @@
+"""From blocks of messages to a timeline: the kernel in batches, the judging message by message."""
+
+import dataclasses
+from collections import Counter
+from typing import Any
+
+import numpy as np
+
+from ....errors import JointVectorError, LoopError
+from ....estimation.estimator import ACCEPTED, NOT_CLOSED, TOO_LARGE
+from ....estimation.status_text import singularity_status, stale_status
+from ....kernel import Floats, NearestSearch
+from ....kinematics.singularity import (
+    FactorMeasures,
+    Singularity,
+    measured_in_order,
+    singularity_of,
+)
+from ....kinematics.tool_state import evaluate
+from ....robot.measures import Level
+from ....robot.robot import Robot
+from ..readers.block import Block, Flags, UnreadableMessage
+from .ingest import Ingest, KnownJoints
+from .judging import Judge
+from .timeline import PublishedWarning, Timeline, TimelineBatch
+
+# Number of warnings kept; the first ones are enough for an arm that chatters at a threshold for
+# hours.
+MOST_WARNINGS = 10_000
+
+
+def _of_pose(batch: Singularity, k: int, moving: bool) -> Singularity:
+    # The measures of one pose of a batch, as far as they are told; `moving`: with its velocities.
+    values: dict[str, Any] = {}
+    for field in dataclasses.fields(Singularity):
+        # The clearance takes long.
+        value = None if field.name == 'clearance' else getattr(batch, field.name)
+        if isinstance(value, FactorMeasures):
+            rows = value.estimates[k], value.results[k], value.column_scales[k]
+            value = FactorMeasures(value.names, *rows)
+        values[field.name] = value[k] if isinstance(value, np.ndarray) else value
+    if np.isnan(values['nearest_singular'][0]):
+        values['nearest_singular'] = None
+    if not moving:
+        values['rate'] = values['time_to_warning'] = None
+    return Singularity(**values)
+
+
+class Computer:
+    """
+    Turns blocks of messages into a timeline, batch by batch.
+
+    Parameters
+    ----------
+    robot, ingest
+        The arm, and the estimator that takes its messages.
+
+    Attributes
+    ----------
+    timeline
+        Of all blocks so far.
+    """
+
+    def __init__(self, robot: Robot, ingest: Ingest) -> None:
+        self._robot, self._ingest = robot, ingest
+        self._judge = Judge(robot.singularity.thresholds)
+        self._search = NearestSearch(robot.singularity.arm)
+        self._quaternion: Floats | None = None
+        self.timeline = Timeline(robot)
+
+    def take(self, block: Block | UnreadableMessage) -> TimelineBatch | None:
+        """Add the states of the next block to the timeline, and return them if there are any."""
+        known = self._ingest.take(block)
+        return self._part(known) if len(known) else None
+
+    def _part(self, known: KnownJoints) -> TimelineBatch | None:
+        robot, first = self._robot, len(self.timeline)
+        try:
+            state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
+        except JointVectorError:
+            known = self._computable(known)
+            if not len(known):
+                return None
+            state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
+        state = measured_in_order(state, self._search)
+        singularity = singularity_of(state)
+        judged, moving, warnings = self._judge.judge(known, singularity), known.moving, []
+        for k, timeout in judged.timeouts:
+            stale = stale_status(robot, f'no joint state of {", ".join(timeout.missing)}')
+            warnings.append(PublishedWarning(first + k, timeout.moment, stale))
+        for k in judged.warnings:
+            one = _of_pose(singularity, k, bool(moving[k]))
+            level = Level(int(judged.levels[k]))
+            text = singularity_status(robot, one, level, robot.base_frame, self._ingest.prefix)
+            warnings.append(PublishedWarning(first + k, int(known.arrivals[k]), text))
+        warnings.sort(key=lambda one: (one.row, one.moment))
+        signs = self._signs(state.quaternion_xyzw, known.fresh)
+        quaternion = state.quaternion_xyzw * signs[:, None]
+        self._quaternion = np.array(quaternion[-1])
+        batch = TimelineBatch(first, known, state, quaternion, singularity, warnings)
+        timeline = self.timeline
+        timeline.append(batch, judged.levels, signs < 0.0)
+        timeline.warnings += warnings[: max(0, MOST_WARNINGS - len(timeline.warnings))]
+        return batch
+
+    def _computable(self, known: KnownJoints) -> KnownJoints:
+        # Lengths of the robot file can overflow with positions the estimator lets pass, and loops
+        # need not close at them.
+        good, refused = np.ones(len(known), dtype=bool), Counter[str]()
+        for k in range(len(known)):
+            try:
+                evaluate(self._robot, known.q[k], np.nan_to_num(known.qdot[k], nan=0.0))
+            except JointVectorError as error:
+                good[k] = False
+                refused[NOT_CLOSED if isinstance(error, LoopError) else TOO_LARGE] += 1
+        self._ingest.counts[ACCEPTED] -= refused.total()
+        self._ingest.counts.update(refused)
+        at = np.cumsum(good) - 1
+        columns = {
+            field.name: getattr(known, field.name)[good]
+            for field in dataclasses.fields(KnownJoints)
+            if field.name != 'timeouts'
+        }
+        kept = {int(at[k]): timeout for k, timeout in known.timeouts.items() if good[k]}
+        return KnownJoints(**columns, timeouts=kept)
+
+    def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
+        # As in the estimator: its sign changes if the last one, as published, has the opposite
+        # sign.
+        before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
+        last = np.concatenate([before, quaternions[:-1]])
+        dots = np.einsum('ij,ij->i', quaternions, last)
+        for k in np.flatnonzero(np.abs(dots) < 1e-9):
+            dots[k] = np.dot(quaternions[k], last[k])  # the sign of a sum depends on its order
+        turns = np.where(dots < 0.0, -1.0, 1.0)
+        signs = np.cumprod(turns)
+        for k in np.flatnonzero(fresh | (dots == 0.0)):
+            signs[k:] *= signs[k]  # here it starts again, with w >= 0
+        return np.asarray(signs, dtype=np.float64)

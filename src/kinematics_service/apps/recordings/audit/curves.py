@@ -1,0 +1,97 @@
+"""Curves over time, read in pieces and thinned so that no spike is lost."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ....kernel import Floats
+from ..readers.block import Flags
+
+# Width of a drawing in columns, of which each shows its least and its largest value.
+WIDTH = 1000
+COLUMNS = 800
+# Number of points of a curve before it is thinned.
+MOST_HELD = 2**20
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """
+    A line: its name, style (`c0` to `c5`, also `limit`), and its points.
+
+    Attributes
+    ----------
+    t : shape (M,), s; values : shape (M,)
+        The points; all values are finite.
+    begins : shape (M,)
+        Whether the line starts again at a point.
+    """
+
+    name: str
+    style: str
+    t: Floats
+    values: Floats
+    begins: Flags
+
+
+def across(t: Floats, end: float) -> Floats:
+    """Return the positions of times in the drawing."""
+    return t * (WIDTH / end) if end else np.full(len(t), 0.5 * WIDTH)
+
+
+def curve_of(
+    name: str, style: str, end: float, pieces: Iterable[tuple[Floats, Floats, Flags]]
+) -> Curve:
+    """
+    Return a curve thinned to what a drawing shows, read in pieces.
+
+    It keeps the first, the least, the largest and the last value of every column of the drawing.
+
+    Parameters
+    ----------
+    end : s
+        End of the time axis.
+    pieces
+        Times, values, and whether the curve is interrupted before a row.
+    """
+    drawn: list[tuple[Floats, Floats, np.ndarray]] = []  # type: ignore[type-arg]
+    count = held = groups = 0
+    for t, values, breaks in pieces:
+        known = np.flatnonzero(np.isfinite(values))
+        # A line starts again after a break or an unknown row.
+        group = groups + np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
+        groups = int(group[-1])
+        count, held = count + len(known), held + len(known)
+        drawn.append((t[known], values[known], group[known]))
+        if held > MOST_HELD:
+            drawn = [_thinned(end, *_joined(drawn))]
+            held = len(drawn[0][0])
+    t, values, group = _joined(drawn)
+    if count > 4 * COLUMNS:
+        t, values, group = _thinned(end, t, values, group)
+    return Curve(name, style, t, values, np.diff(group, prepend=-1) != 0)
+
+
+def _joined(drawn: list[tuple[Any, ...]]) -> tuple[Any, ...]:
+    return tuple(np.concatenate(columns) for columns in zip(*drawn))
+
+
+def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[Any, ...]:  # type: ignore[type-arg]
+    # Thinning the thinned pieces gives the same as thinning the whole.
+    column = np.minimum(across(t, end) * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
+    edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
+    low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)
+    counts = np.diff(edges, append=len(values))
+    # The first row of each column that has its least, and its largest, value.
+    least = _first_where(values == np.repeat(low, counts), edges)
+    largest = _first_where(values == np.repeat(high, counts), edges)
+    kept = np.unique(np.concatenate([edges, edges + counts - 1, least, largest]))
+    return t[kept], values[kept], group[kept]
+
+
+def _first_where(flags: Flags, edges: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
+    at = np.flatnonzero(flags)
+    found: np.ndarray = at[np.searchsorted(at, edges)]  # type: ignore[type-arg]
+    return found

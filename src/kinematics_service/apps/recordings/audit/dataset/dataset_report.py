@@ -1,0 +1,198 @@
+"""All episodes of a dataset in one table, worst first: on the screen, as page and as JSON."""
+
+import re
+from collections.abc import Sequence
+from html import escape
+from typing import Any, NamedTuple
+
+from rich.text import Text
+
+from .....page import TableColumn, document, table_of
+from .....printing import Output, heading, plain, table
+from .....robot.measures import Level
+from .....typography import counted
+from .....version import __version__
+from ...datasets.arms import TAKEN
+from ..findings import seconds
+from ..report.summary import STYLES
+from .episode_audit import EpisodeRow
+
+# Episodes and kinds of findings on the screen, and episodes on the page.
+MOST_SHOWN, MOST_ON_PAGE = 20, 10_000
+NUMBER = re.compile(r'[-+]?\d[\d.,]*(?:e[-+]?\d+)?')
+
+
+class Kind(NamedTuple):
+    """Findings that differ in their numbers alone: of how many episodes, and the first of them."""
+
+    level: Level
+    episodes: int
+    example: str
+
+
+class DatasetReport(NamedTuple):
+    """
+    The findings on a dataset.
+
+    Attributes
+    ----------
+    name, robot
+        Of the dataset, and of the arm.
+    rows
+        Worst first.
+    kinds
+        Findings of WARN and ERROR, the worst and the most frequent first.
+    """
+
+    name: str
+    robot: str
+    rows: tuple[EpisodeRow, ...]
+    kinds: tuple[Kind, ...]
+
+    @property
+    def failed(self) -> bool:
+        """Return whether an episode fails."""
+        return any(row.failed for row in self.rows)
+
+    @property
+    def taken(self) -> list[str]:
+        """Return which numbers were taken for which joints, where no option said it."""
+        texts = dict.fromkeys(text for row in self.rows for _, text in row.findings)
+        return [text for text in texts if TAKEN in text]
+
+    def in_words(self) -> str:
+        """Return what it is, with its size."""
+        episodes = counted(len({row.name for row in self.rows}), 'episode')
+        frames = sum(row.rows for row in self.rows)
+        time = sum(row.seconds for row in self.rows)
+        return f'{self.name}: {episodes}, {frames:,} frames over {seconds(time)}, {self.robot}'
+
+    def levels(self) -> str:
+        """Return how many episodes have which level."""
+        every = [row.level for row in self.rows]
+        return ', '.join(
+            f'{level.name} {every.count(level)}'
+            for level in (Level.ERROR, Level.WARN, Level.OK)
+            if level in every
+        )
+
+
+def report_of(name: str, robot: str, rows: Sequence[EpisodeRow]) -> DatasetReport:
+    """Return the report of a dataset's rows."""
+    kinds: dict[tuple[Level, str], list[str]] = {}
+    for row in rows:
+        told = {NUMBER.sub('#', text): (level, text) for level, text in row.findings}
+        if row.error:
+            told = {NUMBER.sub('#', row.error.split(': ', 1)[-1]): (Level.ERROR, row.error)}
+        for key, (level, text) in told.items():
+            if level > Level.OK:
+                kinds.setdefault((level, key), []).append(text)
+    ordered = sorted(kinds.items(), key=lambda one: (-one[0][0], -len(one[1])))
+    return DatasetReport(
+        name,
+        robot,
+        tuple(sorted(rows, key=_badness)),
+        tuple(Kind(level, len(texts), texts[0]) for (level, _), texts in ordered),
+    )
+
+
+def _badness(row: EpisodeRow) -> tuple[Any, ...]:
+    levels = [level for level, _ in row.findings]
+    return -row.level, not row.error, [-levels.count(one) for one in (Level.ERROR, Level.WARN)]
+
+
+def _worst(row: EpisodeRow) -> str:
+    return row.error or row.findings[0][1]
+
+
+def print_report(report: DatasetReport) -> None:
+    """Print what is found often, and the worst episodes that are not OK."""
+    out = Output()
+    out.print(heading(report.in_words()))
+    out.print(Text(report.levels()))
+    for text in report.taken:
+        out.print(plain(text))
+    for kind in report.kinds[:MOST_SHOWN]:
+        of = f'{kind.episodes} of {len(report.rows)}: '
+        style = STYLES[kind.level]
+        out.print(Text.assemble((f'{kind.level.name}  ', style), of, plain(kind.example)))
+    if len(report.kinds) > MOST_SHOWN:
+        out.print(Text(f'and {len(report.kinds) - MOST_SHOWN:,} more kinds of findings'))
+    worst = [row for row in report.rows if row.level > Level.OK]
+    if not worst:
+        return
+    arms = any(row.arm for row in worst)
+    rows = table('episode', *(['arm'] if arms else []), 'frames', 'level', 'worst')
+    for row in worst[:MOST_SHOWN]:
+        arm = [row.arm] if arms else []
+        rows.add_row(plain(row.name), *arm, f'{row.rows:,}', row.level.name, plain(_worst(row)))
+    out.print(Text(''), rows)
+    if len(worst) > MOST_SHOWN:
+        out.print(Text(f'and {len(worst) - MOST_SHOWN:,} more'))
+
+
+def page_of_dataset(report: DatasetReport, date: str) -> str:
+    """Return the page as HTML: what is found often, and every episode with its findings."""
+    title = f'Audit of {report.name.rstrip("/").rpartition("/")[2]}'
+    kinds = (
+        TableColumn('level', lambda one: _tag(one.level.name)),
+        TableColumn('episodes', lambda one: f'{one.episodes:,}', True),
+        TableColumn('for instance', lambda one: escape(one.example)),
+    )
+    columns = (
+        TableColumn('episode', lambda row: escape(row.name)),
+        TableColumn('arm', lambda row: escape(row.arm)),
+        TableColumn('frames', lambda row: f'{row.rows:,}', True),
+        TableColumn('lasts', lambda row: seconds(row.seconds), True),
+        TableColumn('level', lambda row: _tag(row.level.name)),
+        TableColumn('findings', _findings),
+    )
+    more = len(report.rows) - MOST_ON_PAGE
+    body = [
+        f'<h1>{escape(title)}</h1>\n<p class="soft">{escape(report.in_words())}. '
+        f'{escape(date)}.</p>\n<p>{escape(report.levels())}</p>\n',
+        *([f'<h2>Found</h2>\n{table_of(kinds, report.kinds)}'] if report.kinds else []),
+        f'<h2>Episodes, worst first</h2>\n{table_of(columns, report.rows[:MOST_ON_PAGE])}',
+        f'<p>and {more:,} more</p>\n' if more > 0 else '',
+        f'<p class="soft">kinematics_service {__version__}.</p>\n',
+    ]
+    return document(title, body)
+
+
+def _tag(level: str) -> str:
+    return f'<span class="tag {level}">{level}</span>'
+
+
+def _findings(row: EpisodeRow) -> str:
+    if row.error:
+        return escape(row.error)
+    first, *others = (escape(text) for _, text in row.findings)
+    if not others:
+        return first
+    items = ''.join(f'<li>{text}</li>' for text in others)
+    return f'<details><summary>{first}</summary><ul>{items}</ul></details>'
+
+
+def document_of_dataset(report: DatasetReport) -> dict[str, Any]:
+    """Return the report for programs."""
+    return {
+        'dataset': report.name,
+        'robot': report.robot,
+        'found': [
+            {'level': kind.level.name, 'episodes': kind.episodes, 'example': kind.example}
+            for kind in report.kinds
+        ],
+        'episodes': [
+            {
+                'name': row.name,
+                'arm': row.arm,
+                'frames': row.rows,
+                'seconds': row.seconds,
+                'level': row.level.name,
+                'failed': row.failed,
+                'error': row.error,
+                'findings': [{'level': one.level.name, 'text': one.text} for one in row.findings],
+            }
+            for row in report.rows
+        ],
+    }

@@ -1,0 +1,265 @@
+"""One episode of a dataset after the other: its findings, as rows of one table."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .....errors import KinematicsError
+from .....kernel import Integers
+from .....output_file import new_file
+from .....rigid_motion import rotation_vector
+from .....robot.measures import Level
+from .....typography import counted
+from ....checking.errors import Errors, PoseLimit, angle_in_words, length_in_words
+from ....checking.other_robots import explains, left_by, other_robot
+from ...datasets.arms import DatasetArm, arms_of, crossed_with
+from ...datasets.episodes import Episode
+from ...datasets.open_episode import open_episode
+from ...datasets.vectors import Columns, columns_of_episode
+from ...readers.source import PoseTrack, RecordingSource, Selection
+from ..auditing import Audit, AuditSettings, audit
+from ..findings import Finding
+from ..frames import FrameReport
+from ..joints import look_like_degrees
+from ..report.audit_runs import failed_by, no_frames
+from ..verdict import verdict_of
+from .continuity import break_findings
+from .labels import labels_of_arms
+
+# A base farther away than this (m, rad) from that of the robot file is another one.
+SAME_BASE, SAME_BASE_ANGLE = 0.01, 0.02
+# A remainder of any size, of which no cause is looked for.
+ANY = PoseLimit(math.inf, math.inf)
+
+# The poses of an arm with the joints of the others, by their labels.
+Crossed = Sequence[tuple[str, RecordingSource]]
+
+
+@dataclass(frozen=True)
+class EpisodeWork:
+    """
+    What is asked of each episode.
+
+    Attributes
+    ----------
+    reading, settings
+        As of an audit.
+    failures
+        Findings that fail it; None for those that are usual.
+    labels
+        The folder for labels of every row; None if nobody asks.
+    clearance
+        Whether the clearance is among them.
+    """
+
+    reading: Selection
+    settings: AuditSettings
+    failures: tuple[str, ...] | None
+    labels: Path | None = None
+    clearance: bool = False
+
+
+class EpisodeRow(NamedTuple):
+    """
+    What was found of one arm in one episode.
+
+    Attributes
+    ----------
+    name, arm
+        Of the episode, and of the arm; empty if there is one alone.
+    rows, seconds
+        Frames, and time from the first to the last.
+    failed
+        Whether it has what shall not be, or cannot be read.
+    error
+        Why it cannot be judged; empty if it is.
+    disagrees
+        Whether poses are farther from the arm's than they may be.
+    findings
+        The worst first.
+    """
+
+    name: str
+    arm: str
+    rows: int
+    seconds: float
+    failed: bool
+    error: str
+    disagrees: bool
+    findings: tuple[Finding, ...]
+
+    @property
+    def level(self) -> Level:
+        """Return the worst level."""
+        return Level.ERROR if self.error else self.findings[0].level
+
+
+class EpisodeBatch(NamedTuple):
+    """
+    Episodes for one process, most of them of one file.
+
+    `sought` says of each whether the cause of a small remainder is looked for; of a large one it
+    is in the first `most` that disagree.
+    """
+
+    work: EpisodeWork
+    most: int
+    episodes: tuple[Episode, ...]
+    sought: tuple[bool, ...]
+
+
+def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
+    """Return the rows of each episode; one that cannot be read is a row, too."""
+    frames, found, left = batch.work.settings.frames, [], batch.most
+    for episode, sought in zip(batch.episodes, batch.sought):
+        fine = frames.fine if sought else frames.limits.warn if left > 0 else ANY
+        settings = batch.work.settings._replace(frames=frames._replace(fine=fine))
+        work = replace(batch.work, settings=settings)
+        found.append(_rows(work, episode))
+        left -= any(row.disagrees for row in found[-1])
+    return found
+
+
+def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
+    # A row of each arm of an episode.
+    try:
+        columns = columns_of_episode(episode)
+        arms = arms_of(columns.header, work.reading, episode.rate)
+        rows = [_row(work, episode, columns, arm, arms) for arm in arms]
+        if work.labels is not None:
+            file = labels_file(work.labels, episode)
+            labels = labels_of_arms(episode.file, columns, arms, work.clearance)
+            _write_labels(file, np.arange(len(columns)) + episode.first, labels)
+    except KinematicsError as error:
+        return [EpisodeRow(episode.name, '', 0, 0.0, True, str(error), False, ())]
+    return rows
+
+
+def _row(
+    work: EpisodeWork,
+    episode: Episode,
+    columns: Columns,
+    arm: DatasetArm,
+    arms: Sequence[DatasetArm],
+) -> EpisodeRow:
+    source = open_episode(episode, columns, arm)
+    robot = work.reading.robot
+    finished = audit(source, robot, episode.name, work.settings)
+    found = [*_rows_at_fault(finished), *_breaks(finished)]
+    if missing := no_frames(finished, work.failures):
+        found.append(Finding(Level.ERROR, missing))
+    disagrees = False
+    if isinstance(finished.frames, FrameReport):
+        disagrees = finished.frames.level > Level.OK
+        crossed = [
+            (other.label, open_episode(episode, columns, crossed_with(arm, other)))
+            for other in arms
+            if other is not arm
+        ]
+        if work.settings.frames.fine != ANY:
+            found += _frames(finished, finished.frames, source, crossed)
+    # What is a cause comes before what it does to the motion.
+    found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)
+    failed, end = failed_by(finished, work.failures), finished.timeline.end
+    return EpisodeRow(
+        episode.name, arm.label, len(columns), end, failed, '', disagrees, tuple(found)
+    )
+
+
+def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
+    # A message or two without a state are usual in a recording, and a fault in a dataset.
+    if refused := dict(finished.refused):
+        reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
+        text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
+        yield Finding(Level.WARN, text)
+    if look_like_degrees(finished.joints):
+        yield Finding(
+            Level.ERROR,
+            'The joints are no radians: say what they are, --joint-format deg, percent (of the '
+            "limits), or FILE.json with the arm's calibration or the dataset's statistics.",
+        )
+
+
+def _breaks(finished: Audit) -> Iterator[Finding]:
+    timeline = finished.timeline
+    stamps = np.diff(timeline.stamps[:])
+    # Stamps that have a gap of their own tell it themselves.
+    if len(stamps) and np.max(stamps) < 1.5 * np.median(stamps):
+        q = timeline.q[:]
+        wraps = np.array(finished.robot.continuous)
+        yield from break_findings(np.where(wraps, np.unwrap(q, axis=0), q), timeline.t[:])
+
+
+def _frames(
+    finished: Audit, report: FrameReport, source: RecordingSource, crossed: Crossed
+) -> Iterator[Finding]:
+    track, diagnosis = source.poses(), report.diagnosis
+    cause = diagnosis.cause
+    if cause is not None:
+        if cause.key == 'time_lag' and cause.value is not None:
+            frames = abs(cause.value) / finished.stream.median_interval
+            yield Finding(Level.ERROR, f'The lag is {frames:.3g} frames.')
+        return
+    if diagnosis.errors.within(report.limits.warn):
+        yield from _base(report)
+    elif track is not None:
+        yield from _others(finished, report, track, crossed)
+
+
+def _base(report: FrameReport) -> Iterator[Finding]:
+    X = report.diagnosis.base_offset
+    if report.diagnosis.undetermined:
+        return
+    far = float(np.linalg.norm(X[:3, 3]))
+    turned = float(np.linalg.norm(rotation_vector(X[:3, :3])))
+    if far > SAME_BASE or turned > SAME_BASE_ANGLE:
+        x, y, z = (length_in_words(float(one)) for one in X[:3, 3])
+        yield Finding(
+            Level.WARN,
+            f'The poses are given in another base frame: that of the robot file is at {x}, {y}, '
+            f'{z} in it, turned by {angle_in_words(turned)}.',
+        )
+
+
+def _others(
+    finished: Audit, report: FrameReport, track: PoseTrack, crossed: Crossed
+) -> Iterator[Finding]:
+    # Poses that are those of another arm, of the dataset or of another model.
+    if track.q is None:
+        return
+    robot, own, limit = finished.robot, report.diagnosis.errors, report.limits.warn
+    tried: list[tuple[str, Errors | None]] = []
+    for label, source in crossed:
+        for _ in source.blocks:
+            pass  # poses are complete when the blocks are read
+        theirs = source.poses()
+        if theirs is not None and theirs.q is not None and theirs.q.shape == track.q.shape:
+            tried.append((f'the {label} arm', left_by(robot, theirs.q, track.poses)))
+    model = other_robot(robot, own, track.q, track.poses, limit)
+    if model is not None:
+        tried.append((f'the robot {model.name}', model.left))
+    good = [(whose, left) for whose, left in tried if explains(left, own, limit)]
+    if good:
+        whose, left = min(good, key=lambda one: one[1].position_rms)
+        text = f'The poses are those of {whose}: with its joints {left.in_words()} remain.'
+        yield Finding(Level.ERROR, text)
+
+
+def _write_labels(file: Path, rows: Integers, labels: dict[str, Any]) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with new_file(file) as made:
+        parquet.write_table(pa.table({'row': pa.array(rows), **labels}), made)
+
+
+def labels_file(folder: Path, episode: Episode) -> Path:
+    """Return the file of the labels of an episode."""
+    name, _, part = episode.name.partition(':')
+    stem = str(Path(name).with_suffix(''))
+    return folder / (f'{stem}/{part.replace("/", "_")}.parquet' if part else f'{stem}.parquet')

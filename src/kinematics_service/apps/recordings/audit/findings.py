@@ -1,0 +1,21 @@
+"""A finding of an audit, and words that several of them use."""
+
+from typing import NamedTuple
+
+from ....robot.measures import Level
+
+
+class Finding(NamedTuple):
+    """One finding: `level` OK, WARN or ERROR."""
+
+    level: Level
+    text: str
+
+
+def seconds(time: float) -> str:
+    """Return a duration in words: 0.04 s, 3.2 s, 2 min 5 s, 1 h 3 min."""
+    if time < 60.0:
+        return f'{time:.3g} s'
+    if time < 3600.0:
+        return f'{int(time // 60)} min {int(time % 60)} s'
+    return f'{int(time // 3600)} h {int(time % 3600 // 60)} min'

@@ -1,0 +1,228 @@
+"""The poses of a second source beside those of the recording: the frame check of an audit."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ....errors import KinematicsError
+from ....kernel import Floats
+from ....kinematics.tool_state import evaluate
+from ....rigid_motion import apart
+from ....robot.measures import Level
+from ....robot.robot import Robot
+from ...checking.diagnosis import FINE, FrameDiagnosis, diagnose_frames
+from ...checking.errors import PoseLimit
+from ...checking.judgement import FrameLimits
+from ..readers.block import Flags, Times
+from ..readers.source import MOST_POSES, PoseTrack
+from .neighbourhoods import Track, joined
+from .timeline import Timeline
+
+# Largest gap between two states for the interpolation of joint positions, in usual intervals, and
+# its bounds (s): a lost message or two does no harm, a second of unknown motion does.
+INTERVALS, LEAST_GAP, MOST_GAP = 3.0, 0.05, 0.5
+# Poses needed to compare at all.
+LEAST = 3
+
+
+class FrameSettings(NamedTuple):
+    """
+    How poses are matched and judged.
+
+    Attributes
+    ----------
+    gap : s
+        Largest time between the joint states around a pose; None: three usual intervals.
+    limits
+        Remainders from which on there is a warning, and an error.
+    fine
+        Remainders of which no cause is looked for.
+    """
+
+    gap: float | None = None
+    limits: FrameLimits = FrameLimits()
+    fine: PoseLimit = FINE
+
+
+@dataclass(frozen=True, eq=False)
+class FrameReport:
+    """
+    The diagnosis, and what remains over time.
+
+    Attributes
+    ----------
+    name, frame
+        Source of the poses, and their frame.
+    poses, considered, matched
+        Number of poses; of those considered, evenly spread; and of those with joint positions at
+        their time.
+    unmatched
+        Why others have none, in words; empty if all have.
+    doubts
+        Numbers beyond what a pose can have, each a sentence.
+    diagnosis
+        Of the frame check.
+    limits
+        Remainders from which on there is a warning, and an error.
+    t : shape (M,), s
+        Time in the recording of each compared pose.
+    position, rotation : shape (M,), m and rad
+        Remainders with the constant offsets.
+    """
+
+    name: str
+    frame: str
+    poses: int
+    considered: int
+    matched: int
+    unmatched: str
+    doubts: tuple[str, ...]
+    diagnosis: FrameDiagnosis
+    limits: FrameLimits
+    t: Floats
+    position: Floats
+    rotation: Floats
+
+    @property
+    def level(self) -> Level:
+        """Return the level of the remainder."""
+        return self.limits.level(self.diagnosis)
+
+    @property
+    def sentence(self) -> str:
+        """Return the result of the comparison with the limits."""
+        return self.limits.sentence(self.diagnosis)
+
+    @property
+    def failed(self) -> bool:
+        """Return whether a gate that requires agreement fails."""
+        return self.level == Level.ERROR
+
+
+class NotCompared(NamedTuple):
+    """Poses of a second source that cannot be compared; `reason` is a sentence."""
+
+    name: str
+    frame: str
+    poses: int
+    reason: str
+
+    @property
+    def failed(self) -> bool:
+        """
+        Return whether a gate that requires agreement fails: it does, since agreement is unknown.
+        """
+        return True
+
+
+def frames_of(
+    robot: Robot, track: PoseTrack, timeline: Timeline, settings: FrameSettings
+) -> FrameReport | NotCompared:
+    """Return how the poses of a second source compare with the recording's, or why they cannot."""
+    none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
+    if track.refused:
+        return none
+    if track.positions:
+        return none._replace(reason='positions without orientations are for calibrate alone')
+    found = joined(robot, track, timeline)
+    use, reason = matched(found, settings.gap)
+    if np.sum(use) < LEAST:
+        reason = reason or f'there are {len(use)} poses'
+        return none._replace(reason=f'{reason}; at least {LEAST} are needed')
+    q, poses, stamps, motion, chosen = chosen_poses(track, found, use)
+    limit = settings.limits.explained
+    try:
+        diagnosis = diagnose_frames(
+            robot,
+            q,
+            poses,
+            stamps,
+            motion=motion,
+            limit=limit,
+            read=track.kind,
+            fine=settings.fine,
+        )
+    except KinematicsError as error:
+        return none._replace(reason=str(error))
+    M = diagnosis.base_offset @ evaluate(robot, q).pose @ diagnosis.tool_offset
+    position, rotation = apart(poses, M)
+    return FrameReport(
+        name=track.name,
+        frame=track.frame,
+        poses=none.poses,
+        considered=len(use),
+        matched=int(np.sum(use)),
+        unmatched=reason,
+        doubts=track.doubts,
+        diagnosis=diagnosis,
+        limits=settings.limits,
+        t=found.t[chosen],
+        position=position,
+        rotation=rotation,
+    )
+
+
+class ChosenPoses(NamedTuple):
+    """
+    Poses with joint positions, evenly spread.
+
+    Attributes
+    ----------
+    q : shape (N, n), rad or m
+    poses : shape (N, 4, 4)
+    stamps : shape (N,), s
+        Since the first of all poses.
+    motion
+        Joint positions (K, n) at times (K,), s since then; None if there are too few.
+    rows : shape (N,)
+        Of the track.
+    """
+
+    q: Floats
+    poses: Floats
+    stamps: Floats
+    motion: tuple[Floats, Floats] | None
+    rows: Times
+
+
+def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
+    """Return those of the poses with joint positions (M,) that are compared."""
+    rows = np.flatnonzero(use)
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, MOST_POSES).astype(int))]
+    zero, motion = found.stamps[0], None
+    if len(found.states_at) > 1:
+        motion = (found.states_at - zero) * 1e-9, found.states
+    stamps = (found.stamps[rows] - zero) * 1e-9
+    return ChosenPoses(found.q[rows], track.poses[found.poses[rows]], stamps, motion, rows)
+
+
+def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
+    """
+    Return which poses have joint positions, and in words why others have none.
+
+    Parameters
+    ----------
+    longest : s
+        Largest time between the joint states around a pose; None: three usual intervals.
+    """
+    if longest is None:
+        longest = min(max(INTERVALS * found.interval, LEAST_GAP), MOST_GAP)
+    outside, unknown = ~found.within, found.within & ~np.all(np.isfinite(found.q), axis=1)
+    apart = found.within & ~unknown & (found.gaps > longest)
+    reasons = [
+        f'{int(np.sum(which)):,} {words}'
+        for which, words in (
+            (outside, 'before the first joint state or after the last'),
+            (apart, f'between joint states more than {longest:.3g} s apart (see --pose-gap)'),
+            (unknown, 'in rows without joint positions'),
+        )
+        if np.any(which)
+    ]
+    use = ~(outside | unknown | apart)
+    if not reasons:
+        return use, ''
+    return use, (
+        f'{int(np.sum(~use)):,} of {len(use):,} poses have no joint positions at their time: '
+        + ', '.join(reasons)
+    )

@@ -1,0 +1,288 @@
+"""
+Blocks of messages through the estimator: which joints are known after each message.
+
+Messages in good order are taken in columns, by the rules of the estimator; the first and the last
+two of them go through the estimator itself, so that its memory is the same.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....estimation.estimator import (
+    ACCEPTED,
+    LARGEST,
+    RESETS,
+    UNREADABLE,
+    Estimator,
+    RefusedMessage,
+)
+from ....kernel import Floats
+from ....robot.robot import Robot
+from ..readers.block import Block, Flags, Times, UnreadableMessage
+
+# Fewer messages than this are taken one by one.
+SHORTEST_RUN = 8
+
+
+class JointTimeout(NamedTuple):
+    """
+    A joint had no position for the timeout: the node reports STALE at `moment` (ns, of the
+    recording).
+    """
+
+    moment: int
+    missing: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class KnownJoints:
+    """
+    The joints that are known after each message that makes a state.
+
+    Attributes
+    ----------
+    messages : shape (N,)
+        Number of the message in the recording, from 0.
+    stamps, arrivals : shape (N,), ns
+        Stamp of the state, and time of the receipt.
+    q, qdot : shape (N, n), rad or m, rad/s or m/s
+        In the order of the arm; a row of `qdot` is NaN if some velocity is unknown.
+    differenced : shape (N,)
+        Whether some velocity is a difference of positions.
+    fresh : shape (N,)
+        Whether the estimator forgot everything just before.
+    timeouts : by row
+        The time-out before a row.
+    """
+
+    messages: Times
+    stamps: Times
+    arrivals: Times
+    q: Floats
+    qdot: Floats
+    differenced: Flags
+    fresh: Flags
+    timeouts: dict[int, JointTimeout]
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+    @property
+    def moving(self) -> Flags:
+        """Return at which states all velocities are known, shape (N,)."""
+        return np.asarray(~np.any(np.isnan(self.qdot), axis=1))
+
+
+class RefusedExample(NamedTuple):
+    """The first message refused for a reason."""
+
+    message: int
+    stamp: int
+    sentence: str
+
+
+class Ingest:
+    """
+    An estimator and the messages it refused; the only part of an audit with a memory.
+
+    Attributes
+    ----------
+    prefix
+        Of the joint names in messages.
+    examples
+        The first message of each reason.
+    """
+
+    def __init__(self, robot: Robot, estimator: Estimator) -> None:
+        self.examples: dict[str, RefusedExample] = {}
+        self._robot, self._estimator = robot, estimator
+        self._names, self.prefix = estimator.names, estimator.settings.joint_prefix
+        self._wraps = np.array(robot.continuous)
+        self._message = 0
+        self._started: int | None = None
+        self._stale = False
+        self._pending: tuple[JointTimeout | None, bool] = (None, False)
+
+    @property
+    def counts(self) -> Counter[str]:
+        """Return the number of messages by outcome: the estimator's own counts, as the node's."""
+        return self._estimator.counts
+
+    def take(self, block: Block | UnreadableMessage) -> KnownJoints:
+        """Return the known joints after each message of the next block that makes a state."""
+        rows = _KnownRows(self._robot.dof, *self._pending)
+        if isinstance(block, UnreadableMessage):
+            self.counts[UNREADABLE] += 1
+            self._refused(0, UNREADABLE, 0, block.reason)
+            self._message += 1
+            return rows.known()
+        for begin, end in self._runs(block):
+            k = begin
+            while k < end:
+                accepted = self._one(block, k, rows)
+                k += 1
+                if accepted and end - k >= SHORTEST_RUN:
+                    self._columns(block, k - 1, end - 1, rows)
+                    # The result of the estimator is known, but not its memory afterwards. The
+                    # message is counted with those of its run, also where its loops do not close.
+                    counts = self.counts.copy()
+                    self._estimator.accept(block.sample(end - 2))
+                    self.counts.clear()
+                    self.counts.update(counts)
+                    k = end - 1
+        self._message += len(block)
+        self._pending = (rows.timeout, rows.reset)
+        return rows.known()
+
+    def _refused(self, k: int, reason: str, stamp: int, sentence: str) -> None:
+        # Message k of the block makes no state.
+        self.examples.setdefault(reason, RefusedExample(self._message + k, stamp, sentence))
+
+    def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
+        # Runs of messages that can be taken in columns once the first of them is accepted; others
+        # are runs of one.
+        count = len(block)
+        columns = self._joint_columns(block)
+        if columns is None:
+            yield from ((k, k + 1) for k in range(count))
+            return
+        with np.errstate(invalid='ignore'):
+            good = np.all(np.abs(block.positions[:, columns]) <= LARGEST, axis=1)
+        good &= block.stamps > 0
+        follows = np.zeros(count, dtype=bool)
+        follows[1:] = good[1:] & good[:-1] & (np.diff(block.stamps) > 0)
+        starts = [*np.flatnonzero(~follows).tolist(), count]
+        yield from zip(starts, starts[1:])
+
+    def _joint_columns(self, block: Block) -> list[int] | None:
+        # Returns the column of each joint of the arm; None unless each occurs once and has a
+        # position.
+        if block.positions.shape[1] != len(block.names):
+            return None
+        if any(block.names.count(name) != 1 for name in self._names):
+            return None
+        return [block.names.index(name) for name in self._names]
+
+    def _one(self, block: Block, k: int, rows: '_KnownRows') -> bool:
+        # One message through the estimator itself.
+        estimator, sample = self._estimator, block.sample(k)
+        self._started = sample.arrival if self._started is None else self._started
+        self._listen(sample.arrival, rows)
+        resets = estimator.counts[RESETS]
+        outcome = estimator.accept(sample)
+        rows.reset |= estimator.counts[RESETS] != resets
+        if isinstance(outcome, RefusedMessage):
+            self._refused(k, outcome.reason, sample.stamp, outcome.sentence)
+            return False
+        self._stale = False
+        rows.add(
+            [self._message + k],
+            [outcome.stamp],
+            [sample.arrival],
+            outcome.q[None],
+            (np.full_like(outcome.q, math.nan) if outcome.qdot is None else outcome.qdot)[None],
+            [outcome.velocity_source == 'difference'],
+        )
+        return True
+
+    def _listen(self, arrival: int, rows: '_KnownRows') -> None:
+        # The node's watchdog, which checks between the messages.
+        assert self._started is not None
+        timeout = self._estimator.settings.timeout
+        if self._stale or arrival - self._started <= timeout:
+            return
+        missing = self._estimator.missing(arrival)
+        if missing:
+            self._stale = True
+            age = self._estimator.age(arrival)
+            heard = self._started if math.isinf(age) else arrival - round(age * 1e9)
+            moment = max(heard, self._started) + timeout
+            rows.timeout = JointTimeout(min(moment, arrival), missing)
+
+    def _columns(self, block: Block, first: int, end: int, rows: '_KnownRows') -> None:
+        # Messages first + 1 to end - 1, message `first` being the last one accepted.
+        settings = self._estimator.settings
+        columns = self._joint_columns(block)
+        assert columns is not None
+        q = block.positions[first:end, columns]
+        stamps, arrivals = block.stamps[first:end], block.received[first:end]
+        heard = np.zeros(len(q), dtype=bool)
+        qdot = np.full_like(q, math.nan)
+        if settings.velocity_source != 'difference' and (
+            block.velocities.shape[1] == len(block.names)
+        ):
+            velocities = block.velocities[first:end, columns]
+            with np.errstate(invalid='ignore'):
+                heard = np.all(np.abs(velocities) <= LARGEST, axis=1)
+            qdot[heard] = velocities[heard]
+        differenced = np.zeros(len(q), dtype=bool)
+        if settings.velocity_source != 'message' and not np.all(heard[1:]):
+            differences = self._differences(q, stamps, settings.timeout)
+            take = ~heard[1:]
+            qdot[1:][take] = differences[take]
+            differenced[1:] = take & ~np.any(np.isnan(qdot[1:]), axis=1)
+            qdot[np.any(np.isnan(qdot), axis=1)] = math.nan
+        late = np.flatnonzero(np.diff(arrivals) > settings.timeout)
+        before = len(rows)
+        for k in late.tolist():
+            moment = int(arrivals[k]) + settings.timeout
+            rows.timeouts[before + k] = JointTimeout(moment, self._names)
+        rows.add(
+            np.arange(first + 1, end) + self._message,
+            stamps[1:],
+            arrivals[1:],
+            q[1:],
+            qdot[1:],
+            differenced[1:],
+        )
+        self.counts[ACCEPTED] += len(q) - 1
+
+    def _differences(self, q: Floats, stamps: Times, longest: int) -> Floats:
+        # Row by row against the row before, as the estimator takes one.
+        steps = np.diff(q, axis=0)
+        far = self._wraps & (np.abs(steps) > math.pi)
+        for k, j in np.argwhere(far).tolist():
+            steps[k, j] = math.remainder(steps[k, j], math.tau)
+        intervals = np.diff(stamps)
+        with np.errstate(over='ignore'):
+            differences = steps / (intervals * 1e-9)[:, None]
+        differences[intervals > longest] = math.nan
+        differences[~np.isfinite(differences)] = math.nan
+        return np.asarray(differences)
+
+
+class _KnownRows:
+    """The rows of a `KnownJoints` while they are collected."""
+
+    def __init__(self, dof: int, timeout: JointTimeout | None, reset: bool) -> None:
+        self.timeouts: dict[int, JointTimeout] = {}
+        self.timeout, self.reset = timeout, reset
+        whole, table = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
+        none = (whole, whole, whole, table, table, whole.astype(bool))
+        self._parts: list[tuple[Any, ...]] = [none]
+        self._fresh: list[int] = []
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    def add(self, *columns: object) -> None:
+        if self.timeout is not None:
+            self.timeouts[self._count] = self.timeout
+        if self.reset:
+            self._fresh.append(self._count)
+        self.timeout, self.reset = None, False
+        self._parts.append(tuple(np.asarray(column) for column in columns))
+        self._count += len(self._parts[-1][0])
+
+    def known(self) -> KnownJoints:
+        fresh = np.zeros(self._count, dtype=bool)
+        fresh[self._fresh] = True
+        columns = (np.concatenate(column) for column in zip(*self._parts))
+        messages, stamps, arrivals, q, qdot, differenced = columns
+        return KnownJoints(messages, stamps, arrivals, q, qdot, differenced, fresh, self.timeouts)

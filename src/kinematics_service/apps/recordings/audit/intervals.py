@@ -1,0 +1,166 @@
+"""Intervals of a recording near a singularity, each with its name, duration and worst moment."""
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ....estimation.status_text import direction_in_words, joints_in_words
+from ....kernel import Floats
+from ....kinematics.singularity import Singularity, flat_loop, singularity
+from ....robot.measures import MEASURES, Level
+from ....robot.robot import Robot
+from ..readers.columns import spans
+from .timeline import Stretch, Timeline, stretches_of
+
+
+class FactorPassage(NamedTuple):
+    """A named factor near its zero: its least distance (rad) and the row of the timeline."""
+
+    name: str
+    distance: float
+    row: int
+
+
+class Interval(NamedTuple):
+    """
+    Messages in a row that are not OK.
+
+    Attributes
+    ----------
+    first, last, worst
+        Rows of the timeline.
+    begin, end : s
+        From the first message that is not OK to the first that is, or to the last there is.
+    level
+        The worst.
+    stopped : s
+        Time at level ERROR.
+    value
+        Worst value of the watched measure.
+    factor
+        Name of the nearest factor at the worst moment, empty if the file lists none.
+    factors
+        All factors that are the nearest at some time, in the order of their worst moments.
+    lost, fighting
+        At the worst moment, in words: the tool's lost motion, the joints against each other.
+    q : shape (n,), rad or m
+        Joint positions at the worst moment.
+    """
+
+    first: int
+    last: int
+    worst: int
+    begin: float
+    end: float
+    level: Level
+    stopped: float
+    value: float
+    factor: str
+    factors: tuple[FactorPassage, ...]
+    lost: str
+    fighting: str
+    q: Floats
+
+    @property
+    def seconds(self) -> float:
+        """Return how long it lasts, s."""
+        return self.end - self.begin
+
+
+def watched_values(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
+    """Return the watched measure of some states, |det| for the determinant, shape (N,)."""
+    return np.asarray(np.abs(timeline.measures[robot.singularity.thresholds.measure][rows]))
+
+
+def watched_at(robot: Robot, timeline: Timeline, row: int) -> float:
+    """Return the watched measure of one state."""
+    return float(watched_values(robot, timeline, slice(row, row + 1))[0])
+
+
+def badness(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
+    """Return the watched measure with the sign that makes the larger one the worse, (N,)."""
+    values = watched_values(robot, timeline, rows)
+    sign = -1.0 if MEASURES[robot.singularity.thresholds.measure].small_is_bad else 1.0
+    return np.where(np.isnan(values), np.inf, sign * values)
+
+
+def intervals_of(robot: Robot, timeline: Timeline) -> tuple[Interval, ...]:
+    """Return the intervals near a singularity, in their order."""
+    pieces = (
+        (timeline.levels[rows] != Level.OK, timeline.silent[rows]) for rows in spans(len(timeline))
+    )
+    return tuple(_interval(robot, timeline, run) for run in stretches_of(pieces) if run.label)
+
+
+def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
+    _, first, last, until = run
+    level, stopped = Level.OK, 0.0
+    worst, worse = first, -math.inf
+    passed: dict[int, FactorPassage] = {}
+    for span in spans(last + 1 - first):
+        rows = slice(first + span.start, first + span.stop)
+        t = timeline.t[rows.start : min(rows.stop, until) + 1]
+        levels = timeline.levels[rows]
+        # Each message holds until the next one.
+        holds = np.diff(t, append=t[-1:])[: len(levels)]
+        level = max(level, Level(int(np.max(levels))))
+        stopped += float(np.sum(holds[levels == Level.ERROR]))
+        bad = badness(robot, timeline, rows)
+        k = int(np.argmax(bad))
+        if bad[k] > worse:
+            worst, worse = rows.start + k, float(bad[k])
+        _pass(robot, timeline, rows, passed)
+    near = singularity(robot, timeline.q[worst])
+    return Interval(
+        first=first,
+        last=last,
+        worst=worst,
+        begin=float(timeline.t[first]),
+        end=float(timeline.t[until]),
+        level=level,
+        stopped=stopped,
+        value=watched_at(robot, timeline, worst),
+        factor=_nearest(robot, near),
+        factors=tuple(sorted(_named(robot, timeline, passed.values()), key=lambda one: one.row)),
+        lost='' if flat_loop(robot, near) else direction_in_words(near.lost_direction),
+        fighting=joints_in_words(robot.joint_names, near.joint_motion),
+        q=timeline.q[worst],
+    )
+
+
+def _nearest(robot: Robot, near: Singularity) -> str:
+    # The nearest factor; a loop only where it is nearer to flat than the arm to a singular pose.
+    if near.factors is None:
+        return ''
+    k = near.factors.nearest
+    return (
+        flat_loop(robot, near) if robot.singularity.factors.is_loop(k) else near.factors.names[k]
+    )
+
+
+def _named(
+    robot: Robot, timeline: Timeline, passages: Iterable[FactorPassage]
+) -> Iterator[FactorPassage]:
+    for one in passages:
+        if one.name not in robot.loop_names or one.name == _nearest(
+            robot, singularity(robot, timeline.q[one.row])
+        ):
+            yield one
+
+
+def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
+    # Returns the least distance of each factor that is the nearest at some time.
+    if not robot.singularity.factors.names:
+        return
+    distances = timeline.factors[rows]
+    nearest = np.argmin(distances, axis=1)
+    for k in np.unique(nearest).tolist():
+        own = np.flatnonzero(nearest == k)
+        row = int(own[np.argmin(distances[own, k])])
+        distance = float(distances[row, k])
+        if k not in passed or distance < passed[k].distance:
+            passed[k] = FactorPassage(
+                robot.singularity.factors.names[k], distance, rows.start + row
+            )

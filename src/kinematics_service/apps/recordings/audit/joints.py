@@ -1,0 +1,147 @@
+"""
+Report the motion of each joint: range, limits, jumps, and its reported velocities.
+
+A step is a jump if it is larger than the speed of the joint explains.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ....estimation.joint_memory import LIMIT_SLACK
+from ....estimation.motion_checks import joint_steps, jumps
+from ....robot.robot import Robot
+from ..readers.columns import median, spans
+from .reported_velocities import INTERVAL_FACTOR, VelocityCheck, velocity_check
+from .stream import steps_of
+from .timeline import Timeline
+
+# A position touches its limit if it is at most this far from it (rad, m).
+LIMIT_MARGIN = (math.radians(0.5), 1e-3)
+# Positions beyond their limits by more than a turn may be in degrees.
+DEGREES_BEYOND = math.tau
+# Number of jumps that are listed.
+MOST_JUMPS = 100
+
+
+class Jump(NamedTuple):
+    """
+    A step of a joint (rad or m) that its speed does not explain; `row` is the state after it.
+    """
+
+    row: int
+    joint: str
+    step: float
+    seconds: float
+
+
+class JointReport(NamedTuple):
+    """
+    One joint over a recording, rad or m.
+
+    Attributes
+    ----------
+    least, greatest
+        Range of its positions.
+    lower, upper
+        Its limits; infinite if there are none.
+    beyond, touching
+        States beyond a limit, and at one.
+    first_beyond, worst_beyond
+        Row of the first state beyond a limit, -1 if there is none; largest distance beyond it.
+    fastest, velocity_limit, too_fast
+        Largest speed known, its limit, and states above it.
+    check
+        None if the messages report no velocity, or if the joint stands still within the noise of
+        its positions.
+    """
+
+    name: str
+    sliding: bool
+    least: float
+    greatest: float
+    lower: float
+    upper: float
+    beyond: int
+    touching: int
+    first_beyond: int
+    worst_beyond: float
+    fastest: float
+    velocity_limit: float
+    too_fast: int
+    check: VelocityCheck | None
+
+
+def joint_reports(robot: Robot, timeline: Timeline) -> tuple[JointReport, ...]:
+    """Return a report of each joint, in the order of the arm."""
+    return tuple(_report(robot, timeline, j) for j in range(robot.dof))
+
+
+def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
+    lower, upper = robot.limits[j].tolist()
+    sliding = bool(robot.prismatic[j])
+    top = robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)
+    least, greatest, worst, fastest = math.inf, -math.inf, 0.0, math.nan
+    beyond = touching = too_fast = 0
+    first_beyond = -1
+    for rows in spans(len(timeline)):
+        q = timeline.q.columns[j][rows]
+        excess = np.maximum(lower - q, q - upper)
+        outside = excess > LIMIT_SLACK
+        if first_beyond < 0 and np.any(outside):
+            first_beyond = rows.start + int(np.argmax(outside))
+        beyond += int(np.sum(outside))
+        touching += int(np.sum((excess > -LIMIT_MARGIN[sliding]) & ~outside))
+        least, greatest = min(least, float(np.min(q))), max(greatest, float(np.max(q)))
+        worst = max(worst, float(np.max(excess)))
+        speeds = np.abs(timeline.qdot.columns[j][rows])
+        with np.errstate(invalid='ignore'):
+            too_fast += int(np.sum(speeds > top))
+        if np.any(~np.isnan(speeds)):
+            fastest = float(np.fmax(fastest, np.nanmax(speeds)))
+    return JointReport(
+        name=robot.joint_names[j],
+        sliding=sliding,
+        least=least,
+        greatest=greatest,
+        lower=lower,
+        upper=upper,
+        beyond=beyond,
+        touching=touching,
+        first_beyond=first_beyond,
+        worst_beyond=worst,
+        fastest=fastest,
+        velocity_limit=float(robot.velocity_limits[j]),
+        too_fast=too_fast,
+        check=velocity_check(timeline, j, bool(robot.continuous[j])),
+    )
+
+
+def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
+    """Return whether positions are so far beyond the limits that they may be degrees."""
+    turning = [report for report in reports if not report.sliding]
+    far = [report for report in turning if report.worst_beyond > DEGREES_BEYOND]
+    wild = [r for r in turning if math.isinf(r.upper) and r.greatest - r.least > 10 * math.tau]
+    return len(far) + len(wild) >= min(2, len(turning)) > 0
+
+
+def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
+    """Return the number of jumps, and the first of them."""
+    usual = median(steps[steps > 0] for _, steps in steps_of(timeline.stamps))
+    count, first = 0, list[Jump]()
+    for rows in spans(len(timeline)):
+        span = slice(max(rows.start - 1, 0), rows.stop)
+        gaps, differenced = np.diff(timeline.stamps[span]), timeline.differenced[span]
+        steady, found = (gaps > 0) & (gaps <= INTERVAL_FACTOR * usual), list[Jump]()
+        for j in range(robot.dof):
+            q, speeds = timeline.q.columns[j][span], timeline.qdot.columns[j][span]
+            odd = jumps(robot, j, timeline.t[span], q, np.where(differenced, np.nan, speeds))
+            odd, steps = odd[steady[odd]], joint_steps(q, bool(robot.continuous[j]))
+            count += len(odd)
+            found += [
+                Jump(span.start + k + 1, robot.joint_names[j], float(steps[k]), gaps[k] * 1e-9)
+                for k in odd[:MOST_JUMPS].tolist()
+            ]
+        first = (first + sorted(found))[:MOST_JUMPS]
+    return count, tuple(first)

@@ -1,0 +1,136 @@
+"""
+Joint positions around the times of poses, out of all states of a recording.
+
+Only some hundred poses, and half a second around each, are kept in memory.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ....kernel import Floats
+from ....robot.robot import Robot
+from ...checking.joint_motion import WINDOW
+from ...checking.lag import REACH
+from ..readers.block import LARGEST_BLOCK, Flags, Times
+from ..readers.source import MOST_POSES, PoseTrack
+from .reported_velocities import MotionColumns
+
+# States within this time (ns) before and after a pose are kept: lags are searched in this range.
+AROUND = round((REACH + 2.0 * WINDOW) * 1e9)
+
+
+class Track(NamedTuple):
+    """
+    M poses with the joint positions at their times.
+
+    Attributes
+    ----------
+    poses, stamps, t : shape (M,)
+        Rows of the pose track; ns; s since the first state, a step back taking no time.
+    q : shape (M, n), rad or m
+        Joint positions, NaN if there are none.
+    gaps : shape (M,), s
+        Time between the joint states around each; 0 for positions of the same row or stamp.
+    within : shape (M,)
+        Whether the time of each is within the recording.
+    interval : s
+        The usual interval of the states, NaN if there are fewer than two.
+    states_at, states : shapes (K,), ns, and (K, n), rad or m
+        The states around the poses, by rising stamp.
+    """
+
+    poses: Times
+    stamps: Times
+    t: Floats
+    q: Floats
+    gaps: Floats
+    within: Flags
+    interval: float
+    states_at: Times
+    states: Floats
+
+
+def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
+    """
+    Return the poses of a second source with the joint positions of a recording.
+
+    Poses with their own joint positions are taken at even steps. Of others those within the
+    recording are wanted: all are taken, or every second one, until no more than twice as many as
+    are wanted are among them.
+    """
+    order = np.argsort(track.stamps, kind='stable')
+    if track.q is not None and len(order):
+        order = order[np.unique(np.linspace(0, len(order) - 1, MOST_POSES).astype(int))]
+    elif len(states):
+        ends = (
+            int(states.stamps[0]),
+            max(int(np.max(states.stamps[rows])) for rows in _rows(states)),
+        )
+        while np.subtract(*np.searchsorted(track.stamps[order], ends)[::-1]) > 2 * MOST_POSES:
+            order = order[::2]
+    at = track.stamps[order]
+    stamps, t, states_q = (np.concatenate(column) for column in zip(*_around(states, at)))
+    many, enough = len(at), len(stamps) > 0
+    q, gaps, within = np.full((many, robot.dof), np.nan), np.zeros(many), np.ones(many, dtype=bool)
+    if track.q is not None:
+        q = track.q[order]
+    elif enough:
+        q, gaps = _between(robot, stamps, states_q, at)
+        within = (at >= stamps[0]) & (at <= stamps[-1])
+    return Track(
+        poses=order,
+        stamps=at,
+        t=np.interp(at, stamps, t) if enough else np.zeros(many),
+        q=q,
+        gaps=gaps,
+        within=within,
+        interval=float(np.median(np.diff(stamps))) * 1e-9 if len(stamps) > 1 else np.nan,
+        states_at=stamps,
+        states=states_q,
+    )
+
+
+def _rows(states: MotionColumns) -> Iterator[slice]:
+    for begin in range(0, len(states), LARGEST_BLOCK):
+        yield slice(begin, begin + LARGEST_BLOCK)
+
+
+def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, Floats]]:
+    # Stamps, times and joint positions of the states around times: both of an interval if it
+    # meets the time around one. The last state may be the first of such an interval, and waits
+    # for the next rows.
+    begins, ends = at - AROUND, at + AROUND
+    none = slice(0, 0)
+    last, keep = (states.stamps[none], states.t[none], states.q[none]), np.zeros(0, dtype=bool)
+    for rows in _rows(states):
+        stamps = states.stamps[rows]
+        # If stamps step back, only states later than all before are used.
+        before = last[0] if len(last[0]) else np.array([-1])
+        highest = np.maximum.accumulate(np.concatenate([before, stamps[:-1]]))
+        rising = np.flatnonzero(stamps > highest)
+        new = stamps[rising], states.t[rows][rising], states.q[rows][rising]
+        part = [np.concatenate(pair) for pair in zip(last, new)]
+        left, right = part[0][:-1], part[0][1:]
+        meets = np.searchsorted(ends, left) < np.searchsorted(begins, right, side='right')
+        keep = np.append(keep, np.zeros(len(rising), dtype=bool))
+        keep[:-1] |= meets
+        keep[1:] |= meets
+        stamps, t, q = (column[:-1][keep[:-1]] for column in part)
+        yield stamps, t, q
+        last, keep = (part[0][-1:], part[1][-1:], part[2][-1:]), keep[-1:]
+    yield last
+
+
+def _between(robot: Robot, stamps: Times, q: Floats, at: Times) -> tuple[Floats, Floats]:
+    # Returns joint positions (M, n) on the line between the states around each time, and the
+    # time (s) between these; 0 if a state has exactly that stamp.
+    right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
+    left = np.where(stamps[right] == at, right, np.maximum(right - 1, 0))
+    gaps = np.asarray((stamps[right] - stamps[left]) * 1e-9, dtype=np.float64)
+    share = np.divide((at - stamps[left]) * 1e-9, gaps, out=np.zeros(len(at)), where=gaps > 0)
+    steps = q[right] - q[left]
+    turned = (steps + np.pi) % (2.0 * np.pi) - np.pi
+    steps = np.where(robot.continuous, turned, steps)
+    return np.asarray(q[left] + share[:, None] * steps), gaps

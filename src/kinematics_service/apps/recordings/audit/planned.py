@@ -1,0 +1,126 @@
+"""Planned trajectories checked between their points too."""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ....errors import PlanError
+from ....kinematics.plans.check import check_plan
+from ....kinematics.plans.point_speed import TOOL, chain_to
+from ....kinematics.plans.verdicts import PlanCheck
+from ....robot.measures import Level
+from ....robot.robot import Robot
+from ..readers.between_points import PlannedTrajectory
+from ..readers.source import RecordingSource, Remark
+
+# Turns are written with one digit of a degree.
+SHOWN = 0.05
+
+
+class PlanSettings(NamedTuple):
+    """
+    What is asked of plans, as `check_plan` takes it.
+
+    Attributes
+    ----------
+    distance
+        rad; None for the threshold `stop` of the distance.
+    speed_limit
+        m/s; None without one.
+    speed_of
+        Points besides the tool.
+    """
+
+    distance: float | None = None
+    speed_limit: float | None = None
+    speed_of: tuple[str, ...] = ()
+
+    @property
+    def speeds_told(self) -> bool:
+        """Return whether somebody asked for speeds."""
+        return self.speed_limit is not None or bool(self.speed_of)
+
+
+def refuse_unknown_point(robot: Robot, of: str) -> None:
+    """
+    Refuse a point that the arm does not have.
+
+    Raises
+    ------
+    PlanError
+        There is no such point; the message lists those there are.
+    """
+    if of != TOOL:
+        chain_to(robot, of)
+
+
+def checks_of(
+    robot: Robot,
+    source: RecordingSource,
+    joint_prefix: str,
+    asked: PlanSettings,
+    progress: Callable[[int], None] = lambda plans: None,
+) -> dict[int, PlanCheck]:
+    """
+    Return what is proved of each trajectory by its number; why one has no check becomes a remark.
+    """
+    checks = {}
+    for number, plan in enumerate(source.plans, 1):
+        which, several = 'The plan', len(source.plans)
+        if several > 1:
+            which = f'Trajectory {number} of {several}'
+        try:
+            checks[number] = _check(robot, plan, joint_prefix, asked)
+        except PlanError as error:
+            source.remarks.append(Remark(Level.ERROR, f'{which} is not checked: {error}'))
+        else:
+            source.remarks.extend(_full_turns(robot, plan, joint_prefix, which))
+        progress(1)
+    return checks
+
+
+def _full_turns(
+    robot: Robot, plan: PlannedTrajectory, prefix: str, which: str
+) -> Iterator[Remark]:
+    # Turns of a joint to one side that end where a shorter one ends, inside the limits too.
+    for j, name in enumerate(robot.joint_names):
+        q = plan.positions[:, plan.names.index(prefix + name)]
+        sides = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
+        ends = [0, *sides.tolist(), len(q) - 1]
+        steps = [(k, k + 1) for k in range(len(q) - 1)]
+        for begin, end in () if robot.prismatic[j] else (*steps, *zip(ends, ends[1:])):
+            turn = float(q[end] - q[begin])
+            whole = math.tau * round(turn / math.tau)
+            low, high = robot.limits[j] + whole
+            if whole and low <= np.min(q[end:]) and np.max(q[end:]) <= high:
+                short = math.degrees(turn - whole)
+                rest = f'{short:.1f} deg end at the same pose'
+                rest = rest if abs(short) >= SHOWN else 'the joint ends where it was'
+                yield Remark(
+                    Level.WARN,
+                    f'{which} turns {name} by {math.degrees(turn):.1f} deg from '
+                    f'{plan.times[begin]:.3f} to {plan.times[end]:.3f} s, and {rest}',
+                )
+                break
+
+
+def _check(
+    robot: Robot, plan: PlannedTrajectory, joint_prefix: str, asked: PlanSettings
+) -> PlanCheck:
+    columns = [plan.names.index(joint_prefix + name) for name in robot.joint_names]
+    velocities, accelerations = (
+        None if table is None else table[:, columns]
+        for table in (plan.velocities, plan.accelerations)
+    )
+    return check_plan(
+        robot,
+        plan.times,
+        plan.positions[:, columns],
+        velocities,
+        accelerations,
+        asked.distance,
+        asked.speed_limit,
+        asked.speed_of,
+    )

@@ -1,0 +1,218 @@
+"""Recordings audited one after the other, by processes of this machine, or by a dask cluster."""
+
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
+from multiprocessing.connection import wait
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+from .....errors import KinematicsError
+from .....kinematics.plans.verdicts import PlanCheck
+from .....kinematics.sweep import results_of_workers
+from .....printing import json_text
+from .....robot.measures import Level
+from ...readers.open_file import open_source
+from ...readers.source import Selection
+from ..auditing import Audit, AuditProgress, AuditSettings, audit
+from ..plan_findings import joints_refuted
+from .bag_writer import open_writer
+from .document import document_of
+from .page import page_of
+from .page_header import origin_of
+from .summary import Summary, summary_of
+
+# Is called with the messages, or files, that are done; and what opens one for so many.
+Done = Callable[[int], None]
+Bar = Callable[[int | None], AbstractContextManager[Done]]
+
+
+def _no_bar(total: int | None) -> AbstractContextManager[Done]:
+    return nullcontext(lambda _: None)
+
+
+@dataclass(frozen=True)
+class Run:
+    """
+    One recording to audit, and the results wanted of it.
+
+    Attributes
+    ----------
+    robot
+        Its name: a file, or a bundled robot.
+    date
+        Date of the audit, in words.
+    failures
+        Findings that fail it; None for those that are usual for its kind.
+    html, json
+        Whether the page, and the document, are wanted.
+    out
+        The MCAP file to write, if one is wanted.
+    """
+
+    file: Path
+    robot: str
+    date: str
+    reading: Selection
+    settings: AuditSettings
+    failures: tuple[str, ...] | None
+    html: bool
+    json: bool
+    out: Path | None
+
+
+class Outcome(NamedTuple):
+    """The result of an audit, and a sentence that names what is missing in it."""
+
+    run: Run
+    error: str
+    summary: Summary | None = None
+    html: str = ''
+    json: str = ''
+    failed: bool = True
+
+
+def outcome_of(run: Run, bar: Bar = _no_bar) -> Outcome:
+    """Return the outcome of one run; a fault of its file is an outcome, too."""
+    try:
+        finished = _audited(run, bar)
+    except KinematicsError as error:
+        return Outcome(run, str(error))
+    return Outcome(
+        run,
+        no_frames(finished, run.failures),
+        summary_of(finished),
+        page_of(finished, origin_of(run.file, run.robot, run.date)) if run.html else '',
+        json_text(document_of(finished)) if run.json else '',
+        failed_by(finished, run.failures),
+    )
+
+
+def _audited(run: Run, bar: Bar) -> Audit:
+    reading = run.reading
+    with ExitStack() as stack:
+        source = stack.enter_context(open_source(run.file, reading))
+        part: Callable[[Any], None] = lambda _: None  # noqa: E731
+        if run.out is not None:
+            writer = open_writer(run.out, reading.robot, reading.joint_prefix)
+            part = stack.enter_context(writer).write
+        progress = stack.enter_context(bar(source.total))
+        listener = AuditProgress(progress, part)
+        return audit(source, reading.robot, str(run.file), run.settings, listener)
+
+
+def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
+    """Return whether findings fail an audit; None: those that are usual for its kind."""
+    wanted = wanted or _usual_failures(finished)
+    worst = max((interval.level for interval in finished.intervals), default=Level.OK)
+    frames = finished.frames
+    near = any('refuted' in _closed_and_regular(plan) for plan in finished.plans.values())
+    beyond = joints_refuted(finished, 'limits')
+    fast = bool(joints_refuted(finished, 'speed')) or any(
+        speed.verdict == 'refuted' for plan in finished.plans.values() for speed in plan.speeds
+    )
+    met = {
+        'never': False,
+        'warn': worst >= Level.WARN or near,
+        'stop': worst >= Level.ERROR or near,
+        'limits': bool(beyond) or any(joint.beyond for joint in finished.joints),
+        'speed': fast or any(joint.too_fast for joint in finished.joints),
+        'undecided': any('not decided' in _verdicts(plan) for plan in finished.plans.values()),
+        'frames': frames is None or frames.failed,
+    }
+    # It is not fine if something could not be judged: samples of a plan, or a damaged file.
+    unjudged = finished.damaged or (finished.planned and bool(finished.refused))
+    return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
+
+
+def _usual_failures(finished: Audit) -> tuple[str, ...]:
+    if not finished.planned:
+        return ('never',)
+    limited = finished.asked.speed_limit is not None
+    return ('stop', 'undecided', 'speed') if limited else ('stop', 'undecided')
+
+
+def _verdicts(plan: PlanCheck) -> list[str | None]:
+    return [*_closed_and_regular(plan), *(speed.verdict for speed in plan.speeds)]
+
+
+def _closed_and_regular(plan: PlanCheck) -> list[str | None]:
+    # A loop that does not close is as bad as a singular pose: the motion ends there.
+    closure = plan.closure
+    return [plan.singularity.verdict, *([] if closure is None else [closure.verdict])]
+
+
+def no_frames(finished: Audit, failures: tuple[str, ...] | None) -> str:
+    """Return the sentence on a gate that was asked for and has nothing to judge; else nothing."""
+    if finished.frames is not None or 'frames' not in (failures or ()):
+        return ''
+    return (
+        f"{finished.file}: --fail-on frames: there is no second source of the tool's pose; name "
+        'its topic with --pose-topic (bags) or its columns with --columns pose=... (tables)'
+    )
+
+
+def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Outcome]:
+    """Yield the outcome of each run, in their order."""
+    if workers is None and (jobs == 1 or len(runs) == 1):
+        for run in runs:
+            yield outcome_of(run, shown_bar)
+        return
+    with shown_bar(len(runs), 'files') as progress:
+        for outcome in spread(outcome_of, runs, jobs, workers):
+            progress(1)
+            yield outcome
+
+
+def spread(
+    function: Callable[[Any], Any], items: Sequence[Any], jobs: int, workers: str | None
+) -> Iterator[Any]:
+    """Yield the function's result of each item, in order, by processes or a dask cluster."""
+    if workers is not None:
+        yield from results_of_workers(function, items, workers)
+        return
+    if jobs == 1:
+        yield from map(function, items)
+        return
+    context = multiprocessing.get_context('spawn')
+    with ProcessPoolExecutor(jobs, context, _live_with_the_parent) as pool:
+        try:
+            yield from pool.map(function, items)
+        except BaseException:
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
+
+
+def _live_with_the_parent() -> None:
+    # The parent handles signals; without it nobody needs the result.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def follow() -> None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+@contextmanager
+def shown_bar(total: int | None, noun: str = 'messages') -> Iterator[Done]:
+    """Show a bar on standard error while it works, on a terminal only; remove it in the end."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda _: None
+        return
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(noun, total=total)
+        yield lambda count: bar.advance(task, count)

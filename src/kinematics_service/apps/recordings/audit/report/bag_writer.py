@@ -1,0 +1,203 @@
+"""
+The topics a node would have published, as an MCAP file, written without ROS.
+
+The messages of a topic are copies of the same bytes with their own stamps and numbers.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .....errors import RecordingError
+from .....estimation.cdr import DOUBLE, STAMP_AT, WHOLE, CdrWriter
+from .....estimation.status_text import StatusText
+from .....kernel import Floats
+from .....output_file import new_file
+from .....robot.measures import MEASURES
+from .....robot.robot import Robot
+from ...readers.bag_checks import add_checksums
+from ...readers.block import Times
+from ..timeline import TimelineBatch
+
+NODE = '/kinematics'
+WARNING = f'{NODE}/singularity/warning'
+SECOND = 1_000_000_000
+ROWS = 'vx,vy,vz,wx,wy,wz'
+
+
+class _BagTopic(NamedTuple):
+    connection: Any
+    raw: bytes
+    numbers_at: int
+    stamped: bool
+
+    def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
+        """Return the bytes of N messages, shape (N, length), of numbers (N, k) and stamps (N,)."""
+        table = np.tile(np.frombuffer(self.raw, dtype=np.uint8), (len(numbers), 1))
+        data = np.ascontiguousarray(numbers, dtype='<f8').view(np.uint8)
+        table[:, self.numbers_at : self.numbers_at + data.shape[1]] = data
+        if self.stamped:
+            seconds, nanoseconds = np.divmod(stamps, SECOND)
+            table[:, STAMP_AT : STAMP_AT + 4] = _bytes(seconds, '<i4')
+            table[:, STAMP_AT + 4 : STAMP_AT + 8] = _bytes(nanoseconds, '<u4')
+        return table
+
+
+def _bytes(values: Times, kind: str) -> np.ndarray:  # type: ignore[type-arg]
+    return values.astype(kind).reshape(-1, 1).view(np.uint8)
+
+
+@contextmanager
+def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWriter']:
+    """
+    Open an MCAP file to write; in the end it exists as a whole, or not at all.
+
+    Raises
+    ------
+    RecordingError
+        rosbags is missing.
+    KinematicsError
+        The file cannot be written.
+    """
+    try:
+        from rosbags.rosbag2 import StoragePlugin, Writer
+    except ImportError:
+        raise RecordingError(
+            "--out needs rosbags: pip install '.[bag]' in its checkout, or pip install rosbags"
+        ) from None
+    with new_file(file) as made:
+        bag = made.parent / 'bag'
+        with Writer(bag, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+            yield BagWriter(writer, robot, joint_prefix)
+        (bag / 'bag.mcap').rename(made)
+        add_checksums(made)
+
+
+class BagWriter:
+    """Writes batches of states as messages, in the order in which the node publishes them."""
+
+    def __init__(self, writer: Any, robot: Robot, joint_prefix: str) -> None:
+        from rosbags.typesys import Stores, get_typestore
+
+        self._writer, self._robot = writer, robot
+        self._store = get_typestore(Stores.ROS2_JAZZY)
+        self._types: Any = self._store.types
+        names = ','.join(joint_prefix + name for name in robot.joint_names)
+        base, tool = robot.base_frame, robot.tool_frame
+        self._pose = self._add('pose', 'geometry_msgs/msg/PoseStamped', 7, base)
+        self._jacobian = self._add_jacobian(names)
+        self._twist = self._add('twist', 'geometry_msgs/msg/TwistStamped', 6, base)
+        self._velocity = self._add(
+            'velocity', 'geometry_msgs/msg/VelocityStamped', 6, base, tool, base
+        )
+        self._measures = [
+            (measure.name, self._add(f'singularity/{measure.name}', 'std_msgs/msg/Float64', 1))
+            for measure in reversed(MEASURES.values())
+            if robot.singularity.task.square or not measure.of_square
+        ]
+        self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
+
+    def write(self, part: TimelineBatch) -> None:
+        """Write all messages of a batch, each at the time of the receipt of its joint state."""
+        known, state = part.known, part.state
+        count, n = len(known), self._robot.dof
+        moving, stamps = known.moving, known.stamps
+        poses = np.concatenate([state.position, part.quaternion_xyzw], axis=1)
+        always = np.ones(count, dtype=bool)
+        topics = [
+            (self._pose, poses, always),
+            (self._jacobian, state.jacobian.reshape(count, 6 * n), always),
+            (self._twist, state.twist, moving),
+            (self._velocity, state.twist, moving),
+            *(
+                (topic, getattr(part.singularity, name)[:, None], always)
+                for name, topic in self._measures
+            ),
+        ]
+        columns = []
+        for topic, numbers, there in topics:
+            table = topic.filled(numbers, stamps)
+            data = memoryview(table.tobytes())
+            columns.append((topic.connection, data, table.shape[1], there.tolist()))
+        warnings = iter(part.warnings)
+        one = next(warnings, None)
+        first = part.first
+        write = self._writer.write
+        for k, arrival in enumerate(known.arrivals.tolist()):
+            while one is not None and one.row == first + k and one.moment < arrival:
+                self._warn(one.moment, one.status_text)  # a time-out before it
+                one = next(warnings, None)
+            for connection, data, size, there in columns:
+                if there[k]:
+                    write(connection, arrival, data[k * size : (k + 1) * size])
+            while one is not None and one.row == first + k:
+                self._warn(one.moment, one.status_text)
+                one = next(warnings, None)
+
+    def _warn(self, moment: int, status_text: StatusText) -> None:
+        pair = self._types['diagnostic_msgs/msg/KeyValue']
+        message = self._types['diagnostic_msgs/msg/DiagnosticStatus'](
+            level=int(status_text.level),
+            name=f'{NODE[1:]}: singularity',
+            message=status_text.sentence,
+            hardware_id=dict(status_text.values).get('robot', ''),
+            values=[pair(key=key, value=value) for key, value in status_text.values],
+        )
+        raw = self._store.serialize_cdr(message, 'diagnostic_msgs/msg/DiagnosticStatus')
+        self._writer.write(self._warning, moment, bytes(raw))
+
+    def _connection(self, topic: str, kind: str, latched: bool = False) -> Any:
+        return self._writer.add_connection(
+            topic, kind, typestore=self._store, offered_qos_profiles=[_quality(latched)]
+        )
+
+    def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
+        # A message has a stamp and texts, or neither, and numbers.
+        writer = CdrWriter()
+        if texts:
+            writer.room(WHOLE, 2)
+        for text in texts:
+            writer.text(text)
+        return self._filling(name, kind, writer, numbers, bool(texts))
+
+    def _add_jacobian(self, names: str) -> _BagTopic:
+        n = self._robot.dof
+        dimensions = (ROWS, 6, 6 * n), (names, n, n)
+        writer = CdrWriter()
+        writer.whole(len(dimensions))
+        for label, size, stride in dimensions:
+            writer.text(label)
+            writer.whole(size)
+            writer.whole(stride)
+        writer.whole(0)  # where the data begins
+        writer.whole(6 * n)
+        return self._filling('jacobian', 'std_msgs/msg/Float64MultiArray', writer, 6 * n, False)
+
+    def _filling(
+        self, name: str, kind: str, writer: CdrWriter, numbers: int, stamped: bool
+    ) -> _BagTopic:
+        at = writer.room(DOUBLE, numbers)
+        connection = self._connection(f'{NODE}/{name}', kind)
+        return _BagTopic(connection, bytes(writer.data), at, stamped)
+
+
+def _quality(latched: bool) -> Any:
+    # The node's profiles, so that a player of bags offers the same.
+    from rosbags import interfaces as given
+
+    durability = given.QosDurability
+    forever = given.QosTime(9_223_372_036, 854_775_807)
+    return given.Qos(
+        given.QosHistory.KEEP_LAST,
+        1 if latched else 100,
+        given.QosReliability.RELIABLE,
+        durability.TRANSIENT_LOCAL if latched else durability.VOLATILE,
+        forever,
+        forever,
+        given.QosLiveliness.AUTOMATIC,
+        forever,
+        avoid_ros_namespace_conventions=False,
+    )

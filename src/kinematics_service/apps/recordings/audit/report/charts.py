@@ -1,0 +1,219 @@
+"""
+Curves over time as SVG, thinned so that no spike is lost.
+
+The drawing stretches to any width while its labels, which are HTML, keep their size.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+
+import numpy as np
+
+from .....kernel import Floats
+from ..curves import WIDTH, Curve, across
+
+HEIGHT = 100
+# Share of the height that stays free above and below.
+AIR = 0.06
+# Decades a logarithmic axis shows at most.
+DECADES = 5
+
+
+@dataclass(frozen=True)
+class Band:
+    """A interval of time, s, shaded by `style`: WARN, ERROR or gap."""
+
+    begin: float
+    end: float
+    style: str
+
+
+@dataclass(frozen=True)
+class LevelLine:
+    """A horizontal line with a name."""
+
+    value: float
+    name: str
+    style: str = 'limit'
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """
+    Curves over one time axis.
+
+    Attributes
+    ----------
+    title, unit
+        The quantity and its unit.
+    levels
+        Horizontal lines; the axis shows those that it must, or that a curve comes near.
+    end : s
+        End of the time axis.
+    most
+        The largest value shown; larger ones are drawn there.
+    height
+        In px.
+    """
+
+    title: str
+    unit: str
+    curves: Sequence[Curve]
+    bands: Sequence[Band] = ()
+    levels: Sequence[LevelLine] = ()
+    log: bool = False
+    height: int = 150
+    end: float = 0.0
+    most: float = math.inf
+
+    def html(self) -> str:
+        """Return the figure."""
+        axis = ValueScale.of(self)
+        keys = ''.join(
+            f'<span class="key"><svg viewBox="0 0 30 10"><line class="{curve.style}" x1="0" '
+            f'x2="30" y1="5" y2="5"/></svg>{escape(curve.name)}</span>'
+            for curve in self.curves
+            if len(self.curves) > 1
+        )
+        unit = f', {escape(self.unit)}' if self.unit else ''
+        scale, time_unit = time_unit_of(self.end)
+        marks, labels = self._axes(axis, scale)
+        shades = ''.join(self._shade(band) for band in self.bands)
+        paths = ''.join(
+            f'<path class="{curve.style}" data-name="{escape(curve.name)}" '
+            f'd="{self._path(curve, axis)}"/>'
+            for curve in self.curves
+        )
+        log = ' data-log="1"' if self.log else ''
+        return (
+            f'<figure><figcaption><b>{escape(self.title)}</b>{unit}{keys}</figcaption>'
+            f'<div class="plot" style="--height: {self.height}px">'
+            f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" preserveAspectRatio="none" role="img" '
+            f'aria-label="{escape(self.title)}" data-low="{axis.low:.9g}" '
+            f'data-high="{axis.high:.9g}"{log} data-end="{self.end / scale:.9g}" '
+            f'data-unit="{time_unit}">{shades}{marks}{paths}'
+            f'<line class="cursor" x1="0" x2="0" y1="0" y2="{HEIGHT}"/></svg>'
+            f'{labels}<span class="x unit">t, {time_unit}</span><span class="read"></span></div>'
+            '</figure>\n'
+        )
+
+    def _axes(self, axis: 'ValueScale', scale: float) -> tuple[str, str]:
+        marks, labels = [], []
+        for value in axis.ticks():
+            y = axis.at(value)
+            marks.append(f'<line class="grid" x1="0" x2="{WIDTH}" y1="{y:.2f}" y2="{y:.2f}"/>')
+            labels.append(f'<span class="y" style="top:{y:.2f}%">{shown(value)}</span>')
+        for value in nice_ticks(0.0, self.end / scale, 8):
+            share = 100.0 * value * scale / self.end if self.end else 0.0
+            if share < 94.0:
+                labels.append(f'<span class="x" style="left:{share:.2f}%">{shown(value)}</span>')
+        for level in self.levels:
+            if axis.low <= level.value <= axis.high:
+                y = axis.at(level.value)
+                marks.append(
+                    f'<line class="{level.style}" x1="0" x2="{WIDTH}" y1="{y:.2f}" y2="{y:.2f}"/>'
+                )
+                top = f'top:{max(y, 12.0):.2f}%'
+                labels.append(f'<span class="note" style="{top}">{escape(level.name)}</span>')
+        return ''.join(marks), ''.join(labels)
+
+    def _shade(self, band: Band) -> str:
+        end = self.end or 1.0
+        x = WIDTH * band.begin / end
+        # A moment stays visible.
+        width = max(WIDTH * (band.end - band.begin) / end, 2.0)
+        return f'<rect class="{band.style}" x="{x:.2f}" y="0" width="{width:.2f}" height="100"/>'
+
+    def _path(self, curve: Curve, axis: 'ValueScale') -> str:
+        x, y = across(curve.t, self.end), axis.at_all(curve.values)
+        if len(x) == 1:
+            return f'M{x[0] - 3:.1f} {y[0]:.2f}L{x[0] + 3:.1f} {y[0]:.2f}'
+        return ''.join(
+            f'{"M" if begin else "L"}{px:.1f} {py:.2f}'
+            for px, py, begin in zip(x.tolist(), y.tolist(), curve.begins.tolist())
+        )
+
+
+@dataclass(frozen=True)
+class ValueScale:
+    """The axis of values from `low` to `high`, linear or logarithmic."""
+
+    low: float
+    high: float
+    log: bool
+
+    @classmethod
+    def of(cls, chart: Chart) -> 'ValueScale':
+        """Return that of a chart: its curves with some air, and the levels it must show."""
+        values = [curve.values for curve in chart.curves]
+        lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
+        highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
+        low, high = min(lows), min(max(highs), chart.most)
+        marks = [level.value for level in chart.levels]
+        return cls._of_powers(low, high, marks) if chart.log else cls._plain(low, high, marks)
+
+    @classmethod
+    def _of_powers(cls, low: float, high: float, marks: Sequence[float]) -> 'ValueScale':
+        positive = [mark for mark in marks if mark > 0.0]
+        high = max([high, *(1.3 * mark for mark in positive)]) or 1.0
+        least = max(low, high * 10.0**-DECADES)
+        low = min([least, *(0.7 * mark for mark in positive)])
+        return cls(10 ** (math.log10(low) - 0.1), 10 ** (math.log10(high) + 0.1), True)
+
+    @classmethod
+    def _plain(cls, low: float, high: float, marks: Sequence[float]) -> 'ValueScale':
+        room = (high - low) or max(abs(high), 1.0) * 0.1
+        # A limit is shown where the curve comes near it.
+        for mark in marks:
+            if low - 0.5 * room <= mark <= high + 0.5 * room:
+                low, high = min(low, mark), max(high, mark)
+        room = max((high - low) or room, 1e-9)
+        return cls(low - AIR * room, high + AIR * room, False)
+
+    def at(self, value: float) -> float:
+        """Return where a value stands, from the top, of `HEIGHT`."""
+        return float(self.at_all(np.array([value]))[0])
+
+    def at_all(self, values: Floats) -> Floats:
+        """Return the same of several values."""
+        if self.log:
+            share = np.log(np.maximum(values, self.low) / self.low)
+            share = share / math.log(self.high / self.low)
+        else:
+            share = (values - self.low) / (self.high - self.low)
+        return np.asarray(HEIGHT * (1.0 - np.clip(share, 0.0, 1.0)))
+
+    def ticks(self) -> list[float]:
+        """Return round numbers for its labels."""
+        if not self.log:
+            return nice_ticks(self.low, self.high, 4)
+        first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
+        if last <= first:
+            # Less than two powers of ten: round numbers between them.
+            return [tick for tick in nice_ticks(self.low, self.high, 4) if tick > 0.0]
+        return [10.0**k for k in range(first, last + 1)]
+
+
+def nice_ticks(low: float, high: float, most: int) -> list[float]:
+    """Return at most about `most` round numbers from low to high."""
+    if not high > low:
+        return [low]
+    raw = (high - low) / most
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(power * m for m in (1.0, 2.0, 2.5, 5.0, 10.0) if power * m >= raw * 0.999)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [k * step for k in range(first, last + 1)]
+
+
+def shown(value: float) -> str:
+    """Return a number for an axis, without a negative zero."""
+    return f'{value + 0.0:.6g}'
+
+
+def time_unit_of(end: float) -> tuple[float, str]:
+    """Return the seconds in the unit of a time axis of `end` seconds, and its name."""
+    if end >= 3 * 3600.0:
+        return 3600.0, 'h'
+    return (60.0, 'min') if end >= 300.0 else (1.0, 's')

@@ -1,0 +1,255 @@
+"""An audit as one JSON object."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from .....kernel import Floats
+from .....kinematics.plans.verdicts import PlanCheck, PlanClosure, PlanMoment
+from .....kinematics.singularity import measured_before, singularity_of
+from .....kinematics.tool_state import evaluate
+from .....printing import attributes
+from .....rigid_motion import roll_pitch_yaw
+from .....robot.measures import MEASURES, Level
+from .....version import __version__
+from ....checking.causes import TestedCause
+from ...readers.block import Times
+from ..auditing import Audit
+from ..frames import NotCompared
+from ..intervals import badness
+from ..verdict import verdict_of
+
+# Rows of the series at most; of longer recordings the worst ones, evenly spread.
+MOST_ROWS = 10_000
+
+
+def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
+    """
+    Return at most `most` of `count` rows: of each interval of time the first and the worst one.
+
+    Parameters
+    ----------
+    worse
+        Returns a value for some rows, of which the largest is the worst.
+    """
+    if count <= most:
+        return np.arange(count)
+    edges = np.linspace(0, count, max(most // 2, 1) + 1).astype(int)
+    worst = [a + int(np.argmax(worse(slice(a, b)))) for a, b in zip(edges, edges[1:])]
+    return np.unique(np.concatenate([edges[:-1], worst]))
+
+
+def document_of(audit: Audit) -> dict[str, Any]:
+    """Return the audit as a dictionary for `printing.json_text`; m, rad, s."""
+    robot, timeline = audit.robot, audit.timeline
+    verdict = verdict_of(audit)
+    rows = thinned_rows(len(timeline), MOST_ROWS, partial(badness, robot, timeline))
+    return {
+        'version': __version__,
+        'file': audit.file,
+        'kind': audit.what,
+        **attributes(audit, 'topic', 'planned'),
+        'robot': robot.name,
+        **attributes(robot, 'joint_names', 'base_frame', 'tool_frame'),
+        **attributes(robot.singularity.thresholds, 'measure', 'warn', 'stop'),
+        'level': verdict.level.name,
+        'verdict': [{'level': s.level.name, 'sentence': s.text} for s in verdict.sentences],
+        'messages': {
+            'total': audit.stream.messages,
+            'states': len(timeline),
+            'refused': sum(audit.refused.values()),
+            'by_outcome': audit.counts,
+            'first_refused': audit.examples,
+        },
+        'stream': {'rate': audit.stream.rate, **vars(audit.stream)},
+        'intervals': [
+            {
+                'factor': interval.factor or None,
+                'factors': [
+                    {
+                        'name': passed.name,
+                        'motion': passed.distance,
+                        't': float(timeline.t[passed.row]),
+                    }
+                    for passed in interval.factors
+                ],
+                'level': interval.level.name,
+                **attributes(interval, 'begin', 'end'),
+                'duration': interval.seconds,
+                'stopped': interval.stopped,
+                'first_message': int(timeline.messages[interval.first]),
+                'last_message': int(timeline.messages[interval.last]),
+                'worst': {
+                    'value': interval.value,
+                    't': float(timeline.t[interval.worst]),
+                    'stamp': int(timeline.stamps[interval.worst]),
+                    'q': interval.q,
+                    'lost_direction': interval.lost,
+                    'joints_against_each_other': interval.fighting,
+                },
+            }
+            for interval in audit.intervals
+        ],
+        'joints': audit.joints,
+        'jumps': {'count': audit.jump_count, 'first': audit.jumps},
+        'worst_moments': [
+            {
+                **attributes(moment, 'what', 'value'),
+                't': float(timeline.t[moment.row]),
+                'stamp': int(timeline.stamps[moment.row]),
+                'message': int(timeline.messages[moment.row]),
+            }
+            for moment in audit.moments
+        ],
+        'warnings': [
+            {
+                't': float(timeline.t[warning.row]),
+                'level': warning.status_text.level.name,
+                'sentence': warning.status_text.sentence,
+            }
+            for warning in audit.timeline.warnings
+        ],
+        'frames': _frames(audit),
+        'slowing': _slowing(audit),
+        'plans': [_plan(number, check) for number, check in audit.plans.items()],
+        'series': _series(audit, rows),
+    }
+
+
+def _slowing(audit: Audit) -> dict[str, Any] | None:
+    if audit.slowing is None:
+        return None
+    return {
+        'unknown': audit.slowing.unknown,
+        'seconds': dict(audit.slowing.by_cause),
+        'stretches': [
+            {
+                **attributes(one, 'begin', 'end', 'cause', 'value'),
+                't': float(audit.timeline.t[one.worst]),
+            }
+            for one in audit.slowing.stretches
+        ],
+    }
+
+
+def _plan(number: int, check: PlanCheck) -> dict[str, Any]:
+    singularity = check.singularity
+    return {
+        'trajectory': number,
+        'verdict': check.verdict,
+        'singularity': {
+            'verdict': singularity.verdict,
+            'distance_asked': singularity.threshold,
+            'distance_proved': singularity.lower,
+            'distance_found': singularity.upper,
+            **_moment(singularity.moment),
+            **attributes(singularity, 'nearest_singular', 'undecided'),
+            'clearances': singularity.evaluations,
+        },
+        'closure': None if check.closure is None else _closure(check.closure),
+        'joints': [
+            {
+                **attributes(joint, 'name', 'limits', 'speed'),
+                **{name: _extreme(joint, name) for name in ('least', 'greatest', 'fastest')},
+            }
+            for joint in check.joints
+        ],
+        'speeds': [
+            {
+                **attributes(speed, 'of', 'verdict', 'limit', 'lower', 'upper'),
+                **_moment(speed.moment),
+            }
+            for speed in check.speeds
+        ],
+    }
+
+
+def _extreme(joint: object, name: str) -> dict[str, Any]:
+    extreme = getattr(joint, name)
+    return {'value': extreme.value, **_moment(extreme.moment)}
+
+
+def _closure(closure: PlanClosure) -> dict[str, Any]:
+    moment = {} if closure.moment is None else _moment(closure.moment)
+    return {
+        'verdict': closure.verdict,
+        'loop': closure.loop or None,
+        'samples': closure.samples,
+        **moment,
+    }
+
+
+def _moment(moment: PlanMoment) -> dict[str, Any]:
+    return {'t': moment.time, 'point': moment.point, 'q': moment.q}
+
+
+def _frames(audit: Audit) -> dict[str, Any] | None:
+    report = audit.frames
+    if report is None:
+        return None
+    source = {'source': report.name, 'frame': report.frame, 'poses': report.poses}
+    if isinstance(report, NotCompared):
+        return {**source, 'matched': 0, 'level': Level.WARN.name, 'sentence': report.reason}
+    diagnosis = report.diagnosis
+    return {
+        **source,
+        **attributes(report, 'considered', 'matched', 'unmatched', 'doubts'),
+        'level': report.level.name,
+        'sentence': report.sentence,
+        **attributes(report.limits, 'warn', 'bad'),
+        **attributes(diagnosis, 'as_given', 'errors', 'undetermined'),
+        'base_offset': offset_of(diagnosis.base_offset),
+        'tool_offset': offset_of(diagnosis.tool_offset),
+        'cause': diagnosis.cause.key if diagnosis.cause else None,
+        'causes': [_cause(cause) for cause in diagnosis.causes],
+        'likely': [_cause(cause) for cause in diagnosis.likely],
+    }
+
+
+def _cause(cause: TestedCause) -> dict[str, Any]:
+    return {
+        **attributes(cause, 'key', 'sentence', 'value', 'ratio', 'errors'),
+        'base_offset': offset_of(cause.base_offset),
+        'tool_offset': offset_of(cause.tool_offset),
+    }
+
+
+def offset_of(T: Floats) -> dict[str, Any]:
+    """Return a pose as xyz (m) and rpy (rad), as a robot file has it."""
+    return {'xyz': T[:3, 3], 'rpy': roll_pitch_yaw(T[:3, :3]), 'matrix': T}
+
+
+def _series(audit: Audit, rows: Times) -> dict[str, Any]:
+    timeline = audit.timeline
+    q, qdot, factors = timeline.q[rows], timeline.qdot[rows], timeline.factors[rows]
+    state = evaluate(audit.robot, q, np.nan_to_num(qdot, nan=0.0))
+    singularity = singularity_of(
+        measured_before(
+            state,
+            timeline.distance[rows],
+            timeline.nearest_singular[rows],
+        )
+    )
+    moving = ~np.any(np.isnan(qdot), axis=1)
+    signs = np.where(timeline.turned[rows], -1.0, 1.0)
+    measures = {name: getattr(singularity, name) for name in MEASURES}
+    return {
+        'thinned': len(rows) < len(timeline),
+        'message': timeline.messages[rows],
+        'stamp': timeline.stamps[rows],
+        't': timeline.t[rows],
+        'q': q,
+        'qdot': qdot,
+        'position': state.position,
+        'quaternion_xyzw': state.quaternion_xyzw * signs[:, None],
+        'twist': np.where(moving[:, None], state.twist, np.nan),
+        **attributes(singularity, 'distance'),
+        **{name: values for name, values in measures.items() if values is not None},
+        'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
+        'factor_names': audit.robot.singularity.factors.names,
+        'factor_motions': factors,
+        'level': [Level(int(level)).name for level in timeline.levels[rows]],
+        **({} if audit.slowing is None else {'scale': audit.slowing.values[rows]}),
+    }

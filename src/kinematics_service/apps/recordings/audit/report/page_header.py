@@ -1,0 +1,78 @@
+"""The head of the audit page: the files, the date and the version."""
+
+import hashlib
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from .....page import facts
+from .....robot.bundled import find_robot_file
+from .....robot.measures import MEASURES
+from .....version import __version__
+from ..auditing import Audit
+
+# Bytes of the pieces in which a file is read.
+PIECE = 1 << 20
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """
+    The inputs of an audit, for the head of its page.
+
+    Attributes
+    ----------
+    date
+        Of the audit, in words: an input, so that the same audit gives the same page.
+    recording, robot_file
+        The files.
+    recording_sha256, robot_sha256
+        Their sums, in hexadecimal digits; of a folder that of its files one after the other, in
+        the order of their names.
+    """
+
+    date: str
+    recording: str
+    recording_sha256: str
+    robot_file: str
+    robot_sha256: str
+
+
+def origin_of(recording: Path, robot: str, date: str) -> Provenance:
+    """Return the origin of an audit of a recording, for a robot by name or file."""
+    robot_file = find_robot_file(robot)
+    return Provenance(date, str(recording), _sha256(recording), str(robot), _sha256(robot_file))
+
+
+def _sha256(path: Path) -> str:
+    files = [path] if path.is_file() else sorted(p for p in path.rglob('*') if p.is_file())
+    total = hashlib.sha256()
+    for file in files:
+        with file.open('rb') as stream:
+            while piece := stream.read(PIECE):
+                total.update(piece)
+    return total.hexdigest()
+
+
+def header(audit: Audit, origin: Provenance | None) -> str:
+    """Return the header as HTML; it has date and sums only with an origin."""
+    thresholds, robot = audit.robot.singularity.thresholds, audit.robot
+    unit = MEASURES[thresholds.measure].unit
+    warn, stop = (f'{value:g} {unit}'.strip() for value in (thresholds.warn, thresholds.stop))
+    sha256 = origin.recording_sha256 if origin else ''
+    frames = f'{escape(robot.tool_frame)} in {escape(robot.base_frame)}'
+    levels = f'{thresholds.measure.replace("_", " ")}: WARN at {warn}, ERROR at {stop}'
+    rows = [
+        ('plan' if audit.planned else 'recording', _file(audit.file, sha256)),
+        ('robot', f'{escape(robot.name)}, {frames}'),
+        ('version', f'kinematics_service {__version__}'),
+        ('thresholds', levels),
+    ]
+    if origin is not None:
+        rows.insert(2, ('robot file', _file(origin.robot_file, origin.robot_sha256)))
+        rows.insert(3, ('date', escape(origin.date)))
+    return facts(rows)
+
+
+def _file(name: str, sha256: str) -> str:
+    return escape(name) + (f'<br><code>sha256 {sha256}</code>' if sha256 else '')

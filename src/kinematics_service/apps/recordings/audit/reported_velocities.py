@@ -1,0 +1,220 @@
+"""
+Compare the reported velocities of each joint of a recording with differences of its positions.
+
+A regression of one on the other finds a wrong factor, and a search over shifts a lag. The noise of
+the positions is estimated from products of differences that share no position.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ....estimation.motion_checks import joint_steps, path_errors, scale_in_words
+from ....kernel import Floats
+from ..readers.block import Flags, Times
+from ..readers.columns import Column, StateTable, median, spans
+from .stream import steps_of
+
+# Lags up to this many median intervals are tried.
+LAG_INTERVALS = 12
+# Lags are tried with about this many messages, spread over the recording in pieces of LAG_PIECE.
+LAG_MESSAGES = 50_000
+LAG_PIECE = 5_000
+# A lag or a scale is reported if it reduces the difference (RMS) below this fraction of it.
+EXPLAINED_SHARE = 0.6
+# Differences below this fraction of the speed have no cause that matters.
+DIFFERENCE_SHARE = 0.002
+# A scale that differs from 1 by less is not reported.
+SCALE_TOLERANCE = 0.05
+# A joint with a lower speed (RMS; rad/s, m/s) is not compared.
+SPEED_MINIMUM = 1e-3
+# The motion exceeds its noise if it is this many standard errors of it.
+NOISE_FACTOR = math.sqrt(6.0)
+# Nor is a joint compared whose range is below this many standard deviations of its positions.
+RANGE_FACTOR = 20.0
+# Nor one whose range (rad, m) is below this: it stands, and its controller holds it.
+RANGE_MINIMUM = 1e-3
+# Intervals longer than this many median ones are not used.
+INTERVAL_FACTOR = 5.0
+# A median difference is reported above this fraction of the joint's speed (RMS).
+VELOCITY_SHARE = 0.2
+
+
+class MotionColumns:
+    """
+    The joints of N states, in columns that are read in pieces.
+
+    Attributes
+    ----------
+    stamps : shape (N,), ns
+        Of the state.
+    t : shape (N,), s
+        Time since the first state by the stamps; a step back takes no time.
+    q, qdot : shape (N, n), rad or m, rad/s or m/s
+        Rows of `qdot` are NaN if unknown.
+    differenced : shape (N,)
+        Whether the velocities are differences of positions.
+    """
+
+    def __init__(self, dof: int) -> None:
+        self.stamps, self.t, self.differenced = Column(np.int64), Column(np.float64), Column(bool)
+        self.q, self.qdot = StateTable(dof), StateTable(dof)
+        self._clock: tuple[int, int] | None = None
+
+    def __len__(self) -> int:
+        """Return the number of states."""
+        return len(self.stamps)
+
+    def add(self, stamps: Times, q: Floats, qdot: Floats, differenced: Flags) -> None:
+        """Add the next states, one or more."""
+        self.stamps.append(stamps)
+        self.t.append(self._times(stamps))
+        self.q.append(q)
+        self.qdot.append(qdot)
+        self.differenced.append(differenced)
+
+    def _times(self, stamps: Times) -> Floats:
+        last, passed = self._clock or (int(stamps[0]), 0)
+        steps = np.maximum(np.diff(stamps, prepend=last), 0)
+        total = passed + np.cumsum(steps)
+        self._clock = int(stamps[-1]), int(total[-1])
+        times: Floats = total * 1e-9
+        return times
+
+
+class VelocityCheck(NamedTuple):
+    """
+    Reported velocities of a joint against differences of its positions, rad/s or m/s.
+
+    Attributes
+    ----------
+    rms, typical, worst
+        RMS, median and largest of their difference; `row` is the worst row.
+    speed
+        RMS of the differences themselves.
+    noise
+        RMS of their part that is noise of the positions.
+    lag : s
+        Delay of the velocities, 0 if none is believable.
+    scale
+        Reported over differentiated: -1 a wrong sign, 57.3 degrees; 1 if none is believable.
+    """
+
+    rms: float
+    typical: float
+    worst: float
+    row: int
+    speed: float
+    noise: float
+    lag: float
+    scale: float
+
+    def in_words(self, unit: str) -> str:
+        """Return how the velocities differ from the positions, in words; empty if they agree."""
+        if self.scale != 1.0:
+            return f'are {scale_in_words(self.scale)}'
+        if self.lag:
+            side = 'behind' if self.lag > 0.0 else 'ahead of'
+            return f'are {1e3 * abs(self.lag):.3g} ms {side} its positions'
+        if self.typical > VELOCITY_SHARE * self.speed + self.noise:
+            return f'differ from its positions by {self.typical:.3g} {unit}/s (median)'
+        return ''
+
+
+def smooth_products(velocities: Floats, use: Flags) -> Floats:
+    """
+    Return products of mean velocities whose mean is the mean square of the motion without noise.
+
+    The noise of one position is in two velocities, next to each other. The product of a velocity
+    and the next but one has none, and the speed hardly changes in between.
+    """
+    products: Floats = velocities[2:] * velocities[:-2]
+    return products[use[2:] & use[1:-1] & use[:-2]]
+
+
+def _samples(timeline: MotionColumns, j: int) -> StateTable:
+    # Returns time, position, reported velocity and row of the states with new values of joint j.
+    # If neither changes, the joint stood still or was in none of the messages.
+    samples = StateTable(4)
+    columns = timeline.t, timeline.q.columns[j], timeline.qdot.columns[j]
+    for rows in spans(len(timeline)):
+        numbers = np.arange(rows.start, rows.stop)
+        piece = np.column_stack([*(column[rows] for column in columns), numbers])
+        piece = piece[~(timeline.differenced[rows] | np.isnan(piece[:, 2]))]
+        before = samples[-1:] if len(samples) else np.full((1, 4), np.nan)
+        changes = np.diff(piece[:, 1:3], axis=0, prepend=before[:, 1:3])
+        samples.append(piece[np.any(changes != 0.0, axis=1)])
+    return samples
+
+
+def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityCheck | None:
+    """Return how the reported velocities of joint j agree; None if there is nothing to compare."""
+    samples = _samples(timeline, j)
+    usual = median(steps[steps > 0.0] for _, steps in steps_of(samples.columns[0]))
+    longest, differences = INTERVAL_FACTOR * usual, Column(np.float64)
+    row, worst, sums = 0, -1.0, np.zeros(6)
+    position = least = greatest = 0.0
+    for rows in spans(len(samples)):
+        begin = max(rows.start - 3, 0)  # a product without noise is of three intervals
+        t, q, qdot, numbers = samples[begin : rows.stop].T
+        steps, motion = np.diff(t), joint_steps(q, wraps)
+        use = (steps > 0.0) & (steps <= longest)
+        # The mean velocity of an interval against the mean of its ends: right to second order.
+        mean = np.where(use, motion, 0.0) / np.where(use, steps, 1.0)
+        ends = np.where(use, 0.5 * (qdot[1:] + qdot[:-1]), 0.0)
+        products, new = smooth_products(mean, use), slice(max(rows.start - begin - 1, 0), None)
+        mean, ends, path = mean[new], ends[new], position + np.cumsum(motion[new])
+        if not len(mean):
+            continue
+        off = np.abs(ends - mean)
+        differences.append(off[use[new]])
+        squares = mean @ mean, ends @ mean, ends @ ends, off @ off
+        sums += np.array([*squares, np.sum(products), len(products)])
+        position, least, greatest = path[-1], min(least, path.min()), max(greatest, path.max())
+        k = int(np.argmax(off))
+        if off[k] > worst:
+            row, worst = int(numbers[new][k + 1 - len(numbers[new])]), float(off[k])
+    if (count := len(differences)) < 4:
+        return None
+    square, product, reported, left, smooth = (sums[:5] / count).tolist()
+    moving = max(smooth * count / sums[5], 0.0) if sums[5] else square
+    speed, rms, noise = math.sqrt(square), math.sqrt(left), math.sqrt(max(square - moving, 0.0))
+    jitter = noise * usual / math.sqrt(2.0)
+    surely = max(SPEED_MINIMUM, NOISE_FACTOR * noise / count**0.25)
+    if moving < surely**2 or greatest - least < max(RANGE_FACTOR * jitter, RANGE_MINIMUM):
+        return None
+    # The noise of the positions is in the differences alone: the motion is the measure.
+    scale, lag = product / moving, 0.0
+    left = reported - 2.0 * scale * product + scale**2 * square
+    least = DIFFERENCE_SHARE * speed
+    explained = left < (EXPLAINED_SHARE * rms) ** 2 and abs(scale - 1.0) > SCALE_TOLERANCE
+    if rms <= least or not explained:
+        scale, lag = 1.0, _lag(samples, wraps, usual, least)
+    typical = median(differences[rows] for rows in spans(count))
+    return VelocityCheck(rms, typical, worst, row, speed, noise, lag, scale)
+
+
+def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
+    # Returns the delay (s) of the reported velocities that explains their difference; 0 if none
+    # does, or if the difference (RMS) is not above the least.
+    lags = usual * np.linspace(-LAG_INTERVALS, LAG_INTERVALS, 8 * LAG_INTERVALS + 1)
+    pieces = [np.zeros((len(lags), 0))]
+    for begin in range(0, len(samples), LAG_PIECE * math.ceil(len(samples) / LAG_MESSAGES)):
+        t, q, qdot, _ = samples[begin : begin + LAG_PIECE].T
+        path = np.append(0.0, np.cumsum(joint_steps(q, wraps)))
+        steps, errors = np.diff(t), np.diff(path_errors(t, path, qdot, lags), axis=1)
+        # An interval is used if no gap is within the largest lag of it.
+        gaps = np.append(0.0, np.cumsum((steps <= 0.0) | (steps > INTERVAL_FACTOR * usual)))
+        ends = t[:-1] + lags[0], t[1:] + lags[-1]
+        use = np.ptp(np.interp(ends, t, gaps, left=math.nan, right=math.nan), axis=0) == 0.0
+        pieces.append(np.abs(errors[:, use] / steps[use]))
+    found = np.concatenate(pieces, axis=1)
+    squares, now = np.sum(found**2, axis=1), len(lags) // 2
+    best = int(np.argmin(squares))
+    if squares[now] <= found.shape[1] * least**2 or best in (0, len(lags) - 1):
+        return 0.0
+    # A few outliers hide a lag from the mean square, a long rest from the median.
+    explained = squares[best] < EXPLAINED_SHARE**2 * squares[now]
+    explained |= np.median(found[best]) < EXPLAINED_SHARE * np.median(found[now])
+    return float(lags[best]) if explained else 0.0

@@ -1,0 +1,143 @@
+"""The states of an arm at every message of a recording, in columns."""
+
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ....estimation.status_text import StatusText
+from ....kernel import Floats
+from ....kinematics.singularity import Singularity
+from ....kinematics.tool_state import ToolState
+from ....robot.measures import MEASURES
+from ....robot.robot import Robot
+from ..readers.block import Flags
+from ..readers.columns import Column, StateTable
+from .ingest import KnownJoints
+from .judging import Levels
+from .reported_velocities import MotionColumns
+
+
+class Stretch(NamedTuple):
+    """
+    States in a row with one label, rows `first` to `last`.
+
+    They last to row `until`: the next state, unless something breaks in between.
+    """
+
+    label: int
+    first: int
+    last: int
+    until: int
+
+
+def stretches_of(pieces: Iterable[tuple[npt.NDArray[Any], Flags]]) -> Iterator[Stretch]:
+    """Yield the stretches of labels (N,), which come with whether something breaks before each."""
+    label = first = count = 0
+    for labels, breaks in pieces:
+        label = label if count else int(labels[0])
+        before = np.concatenate([[label], labels[:-1]])
+        for k in np.flatnonzero((labels != before) | breaks).tolist():
+            row = count + k
+            if row > first:
+                yield Stretch(label, first, row - 1, row - int(breaks[k]))
+            first, label = row, int(labels[k])
+        count += len(labels)
+    if count:
+        yield Stretch(label, first, count - 1, count - 1)
+
+
+class PublishedWarning(NamedTuple):
+    """
+    A warning as the node would have published it; `row` is the state it belongs to or precedes.
+    """
+
+    row: int
+    moment: int
+    status_text: StatusText
+
+
+class Timeline(MotionColumns):
+    """
+    Every state of a recording; N of them, in columns beside those of its joints.
+
+    Other values (Jacobian, quaternion, twist, other measures) are computed again from `q` and
+    `qdot` for the rows that need them.
+
+    Attributes
+    ----------
+    messages : shape (N,)
+        Number of the message that made it, from 0.
+    turned : shape (N,)
+        Whether the tool's quaternion is published with the opposite sign of the kernel's.
+    position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
+        Of the tool in the base frame; speeds are NaN if unknown.
+    measures : by name, shape (N,)
+        As in `Singularity`: the watched one, and those the page shows besides.
+    distance, nearest_singular : shape (N,), rad; shape (N, n), rad or m
+        As in `Singularity`: what is found depends on the states before.
+    factors : shape (N, F), rad
+        Distance to the zero of each named factor; F is 0 if the file lists none.
+    levels : shape (N,)
+        OK, WARN or ERROR, with hysteresis.
+    silent : shape (N,)
+        Whether the state was stale just before.
+    warnings
+        The warnings that the node would have published.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        super().__init__(robot.dof)
+        self.messages, self.turned, self.position = Column(np.int64), Column(bool), StateTable(3)
+        self.speed, self.turning = Column(np.float64), Column(np.float64)
+        kept = [one.name for one in MEASURES.values() if one.on_page]
+        self.measures = {
+            name: Column(np.float64) for name in (robot.singularity.thresholds.measure, *kept)
+        }
+        self.distance, self.nearest_singular = Column(np.float64), StateTable(robot.dof)
+        self.factors = StateTable(len(robot.singularity.factors.names))
+        self.levels, self.silent = Column(np.int8), Column(bool)
+        self.warnings: list[PublishedWarning] = []
+
+    @property
+    def end(self) -> float:
+        """Return the time of the last state, s."""
+        return float(self.t[-1])
+
+    def append(self, batch: 'TimelineBatch', levels: Levels, turned: Flags) -> None:
+        """Add the next batch of states."""
+        known, state, singularity = batch.known, batch.state, batch.singularity
+        twist = np.where(known.moving[:, None], state.twist, np.nan)
+        silent = np.zeros(len(known), dtype=bool)
+        silent[list(known.timeouts)] = True
+        self.messages.append(known.messages)
+        self.add(known.stamps, known.q, known.qdot, known.differenced)
+        self.turned.append(turned)
+        self.position.append(state.position)
+        self.speed.append(np.linalg.norm(twist[:, :3], axis=1))
+        self.turning.append(np.linalg.norm(twist[:, 3:], axis=1))
+        for name, column in self.measures.items():
+            column.append(getattr(singularity, name))
+        self.distance.append(singularity.distance)
+        self.nearest_singular.append(singularity.nearest_singular)
+        factors = singularity.factors
+        none = np.zeros((len(known), 0))
+        self.factors.append(none if factors is None else factors.estimates)
+        self.levels.append(levels)
+        self.silent.append(silent)
+
+
+class TimelineBatch(NamedTuple):
+    """
+    A batch of states with everything the node would publish of them.
+
+    `first` is the number of its first state, and `warnings` are those at its states.
+    """
+
+    first: int
+    known: KnownJoints
+    state: ToolState
+    quaternion_xyzw: Floats
+    singularity: Singularity
+    warnings: list[PublishedWarning]

@@ -1,0 +1,284 @@
+"""
+The command `audit`: a recording or a planned trajectory, judged as the node would have judged it.
+"""
+
+import sys
+from collections.abc import Mapping
+from datetime import datetime
+from enum import Enum
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+from ....cli.options import OfOption, RobotOption, WrongUsage, ending_at, flag, given_robot, option
+from ....errors import KinematicsError
+from ....estimation.estimator import EstimatorSettings
+from ....kinematics.servo_rule import ServoRule
+from ....output_file import write_documents
+from ....robot.measures import thresholds_for
+from ....robot.robot import Robot, with_singularity
+from ..audit.auditing import AuditSettings
+from ..audit.dataset.episode_audit import EpisodeWork
+from ..audit.report.audit_runs import Outcome, Run, outcomes
+from ..audit.report.summary import print_summary
+from ..audit.slowing import SlowingSettings
+from ..datasets.episodes import is_dataset
+from .dataset_audit import DatasetOutputs, audit_dataset
+from .frame_options import GapOption, given_frames
+from .plan_options import given_plans
+from .recording_options import (
+    ColumnsOption,
+    FormatOption,
+    JointsOption,
+    PrefixOption,
+    StampsOption,
+    TableWords,
+    TopicOption,
+    given_selection,
+)
+
+FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
+
+
+class VelocitySource(str, Enum):
+    """Where joint velocities come from."""
+
+    auto = 'auto'
+    message = 'message'
+    difference = 'difference'
+
+
+def audit(
+    files: Annotated[list[Path], typer.Argument(metavar='FILE...', help='Recordings or plans.')],
+    robot: RobotOption,
+    of: OfOption = None,
+    topic: TopicOption = None,
+    pose_topic: Optional[str] = option(
+        'Topic of measured poses: stamped poses, points or transforms; /tf:FRAME.', 'TOPIC'
+    ),
+    columns: ColumnsOption = None,
+    joint_format: JointsOption = None,
+    stamps: StampsOption = None,
+    html: Optional[Path] = option('Write a page with every curve.', 'FILE'),
+    json: Optional[Path] = option('Write everything as JSON; - prints it.', 'FILE'),
+    out: Optional[Path] = option('Write the topics the node would have published.', 'FILE.mcap'),
+    fail_on: Optional[str] = option('When to exit with code 1: never, warn, stop, ...', 'LIST'),
+    speed_limit: Optional[float] = option('Of plans: the largest speed of the tool, m/s.', 'M/S'),
+    speed_of: Optional[str] = option(
+        'Of plans: other points whose speed counts: frames by number, or joints.', 'POINT,...'
+    ),
+    scale: bool = flag('--scale', 'Say where ks.scale would have slowed it, and why.'),
+    reduced: bool = flag('--reduced', 'The same with the reduced speeds of the robot file.'),
+    servo: bool = flag('--servo', "The same by MoveIt Servo's rule for singular poses."),
+    joint_prefix: PrefixOption = '',
+    velocity_source: VelocitySource = option(
+        'Source of joint velocities, as for the node.', default=VelocitySource.auto
+    ),
+    timeout: float = option('As joint_state_timeout of the node.', 'SECONDS', default=1.0),
+    warn: Optional[float] = option('Threshold of WARN, instead of that of the robot file.'),
+    stop: Optional[float] = option('Threshold of ERROR, likewise.'),
+    pose_format: FormatOption = None,
+    pose_gap: GapOption = None,
+    pose_warn: str = option(
+        'Remaining pose error (rms) from which on it is WARN.', 'LIMIT', default='4mm,0.5deg'
+    ),
+    pose_stop: str = option(
+        'Remaining pose error that makes --fail-on frames fail.', 'LIMIT', default='20mm,2deg'
+    ),
+    jobs: Optional[int] = option('Number of files to audit at once.', 'N', shown='1'),
+    workers: Optional[str] = option(
+        'Have a dask cluster audit the files, which its workers must see.',
+        'dask://HOST:PORT',
+        shown='here',
+    ),
+    labels: Optional[Path] = option(
+        'Of a dataset: write labels of every frame as parquet files.', 'DIR'
+    ),
+    clearance: bool = flag('--clearance', 'Labels have the clearance too, which takes long.'),
+    resume: Optional[Path] = option(
+        'Of a dataset: keep what is done in FILE, and go on from there.', 'FILE'
+    ),
+) -> None:
+    """
+    Judge a recording of joint states, or a planned trajectory, as the node would have judged it:
+    poses, twists, times near a singularity, limits, gaps, jumps, and whether a second source of
+    poses agrees.
+
+    \b
+    Examples:
+      kinematics_service audit run.mcap --robot ur5e --html run.html
+      kinematics_service audit plan.yaml --robot arm.yaml --speed-limit 0.25
+      kinematics_service audit bag/ --robot ur5e --pose-topic /tcp_pose --json -
+      kinematics_service audit run.mcap --robot arm.yaml --scale --html run.html
+      kinematics_service audit run.bag --robot panda --out run_kinematics.mcap
+      kinematics_service audit shift/*.mcap --robot ur5e --jobs 4 --html pages/
+      kinematics_service audit my_dataset --robot so101 --html dataset.html --jobs 4
+
+    \b
+    FILE is one of
+      an MCAP file, a rosbag2 directory or .db3, a ROS 1 bag    (needs rosbags)
+      a table (.csv): stamp,position.<joint>,velocity.<joint>, perhaps pose.x ...;
+        what UR's RTDE recorder writes; other columns with --columns
+      a JointTrajectory (.yaml, .json) as `ros2 topic echo` prints it, or in a bag
+      a dataset: a folder of LeRobot (v2, v3), parquet, HDF5 or npz files with
+        one episode or many                              (needs pyarrow, h5py)
+
+    A plan is judged between its points too. It is proved to keep away from singular
+    poses, or refuted by one, or not decided. This is no safety function.
+
+    \b
+    Each of several FILEs gets its own verdict; --html, --json and --out name
+    folders, and the exit code is that of the worst.
+
+    \b
+    Exit code 0: judged. 1: FILE cannot be read or has no state of this robot, or
+    --fail-on is met. 2: wrong usage. --fail-on is a list of
+      warn, stop     it comes nearer to a singularity than that threshold
+      undecided      of a plan that is neither proved nor refuted, and the same
+                     of --speed-limit
+      limits         a joint is beyond its limits
+      speed          a joint is above its velocity limit, or a plan above --speed-limit
+      frames         there is no second source of poses, it cannot be compared, or
+                     it disagrees: a cause is found, or more than --pose-stop
+                     remains with constant offsets of base and tool
+      never          the default for a recording; the default for a plan is
+                     stop,undecided, and speed with --speed-limit
+    A plan with a sample that could not be judged, and a file with a wrong checksum,
+    fail too, unless --fail-on is never.
+    """
+    failures = _failures(fail_on)
+    if not 1e-3 <= timeout <= 3600.0:
+        raise WrongUsage(f'--timeout: {timeout:g} is not within 0.001 and 3600 s')
+    if workers is not None and (jobs is not None or out is not None):
+        raise WrongUsage('--workers cannot be combined with --jobs or --out')
+    if jobs is not None and jobs < 1:
+        raise WrongUsage(f'--jobs: {jobs} is not 1 or more')
+    of_dataset = {'--labels': labels, '--clearance': clearance or None, '--resume': resume}
+    slowed = scale or reduced or servo or None
+    of_others = (out, topic, pose_topic, slowed, speed_limit, speed_of)
+    dataset = _dataset_of(files, of_dataset, of_others)
+    arm = _judged(ending_at(given_robot(robot), of), warn, stop)
+    words = TableWords(columns, pose_format, joint_format, stamps)
+    reading = given_selection(arm, topic, pose_topic, joint_prefix, words)
+    settings = AuditSettings(
+        EstimatorSettings(joint_prefix, velocity_source.value, round(timeout * 1e9)),
+        given_frames(pose_gap, pose_warn, pose_stop),
+        given_plans(arm, failures, speed_limit, speed_of),
+        SlowingSettings(reduced, ServoRule() if servo else None) if slowed else None,
+    )
+    date = datetime.now().astimezone().isoformat(' ', 'seconds')
+    if dataset is not None:
+        work = EpisodeWork(reading, settings, failures, labels, clearance)
+        written = DatasetOutputs(html, json, resume)
+        audit_dataset(dataset, robot, date, work, written, jobs or 1, workers)
+        return
+    paths = {
+        'html': _paths('--html', html, files, '.html'),
+        'json': _paths('--json', json, files, '.json'),
+        'out': _paths('--out', out, files, '.mcap'),
+    }
+    for name, own in paths.items():
+        for path in own:
+            if path is not None and any(_belongs_to(path, file) for file in files):
+                raise WrongUsage(f'--{name}: {path} is the recording itself')
+    wanted = html is not None, json is not None
+    runs = [
+        Run(file, robot, date, reading, settings, failures, *wanted, own)
+        for file, own in zip(files, paths['out'])
+    ]
+    failed = False
+    for k, outcome in enumerate(outcomes(runs, jobs or 1, workers)):
+        if k:
+            print()
+        _report(outcome, paths['html'][k], paths['json'][k])
+        failed |= outcome.failed
+    if failed:
+        raise typer.Exit(1)
+
+
+def _dataset_of(
+    files: list[Path], of_dataset: Mapping[str, object], of_others: tuple[object, ...]
+) -> Path | None:
+    # The one that is a dataset; options that are for the others, or for it, are wrong then.
+    dataset = next((file for file in files if is_dataset(file)), None)
+    if dataset is None:
+        given = next((name for name, value in of_dataset.items() if value is not None), None)
+        if given:
+            raise WrongUsage(f'{given} is for a dataset, and FILE is none')
+    elif len(files) > 1:
+        raise WrongUsage(f'{dataset} is a dataset: give one at a time')
+    elif any(value is not None for value in of_others):
+        raise WrongUsage(
+            f'{dataset} is a dataset: --out, topics, --scale, --reduced, --servo and the speeds '
+            'of plans are for recordings and plans'
+        )
+    return dataset
+
+
+def _failures(text: str | None) -> tuple[str, ...] | None:
+    if text is None:
+        return None
+    wanted = tuple(word.strip() for word in text.split(',') if word.strip())
+    for word in wanted:
+        if word not in FAILURES:
+            raise WrongUsage(f'--fail-on: {word!r} is not one of {", ".join(FAILURES)}')
+    if not wanted or ('never' in wanted and len(wanted) > 1):
+        raise WrongUsage('--fail-on: name what is a failure, or never')
+    return wanted
+
+
+def _judged(robot: Robot, warn: float | None, stop: float | None) -> Robot:
+    if warn is None and stop is None:
+        return robot
+    own = robot.singularity.thresholds
+    try:
+        thresholds = thresholds_for(
+            robot.singularity.task,
+            own.measure,
+            own.warn if warn is None else warn,
+            own.stop if stop is None else stop,
+        )
+    except KinematicsError as error:
+        raise WrongUsage(f'--warn, --stop: {error}') from None
+    return with_singularity(robot, None, thresholds)
+
+
+def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> list[Path | None]:
+    # The file of an option for each recording: those of several go into a folder, by their names.
+    several = len(files) > 1
+    if given is None or not (several or given.is_dir()):
+        return [given] * len(files)
+    if str(given) == '-':
+        raise WrongUsage(f'{option} - is for one recording; name a folder for {len(files)}')
+    if given.exists() and not given.is_dir():
+        raise WrongUsage(f'{option}: {given} is a file; name a folder for {len(files)} recordings')
+    names = [(file.name if file.is_dir() else file.stem) + suffix for file in files]
+    for name, file in zip(names, files):
+        other = files[names.index(name)]
+        if other is not file:
+            raise WrongUsage(f'{option}: {other} and {file} would both be {given / name}')
+    try:
+        given.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WrongUsage(f'{option}: {given}: {error.strerror}') from None
+    return [given / name for name in names]
+
+
+def _belongs_to(path: Path, recording: Path) -> bool:
+    # Whether an output would take the place of a recording, or of a file of a bag's folder.
+    if not path.exists() or not recording.exists():
+        return False
+    parts = [recording, *(recording.iterdir() if recording.is_dir() else ())]
+    return any(part.exists() and path.samefile(part) for part in parts)
+
+
+def _report(outcome: Outcome, html: Path | None, json: Path | None) -> None:
+    if outcome.summary is None:
+        print(f'{outcome.error}', file=sys.stderr)
+        return
+    report = partial(print_summary, outcome.summary)
+    write_documents(html, outcome.html, json, outcome.json, report)
+    if outcome.error:
+        print(outcome.error, file=sys.stderr)

@@ -1,0 +1,26 @@
+"""Options of `audit` that concern plans."""
+
+import math
+from collections.abc import Sequence
+
+from ....cli.options import WrongUsage
+from ....errors import PlanError
+from ....kinematics.plans.check import threshold_of_distance
+from ....robot.robot import Robot
+from ..audit.planned import PlanSettings, refuse_unknown_point
+
+
+def given_plans(
+    robot: Robot, failures: Sequence[str] | None, limit: float | None, points: str | None
+) -> PlanSettings:
+    """Return what is asked of plans: with --fail-on warn the distance of that threshold."""
+    if limit is not None and not 0.0 < limit < math.inf:
+        raise WrongUsage(f'--speed-limit: {limit:g} is no speed above 0 m/s')
+    names = tuple(name.strip() for name in (points or '').split(',') if name.strip())
+    for name in names:
+        try:
+            refuse_unknown_point(robot, name)
+        except PlanError as error:
+            raise WrongUsage(f'--speed-of: {error}') from None
+    strict = failures is not None and 'warn' in failures
+    return PlanSettings(threshold_of_distance(robot, 'warn' if strict else 'stop'), limit, names)

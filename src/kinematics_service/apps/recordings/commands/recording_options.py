@@ -1,0 +1,86 @@
+"""Options of the commands that read recordings: which parts of a file, and what they mean."""
+
+from typing import Annotated, NamedTuple, Optional
+
+from ....cli.options import WrongUsage, named
+from ....errors import RecordingError
+from ....robot.robot import Robot
+from ...checking.pose_format import PoseFormat, pose_format
+from ..readers.joint_format import JointFormat
+from ..readers.source import Selection
+from ..readers.stamp_format import StampFormat, stamp_format
+
+TopicOption = Annotated[
+    Optional[str], named('--topic', 'Topic of a bag; needed if it has several.', 'TOPIC')
+]
+ColumnsOption = Annotated[
+    Optional[str],
+    named(
+        '--columns',
+        'Beginnings of the column names: stamp=, position=, velocity=, pose= (or '
+        'pose=pos_+quat_); or columns by number (position=2-7), or elements of a vector '
+        '(position=state[0:6]).',
+        'KEY=START,...',
+    ),
+]
+PrefixOption = Annotated[
+    str, named('--joint-prefix', 'Put before the joint names of the robot file.', 'TEXT')
+]
+FormatOption = Annotated[
+    Optional[str],
+    named(
+        '--pose-format',
+        'Pose columns: m or mm, rad or deg, xyzw, wxyz, rotvec, rpy, matrix, position, or '
+        'angles by their axes (xyz: that stand still; ZYX: that move); for instance mm,deg,ZYX; '
+        'or a maker: kuka, fanuc, abb, staubli, kawasaki, ur, leica, faro.',
+        'WORDS',
+    ),
+]
+JointsOption = Annotated[
+    Optional[str],
+    named(
+        '--joint-format',
+        'Joint columns: rad, deg, turns, m, mm, percent of the limits, ticks a turn and '
+        'their zero (4096@2048), a joint of its own (elbow=4096@2048), or a file with a '
+        'calibration or statistics (.json).',
+        'WORDS',
+    ),
+]
+StampsOption = Annotated[
+    Optional[str],
+    named(
+        '--stamps',
+        'Unit of the stamps (s, ms, us, ns), or the rate of rows without stamps (30Hz); '
+        'none: the arm stands still in each row.',
+        'UNIT|RATE|none',
+    ),
+]
+
+
+class TableWords(NamedTuple):
+    """What options say of the columns of a table, in words."""
+
+    columns: str | None
+    pose_format: str | None
+    joint_format: str | None
+    stamps: str | None
+
+
+def given_selection(
+    robot: Robot, topic: str | None, pose_topic: str | None, prefix: str, table: TableWords
+) -> Selection:
+    """Return the parts of a recording that options name."""
+    joints = JointFormat(table.joint_format or '')
+    try:
+        joints.units(robot)
+    except RecordingError as error:
+        raise WrongUsage(str(error)) from None
+    try:
+        form = PoseFormat() if table.pose_format is None else pose_format(table.pose_format)
+    except RecordingError as error:
+        raise WrongUsage(f'--pose-format: {error}') from None
+    try:
+        stamps = StampFormat() if table.stamps is None else stamp_format(table.stamps)
+    except RecordingError as error:
+        raise WrongUsage(f'--stamps: {error}') from None
+    return Selection(robot, topic, pose_topic, table.columns, prefix, form, joints, stamps)

@@ -1,0 +1,188 @@
+"""The arms of a dataset: which elements of its vectors are whose joints, and whose poses."""
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ....errors import RecordingError
+from ....typography import listed
+from ..readers.arm_columns import SHOWN
+from ..readers.source import Selection
+
+
+class KnownVectors(NamedTuple):
+    """
+    Vectors that belong together, as a kind of dataset names them.
+
+    Attributes
+    ----------
+    position, velocity
+        Of the joints.
+    pose
+        Of the tool, perhaps position and orientation.
+    kind
+        What orientations are where the names of the elements do not tell; empty: the usual.
+    """
+
+    position: str
+    velocity: str
+    pose: str
+    kind: str = ''
+
+
+KNOWN = (
+    # LeRobot, and what was made of it.
+    KnownVectors('observation.state', 'observation.velocity', 'observation.ee_pose'),
+    KnownVectors(
+        'observation.state', 'observation.velocity', 'observation.cartesian_position', 'rpy'
+    ),
+    # HDF5 of robomimic, ALOHA and DROID.
+    KnownVectors(
+        'obs.robot0_joint_pos', 'obs.robot0_joint_vel', 'obs.robot0_eef_pos+obs.robot0_eef_quat'
+    ),
+    KnownVectors('observations.qpos', 'observations.qvel', 'observations.ee_pose'),
+    KnownVectors(
+        'observation.robot_state.joint_positions',
+        'observation.robot_state.joint_velocities',
+        'observation.robot_state.cartesian_position',
+        'rpy',
+    ),
+    KnownVectors('qpos', 'qvel', 'ee_pose'),
+    KnownVectors('q', 'qd', 'pose'),
+)
+STAMPS = ('timestamp', 'stamp', 'time')
+# Of numbers that no option says what they are.
+TAKEN = 'is taken for the joints'
+# Names of elements that say no more than which number it is.
+NUMBERED = re.compile(r'[a-z]*[._ ]?\d+([._ ](pos|position|angle|q))?', re.IGNORECASE)
+
+
+class DatasetArm(NamedTuple):
+    """
+    One arm of a dataset.
+
+    Attributes
+    ----------
+    label
+        Its name in the dataset, empty if there is one alone.
+    reading, position
+        Its columns; what `--columns` would say of its joints, empty if it does.
+    guessed
+        What was taken for what, a sentence; empty if an option said it.
+    """
+
+    label: str
+    reading: Selection
+    position: str
+    guessed: str
+
+
+def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetArm, ...]:
+    """
+    Return the arms of a dataset, by the names of its columns.
+
+    Parameters
+    ----------
+    rate : Hz
+        Of the rows as the dataset says it, 0 if it does not.
+
+    Raises
+    ------
+    RecordingError
+        It is not clear which numbers are joints of the arm.
+    """
+    stamp = next((name for name in STAMPS if name in header), '')
+    if rate and not stamp and not wanted.stamps.rate:
+        wanted = wanted._replace(stamps=wanted.stamps._replace(rate=rate))
+    if wanted.columns is not None:
+        if stamp and 'stamp=' not in wanted.columns:
+            wanted = wanted._replace(columns=f'stamp={stamp},{wanted.columns}')
+        return (DatasetArm('', wanted, '', ''),)
+    there = [one for one in KNOWN if _elements(header, one.position)]
+    if not there:
+        raise RecordingError(
+            f'no vector of joint positions is known among {listed(header, SHOWN)}; name it: '
+            '--columns position=VECTOR, or position=VECTOR[0:6] if it holds more'
+        )
+    names = max(there, key=lambda one: _elements(header, one.pose.split('+')[0]) != [])
+    if names.kind and not wanted.pose_format.kind:
+        wanted = wanted._replace(pose_format=wanted.pose_format._replace(kind=names.kind))
+    parts = _parts(header, names.position, wanted)
+    if len(parts) > 1 and '.json' in wanted.joint_format.text:
+        raise RecordingError(
+            'a file of --joint-format is that of one arm: give one at a time, --columns '
+            f'position={parts[0][1]}'
+        )
+    return tuple(
+        DatasetArm(
+            label,
+            wanted._replace(columns=_columns(header, names, stamp, part, k, len(parts))),
+            part,
+            f'{part.rstrip(".")} {TAKEN} {", ".join(wanted.robot.joint_names)}',
+        )
+        for k, (label, part) in enumerate(parts)
+    )
+
+
+def crossed_with(arm: DatasetArm, other: DatasetArm) -> DatasetArm:
+    """Return the poses of an arm with the joints of another one."""
+    columns = arm.reading.columns or ''
+    own, theirs = f'position={arm.position}', f'position={other.position}'
+    return arm._replace(reading=arm.reading._replace(columns=columns.replace(own, theirs)))
+
+
+def _elements(header: Sequence[str], vector: str) -> list[str]:
+    return [name for name in header if name.startswith(f'{vector}.')]
+
+
+def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str, str]]:
+    # The arms' labels, and the beginnings or the elements of their joints.
+    elements, robot = _elements(header, vector), wanted.robot
+    first = robot.joint_names[0]
+    starts = [name.removesuffix(first) for name in elements if name.endswith(first)]
+    whole = [s for s in starts if all(s + joint in elements for joint in robot.joint_names)]
+    if f'{vector}.{wanted.joint_prefix}' in whole and wanted.joint_prefix:
+        return [('', f'{vector}.{wanted.joint_prefix}')]
+    if whole:
+        labels = [start.removeprefix(f'{vector}.').strip('._') for start in whole]
+        return list(zip(labels, whole))
+    n, count = robot.dof, len(elements)
+    if {f'{vector}.{axis}' for axis in 'xyz'} <= set(elements):
+        raise RecordingError(
+            f'{vector} holds {listed(elements, SHOWN)}, which is a pose: name the vector of the '
+            'joints, --columns position=VECTOR'
+        )
+    own = [name.removeprefix(f'{vector}.') for name in elements]
+    if not all(map(NUMBERED.fullmatch, own)):
+        raise RecordingError(
+            f'{vector} names its numbers {listed(own, SHOWN)}, and the joints of {robot.name} are '
+            f'{", ".join(robot.joint_names)}: if they are the same in this order, say so with '
+            f'--columns position={vector}[0:{n}]'
+        )
+    if count in (n, n + 1):  # the last is a gripper
+        return [('', f'{vector}[0:{n}]')]
+    if count in (2 * n, 2 * n + 2):
+        half = count // 2
+        return [('left', f'{vector}[0:{n}]'), ('right', f'{vector}[{half}:{half + n}]')]
+    raise RecordingError(
+        f'{vector} has {count} numbers, and {robot.name} has {n} joints: say which they are, for '
+        f'instance --columns position={vector}[0:{n}]'
+    )
+
+
+def _columns(
+    header: list[str], names: KnownVectors, stamp: str, part: str, k: int, arms: int
+) -> str:
+    # What --columns would say of arm k.
+    found = [f'stamp={stamp}'] if stamp else []
+    found.append(f'position={part}')
+    slice_ = part.removeprefix(names.position)
+    if _elements(header, names.velocity):
+        found.append(f'velocity={names.velocity}{slice_}')
+    poses = [len(_elements(header, one)) for one in names.pose.split('+')]
+    if all(poses):
+        each = [count // arms for count in poses]
+        vectors = zip(names.pose.split('+'), each)
+        sliced = '+'.join(f'{one}[{k * size}:{(k + 1) * size}]' for one, size in vectors)
+        found.append(f'pose={names.pose if arms == 1 else sliced}')
+    return ','.join(found)

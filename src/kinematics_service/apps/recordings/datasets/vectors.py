@@ -1,0 +1,301 @@
+"""The numbers of an episode: columns by name, vectors taken apart into their elements."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....errors import RecordingError
+from ....kernel import Floats
+from .episodes import (
+    HDF5,
+    INSTALL,
+    PARQUET,
+    STEPS,
+    Episode,
+    fault_of,
+    headers_of,
+    refuse_to_hold,
+    refuse_twice,
+)
+
+# Vectors with more elements are images and the like.
+MOST_ELEMENTS = 128
+# Groups within each other of an HDF5 file: h5py needs a time that grows with their square.
+MOST_GROUPS_DEEP = 32
+# The physical type of texts in parquet: a text of any length is one value.
+TEXTS = 'BYTE_ARRAY'
+# Endings of the names of elements that say that a joint's number is its position.
+ENDS_OF_JOINTS = ('.pos', '.position')
+# Groups of rows of parquet files that are kept, for the next episode in them.
+KEPT = 2
+
+
+class Columns(NamedTuple):
+    """Columns of numbers: their names, and the numbers of each (N,)."""
+
+    header: list[str]
+    columns: list[Floats]
+
+    def __len__(self) -> int:
+        return len(self.columns[0])
+
+    def chosen(self, names: Sequence[str]) -> Floats:
+        """Return the numbers (N, k) of some columns."""
+        places = [self.header.index(name) for name in names]
+        if not places:
+            return np.zeros((len(self), 0))
+        return np.column_stack([self.columns[k] for k in places])
+
+
+def columns_of_episode(episode: Episode) -> Columns:
+    """
+    Return the numbers of an episode.
+
+    Raises
+    ------
+    RecordingError
+        Its file cannot be read, or has no numbers.
+    """
+    if episode.fault:
+        raise RecordingError(episode.fault)
+    suffix = episode.file.suffix.lower()
+    read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
+    try:
+        found = taken_apart(read(episode), episode.elements)
+    except ImportError as error:
+        raise RecordingError(INSTALL.format(reason=error)) from None
+    except Exception as error:
+        raise RecordingError(fault_of(episode.file, error)) from None
+    if not found.header or not len(found):
+        raise RecordingError(f'{episode.file}: {episode.name}: has no rows of numbers')
+    return found
+
+
+def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[str]]) -> Columns:
+    """
+    Return vectors (N, k) as columns of their elements, by name or by number from 0.
+
+    Parameters
+    ----------
+    elements
+        Names of elements, by vector.
+    """
+    header: list[str] = []
+    columns: list[Floats] = []
+    for name, numbers in vectors.items():
+        if numbers.ndim == 1:
+            header.append(name)
+            columns.append(numbers)
+            continue
+        names = [_joint_of(one) for one in elements.get(name, ())]
+        if len(names) != numbers.shape[1] or len(set(names)) < len(names):
+            names = list(map(str, range(numbers.shape[1])))
+        header += [f'{name}.{one}' for one in names]
+        columns += list(numbers.T)
+    refuse_twice(header)
+    return Columns(header, columns)
+
+
+def _joint_of(element: str) -> str:
+    for end in ENDS_OF_JOINTS:
+        element = element.removesuffix(end)
+    return element
+
+
+def vectors_of_table(table: Any) -> dict[str, Floats]:
+    """Return the columns of an Arrow table or batch that are numbers, (N,) or (N, k)."""
+    import pyarrow as pa
+
+    if isinstance(table, pa.RecordBatch):
+        table = pa.Table.from_batches([table])
+    table = _without_structs(table)
+    refuse_twice(table.column_names)
+    found = {name: _numbers(table[name]) for name in table.column_names}
+    return {name: numbers for name, numbers in found.items() if numbers is not None}
+
+
+def _numbers(column: Any) -> Floats | None:
+    import pyarrow as pa
+    import pyarrow.types as types
+
+    array = column.combine_chunks()
+    known = np.asarray(array.is_valid())
+    lists = _is_list(array.type)
+    while _is_list(array.type):
+        if _lengths(array) > 1:
+            return None
+        array = array.flatten()
+    if not (types.is_floating(array.type) or types.is_integer(array.type)):
+        return None
+    if types.is_float16(array.type):
+        array = array.cast(pa.float32())
+    numbers = np.asarray(array.to_numpy(zero_copy_only=False), dtype=np.float64)
+    if not lists:
+        return numbers
+    count = int(np.sum(known))
+    size = len(numbers) // count if count else _size(column.type)
+    if not 0 < size <= MOST_ELEMENTS:
+        return None
+    # A vector that is missing is left out where others are put one after the other.
+    rows = np.full((len(known), size), np.nan)
+    rows[known] = numbers.reshape(count, size)
+    return rows
+
+
+def _size(kind: Any) -> int:
+    # The number of elements that a type of vectors tells, 0 if it tells none.
+    import pyarrow.types as types
+
+    size = 1
+    while _is_list(kind):
+        size *= kind.list_size if types.is_fixed_size_list(kind) else 0
+        kind = kind.value_type
+    return size
+
+
+def _lengths(array: Any) -> int:
+    # How many lengths the lists have that are there.
+    import pyarrow.types as types
+
+    if types.is_fixed_size_list(array.type):
+        return 1
+    return len(array.drop_null().value_lengths().unique())
+
+
+def _is_list(kind: Any) -> bool:
+    import pyarrow.types as types
+
+    return bool(types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind))
+
+
+def _of_parquet(episode: Episode) -> dict[str, Floats]:
+    import pyarrow as pa
+    import pyarrow.parquet as parquet
+
+    file = str(episode.file)
+    with parquet.ParquetFile(file) as opened:
+        metadata = opened.metadata
+        sizes = [metadata.row_group(k).num_rows for k in range(metadata.num_row_groups)]
+    count = sum(sizes) if episode.count < 0 else episode.count
+    begins = np.cumsum([0, *sizes])
+    end = episode.first + count
+    parts = []
+    for k, begin in enumerate(begins[:-1].tolist()):
+        low, high = max(episode.first, begin), min(end, begin + sizes[k])
+        if low < high:
+            part = _row_group(file, episode.file.stat().st_mtime_ns, k, episode.place)
+            parts.append(part.slice(low - begin, high - low))
+            refuse_to_hold(episode.file, sum(len(one) * one.num_columns for one in parts))
+    table = pa.concat_tables(parts)
+    if episode.place == STEPS:
+        table = _steps_of(table[STEPS].combine_chunks())
+    return vectors_of_table(table)
+
+
+def _steps_of(row: Any) -> Any:
+    # The table in one row: a list of steps, or a list for each number of a step.
+    import pyarrow as pa
+
+    if not pa.types.is_struct(row.type):
+        return pa.Table.from_struct_array(row.flatten())
+    table = _without_structs(pa.Table.from_struct_array(row))
+    return pa.table({name: table[name].combine_chunks().flatten() for name in table.column_names})
+
+
+def _without_structs(table: Any) -> Any:
+    import pyarrow as pa
+
+    while any(pa.types.is_struct(field.type) for field in table.schema):
+        table = table.flatten()
+    return table
+
+
+@lru_cache(maxsize=KEPT)
+def _row_group(file: str, changed: int, k: int, place: str) -> Any:
+    # Of the columns that may be numbers: pictures are not read.
+    import pyarrow.parquet as parquet
+
+    with parquet.ParquetFile(file) as opened:
+        names = [one.name for one in opened.schema_arrow if _may_be_numbers(one.type)]
+        group = opened.metadata.row_group(k)
+        chunks = [group.column(j) for j in range(group.num_columns)]
+        read = (place,) if place else names
+        begins = tuple(f'{name}.' for name in read)
+        own = [
+            one
+            for one in chunks
+            if f'{one.path_in_schema}.'.startswith(begins) and one.physical_type != TEXTS
+        ]
+        refuse_to_hold(Path(file), sum(one.num_values for one in own))
+        return opened.read_row_group(k, columns=[one.path_in_schema for one in own])
+
+
+def _may_be_numbers(kind: Any) -> bool:
+    import pyarrow.types as types
+
+    while _is_list(kind):
+        kind = kind.value_type
+    if types.is_struct(kind):
+        return any(_may_be_numbers(kind.field(k).type) for k in range(kind.num_fields))
+    return bool(types.is_floating(kind) or types.is_integer(kind))
+
+
+def _of_hdf5(episode: Episode) -> dict[str, Floats]:
+    import h5py
+
+    with h5py.File(episode.file, 'r') as opened:
+        found: list[tuple[str, Any]] = []
+
+        def take(name: str, part: Any) -> None:
+            if name.count('/') > MOST_GROUPS_DEEP:
+                raise RecordingError(
+                    f'{episode.file}: more than {MOST_GROUPS_DEEP} groups are within each other'
+                )
+            if isinstance(part, h5py.Dataset) and part.ndim and part.dtype.kind in 'iuf':
+                if part.external or part.is_virtual:
+                    raise RecordingError(
+                        f'{episode.file}: the numbers of {part.name} are in other files, '
+                        'which are not read: copy them into this file'
+                    )
+                found.append((name.replace('/', '.'), part))
+
+        opened[episode.place or '/'].visititems(take)
+        refuse_twice(name for name, _ in found)
+        return _alike(episode.file, dict(found), dict(found).__getitem__)
+
+
+def _of_arrays(episode: Episode) -> dict[str, Floats]:
+    every = _arrays(episode.file, episode.file.stat().st_mtime_ns)
+    end = None if episode.count < 0 else episode.first + episode.count
+    return {name: numbers[episode.first : end] for name, numbers in every.items()}
+
+
+@lru_cache(maxsize=1)
+def _arrays(file: Path, changed: int) -> dict[str, Floats]:
+    with np.load(file, allow_pickle=False) as arrays:
+        return _alike(file, headers_of(file), arrays.__getitem__)
+
+
+def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) -> dict[str, Floats]:
+    # Those with as many rows as most have, as numbers (N,) or (N, k). The others are not read.
+    small = {
+        name: array
+        for name, array in arrays.items()
+        if array.ndim and array.dtype.kind in 'iuf' and np.prod(array.shape[1:]) <= MOST_ELEMENTS
+    }
+    counts = [len(array) for array in small.values()]
+    usual = max(counts, key=counts.count, default=0)
+    small = {name: array for name, array in small.items() if len(array) == usual}
+    # HDF5 unpacks whole chunks, which may be larger than an array that grows.
+    parts = [(array.shape, getattr(array, 'chunks', None) or ()) for array in small.values()]
+    refuse_to_hold(file, sum(max(map(math.prod, part)) for part in parts))
+    return {
+        name: np.asarray(read(name), dtype=np.float64).reshape(
+            array.shape[:1] + (-1,) * (array.ndim > 1)
+        )
+        for name, array in small.items()
+    }

@@ -1,0 +1,413 @@
+"""The columns of an arm among those of a table: by known heads, or as `--columns` says."""
+
+import re
+from collections import Counter
+from pathlib import Path
+from typing import NamedTuple
+
+from ....errors import RecordingError
+from ....typography import listed
+from ...checking.pose_format import (
+    ACCEPTED_POSES,
+    MAKERS,
+    PoseFormat,
+    pose_columns,
+    pose_of_columns,
+)
+from .head_units import units_of_heads
+from .joint_format import ANGLES, LENGTHS, PERCENT, STATE, JointFormat
+from .source import Selection
+from .stamp_format import UNITS, StampFormat
+
+# Most columns in an error message, and most letters of each.
+SHOWN, LONGEST_NAME = 12, 60
+STAMP = 'stamp'
+# Heads of stamps where a maker's own heads have none, in small letters.
+STAMPS = (STAMP, 'timestamp', 'time', 't', 'date', 'datetime', '%time', '__time')
+# Columns by their numbers from 1; elements of a vector from 0, without the last.
+NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
+# Heads of joints by their numbers, and of their velocities.
+NUMBERED = re.compile(r'((?:q|j|joint|axis|theta|angle|pos|position)[ _.]?)\d+', re.IGNORECASE)
+RATES = ('qd', 'dq', 'qdot', 'qd_', 'dq_', 'velocity', 'velocity_', 'vel_')
+# Words in the heads of commanded poses, which nothing measured.
+COMMANDED = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
+SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
+HOW = (
+    '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin; without '
+    'stamps, --stamps 30Hz numbers the rows, and --stamps none says that the arm stands in each'
+)
+
+
+class ColumnNames(NamedTuple):
+    """
+    The beginnings of the column names of a layout; the stamp's whole name.
+
+    Positions that begin with nothing are named as the joints; of velocities there are none then.
+    """
+
+    stamp: str
+    position: str
+    velocity: str
+    pose: str
+
+
+class Layout(NamedTuple):
+    """
+    Heads of columns that are known.
+
+    Attributes
+    ----------
+    maker
+        Whose controllers write them, one of `MAKERS`: with its units; empty: rad and m.
+    needed
+        Endings that must be there besides the joints, as nobody else writes them.
+    numbered
+        Whether the joints are found by their numbers alone.
+    """
+
+    names: ColumnNames
+    maker: str = ''
+    needed: tuple[str, ...] = ()
+    numbered: bool = False
+
+
+LAYOUTS = (
+    Layout(ColumnNames(STAMP, 'position.', 'velocity.', 'pose.')),
+    # The columns that the recorder of Universal Robots' RTDE client writes.
+    Layout(ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_')),
+    # As people write them: the names of the joints, and x y z with what tells the orientation.
+    Layout(ColumnNames('', '', '', '')),
+    # AXIS_ACT and POS_ACT, jointtarget and robtarget, and positions as teach pendants show them.
+    Layout(ColumnNames('', 'A', '', ''), 'kuka', ('x', 'y', 'z', 'a', 'b', 'c')),
+    Layout(ColumnNames('', 'J', '', ''), 'fanuc', ('x', 'y', 'z', 'w', 'p', 'r')),
+    Layout(ColumnNames('', 'rax_', '', ''), 'abb'),
+    Layout(ColumnNames('', 'JT', '', ''), 'kawasaki', ('x', 'y', 'z', 'o', 'a', 't')),
+)
+
+
+class ArmColumns(NamedTuple):
+    """
+    The columns of an arm, and what their numbers are.
+
+    Attributes
+    ----------
+    stamp
+        Its column, empty if rows are numbered.
+    stamps
+        The unit of stamps, or the rate of the rows.
+    positions, velocities, poses
+        In the order of the arm's joints; none or all of the velocities; of a pose in the order of
+        its numbers.
+    joints, form
+        Units of the joints; what the numbers of a pose are.
+    names
+        The beginnings, for messages.
+    guessed
+        What no option says and the heads let suppose, each a sentence.
+    """
+
+    stamp: str
+    stamps: StampFormat
+    positions: list[str]
+    velocities: list[str]
+    poses: list[str]
+    joints: JointFormat
+    form: PoseFormat
+    names: ColumnNames
+    guessed: tuple[str, ...]
+
+
+def arm_columns(
+    file: Path | str, header: list[str], wanted: Selection, accepted: str = HOW
+) -> ArmColumns:
+    """
+    Return the columns of an arm.
+
+    Parameters
+    ----------
+    file
+        Its name, for messages.
+    accepted
+        What is accepted, for the message on a missing column.
+
+    Raises
+    ------
+    RecordingError
+        One is missing or occurs twice, or `--columns` is none.
+    """
+    name, times = Counter(header).most_common(1)[0]
+    if times > 1:
+        raise RecordingError(f'{file}: column {_cut(name)} occurs twice')
+    return _Search(file, header, wanted, accepted).found()
+
+
+class _Search:
+    def __init__(
+        self, file: Path | str, header: list[str], wanted: Selection, accepted: str
+    ) -> None:
+        own = wanted.robot.joint_names
+        self.heads = units_of_heads(header, own)
+        self.file, self.header, self.wanted = file, self.heads.names, wanted
+        self._accepted = accepted
+        self.joints = [wanted.joint_prefix + name for name in own]
+        named = {head: name for name, head in self.heads.heads.items()}
+        given = {} if wanted.columns is None else _given(wanted.columns)
+        self._given = {key: named.get(value, value) for key, value in given.items()}
+
+    def found(self) -> ArmColumns:
+        layout = self._layout()
+        names, wanted = layout.names, self.wanted
+        guessed: list[str] = []
+        stamp = self._stamp(names.stamp)
+        positions, velocities = self._positions(names.position), self._family(names.velocity)
+        if len(positions) != len(self.joints):
+            raise RecordingError(
+                f'{self.file}: --columns position= names {len(positions)} columns; '
+                f'{wanted.robot.name} has {len(self.joints)} joints'
+            )
+        joints, form = self._joint_units(positions), wanted.pose_format
+        for scale, column in zip(joints.units(wanted.robot).scale, velocities):
+            unit = self.heads.units.get(column, '')
+            if unit and (ANGLES | LENGTHS).get(unit.removesuffix('/s')) != scale:
+                head = self.heads.heads[column]
+                text = f'column {head!r} is in {unit}, its position in another unit'
+                raise RecordingError(f'{self.file}: {text}')
+        if layout.maker:
+            if joints == JointFormat():
+                joints = JointFormat('deg,mm')
+                guessed.append(
+                    f'joints {names.position}1, {names.position}2, ... are taken in degrees, as '
+                    f'{layout.maker.upper()} writes them (--joint-format says other units)'
+                )
+            if form == PoseFormat():
+                form = MAKERS[layout.maker]
+        state = [name for name in self.header if name.startswith(f'{STATE}.')]
+        if positions[0] in state:
+            joints = joints._replace(first=state.index(positions[0]))
+        if layout.numbered:
+            text = f'{listed(positions, SHOWN)} are taken for {", ".join(self.joints)}'
+            if joints == JointFormat():
+                ask = 'are they rad or deg? (--joint-format rad, --joint-format deg,mm)'
+                raise RecordingError(f'{self.file}: {text}, by their numbers: {ask}')
+            guessed.append(f'{text}, by their numbers')
+        if not names.position and joints == JointFormat():
+            guessed.append(
+                f'{listed(positions, SHOWN)} are taken in rad and m (--joint-format says other '
+                'units)'
+            )
+        poses, form = self._poses(names.pose, form)
+        asked = {'position', 'pose'} & self._given.keys()
+        if not (poses or asked) and form == PoseFormat():
+            poses, form = self._poses_alone(guessed)
+        if set(poses) & set(positions):
+            poses, form = [], PoseFormat()  # of a gantry x, y and z are joints
+        if layout.maker and poses:
+            guessed.append(
+                f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
+                f'{form.in_words()} (--pose-format says what else they are)'
+            )
+        form, stamps, heads = (
+            self._pose_units(poses, form),
+            self._stamp_unit(stamp),
+            self.heads.heads,
+        )
+        stamp, named = heads.get(stamp, ''), (positions, velocities, poses)
+        positions, velocities, poses = ([heads[name] for name in some] for some in named)
+        return ArmColumns(
+            stamp, stamps, positions, velocities, poses, joints, form, names, tuple(guessed)
+        )
+
+    def _joint_units(self, positions: list[str]) -> JointFormat:
+        # Options and heads must agree.
+        robot, given, told = self.wanted.robot, self.wanted.joint_format, {}
+        for name, column, slides in zip(robot.joint_names, positions, robot.prismatic):
+            accepted = (*(LENGTHS if slides else ANGLES), PERCENT)
+            if not given.text or self.heads.units.get(column) in accepted:
+                told[name] = self.heads.unit([column], accepted, str(self.file))
+        words = ','.join(f'{name}={unit}' for name, unit in told.items() if unit)
+        if not words:
+            return given
+        if given.text:
+            one, other = (JointFormat(text) for text in (given.text, f'{given.text},{words}'))
+            if (one.units(robot).scale != other.units(robot).scale).any():
+                raise self._contradiction(words, f'--joint-format {given.text}')
+            return given
+        if '' in told.values():
+            raise RecordingError(
+                f'{self.file}: some heads have units ({words}), others none: --joint-format has '
+                'room for all'
+            )
+        return JointFormat(words)
+
+    def _pose_units(self, poses: list[str], form: PoseFormat) -> PoseFormat:
+        told = {
+            'length': self.heads.unit(poses[:3], LENGTHS, str(self.file)),
+            'angle': self.heads.unit(poses[3:], ('rad', 'deg'), str(self.file)),
+        }
+        for field, unit in told.items():
+            given = getattr(self.wanted.pose_format, field)
+            if unit and given not in (unit, getattr(PoseFormat(), field)):
+                raise self._contradiction(unit, f'--pose-format {given}')
+        return form._replace(**{field: unit for field, unit in told.items() if unit})
+
+    def _stamp_unit(self, stamp: str) -> StampFormat:
+        told, given = self.heads.unit([stamp], UNITS, str(self.file)), self.wanted.stamps
+        if told and given.unit not in ('', told):
+            raise self._contradiction(told, f'--stamps {given.unit}')
+        return given._replace(unit=told or given.unit)
+
+    def _contradiction(self, told: str, option: str) -> RecordingError:
+        return RecordingError(f'{self.file}: the heads say {told}, and {option}: leave out one')
+
+    def _layout(self) -> Layout:
+        usual = LAYOUTS[0]
+        if 'position' in self._given:
+            names = usual.names._replace(**self._given)
+            self._required(names.position)
+            return Layout(names)
+        for layout in (*LAYOUTS, *self._numbered_joints()):
+            if self._fits(layout):
+                return layout._replace(names=layout.names._replace(**self._given))
+        self._required(usual.names.position)
+        return usual
+
+    def _numbered_joints(self) -> list[Layout]:
+        # Heads such as q1 ... q6 or J 1 ... J 6, if there are as many as joints and the numbers in
+        # the names of the joints rise.
+        found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
+        own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
+        if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
+            return []
+        # q1 .. q4 may be a quaternion; q0 and q1 are not taken for joints q1 and q2.
+        if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
+            return []
+        rates = next((one for one in RATES if self._family(one)), '')
+        return [Layout(ColumnNames('', found[0], rates, ''), numbered=True)]
+
+    def _fits(self, layout: Layout) -> bool:
+        names = layout.names
+        if not self._positions(names.position):
+            return False
+        if layout.maker:
+            ends = {name.lower() for name in self.header}
+            return ends >= set(layout.needed)
+        # A table of joints that lacks stamps alone is told so.
+        named = names.position and not layout.numbered and 'stamp' not in self._given
+        return not named or names.stamp in self.header or self.wanted.stamps.rate > 0.0
+
+    def _stamp(self, name: str) -> str:
+        if self.wanted.stamps.rate:
+            return ''
+        named = {column.lower(): column for column in self.header}
+        if not name or (name == STAMP and name not in named):
+            name = next((named[one] for one in STAMPS if one in named), STAMP)
+        columns = self._numbered(name)
+        if columns:
+            return columns[0]
+        if name not in self.header:
+            asked = '' if 'stamp' in self._given else ' (seconds)'
+            rest = '' if 'stamp' in self._given else f'; {self._accepted}'
+            raise RecordingError(
+                f'{self.file}: there is no column {name!r}{asked}; the header has '
+                f'{self._shown()}{rest}'
+            )
+        return name
+
+    def _required(self, beginning: str) -> None:
+        if not self._positions(beginning):
+            missing = [j for j in self.joints if beginning + j not in self.header]
+            alone = (
+                '; there are poses of the tool, and no joint positions by these names: '
+                '`kinematics_service ik --one` of each pose gives some'
+            )
+            raise RecordingError(
+                f'{self.file}: there is no column {beginning + missing[0]!r} for joint '
+                f'{missing[0]!r} of {self.wanted.robot.name}; the header has {self._shown()}; '
+                f'{self._accepted}{alone if self._poses_alone([])[0] else ""}'
+            )
+
+    def _positions(self, beginning: str) -> list[str]:
+        # Likewise; where they begin with nothing, the names of the joints themselves.
+        if beginning:
+            return self._family(beginning)
+        both = self.joints, self.wanted.robot.joint_names
+        return next((list(own) for own in both if set(own) <= set(self.header)), [])
+
+    def _family(self, beginning: str) -> list[str]:
+        # Returns the columns of the joints, by name or by number from 0 or from 1; none if one is
+        # missing.
+        if not beginning:
+            return []
+        columns = self._numbered(beginning)
+        if columns:
+            return columns
+        n = len(self.joints)
+        for start in (beginning, f'{beginning}.', f'{beginning}_', f'{beginning} '):
+            for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
+                columns = [f'{start}{end}' for end in ends]
+                if all(column in self.header for column in columns):
+                    # Numbers from 1 are also numbers from 0 with one left over.
+                    return columns
+        return []
+
+    def _numbered(self, text: str) -> list[str]:
+        # Returns the columns of numbers like 2-7, or the elements of a vector like state[0:6].
+        part = SLICE.fullmatch(text)
+        if part is not None:
+            elements = [name for name in self.header if name.startswith(f'{part[1]}.')]
+            return elements[int(part[2] or 0) : int(part[3]) if part[3] else None]
+        span = NUMBERS.fullmatch(text)
+        if span is None:
+            return []
+        first, last = int(span[1]), int(span[2] or span[1])
+        if not 1 <= first <= last <= len(self.header):
+            raise RecordingError(
+                f'{self.file}: --columns: {text} is not within the {len(self.header)} columns'
+            )
+        return self.header[first - 1 : last]
+
+    def _poses(self, text: str, form: PoseFormat) -> tuple[list[str], PoseFormat]:
+        asked = 'pose' in self._given or self.wanted.pose_format != PoseFormat()
+        parts = [part.strip() for part in text.split('+')]
+        columns = [column for part in parts for column in self._numbered(part)]
+        found = (
+            pose_of_columns(columns, form) if columns else pose_columns(self.header, parts, form)
+        )
+        if found is None and asked:
+            raise RecordingError(f'{self.file}: {text}* are no pose: {ACCEPTED_POSES}')
+        return found or ([], PoseFormat())
+
+    def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
+        # The one pose of the table, whatever its heads begin with.
+        named = (name for name in self.header if not COMMANDED.search(name))
+        starts = dict.fromkeys(name[:-1] for name in named if name[-1:] in 'xX')
+        tried = {start: pose_columns(self.header, [start], PoseFormat()) for start in starts}
+        found = {start: pose for start, pose in tried.items() if pose}
+        if len(found) > 1:
+            which = ' or '.join(f'pose={start.strip()}' for start in found)
+            guessed.append(f'several poses are in the table, and none is read: --columns {which}')
+        if len(found) != 1:
+            return [], PoseFormat()
+        ((columns, form),) = found.values()
+        guessed.append(f'{", ".join(columns)} are taken for poses of the tool ({form.kind})')
+        return columns, form
+
+    def _shown(self) -> str:
+        return listed([_cut(name) for name in self.heads.heads.values()], SHOWN)
+
+
+def _given(text: str) -> dict[str, str]:
+    given = {}
+    for item in text.split(','):
+        key, equals, value = (part.strip() for part in item.partition('='))
+        if not equals or key not in ColumnNames._fields:
+            raise RecordingError(
+                f'--columns: {item!r} is not accepted; write for instance '
+                'stamp=time,position=q_,velocity=qd_,pose=tcp_'
+            )
+        given[key] = value.rstrip('*')
+    return given
+
+
+def _cut(name: str) -> str:
+    return ascii(name if len(name) <= LONGEST_NAME else f'{name[:LONGEST_NAME]}...')

@@ -1,0 +1,84 @@
+"""
+A topic with poses of the tool in a bag: of a long topic only as many as the frame check can use.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from ...checking.pose_format import PoseFormat
+from .block import SECOND
+from .source import PoseTrack
+from .tool_poses import PoseRows
+
+# Position and orientation in a message of each type.
+POSES = {
+    'geometry_msgs/msg/PoseStamped': ('pose.position', 'pose.orientation'),
+    'geometry_msgs/msg/PoseWithCovarianceStamped': ('pose.pose.position', 'pose.pose.orientation'),
+    'geometry_msgs/msg/TransformStamped': ('transform.translation', 'transform.rotation'),
+    'geometry_msgs/msg/PointStamped': ('point',),
+}
+TRANSFORM = 'geometry_msgs/msg/TransformStamped'
+TRANSFORMS = 'tf2_msgs/msg/TFMessage'
+# Number of poses kept (13 MB): if there are more, every second one is dropped, again and again.
+# The frame check uses some hundred of those within the recording.
+HELD = 2**16
+
+
+def track_of_messages(
+    topic: str,
+    kind: str,
+    messages: Iterable[tuple[int, bytes]],
+    read: Callable[[bytes], Sequence[Any]],
+) -> PoseTrack | None:
+    """
+    Return the poses of messages that come with the time (ns) of their receipt; None without any.
+
+    Parameters
+    ----------
+    kind
+        Their type, one of `POSES`.
+    read
+        Makes messages, one or none but for `/tf`, of their bytes, or raises any exception.
+    """
+    parts = zip(POSES[kind], ('xyz', 'xyzw'))
+    numbers = [attrgetter(f'{part}.{axis}') for part, axes in parts for axis in axes]
+    rows, stamps = np.empty((HELD, len(numbers))), np.empty(HELD, dtype=np.int64)
+    stride, kept, count, looked_at, frame = 1, 0, 0, 0, ''
+    unreadable = 0
+    for time, raw in messages:
+        count += 1
+        if (count - 1) % stride:
+            continue
+        if kept == HELD:
+            kept, stride = HELD // 2, 2 * stride
+            rows[:kept], stamps[:kept] = rows[::2].copy(), stamps[::2].copy()
+        looked_at += 1
+        try:
+            found = read(raw)
+        except Exception:  # bytes can make the reader raise any exception
+            unreadable += 1
+            continue
+        if not found:
+            count, looked_at = count - 1, looked_at - 1
+            continue
+        message = found[0]
+        stamp = message.header.stamp
+        stamps[kept] = int(stamp.sec) * SECOND + int(stamp.nanosec) or time
+        rows[kept] = [number(message) for number in numbers]
+        frame = frame or str(message.header.frame_id)
+        kept += 1
+    if not count:
+        return None
+    if not kept:
+        none = np.zeros((0, 4, 4))
+        return PoseTrack(topic, '', stamps[:0], none, refused='none of its messages can be read')
+    poses = PoseRows(PoseFormat('xyzw' if len(numbers) == 7 else 'position'), len(numbers))
+    poses.take(stamps[:kept], rows[:kept])
+    track = poses.track(topic, frame)
+    if unreadable:
+        doubt = f'{unreadable:,} of {looked_at:,} messages cannot be read'
+        track = track._replace(doubts=(*track.doubts, doubt))
+    return track._replace(total=count)

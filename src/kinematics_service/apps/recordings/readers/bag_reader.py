@@ -1,0 +1,338 @@
+"""Bags of ROS 2 (MCAP, sqlite3) and ROS 1, read without ROS by rosbags, which not all have."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import groupby, islice
+from pathlib import Path
+from traceback import walk_tb
+from typing import Any
+
+import numpy as np
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
+
+from ....errors import KinematicsError, RecordingError
+from ....estimation.joint_sample import JointSample
+from ....estimation.joint_state_columns import columns_of
+from ....typography import listed
+from .bag_checks import checked, missing
+from .bag_poses import POSES, TRANSFORM, TRANSFORMS, track_of_messages
+from .between_points import PlannedTrajectory
+from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, blocks_of
+from .plan_reader import blocks_of_trajectories, trajectory_of_message
+from .ros1_index import LongBag
+from .source import PoseTrack, RecordingSource, Remark, Selection
+from .unpacking import (
+    bounded_chunks,
+    leave_messages_packed,
+    refuse_to_grow,
+    refuse_to_hold,
+    unpacked_message,
+)
+
+JOINT_STATE = 'sensor_msgs/msg/JointState'
+TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
+MOST_LISTED = 20
+MAGIC = {
+    '.mcap': (b'\x89MCAP0\r\n', 'an MCAP file'),
+    '.db3': (b'SQLite format 3', 'an sqlite3 bag'),
+    '.bag': (b'#ROSBAG V2', 'a ROS 1 bag'),
+}
+
+
+@contextmanager
+def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
+    """
+    Open a bag.
+
+    Raises
+    ------
+    RecordingError
+        It cannot be read, or has no such topic.
+    """
+    with bounded_chunks(path):
+        with _one_sentence(path):
+            _check(path)
+            if path.is_dir():
+                refuse_to_grow(path)
+            # Bags older than ROS 2 Iron do not hold the definitions of their messages.
+            reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+            if not reader.is2:
+                reader.readers = [LongBag(path)]
+            reader.open()
+        try:
+            with _one_sentence(path):
+                yield _Bag(path, reader, wanted).source()
+        finally:
+            reader.close()
+
+
+@contextmanager
+def _one_sentence(path: Path) -> Iterator[None]:
+    # A damaged file can make the reader raise any exception.
+    try:
+        yield
+    except KinematicsError:
+        raise
+    except Exception as error:
+        if not _from_the_reader(error):
+            raise
+        reason = ' '.join(str(error).split()) or type(error).__name__
+        raise RecordingError(f'{path}: cannot be read as a bag: {reason}{_advice(path)}') from None
+
+
+def _from_the_reader(error: BaseException) -> bool:
+    # Returns whether an error comes from rosbags or its dependencies, and not from this package.
+    *_, (frame, _) = walk_tb(error.__traceback__)
+    return not frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0])
+
+
+def _advice(path: Path) -> str:
+    if path.suffix == '.mcap':
+        with path.open('rb') as stream:
+            stream.seek(-8, 2)
+            if stream.read() != MAGIC['.mcap'][0]:
+                return ' (the file has no end: it was cut off; `mcap recover` may repair it)'
+    return ''
+
+
+def _check(path: Path) -> None:
+    if path.is_dir():
+        if not (path / 'metadata.yaml').exists():
+            raise RecordingError(
+                f'{path}: is a directory without metadata.yaml, so it is not a rosbag2 bag, and '
+                'it holds no dataset: no meta/info.json, and no .parquet, .hdf5 or .npz file'
+            )
+        return
+    with path.open('rb') as stream:
+        head = stream.read(16)
+    if not head:
+        raise RecordingError(f'{path}: is empty')
+    magic, what = MAGIC.get(path.suffix.lower(), (b'', ''))
+    if not head.startswith(magic):
+        raise RecordingError(f'{path}: is not {what}, whatever its name says')
+    for suffix, (start, what) in MAGIC.items():
+        if head.startswith(start) and path.suffix.lower() != suffix:
+            raise RecordingError(f'{path}: looks like {what}: rename it to *{suffix}')
+
+
+def _types_of(fields: Any) -> Iterator[str]:
+    # The names of the types of which fields are made, arrays of them included.
+    for _, (node, what) in fields:
+        while node.name in ('ARRAY', 'SEQUENCE'):
+            node, what = what[0]
+        if node.name == 'NAME':
+            yield what
+
+
+class _Bag:
+    def __init__(self, path: Path, reader: Any, wanted: Selection) -> None:
+        self.path, self.reader, self.wanted = path, reader, wanted
+        self.packed = leave_messages_packed(reader.readers[0])
+        self.types: dict[str, str] = {c.topic: c.msgtype for c in reader.connections}
+        self.remarks: list[Remark] = []
+        self.plans: list[PlannedTrajectory] = []
+        self.read = 0
+
+    def source(self) -> RecordingSource:
+        topic, kind = self._topic()
+        self._refuse_other_fields(topic, kind)
+        connections = self._connections(topic)
+        total: int | None = sum(connection.msgcount for connection in connections)
+        if not total:
+            raise RecordingError(f'{self.path}: there is no message on {topic}')
+        poses = self._poses()
+        what = {'.bag': 'ROS 1 bag', '.mcap': 'MCAP file'}.get(self.path.suffix, 'rosbag2 bag')
+        planned = kind == TRAJECTORY
+        if planned:
+
+            def read() -> Iterator[PlannedTrajectory]:
+                for message, _ in self._messages(connections):
+                    self.plans.append(trajectory_of_message(message))
+                    yield self.plans[-1]
+
+            blocks: Iterator[Block | UnreadableMessage] = blocks_of_trajectories(
+                read(), self.wanted, f'{self.path}: {topic}', self.remarks
+            )
+            what, total = f'planned trajectory in a {what}', None
+        else:
+            blocks = self._blocks(connections)
+        guarded = self._guarded(blocks, connections)
+        rest = lambda: poses, self.remarks, self.plans, self._pose_topics()
+        return RecordingSource(what, topic, planned, total, guarded, *rest)
+
+    def _guarded(
+        self, blocks: Iterator[Block | UnreadableMessage], connections: list[Any]
+    ) -> Iterator[Block | UnreadableMessage]:
+        with _one_sentence(self.path):
+            yield from blocks
+            self.remarks += checked(self.path)
+            topic, name = connections[0].topic, self.path.name
+            self.remarks += missing(name, topic, self._promised(connections), self.read)
+
+    def _promised(self, connections: list[Any]) -> int:
+        if self.reader.is2:
+            return sum(connection.msgcount for connection in connections)
+        own = {connection.id for connection in connections}
+        chunks = (chunk for one in self.reader.readers for chunk in one.chunk_infos)
+        return sum(
+            n for chunk in chunks for id_, n in chunk.connection_counts.items() if id_ in own
+        )
+
+    def _topic(self) -> tuple[str, str]:
+        wanted, kinds = self.wanted.topic, (JOINT_STATE, TRAJECTORY)
+        if wanted is not None:
+            kind = self.types.get(wanted) or self.types.get(f'/{wanted}')
+            if kind in kinds:
+                return (wanted if wanted in self.types else f'/{wanted}'), kind
+            known = f'is {kind}' if kind else 'does not exist'
+            raise RecordingError(f'{self.path}: topic {wanted} {known}; {self._listed()}')
+        for kind in kinds:
+            topics = [topic for topic, own in self.types.items() if own == kind]
+            if len(topics) > 1:
+                name = kind.rpartition('/')[2]
+                raise RecordingError(
+                    f'{self.path}: several topics have {name}: choose one with --topic '
+                    f'({", ".join(sorted(topics))})'
+                )
+            if topics:
+                return topics[0], kind
+        raise RecordingError(f'{self.path}: {self._listed()}')
+
+    def _refuse_other_fields(self, topic: str, kind: str) -> None:
+        # The bytes are read as the type of this name is everywhere, whatever the file calls so.
+        usual = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
+        if not self.reader.is2:
+            usual |= get_typestore(Stores.ROS1_NOETIC).fielddefs
+        own, names = self.reader.typestore.fielddefs, [kind]
+        for name in names:
+            fields = usual[name][1]
+            if name in own and own[name][1] != fields:
+                listed = ', '.join(field for field, _ in own[name][1]) or 'nothing'
+                raise RecordingError(
+                    f'{self.path}: {topic} is another {name} than that of ROS, with {listed[:200]}'
+                )
+            names += [part for part in _types_of(fields) if part not in names]
+
+    def _listed(self) -> str:
+        known = sorted(self.types.items())
+        if topics := [topic for topic, kind in known if kind in (JOINT_STATE, TRAJECTORY)]:
+            return f'JointState or JointTrajectory are on {", ".join(topics)}'
+        shown = [f'{topic} ({kind})' for topic, kind in known]
+        there_is = f'there is {listed(shown, MOST_LISTED)}' if shown else 'the bag is empty'
+        return f'no topic has JointState or JointTrajectory; {there_is}'
+
+    def _connections(self, topic: str) -> list[Any]:
+        return [c for c in self.reader.connections if c.topic == topic]
+
+    def _messages(self, connections: list[Any]) -> Iterator[tuple[Any, int]]:
+        for time, raw in self._raw(connections):
+            yield self.reader.deserialize(raw, connections[0].msgtype), time
+
+    def _raw(self, connections: list[Any]) -> Iterator[tuple[int, bytes]]:
+        refuse_to_hold(self.path, self.reader.readers[0], connections[0].topic)
+        self.read = 0
+        for _, time, raw in self.reader.messages(connections):
+            self.read += 1
+            yield time, unpacked_message(raw, self.path) if self.packed else raw
+
+    def _blocks(self, connections: list[Any]) -> Iterator[Block | UnreadableMessage]:
+        for length, alike in groupby(self._raw(connections), lambda message: len(message[1])):
+            most = max(1, min(LARGEST_BLOCK, LARGEST_BYTES // max(length, 1)))
+            while some := list(islice(alike, most)):
+                yield from self._alike(some)
+                some.clear()  # before the next are read
+
+    def _one_by_one(
+        self, messages: Iterable[tuple[int, bytes]]
+    ) -> Iterator[Block | UnreadableMessage]:
+        for readable, alike in groupby(
+            (self._sample(raw, time) for time, raw in messages),
+            lambda sample: isinstance(sample, JointSample),
+        ):
+            samples: Any = alike
+            yield from blocks_of(samples) if readable else samples
+
+    def _alike(self, messages: Sequence[tuple[int, bytes]]) -> Iterator[Block | UnreadableMessage]:
+        times, raws = zip(*messages)
+        columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
+        if columns is None:
+            yield from self._one_by_one(messages)
+            return
+        received = np.array(times, dtype=np.int64)
+        edges = np.flatnonzero(np.diff(columns.alike)) + 1
+        for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(raws)]):
+            span = slice(begin, end)
+            if not columns.alike[begin]:
+                yield from self._one_by_one(messages[span])
+                continue
+            yield Block(
+                columns.names,
+                columns.stamps[span],
+                received[span],
+                columns.positions[span],
+                columns.velocities[span],
+            )
+
+    def _sample(self, raw: bytes, time: int) -> JointSample | UnreadableMessage:
+        try:
+            message: Any = self.reader.deserialize(raw, JOINT_STATE)
+        except Exception as error:  # bytes can make the reader raise any exception
+            return UnreadableMessage(time, ' '.join(str(error).split()) or type(error).__name__)
+        stamp = message.header.stamp
+        return JointSample(
+            tuple(message.name),
+            message.position.tolist(),
+            message.velocity.tolist(),
+            int(stamp.sec) * SECOND + int(stamp.nanosec),
+            time,
+            time,
+        )
+
+    def _poses(self) -> PoseTrack | None:
+        topic = self.wanted.pose_topic
+        if topic is None:
+            return None
+        topic, _, child = topic.partition(':')
+        kind = self.types.get(topic)
+        if kind not in (*POSES, TRANSFORMS) or (child and kind != TRANSFORMS):
+            known = f'is {kind}' if kind else 'does not exist'
+            raise RecordingError(
+                f'{self.path}: pose topic {self.wanted.pose_topic} {known}; poses are on '
+                f'{self._pose_topics() or "no topic"}'
+            )
+        self._refuse_other_fields(topic, kind)
+        connections = self._connections(topic)
+        each = kind
+        if kind == TRANSFORMS:
+            child, each = self._child(topic, child, connections), TRANSFORM
+
+        def read(raw: bytes) -> list[Any]:
+            message: Any = self.reader.deserialize(raw, kind)
+            if kind != TRANSFORMS:
+                return [message]
+            return [one for one in message.transforms if one.child_frame_id == child]
+
+        track = track_of_messages(topic, each, self._raw(connections), read)
+        if track is None:
+            raise RecordingError(f'{self.path}: there is no message on {topic}')
+        return track
+
+    def _pose_topics(self) -> str:
+        usable = (*POSES, TRANSFORMS)
+        return ', '.join(sorted(name for name, own in self.types.items() if own in usable))
+
+    def _child(self, topic: str, asked: str, connections: list[Any]) -> str:
+        # The frame whose transforms are the poses: one that is asked for, or the only one.
+        parents: dict[str, set[str]] = {}
+        for message, _ in self._messages(connections):
+            for one in message.transforms:
+                parents.setdefault(one.child_frame_id, set()).add(one.header.frame_id)
+        chosen = asked or (next(iter(parents)) if len(parents) == 1 else '')
+        if len(parents.get(chosen, ())) == 1:
+            return chosen
+        shown = [f'{name} in {" and ".join(sorted(own))}' for name, own in sorted(parents.items())]
+        raise RecordingError(
+            f'{self.path}: {topic} has the transforms of {listed(shown, MOST_LISTED)}: say '
+            f'--pose-topic {topic}:FRAME for one that another source than the joints gives'
+        )

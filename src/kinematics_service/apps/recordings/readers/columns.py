@@ -1,0 +1,140 @@
+"""
+Numbers of every state of a recording, read again piece by piece; they are in memory while they are
+few.
+"""
+
+import os
+import tempfile
+from collections.abc import Iterable, Iterator
+from typing import IO, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ....errors import RecordingError
+from ....kernel import Floats
+
+# A column keeps this number of numbers in memory; then they go to a file without a name, which
+# disappears with the process, whatever ends it.
+HELD = 2**18
+# Number of states that findings process at once, so that their sums depend on nothing else:
+# shorter recordings (17 minutes at 1 kHz) are one piece.
+AT_ONCE = 2**20
+
+
+class Column:
+    """One number for each state, to be appended to, and then read like an array."""
+
+    def __init__(self, kind: Any) -> None:
+        self._kind = np.dtype(kind)
+        self._held: list[npt.NDArray[Any]] = []
+        self._held_count = self._written = 0
+        self._file: IO[bytes] | None = None
+
+    def __len__(self) -> int:
+        return self._written + self._held_count
+
+    def append(self, numbers: npt.ArrayLike) -> None:
+        """Add the numbers of the next states."""
+        own = np.array(numbers, dtype=self._kind)
+        self._held.append(own)
+        self._held_count += len(own)
+        if self._held_count > HELD:
+            self._write()
+
+    def _write(self) -> None:
+        try:
+            if self._file is None:
+                self._file = tempfile.TemporaryFile(prefix='kinematics_service_')  # noqa: SIM115
+            self._file.seek(0, os.SEEK_END)
+            for numbers in self._held:
+                self._file.write(numbers.data)
+            self._file.flush()
+        except OSError as error:
+            raise RecordingError(
+                f'{tempfile.gettempdir()}: no room for working files: {error.strerror} (some 250 '
+                'bytes a message; TMPDIR names another folder)'
+            ) from None
+        self._written += self._held_count
+        self._held, self._held_count = [], 0
+
+    def __getitem__(self, at: Any) -> Any:
+        if isinstance(at, slice):
+            begin, end, step = at.indices(len(self))
+            return self._read(begin, max(begin, end))[::step]
+        if isinstance(at, (int, np.integer)):
+            row = int(at) + (len(self) if at < 0 else 0)
+            return self._read(row, row + 1)[0]
+        rows = np.asarray(at)
+        if self._file is None:
+            return self._joined()[rows]
+        return np.array([self[row] for row in rows.tolist()], dtype=self._kind)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        return np.asarray(self[:], dtype=dtype)
+
+    def mapped(self) -> npt.NDArray[Any]:
+        """Return all numbers, the file mapped where there is one: what is changed, changes."""
+        if self._file is None:
+            return self._joined()
+        self._write()
+        return np.memmap(self._file, self._kind, 'r+')
+
+    def _joined(self) -> npt.NDArray[Any]:
+        if len(self._held) != 1:
+            empty = np.zeros(0, dtype=self._kind)
+            self._held = [np.concatenate(self._held) if self._held else empty]
+        return self._held[0]
+
+    def _read(self, begin: int, end: int) -> npt.NDArray[Any]:
+        if begin >= self._written:
+            return self._joined()[begin - self._written : end - self._written]
+        assert self._file is not None
+        self._file.seek(begin * self._kind.itemsize)
+        own = np.fromfile(self._file, self._kind, min(end, self._written) - begin)
+        if end <= self._written:
+            return own
+        return np.concatenate([own, self._joined()[: end - self._written]])
+
+
+class StateTable:
+    """Some numbers for each state: columns side by side, read like an array (N, k)."""
+
+    def __init__(self, columns: int) -> None:
+        self.columns = tuple(Column(np.float64) for _ in range(columns))
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    def append(self, rows: Floats) -> None:
+        """Add the rows of the next states."""
+        self._count += len(rows)
+        for k, column in enumerate(self.columns):
+            column.append(rows[:, k])
+
+    def __getitem__(self, at: Any) -> Floats:
+        if not self.columns:
+            return np.zeros((*np.broadcast_to(0, self._count)[at].shape, 0))
+        return np.stack([column[at] for column in self.columns], axis=-1)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+        return np.asarray(self[:], dtype=dtype)
+
+
+def spans(count: int) -> Iterator[slice]:
+    """Yield the rows of `count` in pieces that findings process at once."""
+    for begin in range(0, count, AT_ONCE):
+        yield slice(begin, min(begin + AT_ONCE, count))
+
+
+def median(pieces: Iterable[npt.NDArray[Any]]) -> float:
+    """
+    Return the median of numbers that come in pieces, 0 if there are none; none is NaN.
+
+    Many are sorted in a file, as far as that is needed, and not in memory.
+    """
+    every = Column(np.float64)
+    for piece in pieces:
+        every.append(piece)
+    return float(np.median(every.mapped(), overwrite_input=True)) if len(every) else 0.0

@@ -1,0 +1,78 @@
+"""The heads of a table's columns as names and units: `q1_deg`, `q3 [mm]`, `time (ms)`, `q[0]`."""
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
+
+from ....errors import RecordingError
+
+# The words for a unit, in small letters.
+UNITS = {
+    'rad': 'rad rads radian radians',
+    'deg': 'deg degs degree degrees ° º',
+    'm': 'm meter meters metre metres',
+    's': 's sec secs second seconds',
+    'us': 'us µs μs',
+    '': '- 1 wxyz xyzw',
+}
+WORDS = {word: unit for unit, words in UNITS.items() for word in words.split()}
+RATE = re.compile(r'(.+?)(?:[/_ ]s|/sec|\*?s\^?-1|ps)')
+IN_BRACKETS = re.compile(r'(.*?\S)[\s_]*[\[(]\s*([^\[\]()]*?)\s*[\])]')
+BEHIND = re.compile(
+    r'(.*?[^\s_.])[\s_.]+((?:rad|deg|degrees|radians|m|mm|cm)(?:(?:[/_ ]s|ps)|)|sec|s|ms|us|ns)',
+    re.IGNORECASE,
+)
+
+
+class HeadUnits(NamedTuple):
+    """Heads without their units, as `names` in their order; what each was; the words of units."""
+
+    names: list[str]
+    heads: Mapping[str, str]
+    units: Mapping[str, str]
+
+    def unit(self, names: Sequence[str], accepted: Collection[str], where: str) -> str:
+        """
+        Return the unit that the heads of some columns name, empty if none does.
+
+        Raises
+        ------
+        RecordingError
+            They name two, or another one than `accepted`.
+        """
+        found = {self.units.get(name, ''): name for name in names}
+        if len(found) > 1:
+            one, other = (repr(self.heads[name]) for name in list(found.values())[:2])
+            raise RecordingError(f'{where}: {one} and {other} have different units: write one')
+        (unit,) = found or ['']
+        if unit and unit not in accepted:
+            raise RecordingError(
+                f'{where}: column {self.heads[names[0]]!r}: {unit!r} is not one of '
+                f'{", ".join(accepted)}: rename the column, and say its unit by an option'
+            )
+        return unit
+
+
+def units_of_heads(header: Sequence[str], joints: Collection[str]) -> HeadUnits:
+    """Return heads without their units; one that ends in the name of a joint keeps its words."""
+    parted = [(head, '') if head.endswith(tuple(joints)) else _parted(head) for head in header]
+    names = [name for name, _ in parted]
+    # Of `q1_deg` beside `q1_rad` both keep their units as parts of their names.
+    kept = [
+        (name, unit) if names.count(name) == 1 else (head, '')
+        for head, (name, unit) in zip(header, parted)
+    ]
+    heads = {name: head for head, (name, _) in zip(header, kept)}
+    return HeadUnits(list(heads), heads, {name: unit for name, unit in kept if unit})
+
+
+def _parted(head: str) -> tuple[str, str]:
+    found = IN_BRACKETS.fullmatch(head) or BEHIND.fullmatch(head)
+    if found is None:
+        return head, ''
+    name, word = found[1], found[2].lower()
+    if word.isdecimal():
+        return f'{name}.{word}', ''
+    rate = RATE.fullmatch(word)
+    unit, of = (rate[1], '/s') if rate else (word, '')
+    return name, WORDS.get(unit, unit) + of

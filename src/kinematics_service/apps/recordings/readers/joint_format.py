@@ -1,0 +1,154 @@
+"""The meaning of the joint columns of a table: units, or encoder ticks with zero and ratio."""
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....errors import RecordingError
+from ....kernel import Floats
+from ....robot.robot import Robot
+
+# What is 1 of a unit, rad or m.
+ANGLES = {'rad': 1.0, 'deg': math.radians(1.0), 'turns': math.tau}
+LENGTHS = {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2}
+# Percent of the way from the middle of a joint's limits to one of them, -100 to 100.
+PERCENT = 'percent'
+# Ticks a turn, negative where the encoder counts the other way; the tick at zero.
+TICKS = re.compile(r'(-?\d+(?:\.\d+)?)(?:@(-?\d+(?:\.\d+)?))?')
+# The vector whose statistics are asked.
+STATE = 'observation.state'
+# Of the servos whose calibration LeRobot writes: ticks of a turn.
+SERVO_TURN = 4095.0
+ACCEPTED = (
+    'write rad, deg, turns, m, mm, percent (of the way from the middle of the limits to a '
+    "limit), an encoder's ticks a turn and its zero (4096@2048), one of these for a joint "
+    '(elbow=-4096@2048), or a file with a calibration or statistics (.json)'
+)
+
+
+class JointUnits(NamedTuple):
+    """Joint positions (..., n) are `scale` (n,) times numbers less `zero` (n,), rad or m."""
+
+    scale: Floats
+    zero: Floats
+
+    def positions(self, numbers: Floats) -> Floats:
+        """Return joint positions of numbers (..., n)."""
+        return np.asarray((numbers - self.zero) * self.scale)
+
+
+class JointFormat(NamedTuple):
+    """
+    The units of joint columns, in words with commas; empty: rad and m.
+
+    Each word is for all joints that it fits, or for the one that it names: `deg,mm`,
+    `turns,wrist=4096@2048`, or a file. `first` is the place of the arm's first joint in the state
+    of a dataset, of which a file may have the statistics.
+    """
+
+    text: str = ''
+    first: int = 0
+
+    def units(self, robot: Robot) -> JointUnits:
+        """
+        Return what the numbers of each joint of an arm are.
+
+        Raises
+        ------
+        RecordingError
+            A word is none, or names no joint of this arm; or a file cannot be read.
+        """
+        units = JointUnits(np.ones(robot.dof), np.zeros(robot.dof))
+        for word in (part.strip() for part in self.text.split(',') if part.strip()):
+            if word.endswith('.json'):
+                _take_file(units, robot, Path(word), self.first)
+                continue
+            name, named, unit = word.rpartition('=')
+            joints = range(robot.dof)
+            if named:
+                if name not in robot.joint_names:
+                    raise RecordingError(
+                        f'--joint-format: {name!r} is no joint of {robot.name}; it has '
+                        f'{", ".join(robot.joint_names)}'
+                    )
+                joints = range(robot.joint_names.index(name), robot.joint_names.index(name) + 1)
+            for j in joints:
+                _take_word(units, robot, j, unit)
+        return units
+
+
+def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
+    sliding = bool(robot.prismatic[j])
+    ticks = TICKS.fullmatch(unit)
+    if unit in ANGLES or unit in LENGTHS:
+        if (unit in LENGTHS) == sliding:
+            units.scale[j], units.zero[j] = (LENGTHS if sliding else ANGLES)[unit], 0.0
+    elif unit == PERCENT:
+        lower, upper = robot.limits[j].tolist()
+        if not math.isfinite(upper - lower):
+            raise RecordingError(
+                f'--joint-format: joint {robot.joint_names[j]} has no limits in the robot file, '
+                'of which its positions could be a percentage'
+            )
+        _take_range(units, j, (-100.0, 100.0), (lower, upper))
+    elif ticks and float(ticks[1]):
+        turn = 1.0 if sliding else math.tau  # of a sliding joint they are ticks a metre
+        units.scale[j], units.zero[j] = turn / float(ticks[1]), float(ticks[2] or 0.0)
+    else:
+        raise RecordingError(f'--joint-format: {unit!r} is not accepted; {ACCEPTED}')
+
+
+def _take_range(
+    units: JointUnits, j: int, numbers: tuple[float, float], meant: tuple[float, float]
+) -> None:
+    # The first of numbers is the first of what is meant, and the last the last.
+    scale = (meant[1] - meant[0]) / (numbers[1] - numbers[0])
+    units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(meant) / scale
+
+
+def _take_file(units: JointUnits, robot: Robot, file: Path, first: int) -> None:
+    try:
+        content = json.loads(file.read_text(encoding='utf-8'))
+        if not isinstance(content, Mapping):
+            raise ValueError('it holds no names')
+        motors = {name: one for name, one in content.items() if _is_motor(one)}
+        if motors:
+            _take_calibration(units, robot, motors)
+            return
+        least, most = _range_of_state(content, first, first + robot.dof)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise RecordingError(
+            f'--joint-format: {file}: is neither a calibration (range_min and range_max of every '
+            f'joint) nor statistics (min and max of observation.state): {error}'
+        ) from None
+    for j in range(robot.dof):
+        _take_range(units, j, (-1.0, 1.0), (least[j], most[j]))
+
+
+def _is_motor(content: Any) -> bool:
+    return isinstance(content, Mapping) and {'range_min', 'range_max'} <= content.keys()
+
+
+def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]) -> None:
+    # Numbers are -100 to 100 over the range of the servo, whose middle is the zero of the joint.
+    for j, name in enumerate(robot.joint_names):
+        one = motors[name]
+        reach = 0.5 * (float(one['range_max']) - float(one['range_min']))
+        sign = -1.0 if one.get('drive_mode') else 1.0
+        units.scale[j], units.zero[j] = sign * math.tau * reach / SERVO_TURN / 100.0, 0.0
+
+
+def _range_of_state(
+    content: Mapping[str, Any], first: int, end: int
+) -> tuple[list[float], list[float]]:
+    # Numbers were mapped from these to -1 to 1.
+    state = content[STATE]
+    least, most = ([float(x) for x in state[name][first:end]] for name in ('min', 'max'))
+    if min(len(least), len(most)) < end - first:
+        raise ValueError('there are fewer numbers than joints')
+    return least, most

@@ -1,0 +1,68 @@
+"""
+The source of joint states: one function for every kind of file, which the file's content tells.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ....errors import RecordingError
+from .plan_reader import open_planned
+from .source import RecordingSource, Selection
+from .table_reader import open_table
+
+INSTALL = (
+    "bags need rosbags ({reason}): pip install '.[bag]' in its checkout, or pip install rosbags"
+)
+BAGS = ('.mcap', '.db3', '.bag')
+TABLES = ('.csv', '.tsv', '.txt')
+TEXTS = ('.yaml', '.yml', '.json')
+ACCEPTED = (
+    'accepted are MCAP (.mcap), rosbag2 (a directory or .db3), ROS 1 bags (.bag), tables (.csv), '
+    'and planned trajectories (.yaml, .json)'
+)
+
+
+@contextmanager
+def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
+    """
+    Open a recording or a planned trajectory.
+
+    Raises
+    ------
+    RecordingError
+        It cannot be read; the message is one sentence.
+    """
+    if not file.exists():
+        raise RecordingError(f'{file}: there is no such file')
+    if not (file.is_file() or file.is_dir()):
+        # What is read more than once, and to its end, is not read from these.
+        raise RecordingError(f'{file}: is a device or a named pipe: give a file')
+    suffix = file.suffix.lower()
+    if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):
+        if wanted.of_tables:
+            raise RecordingError(f'{file}: {wanted.of_tables} is for tables; this is a bag')
+        try:
+            from .bag_reader import open_bag
+        except ImportError as error:
+            raise RecordingError(INSTALL.format(reason=error)) from None
+        with open_bag(file, wanted) as source:
+            yield source
+        return
+    if wanted.topic is not None or wanted.pose_topic is not None:
+        raise RecordingError(f'{file}: topics are for bags; {ACCEPTED}')
+    if suffix in TEXTS:
+        yield open_planned(file, wanted)
+    elif suffix in TABLES:
+        yield open_table(file, wanted)
+    else:
+        raise RecordingError(f'{file}: {suffix or "no suffix"} is not a kind of file; {ACCEPTED}')
+
+
+def _looks_like_a_bag(file: Path) -> bool:
+    try:
+        with file.open('rb') as stream:
+            head = stream.read(16)
+    except OSError as error:
+        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
+    return head.startswith((b'\x89MCAP', b'#ROSBAG V2', b'SQLite format 3'))

@@ -1,0 +1,286 @@
+"""Planned joint trajectories, read from text or messages."""
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....errors import RecordingError
+from ....kernel import Floats
+from ....robot.file.text.entries import choice, did_you_mean, meant_by
+from ....robot.file.text.yaml_reader import YamlError
+from ....robot.file.text.yaml_values import MOST_VALUES, read_documents
+from ....robot.measures import Level
+from .between_points import FINEST, PlannedTrajectory, sampled
+from .block import LARGEST_BLOCK, SECOND, Block, Times
+from .source import RecordingSource, Remark, Selection
+
+# Trajectories of one topic follow each other with a pause longer than any timeout (ns).
+PAUSE = 3_600 * SECOND
+# A stamp of zero would mean that there is none.
+BEGIN = SECOND
+LARGEST = 64 * 1024 * 1024
+# Samples of all trajectories of a file, besides the fewest of each segment: a minute's work.
+MOST_SAMPLES = 500_000
+# rad or m from one sample to the next: ten times what is usual is remarked.
+MOST_COARSE = 10 * FINEST
+# What a JointTrajectoryPoint has.
+OF_POINT = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
+SINGULAR = {'positions': 'position', 'velocities': 'velocity', 'accelerations': 'acceleration'}
+
+
+def open_planned(file: Path, wanted: Selection) -> RecordingSource:
+    """
+    Open a JointTrajectory in YAML, as `ros2 topic echo` prints it, or in JSON.
+
+    Raises
+    ------
+    RecordingError
+        It is no trajectory; the message is one sentence.
+    """
+    text = text_of(file, LARGEST, 'write it as a bag')
+    documents = _documents(file, text)
+    found = [found for document in documents for found in _trajectories(document)]
+    if not found:
+        raise RecordingError(
+            f'{file}: holds no JointTrajectory (accepted: joint_names, and points with positions, '
+            'time_from_start, and perhaps velocities and accelerations)'
+        )
+    planned = [_planned(one, str(file)) for one in found]
+    several = f'{len(planned)} trajectories in a row'
+    remarks = [Remark(Level.OK, several)] if len(planned) > 1 else []
+    return RecordingSource(
+        'planned trajectory',
+        'points',
+        True,
+        None,
+        blocks_of_trajectories(planned, wanted, str(file), remarks),
+        plans=planned,
+        remarks=remarks,
+    )
+
+
+def text_of(file: Path, largest: int, instead: str) -> str:
+    """
+    Return the text of a file of at most `largest` bytes; `instead`: what to do with a larger one.
+
+    Raises
+    ------
+    RecordingError
+        It cannot be read, or is larger, empty, or not UTF-8.
+    """
+    try:
+        with file.open('rb') as stream:
+            data = stream.read(largest + 1)
+    except OSError as error:
+        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
+    if len(data) > largest:
+        raise RecordingError(f'{file}: is larger than {largest / 2**20:g} MiB; {instead}')
+    try:
+        text = data.decode('utf-8-sig')
+    except UnicodeDecodeError:
+        raise RecordingError(f'{file}: is not UTF-8 text') from None
+    if not text.strip():
+        raise RecordingError(f'{file}: is empty')
+    return text
+
+
+def json_of(file: Path, text: str) -> object:
+    """
+    Return the content of a text in JSON.
+
+    Raises
+    ------
+    RecordingError
+        It is none, has a key twice, or more than `MOST_VALUES` values.
+    """
+    if text.count(',') > MOST_VALUES:
+        raise RecordingError(f'{file}: has more than {MOST_VALUES:,} values; write it as a bag')
+    try:
+        return json.loads(text, object_pairs_hook=_mapping)
+    except RecursionError:
+        raise RecordingError(f'{file}: is not valid JSON: nested too deeply') from None
+    except ValueError as error:
+        raise RecordingError(f'{file}: is not valid JSON: {error}') from None
+
+
+def _documents(file: Path, text: str) -> list[Any]:
+    if file.suffix.lower() == '.json' or text.lstrip().startswith('{'):
+        return [json_of(file, text)]
+    try:
+        return read_documents(text)
+    except YamlError as error:
+        raise RecordingError(f'{file}:{error}') from None
+
+
+def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    # json.loads would silently take the last value of a key that occurs twice.
+    mapping = dict(pairs)
+    if len(mapping) < len(pairs):
+        twice, _ = Counter(key for key, _ in pairs).most_common(1)[0]
+        raise ValueError(f'the key {twice[:40]!a} occurs twice')
+    return mapping
+
+
+def _trajectories(document: Any, depth: int = 0) -> Iterator[Mapping[str, Any]]:
+    # Finds a JointTrajectory in a message or in its parents: RobotTrajectory, DisplayTrajectory,
+    # an action's goal.
+    if depth > 8:
+        return
+    if isinstance(document, Mapping):
+        if 'points' in document and 'joint_names' in document:
+            yield document
+        else:
+            for value in document.values():
+                yield from _trajectories(value, depth + 1)
+    elif isinstance(document, list):
+        for value in document:
+            yield from _trajectories(value, depth + 1)
+
+
+def _planned(data: Mapping[str, Any], where: str) -> PlannedTrajectory:
+    points = data['points'] or []
+    names = data['joint_names'] or []
+    if not isinstance(points, list) or not all(isinstance(point, Mapping) for point in points):
+        raise RecordingError(f'{where}: points must be a list of points')
+    if not isinstance(names, list):
+        raise RecordingError(f'{where}: joint_names must be a list of names')
+
+    for k, point in enumerate(points):
+        _check_keys(point, f'{where}: points[{k}]')
+
+    times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(points)]
+    names = tuple(map(str, names))
+    return _trajectory(names, times, lambda key: [one.get(key) or [] for one in points], where)
+
+
+def _check_keys(point: Mapping[str, Any], where: str) -> None:
+    # A misspelt key would be left out, and the plan be another one.
+    for key in map(str, point):
+        if key not in OF_POINT:
+            hint = did_you_mean(meant_by(key, OF_POINT))
+            raise RecordingError(f'{where}: unknown key {key[:60]!r}{hint}{choice(OF_POINT)}')
+
+
+def trajectory_of_message(message: Any) -> PlannedTrajectory:
+    """Return the trajectory of a JointTrajectory message."""
+    names = tuple(map(str, message.joint_names))
+    points = message.points
+    times = [one.time_from_start.sec + one.time_from_start.nanosec * 1e-9 for one in points]
+    return _trajectory(
+        names, times, lambda key: [getattr(one, key) for one in points], 'a trajectory'
+    )
+
+
+def _trajectory(
+    names: tuple[str, ...], times: list[float], rows: Callable[[str], list[Any]], where: str
+) -> PlannedTrajectory:
+    # Of the rows of numbers, one a point, that a key has.
+    positions, velocities, accelerations = (
+        _table(rows(key), names, key, where) for key in SINGULAR
+    )
+    if positions is None:
+        positions = np.zeros((0, 0))
+    planned = PlannedTrajectory(names, np.array(times), positions, velocities, accelerations)
+    return _checked(planned, where)
+
+
+def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) -> Floats | None:
+    if not any(len(row) for row in rows if isinstance(row, (list, np.ndarray))):
+        return None
+    for k, row in enumerate(rows):
+        count = len(row) if isinstance(row, (list, np.ndarray)) else 0
+        if count != len(names):
+            # Left out, they would be those of another motion, of which all would be proved.
+            raise RecordingError(
+                f'{where}: points[{k}] must have one {SINGULAR[key]} for each joint: {count} '
+                f'of {len(names)}{"" if key == "positions" else ", and other points have some"}'
+            )
+        # These are truth values and texts, which numpy would take for numbers.
+        if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
+            raise RecordingError(f'{where}: points[{k}]: {key} must be numbers')
+    try:
+        return np.array(rows, dtype=np.float64)
+    except OverflowError:
+        raise RecordingError(f'{where}: {key} holds a number that is not finite') from None
+
+
+def _seconds(time: Any, k: int, where: str) -> float:
+    if isinstance(time, Mapping):
+        parts = (time.get('sec', time.get('secs', 0)), time.get('nanosec', time.get('nsecs', 0)))
+    else:
+        parts = (time, 0)
+    if {type(part) for part in parts} <= {int, float} and all(abs(p) < 1e18 for p in parts):
+        return float(parts[0]) + float(parts[1]) * 1e-9
+    raise RecordingError(
+        f'{where}: points[{k}]: time_from_start must be sec and nanosec, or seconds'
+    )
+
+
+def _checked(planned: PlannedTrajectory, where: str) -> PlannedTrajectory:
+    if not len(planned.times):
+        raise RecordingError(f'{where}: the trajectory has no points')
+    _, *tables = planned
+    for name, table in zip(('time_from_start', *SINGULAR), tables):
+        if table is not None and not np.all(np.isfinite(table)):
+            raise RecordingError(f'{where}: {name} holds a number that is not finite')
+    if planned.positions.shape[1:] != (len(planned.names),):
+        raise RecordingError(f'{where}: the points have no positions')
+    late = np.flatnonzero(np.diff(planned.times) <= 0.0)
+    if len(late):
+        raise RecordingError(
+            f'{where}: points[{late[0] + 1}] is not later than the point before it'
+        )
+    if planned.times[0] < 0.0 or planned.times[-1] > 1e6:
+        raise RecordingError(f'{where}: time_from_start must be within 0 and 1e6 s')
+    return planned
+
+
+def blocks_of_trajectories(
+    trajectories: Iterable[PlannedTrajectory], wanted: Selection, where: str, remarks: list[Remark]
+) -> Iterator[Block]:
+    """
+    Yield the joint states of the motions that controllers make of trajectories.
+
+    The motion between points is that of joint_trajectory_controller: straight with positions
+    alone, cubic with velocities, quintic with accelerations; a trajectory of one point stays
+    there. A remark says how coarsely the motion is sampled where it goes so far that it would take
+    too many samples.
+
+    Raises
+    ------
+    RecordingError
+        A joint of the arm is not among those of a trajectory.
+    """
+    begin, left = BEGIN, MOST_SAMPLES
+    coarsest = FINEST
+    ours = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
+    for planned in trajectories:
+        missing = [name for name in ours if name not in planned.names]
+        if missing:
+            raise RecordingError(
+                f'{where}: the trajectory does not move {", ".join(missing)} of '
+                f'{wanted.robot.name}; its joints are {", ".join(planned.names) or "none"}'
+            )
+        times, positions, velocities = sampled(planned, left)
+        left = max(left - len(times), 0)
+        if len(times) > 1:
+            coarsest = max(coarsest, float(np.max(np.abs(np.diff(positions, axis=0)))))
+        stamps: Times = begin + np.rint(times * 1e9).astype(np.int64)
+        for at in range(0, len(stamps), LARGEST_BLOCK):
+            span = slice(at, at + LARGEST_BLOCK)
+            yield Block(
+                planned.names, stamps[span], stamps[span], positions[span], velocities[span]
+            )
+        begin = int(stamps[-1]) + PAUSE
+    if coarsest > MOST_COARSE:
+        remarks.append(
+            Remark(
+                Level.WARN,
+                f'The motion is sampled coarsely: joints move up to {coarsest:.2g} rad or m from '
+                'one sample to the next, and what is said of samples is not said of all of it',
+            )
+        )

@@ -1,0 +1,78 @@
+"""Joint states of an arm over time, whole: what can be replayed and drawn."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from ....errors import RecordingError
+from ....kernel import Floats
+from ....robot.robot import Robot
+from ....typography import listed
+from .source import Selection
+from .table_reader import TableReader
+
+# Most names of joints in an error message.
+LISTED = 20
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """
+    Joint states of an arm over time.
+
+    Attributes
+    ----------
+    stamps : shape (N,), ns
+        As in the file: they may stand still or jump back.
+    positions : shape (N, n), rad or m
+        In the order of the arm's joints.
+    velocities : shape (N, n), rad/s or m/s
+        None if the file has none.
+    """
+
+    stamps: npt.NDArray[np.int64]
+    positions: Floats
+    velocities: Floats | None
+
+    @property
+    def due(self) -> Floats:
+        """
+        Return when each row is due after the first, shape (N,), s; a step back takes no time.
+        """
+        steps = np.maximum(np.diff(self.stamps, prepend=self.stamps[:1]), 0)
+        return np.cumsum(steps) * 1e-9
+
+
+def read_recording(file: Path, robot: Robot) -> Recording:
+    """
+    Return the recording of a table of any of the known layouts.
+
+    Each joint needs a position, and all joints or none a velocity; stamps are in seconds, all
+    other numbers in rad and m. Other columns, empty lines and a byte order mark are ignored.
+
+    Raises
+    ------
+    RecordingError
+        The file cannot be read, or is not such a recording of this arm.
+    """
+    accepted = (
+        'accepted, separated by commas, semicolons, tabs or spaces: stamp in seconds, '
+        'position.<joint> for every joint, and velocity.<joint> for all of them or none; or the '
+        f"columns of UR's RTDE recorder; joints of {robot.name}: "
+        f'{listed(robot.joint_names, LISTED)}'
+    )
+    reader = TableReader(file, Selection(robot), accepted)
+    columns = reader.columns
+    beginning = columns.names.velocity
+    given = [name for name in robot.joint_names if beginning + name in reader.header]
+    if given and not columns.velocities:
+        missing = next(name for name in robot.joint_names if name not in given)
+        raise RecordingError(f'{file}: there is no column {beginning + missing!r}; {accepted}')
+    wanted = [*columns.positions, *columns.velocities]
+    pieces = list(reader.rows(wanted, whole=True).pieces())
+    stamps, numbers = (np.concatenate(columns) for columns in zip(*pieces))
+    n, units = robot.dof, columns.joints.units(robot)
+    velocities = units.scale * numbers[:, n:] if columns.velocities else None
+    return Recording(stamps, units.positions(numbers[:, :n]), velocities)

@@ -1,0 +1,159 @@
+"""Joint states in a table: a CSV file with a header, of any of the known layouts."""
+
+import csv
+import io
+import re
+from collections.abc import Callable
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import TextIO
+
+from ....errors import RecordingError
+from ....robot.measures import Level
+from ....robot.tables.delimiter import delimiter_of
+from .arm_columns import HOW, arm_columns
+from .source import RecordingSource, Remark, Selection
+from .table_rows import NO_TEXT, RowReader, TableFile, lines_of, number_of
+from .table_source import source_of
+
+# Bytes read at once to count lines.
+AT_ONCE = 2**20
+# Lines that tell whether a table has names, and whether its numbers have commas.
+LOOKED_AT = 100
+COMMENT = '#'
+HINT = '; --stamps says the unit, or the rate of the rows, or none if the arm stands in each'
+COMMA = re.compile(r'\d,\d')
+
+
+def open_table(file: Path, wanted: Selection) -> RecordingSource:
+    """
+    Open a table.
+
+    Raises
+    ------
+    RecordingError
+        It cannot be read, or columns are missing; the message names line and column.
+    """
+    return TableReader(file, wanted, HOW).source()
+
+
+class TableReader:
+    """
+    The columns of an arm in a table, and its rows.
+
+    Parameters
+    ----------
+    accepted
+        What is accepted, for the message on a missing column.
+
+    Attributes
+    ----------
+    header
+        The names of all columns.
+    columns
+        Those of the arm.
+
+    Raises
+    ------
+    RecordingError
+        The table cannot be read, or columns are missing.
+    """
+
+    def __init__(self, file: Path, wanted: Selection, accepted: str) -> None:
+        self.file, self.wanted = file, wanted
+        self._hint = HINT if accepted is HOW else ''
+        self._table = table_of(file, accepted)
+        self.header = self._table.header
+        numbered = wanted.columns is None or not any(map(str.isdigit, wanted.columns))
+        if not self._table.named and numbered:
+            raise RecordingError(
+                f'{file}: the first line has numbers, not the names of columns: --columns '
+                'stamp=1,position=2-7,pose=8-13 says what is where, counted from 1'
+            )
+        self.columns = arm_columns(file, self.header, wanted, accepted)
+
+    def rows(self, columns: list[str], whole: bool = False) -> RowReader:
+        """Return the reader of some columns of numbers; `whole` as there."""
+        return RowReader(
+            self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint
+        )
+
+    def source(self) -> RecordingSource:
+        """Return the table as a recording, with poses of the tool if it has such columns."""
+        own = self.columns
+        reader = self.rows([*own.positions, *own.velocities, *own.poses])
+        if self._table.decimal_comma:
+            reader.remarks.append(Remark(Level.OK, 'commas in numbers are taken as points'))
+        total = _count_lines(self.file) - self._table.heads
+        return source_of(own, self.wanted, 'table', total, reader.pieces(), reader.remarks)
+
+
+def table_of(file: Path, accepted: str = HOW) -> TableFile:
+    """
+    Return a table whose header is known.
+
+    Raises
+    ------
+    RecordingError
+        It cannot be read.
+    """
+    try:
+        opened: Callable[[], TextIO] = partial(file.open, encoding='utf-8-sig', newline='')
+        with opened() as stream:
+            if not file.is_file():
+                # What a pipe gives is there once.
+                opened = partial(io.StringIO, ''.join(lines_of(stream)))
+        with opened() as stream:
+            lines = list(islice(lines_of(stream), LOOKED_AT))
+        filled = [k for k, line in enumerate(lines) if line.strip()]
+        if not filled:
+            raise RecordingError(f'{file}: is empty; {accepted}')
+        return _table(file, opened, lines, filled)
+    except UnicodeDecodeError:
+        raise RecordingError(f'{file}: {NO_TEXT}') from None
+    except OSError as error:
+        raise RecordingError(f'{file}: cannot be read: {error.strerror}') from None
+    except csv.Error as error:
+        raise RecordingError(f'{file}: cannot be read as a table: {error}') from None
+
+
+def _table(
+    file: Path, opened: Callable[[], TextIO], lines: list[str], filled: list[int]
+) -> TableFile:
+    # Lines that begin with # are remarks; the last of them may hold the names.
+    rows = [k for k in filled if not lines[k].lstrip().startswith(COMMENT)]
+    first = lines[rows[0]] if rows else ''
+    delimiter = delimiter_of([first or lines[filled[0]]])
+    decimal_comma = delimiter != ',' and any(COMMA.search(lines[k]) for k in rows)
+    cells = _cells(first, delimiter)
+    heads = rows[0] + 1 if rows else len(lines)
+    remarks = [k for k in filled if rows and k < rows[0]]
+    labelled = any('.' in cell for cell in cells) and len(cells) > 2
+    if not rows or _are_numbers(cells[1:] if labelled else cells, decimal_comma):
+        heads -= bool(rows)
+        named = _cells(lines[remarks[-1]].lstrip(' #'), delimiter) if remarks else []
+        if len(named) == len(cells):
+            return TableFile(file, opened, delimiter, named, heads, decimal_comma)
+        numbers = [str(k + 1) for k in range(len(cells))]
+        return TableFile(file, opened, delimiter, numbers, heads, decimal_comma, named=False)
+    return TableFile(file, opened, delimiter, cells, heads, decimal_comma)
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    cells = line.split() if delimiter == ' ' else next(csv.reader([line], delimiter=delimiter))
+    return [cell.strip() for cell in cells]
+
+
+def _are_numbers(cells: list[str], decimal_comma: bool) -> bool:
+    for cell in cells:
+        try:
+            number_of(cell.replace(',', '.') if decimal_comma else cell)
+        except ValueError:
+            return False
+    return True
+
+
+def _count_lines(file: Path) -> int:
+    with file.open('rb') as stream:
+        return sum(data.count(b'\n') for data in iter(lambda: stream.read(AT_ONCE), b''))

@@ -1,0 +1,266 @@
+"""Rows of a table, read line by line."""
+
+import csv
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from datetime import datetime
+from decimal import Decimal
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple, TextIO
+
+import numpy as np
+
+from ....errors import RecordingError
+from ....kernel import Floats
+from ....robot.measures import Level
+from ....typography import plain_signs
+from .block import LARGEST_BLOCK, Times
+from .source import Remark
+from .stamp_format import UNITS, StampFormat, unit_of
+
+LONGEST_LINE = 2**20
+NO_TEXT = 'is not UTF-8 text, so not a table'
+# Largest seconds of a header's stamp.
+LATEST = Decimal(2**31)
+# Only numbers that other programs read, too: `1_0` and digits of other scripts are numbers in
+# Python alone.
+DATE = re.compile(
+    r'(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:[.,](\d+))?(?: ?(Z|UTC|[-+]\d\d:?\d\d))?', re.A
+)
+NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|[-+]?(nan|inf(inity)?)', re.A | re.I)
+
+
+class TableRows(NamedTuple):
+    """Consecutive rows: stamps (N,), ns, and the wanted numbers (N, k), NaN for an empty cell."""
+
+    stamps: Times
+    numbers: Floats
+
+
+class TableFile(NamedTuple):
+    """
+    A table whose header is known.
+
+    Attributes
+    ----------
+    file
+        Its path, for messages.
+    opened
+        Opens its text, as often as asked.
+    delimiter
+        Between cells; a space stands for any white space.
+    header
+        Names of the columns; their numbers from 1 where there are no names.
+    heads
+        Number of lines before the rows.
+    decimal_comma, named
+        Whether numbers are written with commas, and whether the columns have names.
+    """
+
+    file: Path
+    opened: Callable[[], TextIO]
+    delimiter: str
+    header: list[str]
+    heads: int
+    decimal_comma: bool = False
+    named: bool = True
+
+    def lines(self, stream: TextIO) -> Iterator[str]:
+        """Yield the lines of rows, empty ones among them, with points and single blanks."""
+        for line in islice(lines_of(stream), self.heads, None):
+            line = line.replace(',', '.') if self.decimal_comma else line
+            yield (
+                ' '.join(line.split()) if self.delimiter == ' ' else line.rstrip(' \r\n')
+            ) + '\n'
+
+    def cells(self, stream: TextIO) -> Iterator[tuple[int, list[str]]]:
+        """Yield the rows that hold anything: their last line from 1, and their cells."""
+        rows = csv.reader(self.lines(stream), delimiter=self.delimiter)
+        for cells in rows:
+            if any(map(str.strip, cells)):
+                yield self.heads + rows.line_num, cells
+
+
+class RowReader:
+    """
+    The rows of a table.
+
+    Parameters
+    ----------
+    stamp, columns
+        Names of the column of stamps, empty if rows are numbered, and of the wanted columns.
+    stamps
+        The unit of stamps, or the rate of rows.
+    hint
+        What may be done about stamps that are no times, for the message on one.
+    whole
+        Whether each row must have as many cells as the header and finite numbers; otherwise empty
+        cells and a last line that is cut off are accepted.
+
+    Attributes
+    ----------
+    remarks
+        Remarks on the file, complete when the rows are read.
+    """
+
+    def __init__(
+        self,
+        table: TableFile,
+        stamp: str,
+        columns: Sequence[str],
+        stamps: StampFormat,
+        whole: bool = False,
+        hint: str = '',
+    ) -> None:
+        self.remarks: list[Remark] = []
+        self._table, self._file, self._header = table, table.file, table.header
+        self._whole, self._stamps, self._hint = whole, stamps, hint
+        self._stamp_at = [table.header.index(stamp)] if stamp else []
+        self._at = [table.header.index(column) for column in columns]
+        self._digits = UNITS.get(stamps.unit)
+
+    def pieces(self) -> Iterator[TableRows]:
+        """
+        Yield the rows in their order, at most `LARGEST_BLOCK` at once.
+
+        Raises
+        ------
+        RecordingError
+            A line is no row of the table; the message names line and column.
+        """
+        stamps: list[int] = []
+        numbers: list[list[float]] = []
+        count = 0
+        try:
+            for line, cells in self._lines():
+                count += 1
+                stamps += [self._nanoseconds(line, cells[column]) for column in self._stamp_at]
+                numbers.append([self._number(line, column, cells[column]) for column in self._at])
+                if len(numbers) == LARGEST_BLOCK:
+                    yield self._rows(stamps, numbers, count)
+                    stamps, numbers = [], []
+        except UnicodeDecodeError:
+            raise RecordingError(f'{self._file}: {NO_TEXT}') from None
+        except csv.Error as error:
+            raise RecordingError(f'{self._file}: cannot be read as a table: {error}') from None
+        if not count:
+            raise RecordingError(f'{self._file}: has a header but no rows')
+        if numbers:
+            yield self._rows(stamps, numbers, count)
+
+    def _rows(self, stamps: list[int], numbers: list[list[float]], end: int) -> TableRows:
+        if self._stamp_at:
+            return TableRows(np.array(stamps, dtype=np.int64), np.array(numbers))
+        return TableRows(self._stamps.of_rows(end - len(numbers), len(numbers)), np.array(numbers))
+
+    def _lines(self) -> Iterator[tuple[int, list[str]]]:
+        # Yields rows with their line; the last one may be cut off.
+        with self._table.opened() as stream:
+            filled = self._table.cells(stream)
+            count = 0
+            for line, cells in filled:
+                count += 1
+                if len(cells) >= len(self._header) and not any(cells[len(self._header) :]):
+                    yield line, cells
+                    continue
+                if count > 1 and not self._whole and next(filled, None) is None:
+                    text = f'line {line}, the last one, is cut off and left out'
+                    self.remarks.append(Remark(Level.OK, text))
+                    return
+                raise RecordingError(
+                    f'{self._file}:{line}: {len(cells)} cells, but the header has '
+                    f'{len(self._header)} columns'
+                )
+
+    def _digits_of(self, stamp: str) -> int:
+        # The size of the first stamp decides; `_nanoseconds` refuses other text.
+        unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
+        if unit != 's':
+            name = self._header[self._stamp_at[0]]
+            text = f'column {name!r} is taken in {unit}, as the size of its stamps tells'
+            self.remarks.append(Remark(Level.OK, text))
+        return UNITS[unit]
+
+    def _nanoseconds(self, line: int, cell: str) -> int:
+        if self._digits is None:
+            self._digits = self._digits_of(cell)
+        try:
+            return nanoseconds_of(cell, self._digits)
+        except ValueError:
+            what = {9: 'seconds', 6: 'ms', 3: 'us', 0: 'ns'}[self._digits]
+            raise RecordingError(
+                f'{self._file}:{line}: column {self._header[self._stamp_at[0]]!r}: '
+                f'{cell[:40]!a} is not a time in {what} (0 to {LATEST.scaleb(9 - self._digits):f})'
+                f'{", nor a date such as 2024-09-24T14:05:15.1Z" if ":" in cell else ""}'
+                f'{self._hint}'
+            ) from None
+
+    def _number(self, line: int, column: int, cell: str) -> float:
+        text = cell.strip()
+        try:
+            value = number_of(text) if text else math.nan
+        except ValueError:
+            value = None
+        if value is None or (self._whole and not math.isfinite(value)):
+            raise RecordingError(
+                f'{self._file}:{line}: column {self._header[column]!r}: '
+                f'{ascii(text[:40]) if text else "an empty cell"} is not a '
+                f'{"finite " if self._whole else ""}number'
+            )
+        return value
+
+
+def lines_of(stream: TextIO) -> Iterator[str]:
+    """
+    Yield the lines of a table.
+
+    Raises
+    ------
+    csv.Error
+        One is so long that it is none: files without an end of line may be larger than memory.
+    """
+    while line := stream.readline(LONGEST_LINE + 1):
+        if len(line) > LONGEST_LINE:
+            raise csv.Error(f'a line has more than {LONGEST_LINE >> 20} MiB')
+        yield line
+
+
+def number_of(text: str) -> float:
+    """Return the number in a cell; ValueError if it holds none."""
+    plain = text.strip()
+    if not plain.isascii() or '_' in plain:  # signs of a spreadsheet; 1_0 is a number for Python
+        plain = plain_signs(plain)
+        if not NUMBER.fullmatch(plain):
+            raise ValueError(text)
+    return float(plain)
+
+
+def nanoseconds_of(text: str, digits: int = 9) -> int:
+    """
+    Return the nanoseconds of a time, 0 to 2^31 s, or of a date; ValueError if it is neither.
+
+    A date without a zone is taken in UTC.
+
+    Parameters
+    ----------
+    digits
+        Of a nanosecond after the point: 9 if the time is in seconds, 0 if it is in ns.
+    """
+    # No double in between: it cannot hold the nanoseconds of a present time.
+    text = text.strip()
+    whole, _, fraction = text.partition('.')
+    latest = LATEST.scaleb(9 - digits)
+    plain = whole + fraction
+    if plain.isascii() and plain.isdecimal() and 0 < len(whole) < 20 and int(whole) < latest:
+        scale: int = 10**digits
+        return int(whole) * scale + int((fraction + '0' * digits)[:digits] or '0')
+    if found := DATE.fullmatch(text):
+        zone = (found[4] or 'Z').replace(':', '').replace('UTC', 'Z').replace('Z', '+0000')
+        date = datetime.strptime(f'{found[1]} {found[2]}{zone}', '%Y-%m-%d %H:%M:%S%z')
+        text, digits, latest = f'{int(date.timestamp())}.{found[3] or 0}', 9, LATEST
+    time = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
+    if not (time.is_finite() and 0 <= time < latest):
+        raise ValueError(text)
+    return int(time.scaleb(digits).to_integral_value())

@@ -1,0 +1,204 @@
+"""Poses of a second source as matrices."""
+
+import math
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from ....kernel import Floats
+from ....rigid_motion import EULER_ORDERS, exponential, rotation_of_euler, rotation_of_quaternion
+from ...checking.pose_format import EULER, PoseFormat
+from .block import Flags, Times
+from .columns import Column, StateTable, spans
+from .joint_format import LENGTHS
+from .source import PoseTrack
+
+# Deviation of a quaternion from unit length that float32 and printed digits explain.
+UNIT = 0.05
+# Share of the rows that may be no pose and are left out; more are refused.
+FEW = 0.05
+# No arm on a fixed base is this far (m) from the origin of a cell.
+FARTHEST = 20.0
+# A rotation vector or an angle is at most a turn (rad); printed digits may be a little above.
+TURN = 1.001 * math.tau
+TURNS = {'rotvec': 'a rotation vector has the length', **dict.fromkeys(EULER, 'an angle is')}
+# The right length of a quaternion.
+USUAL = {'xyzw': 1.0, 'wxyz': 1.0}
+
+
+class PoseRows:
+    """
+    Rows of numbers of a second source, taken one piece after the other; poses when all have been
+    seen.
+
+    Single rows that are no pose, such as uninitialised first messages, are left out and reported.
+
+    Parameters
+    ----------
+    form
+        The format of the numbers.
+    columns
+        Number of columns.
+    dof
+        Number of joint positions with each row; 0 if there are none.
+
+    Attributes
+    ----------
+    count
+        Number of rows taken.
+    """
+
+    def __init__(self, form: PoseFormat, columns: int, dof: int = 0) -> None:
+        self.count = 0
+        self._form = form
+        self._stamps, self._rows, self._q = Column(np.int64), StateTable(columns), StateTable(dof)
+        self._numbers = Column(np.int64)
+        self._finite = self._rising = True
+        self._latest = -1
+        # The number farthest from its range: length of a quaternion or vector, or an angle.
+        self._worst = USUAL.get(form.kind, 0.0)
+        # Whether each matrix of sixteen numbers may stand in rows, and in columns.
+        self._upright = self._turned = True
+
+    def take(
+        self, stamps: Times, rows: Floats, q: Floats | None = None, numbers: Times | None = None
+    ) -> None:
+        """
+        Take the next rows (N, k) with their stamps (N,), joint positions (N, n), and the numbers
+        (N,) of the rows of a table.
+        """
+        finite = np.all(np.isfinite(rows), axis=1)
+        self.count += len(rows)
+        self._finite &= bool(np.all(finite))
+        good = self._judged(rows[finite])
+        kept = np.flatnonzero(finite)[good]
+        steps = np.diff(stamps[kept], prepend=self._latest)
+        self._rising &= bool(np.all(steps >= 0))
+        self._latest = int(stamps[kept[-1]]) if len(kept) else self._latest
+        self._stamps.append(stamps[kept])
+        self._rows.append(rows[kept])
+        if q is not None:
+            self._q.append(q[kept])
+        if numbers is not None:
+            self._numbers.append(numbers[kept])
+
+    def _judged(self, rows: Floats) -> Flags:
+        # Which of these may be poses.
+        form = self._form
+        if form.kind == 'matrix':
+            if rows.shape[1] == 16:
+                self._upright &= _is_last_row(rows[:, 12:])
+                self._turned &= _is_last_row(rows[:, 3::4])
+            return np.ones(len(rows), dtype=bool)
+        if form.kind in EULER:
+            sizes = np.max(np.abs(_angles(rows[:, 3:], form)), axis=1)
+        else:
+            numbers = rows[:, 3:] if form.kind in USUAL else _angles(rows[:, 3:], form)
+            sizes = np.linalg.norm(numbers, axis=1)
+        usual = USUAL.get(form.kind, 0.0)
+        if len(sizes):
+            worst = float(sizes[int(np.argmax(np.abs(sizes - usual)))])
+            if abs(worst - usual) > abs(self._worst - usual):
+                self._worst = worst
+        if form.kind in USUAL:
+            good: Flags = np.abs(sizes - usual) <= UNIT
+            return good
+        return np.ones(len(rows), dtype=bool)
+
+    def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
+        """Return the poses, at most `most` of them, at even steps in the order of stamps."""
+        total = len(self._stamps)
+        many = (self.count - total) / self.count > FEW
+        refused = self._refusal(many)
+        if refused:
+            none = np.zeros(0, dtype=np.int64), np.zeros((0, 4, 4))
+            return PoseTrack(name, frame, *none, None, refused, (), self.count if many else total)
+        chosen = slice(None) if most is None else self._chosen(most)
+        return PoseTrack(
+            name,
+            frame,
+            self._stamps[chosen],
+            self._poses(self._rows[chosen]),
+            self._q[chosen] if self._q.columns else None,
+            '',
+            tuple(self._doubts(total)),
+            total,
+            self._form.kind,
+            self._numbers[chosen] if len(self._numbers) else None,
+        )
+
+    def _refusal(self, many: bool) -> str:
+        kind = self._form.kind
+        if many and not self._finite:
+            return 'a pose is not finite'
+        if many:
+            return f'a quaternion has the length {self._worst:.3g}, which should be 1'
+        if kind in TURNS and self._worst > TURN:
+            return _more_than_a_turn(TURNS[kind], self._worst, self._form)
+        if not self._upright and not self._turned:
+            return 'a matrix has no row 0 0 0 1, so it is no pose'
+        return ''
+
+    def _chosen(self, most: int) -> Times:
+        rows: Times = np.unique(np.linspace(0, len(self._stamps) - 1, most).astype(np.int64))
+        return rows if self._rising else np.argsort(self._stamps[:], kind='stable')[rows]
+
+    def _doubts(self, total: int) -> Iterator[str]:
+        if total < self.count:
+            yield (
+                f'{self.count - total:,} of {self.count:,} poses are left out: they are not '
+                'finite or have a quaternion that is not of unit length'
+            )
+        form, far = self._form, 0.0
+        for k in self._position_columns():
+            column = self._rows.columns[k]
+            for rows in spans(total):
+                far = max(far, float(np.max(np.abs(column[rows] * LENGTHS[form.length]))))
+        if far > FARTHEST:
+            ask = ': are these millimetres? (--pose-format mm)' if form.length == 'm' else ''
+            yield f'positions are up to {far:,.0f} m away{ask}'
+
+    def _position_columns(self) -> tuple[int, int, int]:
+        if self._form.kind != 'matrix':
+            return 0, 1, 2
+        return (3, 7, 11) if self._upright else (12, 13, 14)
+
+    def _poses(self, rows: Floats) -> Floats:
+        form = self._form
+        T = np.zeros((len(rows), 4, 4))
+        T[:, 3, 3] = 1.0
+        if form.kind == 'matrix':
+            numbers = rows.reshape(len(rows), -1, 4)
+            T[:, :3] = (numbers if self._upright else np.swapaxes(numbers, 1, 2))[:, :3]
+        else:
+            T[:, :3, :3], T[:, :3, 3] = ROTATIONS[form.kind](rows[:, 3:], form), rows[:, :3]
+        T[:, :3, 3] *= LENGTHS[form.length]
+        return T
+
+
+def _is_last_row(numbers: Floats) -> bool:
+    return bool(np.allclose(numbers, (0.0, 0.0, 0.0, 1.0), atol=1e-6))
+
+
+ROTATIONS: dict[str, Callable[[Floats, PoseFormat], Floats]] = {
+    'xyzw': lambda numbers, form: rotation_of_quaternion(numbers),
+    'wxyz': lambda numbers, form: rotation_of_quaternion(np.roll(numbers, -1, axis=1)),
+    'rotvec': lambda numbers, form: exponential(_angles(numbers, form)),
+    'rpy': lambda numbers, form: rotation_of_euler('xyz', _angles(numbers, form)),
+    'position': lambda numbers, form: np.tile(np.eye(3), (len(numbers), 1, 1)),
+    **dict.fromkeys(
+        EULER_ORDERS,
+        lambda numbers, form: rotation_of_euler(form.kind, _angles(numbers, form)),
+    ),
+}
+
+
+def _angles(numbers: Floats, form: PoseFormat) -> Floats:
+    return np.radians(numbers) if form.angle == 'deg' else numbers
+
+
+def _more_than_a_turn(what: str, angle: float, form: PoseFormat) -> str:
+    if form.angle == 'deg':
+        return f'{what} {math.degrees(angle):.4g} deg, more than a turn'
+    other = 'deg' if form.kind in EULER else 'deg, or deg,rpy if they are roll pitch yaw'
+    return f'{what} {angle:.4g} rad, more than a turn: are these degrees? (--pose-format {other})'

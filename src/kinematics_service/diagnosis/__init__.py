@@ -1,1 +1,0 @@
-"""Findings about the arm and the robot file from recordings."""

@@ -1,1 +1,0 @@
-"""From the nominal table to one very robot: its numbers identified from measured poses."""

@@ -1,1 +1,0 @@
-"""Kinematics on screen: pictures in files, and a live page."""

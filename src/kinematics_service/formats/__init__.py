@@ -1,1 +1,0 @@
-"""Files of other people: robot descriptions, recordings, plans."""

@@ -1,0 +1,183 @@
+"""
+The values of gauges: how near a singular pose is, how soon it comes, and each joint's limits.
+"""
+
+import math
+from typing import NamedTuple
+
+from ...kinematics.singularity import none_found, watched_value
+from ...robot.measures import MEASURES, Level
+from .observation import Observation
+from .scene import factor_name
+
+# A gauge is full at this multiple of the warning threshold, or at this time (s).
+FULL = 5.0
+LONG = 10.0
+# A time to the threshold below this (s) gives the gauge a colour.
+SOON = 2.0
+# A joint is near a limit within this share of its range.
+NEAR = 0.05
+
+LEVEL_WORDS = {
+    Level.OK: 'OK',
+    Level.WARN: 'NEAR A SINGULARITY',
+    Level.ERROR: 'AT A SINGULARITY',
+    Level.STALE: 'NO NEW JOINT STATES',
+}
+
+
+class Gauge(NamedTuple):
+    """
+    A value between bad (0) and good (1).
+
+    Attributes
+    ----------
+    name, title, text
+        A key for programs, the title, and the value in words.
+    fraction
+        How full, 0 to 1.
+    marks
+        Marks on it with their values: where ERROR and WARN begin.
+    level
+        Its colour.
+    """
+
+    name: str
+    title: str
+    text: str
+    fraction: float
+    marks: tuple[tuple[float, str], ...]
+    level: Level
+
+
+class JointReading(NamedTuple):
+    """
+    A joint and its limits.
+
+    Attributes
+    ----------
+    name, text
+        Its name, and its position with unit.
+    fraction
+        Its position between its limits, 0 to 1; None if it has not both.
+    remark
+        `near lower limit`, `beyond upper limit`, or empty.
+    level
+        OK, WARN near a limit, ERROR beyond it.
+    """
+
+    name: str
+    text: str
+    fraction: float | None
+    remark: str
+    level: Level
+
+
+def headline(seen: Observation) -> str:
+    """Return the level in words, with the name of the factor that is zero."""
+    words = LEVEL_WORDS[seen.level]
+    name = factor_name(seen) if seen.level in (Level.WARN, Level.ERROR) else ''
+    return f'{words}: {name}' if name else words
+
+
+def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
+    """
+    Return the gauges of the watched measure, the distance, the time to the threshold, the scale.
+    """
+    thresholds = seen.robot.singularity.thresholds
+    measure = MEASURES[thresholds.measure]
+    value = watched_value(seen.robot, seen.singularity)
+    full = FULL * thresholds.warn if measure.small_is_bad else thresholds.warn / FULL
+
+    def fraction(value: float) -> float:
+        if not measure.small_is_bad:  # a condition number: 1 is best, infinite is worst
+            return min(1.0, full / value)
+        return min(1.0, max(0.0, value / full))
+
+    watched = Gauge(
+        'measure',
+        measure.long or measure.words,
+        distance_text(seen) if _is_distance(seen) else f'{value:.4g}',
+        fraction(value),
+        tuple((fraction(limit), f'{limit:g}') for limit in (thresholds.stop, thresholds.warn)),
+        seen.level,
+    )
+    gauges = [watched]
+    if not _is_distance(seen):
+        distance = seen.singularity.distance
+        gauges.append(
+            Gauge(
+                'distance',
+                MEASURES['distance'].long,
+                distance_text(seen),
+                min(1.0, distance / 0.5),
+                (),
+                seen.level,
+            )
+        )
+    return (*gauges, _time_gauge(seen), *_scale_gauges(seen))
+
+
+def _scale_gauges(seen: Observation) -> tuple[Gauge, ...]:
+    # Only where somebody asks for joint velocities.
+    if seen.scale is None:
+        return ()
+    value, cause, level = seen.scale
+    text = f'{value:.2f}: {cause}' if cause else f'{value:.2f}'
+    filled = min(1.0, max(0.0, value))
+    return (Gauge('scale', 'share of the command that may be kept', text, filled, (), level),)
+
+
+def _is_distance(seen: Observation) -> bool:
+    return seen.robot.singularity.thresholds.measure == 'distance'
+
+
+def distance_text(seen: Observation) -> str:
+    """Return the distance to a singular pose with its unit, or that none was found."""
+    distance = seen.singularity.distance
+    shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
+    return none_found(seen.singularity) or shown
+
+
+def _time_gauge(seen: Observation) -> Gauge:
+    time = seen.singularity.time_to_warning
+    title = 'time to the WARN threshold'
+    if seen.level in (Level.WARN, Level.ERROR):
+        return Gauge('time', title, 'beyond it already', 0.0, (), seen.level)
+    if time is None:
+        return Gauge('time', title, 'unknown: no velocity', 0.0, (), Level.STALE)
+    time = float(time)
+    if math.isinf(time):
+        return Gauge('time', title, 'not approaching', 1.0, (), Level.OK)
+    text = f'{time:.1f} s at this velocity' if time < 1000.0 else 'not soon'
+    level = Level.WARN if time < SOON else Level.OK
+    return Gauge(
+        'time', title, text, min(1.0, time / LONG), ((SOON / LONG, f'{SOON:.0f} s'),), level
+    )
+
+
+def joint_readings(seen: Observation) -> tuple[JointReading, ...]:
+    """Return each joint's position between its limits."""
+    robot = seen.robot
+    readings = []
+    for name, unit, q, (lower, upper) in zip(
+        robot.joint_names, robot.units, seen.q.tolist(), robot.limits.tolist()
+    ):
+        text = f'{q:+.3f} {unit}' + ('' if unit == 'm' else f' = {math.degrees(q):+.1f}°')
+        bounded = math.isfinite(upper - lower)
+        margin = NEAR * (upper - lower) if bounded else NEAR
+        remark, level = _remark(q, lower, upper, margin)
+        fraction = None
+        if bounded and upper > lower:
+            fraction = min(1.0, max(0.0, (q - lower) / (upper - lower)))
+        readings.append(JointReading(name, text, fraction, remark, level))
+    return tuple(readings)
+
+
+def _remark(q: float, lower: float, upper: float, margin: float) -> tuple[str, Level]:
+    for side, room in (('lower', q - lower), ('upper', upper - q)):
+        if room < 0.0:
+            return f'beyond {side} limit', Level.ERROR
+        if room < margin:
+            return f'near {side} limit', Level.WARN
+    return '', Level.OK

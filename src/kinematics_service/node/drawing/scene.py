@@ -1,0 +1,235 @@
+"""
+The picture of an arm as plain data: segments, arrows, ellipsoids; nothing here draws.
+
+Both the web page and the node's markers are drawn from it, so they show the same.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ...estimation.status_text import NEGLIGIBLE, direction_in_words, flat_position
+from ...kernel import Floats
+from ...kinematics.loop_links import carried_rows, linked_frames
+from ...kinematics.singularity import flat_loop, nearest_factor
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from .axes import RowAxis
+from .ellipsoids import Ellipsoid, EllipsoidScales, ellipsoid_of, ellipsoid_scales
+from .observation import Observation
+
+# Colours that people with any colour vision can tell apart (after Okabe and Ito); words repeat the
+# meaning of each colour.
+LEVEL_COLOURS = {
+    Level.OK: (0, 114, 178),
+    Level.WARN: (230, 159, 0),
+    Level.ERROR: (200, 16, 46),
+    Level.STALE: (110, 110, 110),
+}
+LINK_COLOUR = (150, 158, 168)
+JOINT_COLOUR = (62, 68, 76)
+TURNING_COLOUR = (86, 180, 233)
+SLIDING_COLOUR = (204, 121, 167)
+LINEAR_COLOUR = (0, 114, 178)
+ANGULAR_COLOUR = (0, 158, 115)
+VELOCITY_COLOUR = (110, 64, 190)
+ROTATION_COLOUR = (0, 110, 80)
+TRAIL_COLOUR = (150, 120, 210)
+LOST_COLOUR = LEVEL_COLOURS[Level.ERROR]
+
+# Thicknesses and lengths as shares of the arm's size.
+LINK_RADIUS = 0.022
+JOINT_RADIUS, JOINT_LENGTH = 0.034, 0.1
+AXIS_RADIUS, AXIS_LENGTH = 0.005, 0.34
+LOST_LENGTH = 0.42
+RING_RADIUS, RING_SIDES = 0.2, 36
+# An ellipsoid that has lost a direction is drawn this thick, so that it can be seen edge-on.
+THINNEST = 0.003
+# The velocity arrow ends at the tool's position after this time (s); the angular one, along the
+# axis of rotation, has this length (share of the size) for 1 rad/s; neither is longer than
+# LONGEST.
+AHEAD, TURN_LENGTH, LONGEST = 0.5, 0.25, 0.8
+# Arrows shorter than this share of the size are not drawn.
+SHORTEST = 1e-4
+
+
+class LostDirection(NamedTuple):
+    """
+    The tool motion that is lost near a singular pose.
+
+    Attributes
+    ----------
+    linear : shape (2, 3), m, or None
+        Ends of a line through the tool along the lost motion; None if none is lost.
+    angular : shape (2, 3), m, or None
+        Ends of a line through the tool along the axis of the lost rotation.
+    name
+        Name of the factor that is zero, if the robot file has one; otherwise empty.
+    words
+        Both in words.
+    """
+
+    linear: Floats | None
+    angular: Floats | None
+    name: str
+    words: str
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """
+    Everything to draw, in the base frame, in m.
+
+    Attributes
+    ----------
+    size
+        The arm's size, m, the unit of thicknesses.
+    links : shape (k, 2, 3)
+        Segments from the base to frame 0, between the frames, to the tool, and of closed loops;
+        some of length 0. Their number is that of the arm.
+    frames : shape (m, 4, 4)
+        Link frames.
+    tool : shape (4, 4)
+        The tool.
+    axes
+        Axes of the moving rows, and their labels.
+    velocity, rotation : shape (2, 3), or None
+        Arrows from the tool: its velocity, its angular velocity.
+    linear, angular
+        Ellipsoids of the two blocks of J about the tool.
+    scales
+        Length drawn for a radius of 1 of an ellipsoid, m.
+    lost
+        None if the level is OK.
+    level
+        OK, WARN, ERROR, STALE.
+    """
+
+    size: float
+    links: Floats
+    frames: Floats
+    tool: Floats
+    axes: tuple[RowAxis, ...]
+    axis_labels: tuple[str, ...]
+    velocity: Floats | None
+    rotation: Floats | None
+    linear: Ellipsoid
+    angular: Ellipsoid
+    scales: EllipsoidScales
+    lost: LostDirection | None
+    level: Level
+
+    def drawn_radii(self, ellipsoid: Ellipsoid, scale: float) -> Floats:
+        """Return the radii to draw, shape (3,), m."""
+        return np.maximum(ellipsoid.radii * scale, THINNEST * self.size)
+
+
+@lru_cache(maxsize=8)
+def size_of(robot: Robot) -> float:
+    """Return an arm's size in m: its reach, or 1 if the tool does not leave frame 0."""
+    reach = float(robot.singularity.task.reach)
+    return reach if reach > 1e-6 else 1.0
+
+
+def scene_of(seen: Observation) -> Scene:
+    """Return the picture of an observation."""
+    robot = seen.robot
+    size, names = size_of(robot), short_names(robot.joint_names)
+    movers = (*names, *robot.passive_joint_names)
+    points = np.concatenate([np.zeros((1, 3)), seen.frames[:, :3, 3], seen.pose[None, :3, 3]])
+    links = np.stack([points[:-1], points[1:]], axis=1)
+    rows = np.array([False, *carried_rows(robot), False])
+    tool = seen.pose[:3, 3]
+    velocity = rotation = None
+    if seen.twist is not None:
+        velocity = _arrow(tool, AHEAD * seen.twist[:3], size)
+        rotation = _arrow(tool, TURN_LENGTH * size * seen.twist[3:], size)
+    return Scene(
+        size=size,
+        links=np.concatenate([links[~rows], seen.loops]),
+        frames=seen.frames[linked_frames(robot)],
+        tool=seen.pose,
+        axes=seen.axes,
+        axis_labels=tuple(' & '.join(movers[j] for j in axis.joints) for axis in seen.axes),
+        velocity=velocity,
+        rotation=rotation,
+        linear=ellipsoid_of(seen.jacobian[:3]),
+        angular=ellipsoid_of(seen.jacobian[3:]),
+        scales=ellipsoid_scales(robot, size),
+        lost=_lost(seen, size) if seen.level in (Level.WARN, Level.ERROR) else None,
+        level=seen.level,
+    )
+
+
+def _arrow(start: Floats, motion: Floats, size: float) -> Floats | None:
+    length = float(np.linalg.norm(motion))
+    if length < SHORTEST * size:
+        return None
+    return np.stack([start, start + motion * min(1.0, LONGEST * size / length)])
+
+
+def _lost(seen: Observation, size: float) -> LostDirection:
+    if loop := flat_loop(seen.robot, seen.singularity):
+        return LostDirection(None, None, '', f'near {flat_position(loop)}')
+    direction = seen.singularity.lost_direction
+    tool = seen.pose[:3, 3]
+
+    def line(part: Floats) -> Floats | None:
+        share = float(np.linalg.norm(part))
+        if share < NEGLIGIBLE * float(np.linalg.norm(direction)):
+            return None
+        # The square root keeps a small part visible.
+        half = LOST_LENGTH * size * part / share**0.5
+        return np.stack([tool - half, tool + half])
+
+    words = f'lost: {direction_in_words(direction)}'
+    return LostDirection(line(direction[:3]), line(direction[3:]), factor_name(seen), words)
+
+
+def short_names(names: Sequence[str]) -> tuple[str, ...]:
+    """
+    Return joint names without `_joint` at the end, if all of them have it and differ without it.
+    """
+    short = tuple(name.removesuffix('_joint') for name in names)
+    fit = all(s and s != name for s, name in zip(short, names)) and len(set(short)) == len(short)
+    return short if fit else tuple(names)
+
+
+def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
+    """Return the shortest rotation that turns the z axis into a unit vector, as x y z w."""
+    x, y, z = direction.tolist()
+    if z < -1.0 + 1e-12:
+        return 1.0, 0.0, 0.0, 0.0
+    # z x d = (-y, x, 0) and 1 + z.d, to be made a unit quaternion.
+    norm = math.sqrt(2.0 * (1.0 + z))
+    return -y / norm, x / norm, 0.0, (1.0 + z) / norm
+
+
+def across(direction: Floats) -> tuple[Floats, Floats]:
+    """Return two unit vectors (3,) that make a right-handed basis with a unit vector."""
+    helper = np.zeros(3)
+    helper[int(np.argmin(np.abs(direction)))] = 1.0
+    x = np.cross(helper, direction)
+    x /= np.linalg.norm(x)
+    return x, np.cross(direction, x)
+
+
+def ring(ends: Floats, size: float) -> Floats:
+    """
+    Return a circle about the middle of a line, shape (RING_SIDES, 2, 3), m: it shows a rotation.
+    """
+    line = ends[1] - ends[0]
+    x, y = across(line / np.linalg.norm(line))
+    angle = np.linspace(0.0, 2.0 * np.pi, RING_SIDES + 1)[:, None]
+    points = ends.mean(axis=0) + RING_RADIUS * size * (np.cos(angle) * x + np.sin(angle) * y)
+    return np.stack([points[:-1], points[1:]], axis=1)
+
+
+def factor_name(seen: Observation) -> str:
+    """Return the name of the singular factor that is nearest to zero, empty if there is none."""
+    k = nearest_factor(seen.robot, seen.singularity)
+    return '' if k is None else seen.robot.singularity.factors.called(k)

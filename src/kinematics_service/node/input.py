@@ -1,0 +1,108 @@
+"""The input of joint states: as bytes, or as messages of rclpy."""
+
+import time
+from collections import deque
+from collections.abc import Callable
+
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+from ..errors import WireError
+from ..estimation.input_checks import MESSAGE_LIMIT, SIZE_LIMIT
+from ..estimation.joint_sample import JointSample
+from ..estimation.joint_state_form import JointStateForm
+from .best_subscription import BestSubscription
+from .messages.joint_state_reader import JointStateReader
+from .messages.message_check import read_message
+from .messages.messages import sample_of
+from .messages.topics import JOINT_STATES_QOS
+
+
+class Input:
+    """
+    The subscription to joint states.
+
+    Parameters
+    ----------
+    node
+        The node it belongs to.
+    topic
+        Of the joint states.
+    transport
+        `bytes` or `messages`.
+    take
+        Called with each sample.
+    take_bytes
+        Called first with a serialized message, its form and its arrival; returns whether it took
+        the message, which otherwise is read and given to `take`.
+    refuse
+        Called with a sentence if bytes are no JointState.
+
+    Attributes
+    ----------
+    subscription
+        The subscription, which knows how reliable it is, and how many messages are lost.
+    recent
+        Times of arrival (steady clock, ns) and bytes of the last messages, for their checks.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        topic: str,
+        transport: str,
+        take: Callable[[JointSample], None],
+        take_bytes: Callable[[JointStateForm, bytes, int], bool],
+        refuse: Callable[[str], None],
+    ) -> None:
+        self._take, self._take_bytes, self._refuse = take, take_bytes, refuse
+        self._clock = node.get_clock()
+        self._reader = JointStateReader()
+        self._form: JointStateForm | None = None  # of the last message
+        self.recent: deque[tuple[int, bytes]] = deque(maxlen=MESSAGE_LIMIT)
+        self.subscription = BestSubscription(
+            node,
+            JointState,
+            topic,
+            JOINT_STATES_QOS,
+            self._on_bytes if transport == 'bytes' else self._on_message,
+            lambda: self._form.size if self._form is not None else 0,
+        )
+
+    @property
+    def topic_name(self) -> str:
+        """Return the full name of the topic."""
+        return self.subscription.topic_name
+
+    def _keep(self, data: bytes, arrival: int) -> None:
+        if len(data) <= SIZE_LIMIT:
+            self.recent.append((arrival, data))
+
+    def _on_message(self, data: bytes) -> None:
+        self._keep(data, time.monotonic_ns())
+        self.subscription.fit(len(data))
+        try:
+            message = read_message(data, JointState)
+        except WireError as error:
+            self._refuse(str(error))
+            return
+        self._take(sample_of(message, self._clock))
+
+    def _on_bytes(self, data: bytes) -> None:
+        arrival = time.monotonic_ns()
+        self._keep(data, arrival)
+        form = self._form
+        if form is not None and self._take_bytes(form, data, arrival):
+            return
+        self.subscription.fit(len(data))
+        for form in self._reader.forms(len(data)):
+            if form is not self._form and self._take_bytes(form, data, arrival):
+                self._form = form
+                return
+        try:
+            sample = self._reader.read(data)
+        except WireError as error:
+            self._refuse(str(error))
+            return
+        received = sample.stamp or int(self._clock.now().nanoseconds)
+        self._take(sample._replace(received=received, arrival=arrival))

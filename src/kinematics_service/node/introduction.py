@@ -1,0 +1,48 @@
+"""The lines that a node logs when it starts."""
+
+from rclpy.node import Node
+
+from .. import kernel
+from ..estimation.status_text import structure_in_words
+from ..rigid_motion import exact_rpy
+from ..robot.measures import why_unsearched
+from ..robot.robot import Robot
+from ..typography import counted, listed
+from .parameters.node_parameters import NodeParameters
+
+# Number of unknown parameters that are named.
+NAMED = 5
+
+
+def tool_in_words(robot: Robot) -> str:
+    """Return the sentence on another tool."""
+    motion = robot.description.tool.motion.matrix
+    xyz, rpy = (
+        ', '.join(f'{number:.6g}' for number in numbers)
+        for numbers in (motion[:3, 3], exact_rpy(motion[:3, :3]))
+    )
+    return f'the tool is now at xyz [{xyz}] m, rpy [{rpy}] rad in the frame after the last row'
+
+
+def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
+    """Log the arm, the topic of the subscription, and unknown parameters."""
+    settings, logger = parameters.settings, node.get_logger()
+    if notice := kernel.notice():
+        logger.warning(notice)
+    robot = settings.robot
+    by_default = ' (the default; choose with --robot)' if parameters.by_default else ''
+    logger.info(
+        f'robot {robot.name}{by_default}: {counted(robot.dof, "joint")}, {robot.convention}, '
+        f'{settings.base_frame} to {settings.tool_frame}; listening to {topic}'
+    )
+    for doubt in (*robot.description.warnings, *settings.doubts):
+        logger.warning(str(doubt))
+    if unknown := parameters.unknown():
+        logger.warning(f'unknown parameters have no effect: {listed(unknown, NAMED)}')
+    if unsearched := why_unsearched(robot.dof):
+        logger.warning(f'{unsearched}: the warning watches {robot.singularity.thresholds.measure}')
+    if robot.singularity.task.structurally_deficient:
+        logger.warning(
+            f'{structure_in_words(robot)}; measures are taken over '
+            f'{robot.singularity.task.generic_rank} singular values'
+        )

@@ -1,0 +1,185 @@
+"""From target messages to poses and twists in the base frame, and from answers to messages."""
+
+import math
+from array import array
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, TwistStamped
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Float64MultiArray
+
+from ...errors import RefusedTargetError
+from ...kernel import Floats
+from ...kinematics.inverse.problem.plan import plan_for
+from ...kinematics.inverse.problem.target import ik_target_of
+from ...kinematics.inverse.result import IkFamily, IkResult, IkSolution
+from ...kinematics.inverse.search import errors_at
+from ...kinematics.inverse.self_motion.best_posture import BestPosture, best_posture
+from ...robot.robot import Robot
+from ..parameters.settings import NodeSettings
+from .messages import time_message
+from .output_messages import matrix_message
+from .readings import TWIST, in_base_axes, matrix_of, numbers_of
+
+# A quaternion printed with three digits is still a rotation; (0, 0, 0, 0) is not.
+UNIT = 1e-3
+
+
+class Choice(NamedTuple):
+    """
+    The feasible answers to a target, the nearest to the present joint positions first.
+
+    Attributes
+    ----------
+    answers
+        Solutions, and representatives of families.
+    best
+        Of a redundant arm that is to do better than to stay near: the posture that the first one
+        has become, on its arc.
+    """
+
+    answers: tuple[IkSolution | IkFamily, ...]
+    best: BestPosture | None = None
+
+    @property
+    def q(self) -> Floats | None:
+        """Return the nearest joint positions, None if no answer is inside the limits."""
+        return self.answers[0].q if self.answers else None
+
+
+def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
+    """
+    Return the feasible solutions and family representatives of a result by distance from `near`.
+    """
+    scales = robot.singularity.task.column_scales
+
+    def away(answer: IkSolution | IkFamily) -> float:
+        return float(np.linalg.norm((answer.q - near) / scales))
+
+    answers: list[IkSolution | IkFamily] = [*result.solutions, *result.families]
+    return Choice(tuple(sorted((one for one in answers if one.feasible), key=away)))
+
+
+def best_choice(choice: Choice, T: Floats, settings: NodeSettings) -> Choice:
+    """Return a choice whose first family is at the best posture of its arc, if that is wanted."""
+    robot, near = settings.robot, choice.answers[0] if choice.answers else None
+    if settings.redundancy == 'near' or not isinstance(near, IkFamily):
+        return choice
+    target = ik_target_of(robot, T, settings.target_rows, settings.target_axis)
+    best = best_posture(robot, target, near.q, settings.redundancy, settings.redundancy_step)
+    if best is None:
+        return choice
+    residual = float(errors_at(target, plan_for(robot, target.rows, target.axis), best.q[None])[0])
+    first = replace(near, q=best.q, residual=residual, margin=float(best.arc.margin(best.q)))
+    return Choice((first, *choice.answers[1:]), best)
+
+
+def pose_of(message: PoseStamped) -> Floats:
+    """
+    Return the pose in a message, (4, 4) in its own frame.
+
+    Raises
+    ------
+    RefusedTargetError
+        A number is not finite, or the quaternion is not of unit length.
+    """
+    quaternion = numbers_of(message.pose.orientation)
+    _check_finite('position', numbers_of(message.pose.position))
+    _check_finite('orientation', quaternion)
+    norm = math.hypot(*quaternion)
+    if abs(norm - 1.0) > UNIT:
+        raise RefusedTargetError(
+            f'the orientation {_listed(quaternion)} (x y z w) is not a unit quaternion: '
+            f'its length is {norm:.4g}'
+        )
+    return matrix_of(message.pose)
+
+
+def twist_of(message: TwistStamped) -> Floats:
+    """
+    Return the twist in a message, (6,) linear first, in the axes of its own frame.
+
+    Raises
+    ------
+    RefusedTargetError
+        A number is not finite.
+    """
+    parts = TWIST.of(message).vectors
+    for name, part in parts.items():
+        _check_finite(f'{name} velocity', part)
+    return np.concatenate([*parts.values()])
+
+
+def pose_in_base(T: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
+    """
+    Return a pose given in the base or the tool frame in the base frame; `tool` is the tool's pose.
+
+    Raises
+    ------
+    RefusedTargetError
+        The frame is neither.
+    """
+    return T if _is_base(frame, settings) else tool @ T
+
+
+def twist_in_base(twist: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
+    """
+    Return a twist of the tool's origin, given in base or tool axes, in base axes.
+
+    Raises
+    ------
+    RefusedTargetError
+        The frame is neither.
+    """
+    return twist if _is_base(frame, settings) else in_base_axes(twist, tool)
+
+
+def _is_base(frame: str, settings: NodeSettings) -> bool:
+    if frame == settings.base_frame:
+        return True
+    if frame == settings.tool_frame:
+        return False
+    raise RefusedTargetError(
+        f'frame {ascii(frame)} is unknown (accepted: {settings.base_frame}, {settings.tool_frame})'
+    )
+
+
+def _check_finite(what: str, values: Floats) -> None:
+    if not all(map(math.isfinite, values)):
+        raise RefusedTargetError(f'the {what} is not finite: {_listed(values)}')
+
+
+def _listed(values: Floats) -> str:
+    return ' '.join(f'{value:g}' for value in values)
+
+
+def joint_message(stamp: int, settings: NodeSettings, **numbers: Floats) -> JointState:
+    """Return a JointState of all joints with positions or velocities, each of shape (n,)."""
+    doubles = {name: array('d', values.tobytes()) for name, values in numbers.items()}
+    message = JointState(name=settings.joint_names, **doubles)
+    message.header.stamp = time_message(stamp)
+    return message
+
+
+def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArray:
+    """
+    Return all answers, row-major solutions x joints, labelled like the Jacobian.
+
+    The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
+    `solution` for arms without postures; a family's representative is marked `family`.
+    """
+    rows = ','.join(map(_row_label, choice.answers))
+    joints = ','.join(settings.joint_names), settings.robot.dof
+    message = matrix_message((rows, len(choice.answers)), joints)
+    message.data = array('d', b''.join(answer.q.tobytes() for answer in choice.answers))
+    return message
+
+
+def _row_label(answer: IkSolution | IkFamily) -> str:
+    posture = answer.posture
+    words = [word for word in (posture.shoulder, posture.elbow, posture.wrist) if word]
+    if isinstance(answer, IkFamily):
+        words.append('family')
+    return '/'.join(words) or 'solution'

@@ -1,0 +1,246 @@
+"""
+The node's parameters as ROS has them: declared once, checked together, applied when they change.
+"""
+
+import os
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+
+from ...errors import KinematicsError, RobotConflictError, SettingsError
+from ...kinematics.inverse.problem.plan import plan_for
+from ...kinematics.uncertainty.arm_errors import errors_of_file
+from ...robot.bundled import TOPIC, find_robot
+from ...robot.robot import Robot, load_robot
+from .description_topic import DescriptionTopic
+from .settings import NodeSettings, check_value, defaults, settings_from
+from .settled_file import read_settled
+from .table import PARAMETERS, POINTS, ROBOT, TRANSPORT
+
+MEASURE = 'singularity.measure'
+KINDS = {str: 'a string', bool: 'true or false', float: 'a number with a point'}
+NAMES = frozenset(parameter.name for parameter in PARAMETERS)
+
+
+class CheckedArm(NamedTuple):
+    """
+    An arm that may come into force, with the parameter values and the settings that fit it.
+
+    Attributes
+    ----------
+    robot
+        The arm of its file.
+    values
+        A value for each parameter.
+    settings
+        The settings that follow from both.
+    """
+
+    robot: Robot
+    values: dict[str, Any]
+    settings: NodeSettings
+
+
+class NodeParameters:
+    """
+    Declares the parameters of a node and keeps the settings that follow from them.
+
+    Parameters
+    ----------
+    node
+        The node they belong to.
+    robot
+        File, bundled name or topic, as given on the command line; None to take the parameter
+        `robot`.
+    stopped, report
+        Whether to wait no longer for a description on a topic; called with the reason meanwhile.
+
+    Raises
+    ------
+    RobotConflictError
+        The command line and the parameter differ.
+    KinematicsError
+        The robot or a parameter is bad.
+    StoppedWaiting
+        No description came on the topic before `stopped()` was true.
+
+    Attributes
+    ----------
+    description
+        The topic that the robot comes from; None where it is a file.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        robot: str | None,
+        stopped: Callable[[], bool],
+        report: Callable[[str], None],
+    ) -> None:
+        self._node = node
+        self._checked: CheckedArm | None = None
+        self._follows = False  # whether a parameter is set to what is in force already
+        name = self._declare(ROBOT.name, robot or ROBOT.default, ROBOT.descriptor())
+        if robot is not None and name != robot:
+            raise RobotConflictError(
+                f'--robot {robot} and the parameter robot:={name} differ; give one of them'
+            )
+        self.transport = self._transport()
+        self.by_default = robot is None and name == ROBOT.default
+        self._load: Callable[[], Robot] = lambda: load_robot(name)
+        self.description: DescriptionTopic | None = None
+        if name.startswith(TOPIC):
+            self.description = DescriptionTopic(node, name)
+            self._load = self.description.robot
+            robot_of_file = self.description.first_robot(stopped, report)
+        else:
+            robot_of_file = self._load()
+        # An empty list on a command line arrives as nothing.
+        self._points = self._declare(POINTS.name, POINTS.default, POINTS.descriptor()) or ()
+        for parameter in PARAMETERS:
+            default = defaults(robot_of_file)[parameter.name]
+            self._declare(parameter.name, default, parameter.descriptor())
+        self._force = self._judge(robot_of_file, self._values())
+
+    @property
+    def settings(self) -> NodeSettings:
+        """Return the settings in force."""
+        return self._force.settings
+
+    def listen(self, apply: Callable[[NodeSettings], None]) -> None:
+        """Check changes from now on before they are made, and call `apply` after each."""
+
+        def changed(parameters: Sequence[RosParameter]) -> None:
+            if self._follows:
+                return
+            if any(parameter.name in NAMES for parameter in parameters):
+                self._force = self._judge(self._force.robot, self._values())
+                try:
+                    apply(self.settings)
+                except Exception as error:  # the client that set it would get no answer
+                    self._internal_error(error)
+
+        self._node.add_on_set_parameters_callback(self._check)
+        self._node.add_post_set_parameters_callback(changed)
+
+    def reading_again(self) -> Callable[[], CheckedArm]:
+        """
+        Return a function that reads the robot file again, for another thread: it takes some time.
+
+        It returns what may come into force, and raises `KinematicsError` if nothing may.
+        """
+        values, former = self._values(), self._force.robot
+        name = self._node.get_parameter(ROBOT.name).value
+
+        def read() -> CheckedArm:
+            files: list[str | os.PathLike[str]] = []
+            if self.description is None:
+                files = [find_robot(name).file, *former.description.parts]
+            robot = read_settled(self._load, files)
+            fitting = _fitting(values, former, robot)
+            settings = settings_from(fitting, robot, self._points)
+            # Prepare the searches for singular poses and joint positions here: the node answers
+            # with the former arm meanwhile.
+            settings.robot.singularity.arm.atlas()
+            plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
+            if settings.robot.description.uncertainty is not None:
+                # So is what may be off in it.
+                errors_of_file(settings.robot)
+            return CheckedArm(robot, fitting, settings)
+
+        return read
+
+    def take(self, read: CheckedArm) -> NodeSettings:
+        """
+        Put an arm that was read again into force, with the parameters as they are now.
+
+        Raises
+        ------
+        KinematicsError
+            The parameters that have changed in the meantime do not fit it.
+        """
+        values = _fitting(self._values(), self._force.robot, read.robot)
+        self._checked = read
+        self._force = self._judge(read.robot, values)
+        if values[MEASURE] != self._node.get_parameter(MEASURE).value:
+            self._follows = True
+            try:
+                self._node.set_parameters([RosParameter(MEASURE, value=values[MEASURE])])
+            finally:
+                self._follows = False
+        return self.settings
+
+    def unknown(self) -> tuple[str, ...]:
+        """Return the names of parameters that were given at start and that are not declared."""
+        given = getattr(
+            self._node, '_parameter_overrides', {}
+        )  # rclpy has no public function for it
+        return tuple(sorted(name for name in given if not self._node.has_parameter(name)))
+
+    def _declare(self, name: str, default: Any, descriptor: Any) -> Any:
+        if self._node.has_parameter(name):  # by an attempt that failed
+            return self._node.get_parameter(name).value
+        try:
+            return self._node.declare_parameter(name, default, descriptor).value
+        except InvalidParameterTypeException as error:
+            hint = ' (write 1.0, not 1)' if isinstance(default, float) else ''
+            raise SettingsError(
+                f'parameter {name} must be {KINDS[type(default)]}{hint}: {error}'
+            ) from None
+        except InvalidParameterValueException as error:
+            raise SettingsError(f'parameter {name} is refused: {error}') from None
+
+    def _transport(self) -> str:
+        value = self._declare(TRANSPORT.name, TRANSPORT.default, TRANSPORT.descriptor())
+        check_value(TRANSPORT, value)
+        return str(value)
+
+    def _values(self) -> dict[str, Any]:
+        return {name: self._node.get_parameter(name).value for name in NAMES}
+
+    def _judge(self, robot: Robot, values: dict[str, Any]) -> CheckedArm:
+        # What was judged last is not computed again where it comes into force.
+        last = self._checked
+        if last is not None and last.robot is robot and last.values == values:
+            return last
+        if self.description is not None and values['publish_robot_description']:
+            raise SettingsError(
+                'parameter publish_robot_description: True is not accepted: the robot itself '
+                'comes from a description, and would be told in two ways'
+            )
+        settings = settings_from(values, robot, self._points)
+        self._checked = CheckedArm(robot, values, settings)
+        return self._checked
+
+    def _check(self, parameters: Sequence[RosParameter]) -> SetParametersResult:
+        # After an exception here the client that sets the parameter would get no answer, so it is
+        # refused.
+        changes = {p.name: p.value for p in parameters if p.name in NAMES}
+        reason = ''
+        try:
+            for parameter in parameters:
+                if parameter.name in NAMES and parameter.type_ is RosParameter.Type.NOT_SET:
+                    raise SettingsError(f'parameter {parameter.name} cannot be taken away')
+            if changes and not self._follows:
+                self._judge(self._force.robot, {**self._values(), **changes})
+        except KinematicsError as error:
+            reason = str(error)
+        except Exception as error:
+            reason = self._internal_error(error)
+        return SetParametersResult(successful=not reason, reason=reason)
+
+    def _internal_error(self, error: Exception) -> str:
+        sentence = f'internal error while handling a parameter, please report it: {error!a}'
+        self._node.get_logger().error(sentence)
+        return sentence
+
+
+def _fitting(values: dict[str, Any], former: Robot, robot: Robot) -> dict[str, Any]:
+    # A measure that was the file's is the file's again.
+    if values[MEASURE] != former.singularity.thresholds.measure:
+        return values
+    return {**values, MEASURE: robot.singularity.thresholds.measure}

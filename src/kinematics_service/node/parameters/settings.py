@@ -1,0 +1,413 @@
+"""The node's parameters: a table, and the frozen settings that follow from their values."""
+
+import math
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from importlib.util import find_spec
+from typing import Any, NamedTuple
+
+from ...errors import KinematicsError, RobotFileError, SettingsError
+from ...estimation.estimator import EstimatorSettings
+from ...kinematics.inverse.problem.target import TOOL_AXES
+from ...kinematics.inverse.servo import ServoSettings
+from ...kinematics.servo_rule import ServoRule
+from ...robot.file.parts.quantities import LARGEST, LONG, unit_doubt
+from ...robot.measures import Thresholds, thresholds_for
+from ...robot.points import TOOL
+from ...robot.robot import Robot, with_singularity, with_tool
+from ...robot.task import ROW_NAMES
+from .table import PARAMETERS, Parameter
+
+# No roll, pitch or yaw (rad) goes farther: more is in degrees.
+FULL_TURN = 2.0 * math.pi
+
+ROW_LABELS = {
+    'linear_first': 'vx,vy,vz,wx,wy,wz',
+    'angular_first': 'wx,wy,wz,vx,vy,vz',
+}
+
+
+class ReferenceLimits(NamedTuple):
+    """From which remainders (rms, m and rad) on a second source is a warning, and an error."""
+
+    position_warn: float
+    position_stop: float
+    angle_warn: float
+    angle_stop: float
+
+
+@dataclass(frozen=True)
+class NodeSettings:
+    """
+    All settings of a running node, valid together.
+
+    Attributes
+    ----------
+    robot
+        The arm, with the joint names, the tool, the task's length and the thresholds that are in
+        force.
+    estimator
+        How messages become states.
+    base_frame, tool_frame
+        Names, prefix included.
+    frame_prefix
+        The prefix.
+    jacobian_frame, twist_frame
+        `base` or `tool`.
+    row_order
+        `linear_first` or `angular_first`.
+    period : ns
+        Least difference of stamps between answers that are published; 0: publish all.
+    publish_tf
+        Whether to publish the tool on /tf.
+    publish_robot_description
+        Whether to publish a URDF.
+    target_rows, target_axis
+        The rows of target poses that count, and the axis of the tool whose direction does, or
+        None.
+    target_tolerance : m, rad
+        How far off a target pose is still reached.
+    redundancy, redundancy_step : rad
+        Which posture of a redundant arm answers a target pose, and how far along its arc it may
+        be from the nearest one.
+    target_timeout : ns
+        Time for which a target twist is in force.
+    servo
+        How target twists become joint velocities.
+    reference
+        How far poses of a second source may be off.
+    scale_horizon : s
+        Reaction time of what is slowed.
+    scale_rise : 1/s
+        How fast the scale may rise.
+    scale_reduced
+        Whether reduced speeds hold.
+    scale_rule
+        MoveIt Servo's rule; None for the distance.
+    points
+        For each point with topics of its own the settings whose tool frame it is.
+    doubts
+        Sentences on parameters whose numbers may be in mm or degrees.
+    of
+        The point they are of; `tool` for the tool.
+    """
+
+    robot: Robot
+    estimator: EstimatorSettings
+    base_frame: str
+    tool_frame: str
+    frame_prefix: str
+    jacobian_frame: str
+    twist_frame: str
+    row_order: str
+    period: int
+    publish_tf: bool
+    publish_robot_description: bool
+    target_rows: tuple[str, ...]
+    target_axis: str | None
+    target_tolerance: float
+    redundancy: str
+    redundancy_step: float
+    target_timeout: int
+    servo: ServoSettings
+    reference: ReferenceLimits
+    scale_horizon: float
+    scale_rise: float
+    scale_reduced: bool
+    scale_rule: ServoRule | None
+    points: Mapping[str, 'NodeSettings']
+    doubts: tuple[str, ...]
+    of: str = TOOL
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Return the names of the joints in messages."""
+        return self.robot.joint_names
+
+
+def _refuse(name: str, value: object, accepted: str) -> SettingsError:
+    return SettingsError(f'parameter {name}: {value!r} is not accepted ({accepted})')
+
+
+def _checked_name(name: str, value: str, what: str) -> str:
+    printable = value.isprintable() and not any(character.isspace() for character in value)
+    if not printable or value.startswith('/') or ',' in value:
+        raise _refuse(name, value, f'{what}: no spaces, no commas, no leading slash')
+    return value
+
+
+def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
+    prefix = _checked_name('joint_prefix', values['joint_prefix'], 'part of a name')
+    names = _listed(values['joint_names'])
+    if names == []:
+        return tuple(prefix + name for name in robot.joint_names)
+    whole = {
+        name
+        for name in names or ()
+        if isinstance(name, str) and name.strip() and name.isprintable() and ',' not in name
+    }
+    if names is None or prefix or not len(whole) == len(names) == robot.dof:
+        accepted = (
+            f'with an empty joint_prefix, {robot.dof} different names without commas, in the '
+            f"order of {robot.name}'s {', '.join(robot.joint_names)}"
+        )
+        raise _refuse('joint_names', names or values['joint_names'], accepted)
+    return tuple(names)
+
+
+def _renamed(robot: Robot, names: tuple[str, ...], prefix: str) -> Robot:
+    # Returns the arm with the names of its joints on the topic; mimic joints have the prefix.
+    name_of = dict(zip(robot.joint_names, names))
+    mimics = tuple(
+        one._replace(name=prefix + one.name, leader=name_of.get(one.leader, one.leader))
+        for one in robot.description.mimics
+    )
+    return replace(robot, joint_names=names, description=replace(robot.description, mimics=mimics))
+
+
+def _listed(value: Any) -> list[Any] | None:
+    # Returns None for other values than lists. At start, ROS hands over an empty list as None.
+    if value is None:
+        return []
+    is_list = isinstance(value, (Sequence, array)) and not isinstance(value, (str, bytes))
+    return list(value) if is_list else None
+
+
+def check_value(parameter: Parameter, value: Any) -> None:
+    """Refuse a value that is not among the choices of a parameter, or beyond its range."""
+    if parameter.numbers:
+        _check_numbers(parameter, value)
+    if parameter.choices and value not in parameter.choices:
+        raise _refuse(parameter.name, value, 'one of ' + ', '.join(parameter.choices))
+    if parameter.range is not None:
+        low, high = parameter.range
+        accepted = f'{low:g} to {high:g}'
+        if parameter.least:
+            accepted = f'0, or {parameter.least:g} to {high:g}'
+        if not low <= value <= high or 0.0 < value < parameter.least:
+            raise _refuse(parameter.name, value, accepted)
+
+
+def settings_from(
+    values: Mapping[str, Any], robot: Robot, points: Sequence[str] = ()
+) -> NodeSettings:
+    """
+    Return the settings that follow from parameter values.
+
+    Parameters
+    ----------
+    values
+        A value for each of `PARAMETERS`, of its type.
+    robot
+        The arm of its file.
+    points
+        Names of the points that have topics of their own.
+
+    Raises
+    ------
+    SettingsError
+        A value is refused, alone or together with another.
+    """
+    for parameter in PARAMETERS:
+        check_value(parameter, values[parameter.name])
+    prefix = _checked_name('frame_prefix', values['frame_prefix'].lstrip('/'), 'part of a frame')
+    base = _checked_name('base_frame', values['base_frame'], 'a frame') or robot.base_frame
+    tool = _checked_name('tool_frame', values['tool_frame'], 'a frame') or robot.tool_frame
+    if base == tool:
+        raise SettingsError(
+            f'parameters base_frame and tool_frame: both are {tool!r}, and must differ'
+        )
+    if values['publish_tf'] and find_spec('tf2_msgs') is None:  # the wheels on PyPI lack it
+        raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
+    rate = values['publish_rate']
+    judged = _judged(values, _with_tool(values, robot))
+    judged = _renamed(judged, _joint_names(values, robot), values['joint_prefix'])
+    rows = _rows(values['ik.rows'], judged)
+    axis = _axis(values, rows)
+    settings = NodeSettings(
+        robot=judged,
+        estimator=EstimatorSettings(
+            velocity_source=values['velocity_source'],
+            timeout=round(values['joint_state_timeout'] * 1e9),
+            acceleration_window=round(values['acceleration_window'] * 1e9),
+            integrate_velocities=values['integrate_velocities'],
+        ),
+        base_frame=prefix + base,
+        tool_frame=prefix + tool,
+        frame_prefix=prefix,
+        jacobian_frame=values['jacobian_frame'],
+        twist_frame=values['twist_frame'],
+        row_order=values['row_order'],
+        period=round(1e9 / rate) if rate > 0.0 else 0,
+        publish_tf=values['publish_tf'],
+        publish_robot_description=values['publish_robot_description'],
+        target_rows=_linear(rows) if axis else rows,
+        target_axis=axis,
+        target_tolerance=values['ik.tolerance'],
+        redundancy=values['ik.redundancy'],
+        redundancy_step=values['ik.redundancy_step'] or math.inf,
+        target_timeout=round(values['ik.target_timeout'] * 1e9),
+        servo=_servo(values, rows, judged),
+        reference=_reference(values),
+        scale_horizon=values['scale.horizon'],
+        scale_rise=values['scale.rise'],
+        scale_reduced=_reduced(values, judged),
+        scale_rule=_scale_rule(values, judged),
+        points={},
+        doubts=tuple(_doubts(values, robot)),
+    )
+    return replace(settings, points=_points(points, robot, settings))
+
+
+def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
+    # A length of 20 m is doubted, and of an arm that is shorter than 1 m 20 times its reach.
+    longest = LONG * min(robot.singularity.task.length, 1.0)
+    for parameter in PARAMETERS:
+        if parameter.kind == 'number':
+            continue
+        value = values[parameter.name]
+        if parameter.numbers:
+            value = max(value or (), key=abs, default=0.0)
+        degrees = f'are these degrees? write {math.radians(value):.6g}'
+        millimetres = f'are these millimetres? write {value / 1000.0:.6g}'
+        if doubt := unit_doubt(value, parameter.kind, longest, degrees, millimetres):
+            yield f'parameter {parameter.name}: {doubt}'
+
+
+def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeSettings]:
+    known = robot.points[1:]
+    choices = f'some of {", ".join(known)}' if known else f'none: {robot.name} names no points'
+    listed = isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)
+    if not listed:
+        raise _refuse('points', names, f'a list of names, such as [elbow]; {choices}')
+    found: dict[str, NodeSettings] = {}
+    for name in names:
+        if name not in known or name in found:
+            raise _refuse('points', name, f'{choices}{", each once" if known else ""}')
+        frame = settings.frame_prefix + name
+        if frame in (settings.base_frame, settings.tool_frame):
+            raise _refuse('points', name, f'{frame} is the frame of the base or the tool')
+        found[name] = replace(settings, tool_frame=frame, of=name)
+    return found
+
+
+def _rows(text: str, robot: Robot) -> tuple[str, ...]:
+    rows = text.split()
+    if len(set(rows)) != len(rows) or not set(rows) <= set(ROW_NAMES):
+        raise _refuse('ik.rows', text, f'some of {" ".join(ROW_NAMES)}, each once')
+    return tuple(name for name in ROW_NAMES if name in rows) or robot.singularity.task.rows
+
+
+def _linear(rows: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name for name in rows if name in ROW_NAMES[:3])
+
+
+def _axis(values: Mapping[str, Any], rows: tuple[str, ...]) -> str | None:
+    axis: str = values['ik.axis']
+    if not axis:
+        return None
+    if axis not in TOOL_AXES:
+        raise _refuse('ik.axis', axis, f'one of {" ".join(TOOL_AXES)}, or empty')
+    if not _linear(rows) or (values['ik.rows'] and rows != _linear(rows)):
+        raise _refuse(
+            'ik.axis', axis, 'only with ik.rows of x y z: it takes the place of rx ry rz'
+        )
+    return axis
+
+
+def _check_numbers(parameter: Parameter, value: Any) -> None:
+    listed, count = _listed(value), parameter.numbers
+    largest, unit = (FULL_TURN, ' rad') if parameter.kind == 'angle' else (LARGEST, '')
+    kinds = {type(number) for number in listed or ()}
+    if (
+        listed is None
+        or len(listed) not in (0, count)
+        or not kinds <= {float, int}
+        or not all(abs(number) <= largest for number in listed)
+    ):
+        accepted = f'empty, or {count} numbers of one kind, none beyond {largest:g}{unit}'
+        found = value if listed is None else listed
+        refused = _refuse(parameter.name, found, f'{accepted}, such as [0.0, 0.0, 0.1]')
+        angles = [one for one in listed or () if kinds <= {float, int} and math.isfinite(one)]
+        if unit and max(map(abs, angles), default=0.0) > largest:
+            degrees = math.radians(max(angles, key=abs))
+            raise SettingsError(f'{refused}; are these degrees? write {degrees:.6g}')
+        raise refused
+
+
+def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:
+    xyz, rpy = (tuple(map(float, values[name] or ())) or None for name in ('tool.xyz', 'tool.rpy'))
+    try:
+        return with_tool(robot, xyz, rpy)
+    except RobotFileError as error:
+        reason = '; '.join(fault.message for fault in error.faults)
+        raise SettingsError(f'parameters tool.xyz and tool.rpy: {reason}') from None
+
+
+def _reference(values: Mapping[str, Any]) -> ReferenceLimits:
+    limits = ReferenceLimits(*(values[f'reference.{name}'] for name in ReferenceLimits._fields))
+    for what, warn, stop in (
+        ('position', limits.position_warn, limits.position_stop),
+        ('angle', limits.angle_warn, limits.angle_stop),
+    ):
+        if stop < warn:
+            name = f'reference.{what}_stop'
+            raise _refuse(name, stop, f'at least reference.{what}_warn, {warn:g}')
+    return limits
+
+
+def _reduced(values: Mapping[str, Any], robot: Robot) -> bool:
+    limits = robot.description.speed_limits
+    if values['scale.reduced'] and not any(math.isfinite(one.reduced) for one in limits):
+        raise _refuse('scale.reduced', True, f'{robot.name} has no speed_limits with reduced')
+    return bool(values['scale.reduced'])
+
+
+def _scale_rule(values: Mapping[str, Any], robot: Robot) -> ServoRule | None:
+    try:
+        rule = ServoRule(*(values[f'scale.{field.name}'] for field in fields(ServoRule)))
+        if values['scale.rule'] == 'distance':
+            return None
+        rule.check(robot)
+    except KinematicsError as error:
+        raise SettingsError(f'parameters scale.*: {error}') from None
+    return rule
+
+
+def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:
+    try:
+        return ServoSettings(
+            damping=values['ik.damping'],
+            damped_below=values['ik.damped_below'],
+            horizon=values['ik.horizon'],
+            default_rate=values['ik.default_rate'],
+            default_speed=values['ik.default_speed'],
+            rows=None if rows == robot.singularity.task.rows else rows,
+        )
+    except KinematicsError as error:
+        raise SettingsError(f'parameters ik.*: {error}') from None
+
+
+def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
+    # The parameters override the file; thresholds of the file hold for its own measure only.
+    measure = values['singularity.measure']
+    of_file = (
+        robot.singularity.thresholds if measure == robot.singularity.thresholds.measure else None
+    )
+    warn = values['singularity.warn'] or (of_file.warn if of_file else None)
+    stop = values['singularity.stop'] or (of_file.stop if of_file else None)
+    try:
+        thresholds: Thresholds = thresholds_for(robot.singularity.task, measure, warn, stop)
+    except KinematicsError as error:
+        raise SettingsError(
+            f'parameters singularity.measure, .warn and .stop go together: {error}'
+        ) from None
+    return with_singularity(robot, values['singularity.length'] or None, thresholds)
+
+
+def defaults(robot: Robot) -> dict[str, Any]:
+    """Return the default of every parameter for an arm."""
+    values = {parameter.name: parameter.default for parameter in PARAMETERS}
+    values['singularity.measure'] = robot.singularity.thresholds.measure
+    return values

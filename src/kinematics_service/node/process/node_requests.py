@@ -1,0 +1,131 @@
+"""Requests to a running node: set one of its parameters, or let it read its robot again."""
+
+import difflib
+import os
+import re
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
+from rcl_interfaces.srv import ListParameters, SetParameters
+from rclpy.context import Context
+from rclpy.parameter import get_parameter_value
+from std_srvs.srv import Trigger
+
+from ...errors import SettingsError
+from ...stop_signals import StopSignal
+from ..messages.graph import kinematics_nodes
+from ..messages.topics import RELOAD
+from ..parameters.settled_file import PATIENCE
+from . import session
+from .node_facts import TRY, call_service
+from .spin import Spinner
+
+# Longest wait for the discovery of a service, s.
+DEADLINE = 5.0
+# Number of similar names that answer an unknown parameter.
+NEAREST = 5
+# Types of rclpy as a user calls them; all others are lists.
+TYPES = {'BOOL': 'true or false', 'INTEGER': 'a number', 'DOUBLE': 'a number', 'STRING': 'a text'}
+
+Ask = Callable[..., Any]
+
+
+def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
+    """
+    Set a parameter of a node; print its value, or why the node refuses it.
+
+    Parameters
+    ----------
+    node
+        Full name of the node; the leading slash may be missing.
+    name, text
+        The parameter, and its value in YAML.
+    ros_args
+        ROS arguments, `--ros-args` included.
+
+    Returns
+    -------
+    0 if it is set; 1 if it is refused or no node answers; 2 for wrong usage.
+    """
+
+    def request(ask: Ask) -> str:
+        names = ask('list_parameters', ListParameters, ListParameters.Request()).result.names
+        if name not in names:
+            near = ', '.join(difflib.get_close_matches(name, names, NEAREST, cutoff=0.0))
+            raise SettingsError(f'there is no parameter {name!r}; the nearest: {near}')
+        change = Parameter(name=name, value=value_from(text))
+        done = ask('set_parameters', SetParameters, SetParameters.Request(parameters=[change]))
+        result = done.results[0]
+        reason = re.sub(r"'Type\.(\w+)'", lambda of: TYPES.get(of[1], 'a list'), result.reason)
+        if not result.successful:
+            raise SettingsError(f'{name} is refused: {reason}')
+        return f'{name} is now {text}' + (f'; {reason}' if reason else '')
+
+    return _run(node, ros_args, request)
+
+
+def run_reload(node: str, ros_args: Sequence[str]) -> int:
+    """Let a node read its robot again, and print its sentence; as `run_set`."""
+
+    def request(ask: Ask) -> str:
+        done = ask(RELOAD.removeprefix('~/'), Trigger, Trigger.Request(), TRY + PATIENCE)
+        if not done.success:
+            raise SettingsError(f'the robot is refused: {done.message}')
+        return str(done.message)
+
+    return _run(node, ros_args, request)
+
+
+def value_from(text: str) -> ParameterValue:
+    """Return the value that a text in YAML means; no parameter is an integer, so 1 is 1.0."""
+    wrong = SettingsError(
+        f"{text!r} is no value: type a number, true, a text, or a list such as '[0, 0, 0.15]'"
+    )
+    if text.startswith('{') or text.startswith('[') != text.endswith(']'):
+        raise wrong
+    try:
+        if text.startswith('['):
+            numbers = [float(number) for number in text[1:-1].split(',')]
+            kind = ParameterType.PARAMETER_DOUBLE_ARRAY
+            return ParameterValue(type=kind, double_array_value=numbers)
+        return ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=float(text))
+    except ValueError:
+        pass  # these are not numbers
+    try:
+        return get_parameter_value(text)
+    except Exception:  # of PyYAML, and of fields of messages
+        raise wrong from None
+
+
+def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> int:
+    if not session.is_name('NODE', node, session.NODE_NAMES):
+        return session.WRONG_USAGE
+    node = f'/{node.strip("/")}'
+
+    def work(context: Context, stop: StopSignal) -> int:
+        client = session.helper_node(f'kinematics_request_{os.getpid()}', context)
+        spinner = Spinner(context, [client])
+
+        def ask(service: str, kind: Any, content: Any, longest: float = TRY) -> Any:
+            end, name = time.monotonic() + DEADLINE, f'{node}/{service}'
+            answer = call_service(client, spinner, kind, name, content, end, longest)
+            if answer is None:
+                here, what = ', '.join(kinematics_nodes(client)), 'there is no node of this name'
+                if client.count_services(name):
+                    what = f'{service} does not answer'
+                raise SettingsError(f'{what}; kinematics nodes here: {here or "none"}')
+            return answer
+
+        try:
+            print(f'{node}: {request(ask)}', flush=True)
+            return session.FINE
+        except SettingsError as error:
+            session.tell(f'{node}: {error}')
+            return session.FAULT
+        finally:
+            spinner.close()
+            session.destroy(client)
+
+    return session.run_session(ros_args, work)

@@ -1,0 +1,83 @@
+"""What `~/wrench` is: its bias, and what the joints do not feel."""
+
+from collections.abc import Callable
+
+import numpy as np
+from rclpy.node import Node
+from std_srvs.srv import Trigger
+
+from ..estimation.estimator import Estimator
+from ..estimation.status_text import StatusText, direction_in_words
+from ..kernel import Floats
+from ..robot.measures import Level
+from .messages.messages import StateReport
+from .messages.output_messages import wrench_estimate
+from .messages.topics import SERVICE_QOS, WRENCH_ZERO
+
+KINDS = ('force along', 'torque about')
+RAW = 'not external: gravity, friction and inertia are in it; ~/wrench/zero takes them as bias'
+EXTERNAL = 'external, near the pose at which the bias was taken'
+
+
+class WrenchBias:
+    """
+    Takes the bias of the joint efforts when it is asked for, and says what the wrench is.
+
+    Parameters
+    ----------
+    node
+        The node that offers the service.
+    estimator
+        It knows the efforts.
+    is_heard
+        Returns whether somebody listens to a wrench: nobody else reads efforts.
+    """
+
+    def __init__(self, node: Node, estimator: Estimator, is_heard: Callable[[], bool]) -> None:
+        self._estimator, self._is_heard = estimator, is_heard
+        node.create_service(Trigger, WRENCH_ZERO, self._zero, qos_profile=SERVICE_QOS)
+
+    def _unknown(self) -> str:
+        unknown = np.isnan(self._estimator.efforts.efforts)
+        names = [name for name, is_unknown in zip(self._estimator.names, unknown) if is_unknown]
+        return ', '.join(names)
+
+    def _zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if not self._is_heard():
+            response.message = 'no effort was read: nobody listens to ~/wrench'
+            return response
+        count = self._estimator.efforts.take_bias()
+        response.success = count > 0
+        response.message = (
+            f'the bias is the mean of {count} messages; it holds near this pose: gravity and '
+            'friction at others are not in it'
+            if count
+            else f'the last joint states have no effort of {self._unknown()}'
+        )
+        return response
+
+    def status(self, report: StateReport) -> StatusText:
+        """Return what the wrench of a report is, and which part of it the joints do not feel."""
+        name, kind = report.settings.robot.name, RAW
+        if self._estimator.efforts.bias is not None:
+            kind = EXTERNAL
+        unknown, found = self._unknown(), wrench_estimate(report)
+        values = [('robot', name), ('kind', kind), ('joints without effort', unknown)]
+        if found is None:
+            reason = f'the joint states have no effort of {unknown}' if unknown else 'not finite'
+            return StatusText(Level.WARN, f'no wrench: {reason}', tuple(values))
+        hidden, damped = (_in_words(rows) for rows in (found.hidden, found.damped))
+        values += [
+            ('directions felt', f'{int(found.rank)} of 6'),
+            ('not felt', hidden),
+            ('hardly felt', damped),
+            ('torques unexplained', f'{float(np.linalg.norm(found.residual)):.3g}'),
+        ]
+        if damped:
+            sentence = f'near a singular pose: {damped} is hardly felt, and said too small'
+            return StatusText(Level.WARN, f'{sentence}; {kind}', tuple(values))
+        return StatusText(Level.OK, kind, tuple(values))
+
+
+def _in_words(rows: Floats) -> str:
+    return '; '.join(direction_in_words(row, KINDS) for row in rows if row.any())

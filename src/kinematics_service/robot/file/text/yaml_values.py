@@ -1,0 +1,58 @@
+"""
+The YAML of a plan as Python's values.
+
+A plain scalar is a number if YAML 1.2 says so: `1e-3` is one, `1_0` and `0o7` are texts.
+"""
+
+import re
+from typing import Any
+
+from .yaml_document import ScalarNode
+from .yaml_reader import YamlError, YamlReader
+
+DEEPEST = 40
+# A point of a six-joint arm has some thirty values: more than 100,000 points.
+MOST_VALUES = 4_000_000
+NUMBER = re.compile(r'[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?')
+WORDS = {
+    **dict.fromkeys(('', '~', 'null', 'Null', 'NULL')),
+    **dict.fromkeys(('true', 'True', 'TRUE'), True),
+    **dict.fromkeys(('false', 'False', 'FALSE'), False),
+    **dict.fromkeys(('.nan', '.NaN', '.NAN'), float('nan')),
+    **{sign + word: float(f'{sign}inf') for word in ('.inf', '.Inf', '.INF') for sign in '+-'},
+    **dict.fromkeys(('.inf', '.Inf', '.INF'), float('inf')),
+}
+
+
+def read_documents(text: str) -> list[Any]:
+    """
+    Return the documents of a text: dicts, lists, numbers, texts, truth values, None.
+
+    Raises
+    ------
+    YamlError
+        It is not YAML, a key occurs twice, or something that `YamlReader` refuses.
+    """
+    documents = _ValueReader(DEEPEST, MOST_VALUES, 'write it as a bag').documents(text)
+    return [document for document in documents if document is not None]
+
+
+class _ValueReader(YamlReader):
+    def scalar(self, event: Any) -> Any:
+        text: str = event.value
+        if not event.implicit[0]:
+            return text  # in quotes, or over several lines
+        if NUMBER.fullmatch(text):
+            return float(text)
+        return WORDS.get(text, text)
+
+    def sequence(self, start: Any, items: list[Any]) -> list[Any]:
+        return items
+
+    def mapping(self, start: Any, entries: list[tuple[ScalarNode, Any]]) -> dict[str, Any]:
+        values: dict[str, Any] = {}
+        for key, value in entries:
+            if key.text in values:
+                raise YamlError(key.line, f'the key {key.text[:40]!a} occurs twice')
+            values[key.text] = value
+        return values

@@ -1,0 +1,247 @@
+"""Which joint moves which row of a table, and whether it turns or slides."""
+
+import re
+from collections.abc import Collection, Iterator, Sequence
+from typing import NamedTuple
+
+from ..file.text.expression_syntax import names_in
+from .cells import is_quarter
+from .report import TableReport
+
+MARK = '@'  # of the row's own variable, until it has a name
+# A variable whose name has no number is that of its row: `theta`, `q_i`.
+OWN = {
+    'theta': re.compile(r'\b(?:theta|th|q|var|variable)(?:_?[ijn])?\b'),
+    'd': re.compile(r'\b(?:d|q|s|var|variable)(?:_?[ijn])?\b'),
+}
+ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
+SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths
+AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # of pi/2 and 1.5708, not of 1.57
+IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # a length rather than an angle
+LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
+# A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
+STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
+TYPES = {
+    **dict.fromkeys(('r', 'rot', 'rotary', 'revolute', 'rotational', '0'), 'theta'),
+    **dict.fromkeys(('p', 'prismatic', 'linear', 'sliding', 'translational', '1'), 'd'),
+    **dict.fromkeys(('f', 'fixed', '2'), ''),
+}
+NOT_A_JOINT = re.compile(
+    r'(?:\w+\s*(?:->|-|to)\s*)?(?:tool|tcp|ee|g|end[-_ ]?effector|flange|hand|gripper)',
+    re.IGNORECASE,
+)
+ZERO = ('', '0', '0.', '0.0', '0.00', '0.000', '0.0000', '0.000000', '-0.0')
+
+
+class NumberedRow(NamedTuple):
+    """A row's line in the text, its number from 1, and its cells by what they hold."""
+
+    line: int
+    number: int
+    cells: dict[str, str]
+
+    def fault(self, report: TableReport, column: str, message: str) -> None:
+        """Report what is wrong in a cell."""
+        report.fault(message, self.line, f'row {self.number}, column {column}')
+
+
+class MovingRow(NamedTuple):
+    """A row, its d and theta, and the joint that begins in it: where it stands, or ''."""
+
+    row: NumberedRow
+    d: str
+    theta: str
+    variable: str
+    place: str
+
+
+def without_stars(
+    rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
+) -> set[str]:
+    """Remove the stars that mark variables, and return the names that had one."""
+    found = [
+        (row, place, star)
+        for row in rows
+        for place in OWN
+        for star in STARRED.finditer(row.cells.setdefault(place, ''))
+        if star[1] not in constants
+    ]
+    # `q2*-1` alone may be a product.
+    if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
+        row, place, _ = found[0]
+        message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'
+        row.fault(report, place, message)
+    for row, place, star in found:
+        row.cells[place] = row.cells[place].replace(star[0], f'{star[1]} ').strip()
+    if found:
+        report.note('a star marks the variable of a joint')
+    return {star[1] for _, _, star in found}
+
+
+def moving_rows(
+    rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
+) -> list[MovingRow]:
+    """Return the rows with their variables; what is wrong or was assumed is reported."""
+    starred = without_stars(rows, constants, report)
+    constants = {*constants, *_lengths(rows, constants, starred, report)}
+    joints = [row for row in rows if not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))]
+    taken = {name for row in rows for place in OWN for name in _moving(row, place, constants)}
+    filled = all(row.cells['theta'] and row.cells['d'] for row in joints)
+    alone, named = filled and not taken and 'type' not in rows[0].cells, bool(taken - {MARK})
+    if alone:
+        report.note('theta holds numbers alone: every joint turns, and they are its offsets')
+    arm: list[MovingRow] = []
+    for row in rows:
+        usual = '' if row not in joints else 'theta' if alone else None
+        place = _place(row, constants, usual, named)
+        if place is None:
+            row.fault(report, 'type', f'{row.cells["type"]!r} is none of R, P, fixed')
+            continue
+        known = [before.variable for before in arm if before.variable]
+        free = f'q{len(known) + 1}'
+        own = _moving(row, place, constants) if place else frozenset()
+        new = sorted(name for name in own - {MARK} if bare(name) not in map(bare, known))
+        if len(new) > 1 and len(angles := list(filter(ANGLE.fullmatch, new))) == 1:
+            new = angles  # beside letters without a value
+        free = f'joint_{free}' if free in taken else free
+        variable = free if place and (MARK in own or not own) else new[0] if new else ''
+        moved = _moved(row, place, variable, constants)
+        arm.append(moved)
+        for column, message in _faults(moved, new, MARK in own, named):
+            row.fault(report, column, message)
+    _judge_fixed(arm, joints, report)
+    return arm
+
+
+def sum_of(variable: str, constant: str) -> str:
+    """Return the sum of a variable and a constant expression."""
+    term = constant.removeprefix('-')
+    if constant in ZERO:
+        return variable
+    if re.search('[-+]', re.sub(r'\([^()]*\)', '', term)):
+        return f'{variable} + ({constant})'
+    return f'{variable} {"-" if constant.startswith("-") else "+"} {term}'
+
+
+def _lengths(
+    rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
+) -> set[str]:
+    # Names in d that are letters for lengths: beside a joint that turns, whose number they have,
+    # or without a star where others have one.
+    turning = {name for row in rows for name in _moving(row, 'theta', known)}
+    numbers = {_number(name) for name in turning}
+    found = set[str]()
+    for row in rows:
+        names = _moving(row, 'd', known) - {MARK} - turning
+        turns = _moving(row, 'theta', known) or (starred and not names & starred)
+        slides = not turns and not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))
+        if 'type' in row.cells:
+            slides = TYPES.get(row.cells['type'].lower()) == 'd'
+        found |= {one for one in names if not slides or (_number(one) or '-') in numbers}
+        if slides and names - found and row is rows[-1] and found and not starred:
+            one = f'{min(names)} may slide, or be the length of a tool: write {min(names)}* if it'
+            row.fault(report, 'd', f'{one} slides, and tool into the column joint otherwise')
+    return found
+
+
+def _number(name: str) -> str:
+    return re.sub(r'.*?(\d*)$', r'\1', name)
+
+
+def _marked(row: NumberedRow, place: str, constants: Collection[str]) -> str:
+    cell = row.cells.get(place, '')
+    return OWN[place].sub(lambda found: found[0] if found[0] in constants else MARK, cell)
+
+
+def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozenset[str]:
+    # The names of variables in a cell, MARK for the row's own.
+    text = _marked(row, place, constants)
+    names = names_in(text).difference(constants, ('pi',))
+    told = TYPES.get(row.cells.get('type', '').lower()) == 'd'
+    own = {one for one in names if place == 'theta' or told or SLIDING.fullmatch(one)}
+    return frozenset(own | {MARK} if MARK in text else own)
+
+
+def bare(name: str) -> str:
+    """Return a name without underscores: `theta_1` and `theta1` are one."""
+    return name.replace('_', '')
+
+
+def _place(row: NumberedRow, known: Collection[str], usual: str | None, named: bool) -> str | None:
+    # Where the variable stands; empty for a fixed row, None where the type is not understood.
+    if 'type' in row.cells:
+        return TYPES.get(row.cells['type'].lower())
+    if usual is not None:
+        return usual
+    if _moving(row, 'theta', known):
+        return 'theta'
+    # Beside names an empty cell is a number that is missing.
+    if _moving(row, 'd', known) or not (row.cells['d'] or named):
+        return 'd'
+    return '' if row.cells['theta'] else 'theta'
+
+
+def _moved(row: NumberedRow, place: str, variable: str, constants: Collection[str]) -> MovingRow:
+    texts = {'d': row.cells['d'], 'theta': row.cells['theta']}
+    if place:
+        text = _marked(row, place, constants).replace(MARK, variable)
+        if not _moving(row, place, constants):
+            text = sum_of(variable, text)
+        texts[place] = sum_of(text, row.cells.get('offset', ''))
+        if place == 'd':
+            texts['theta'] = texts['theta'] or '0'
+    return MovingRow(row, texts['d'], texts['theta'], variable, place)
+
+
+def _faults(
+    moved: MovingRow, new: Sequence[str], own: bool, named: bool
+) -> Iterator[tuple[str, str]]:
+    cells = moved.row.cells
+    unnamed = named and moved.place == 'theta' and not cells['theta'] and 'type' not in cells
+    texts = {**cells, 'd': moved.d, 'theta': '' if unnamed else moved.theta}
+    for column in ('a', 'alpha', 'd', 'theta'):
+        if not texts[column]:
+            yield column, 'the cell is empty: write 0 where it is 0 (merged cells hold one number)'
+    if len(new) + own > 1:
+        yield moved.place, f'{" and ".join(new)}: which moves this row? The others need a number'
+    elif moved.place == 'theta' and new and LENGTH.fullmatch(new[0]):
+        yield 'theta', f'{new[0]} is a length by its name: another order of heads? (--columns)'
+    for column in ('a', 'alpha'):
+        if wrong := next(filter(ANGLE.fullmatch, names_in(cells[column])), None):
+            yield column, f'{wrong} is a joint by its name: another order of heads? (--columns)'
+    for column in ('a', 'd'):
+        found = cells[column].strip('-')
+        if AN_ANGLE.fullmatch(found) and ('pi' in found or is_quarter(found)):
+            yield column, f'{found} is an angle: another order of heads? (--columns)'
+    if cells.get('offset', '') not in ZERO:
+        if not moved.place:
+            yield 'offset', 'no joint moves this row: it has no offset'
+        elif cells[moved.place] not in (*ZERO, moved.variable) and not own:
+            yield 'offset', f'{moved.place} holds a number too: write one of the two'
+
+
+def _judge_fixed(
+    arm: Sequence[MovingRow], joints: Sequence[NumberedRow], report: TableReport
+) -> None:
+    # A row without a variable is fixed, or its variable was left out.
+    rows = [one.row for one in arm if not one.place and 'type' not in one.row.cells]
+    fixed = [row for row in rows if row in joints]
+    moving = [one.variable for one in arm if one.variable]
+    numbers = [int(number) for number in map(_number, moving) if number]
+    skipped = any(b - a != 1 for a, b in zip(numbers, numbers[1:]))
+    for row, *_, variable, place in arm:
+        if place and not variable and (again := row.cells[place]) in moving:
+            if skipped:
+                row.fault(report, place, f'{again} again, and a number is left out: which is it?')
+            report.note(f'row {row.number} is moved by {again}, as a row above is')
+    for row, *_ in arm if all(place == 'd' for *_, place in arm) else ():
+        turn = row.cells['theta']
+        if IN_METRES.fullmatch(turn) and not is_quarter(turn.strip('-')):
+            row.fault(report, 'theta', f'{turn}, and every joint slides: exchanged heads?')
+    for row in fixed:
+        if row is arm[-1].row or not skipped and len(fixed) < len(moving):
+            report.note(f'row {row.number} is fixed: no variable stands in it')
+        else:
+            name, own = f'q{row.number}', row.cells['theta']
+            told = f'{own} without a variable: write {sum_of(name, own)} if a joint turns there'
+            row.fault(report, 'theta', f'{told}, or a column type with R, P and fixed')

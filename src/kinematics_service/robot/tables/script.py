@@ -1,0 +1,98 @@
+"""The constants of a script, and base, tool and offsets of its robot or a printed one."""
+
+import re
+from collections.abc import Iterator, Mapping
+
+from ...typography import DEGREE
+from ..file.writing.writer import scalar
+from .cells import plain_cell
+from .moving_rows import ANGLE, ZERO
+from .pasted import cells_of
+from .report import TableReport
+
+CONSTANT = re.compile(
+    r"(?:^|;)[ \t]*([A-Za-z]\w*(?:\s*,\s*[A-Za-z]\w*)*)[ \t]*=\s*([^=;\n\[\]{}']+?)\s*(?=;|$)",
+    re.M,
+)
+VECTOR = re.compile(r'(?:^|;)[ \t]*([A-Za-z]\w*)[ \t]*=\s*\[([^\[\];\n]*)\]', re.M)
+# R.base = ..., 'offset', ..., tool=...
+SETTING = re.compile(
+    r"(?:[.'(]|,\s*)(base|tool|offset|qlim)'?\s*(?:=|,)\s*"
+    r'((?:[^,;\n()\[\]]|\((?:[^()]|\([^()]*\))*\)|\[[^\]]*\])+)'
+)
+BOXED = re.compile(r'(?m)^\W*(base|tool)\W+t\s*=\s*([^;|]*);\s*rpy/(\w+)\s*=\s*([^|\n]*)')
+SHIFT = re.compile(r'(?:transl|(?:\w+\.)?SE3(?:\.Trans)?)\s*\(\s*\[?([^\[\]]*?)\]?\s*\)')
+ALONG = re.compile(r'(?:\w+\.)?SE3\.T([xyz])\s*\((.*)\)')
+TURN = re.compile(
+    r"(?:trot|(?:\w+\.)?SE3\.R)([xyz])\s*\(([^,]*?)(?:,\s*(?:unit\s*=\s*)?('deg'))?\s*\)"
+)
+
+
+def constants_of(text: str, report: TableReport) -> dict[str, str]:
+    """Return the expressions that are given to names; those of joints are left out."""
+    found: dict[str, str] = {}
+    for names, value in CONSTANT.findall(text):
+        values = cells_of(value) if ',' in names else [value]
+        found |= zip(re.split(r'\s*,\s*', names), map(plain_cell, values))
+    for name, value in VECTOR.findall(text):
+        first = 1 if re.search(rf'\b{name}\(\d', text) else 0
+        found |= {f'{name}{k}': plain_cell(v) for k, v in enumerate(cells_of(value), first)}
+    if joints := sorted(filter(ANGLE.fullmatch, found)):
+        report.note(f'the values of {", ".join(joints)} are left out: joints move')
+    return {name: value for name, value in found.items() if name not in joints}
+
+
+def settings_of(text: str, report: TableReport) -> dict[str, str]:
+    """Return what a script without its links says of the robot: `offset`, `base`, `tool`."""
+    found = {key: value.strip() for key, value in SETTING.findall(text)}
+    if found.pop('qlim', ''):
+        report.note('qlim of the robot is not read: write limits into the robot file')
+    return found
+
+
+def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> Iterator[str]:
+    """Yield base and tool as lines of a robot file: those of a script, or of a printed robot."""
+    for end in ('base', 'tool'):
+        if end in settings:
+            found = _placement(settings[end])
+            if found is None:
+                told = (
+                    f'{end}: {settings[end]!r} is not understood: write transl(x, y, z)*trotx(a)'
+                )
+                report.refuse(f'{told}, or take it out and write it into the robot file')
+            yield _line(end, *found)
+    for end, xyz, order, angles in BOXED.findall(text):
+        # R = Rx(yaw) Ry(pitch) Rz(roll) in the order xyz of the toolbox.
+        rpy = angles.replace(' ', '').split(',')[:: -1 if order == 'xyz' else 1]
+        if order == 'xyz' and sum(float(angle.strip(DEGREE)) != 0.0 for angle in rpy) > 1:
+            report.refuse(f'{end}: rpy/xyz has several angles: write it into the robot file')
+        report.note(f'{end} has the digits that are printed')
+        yield _line(end, xyz.split(','), rpy)
+
+
+def _placement(text: str) -> tuple[list[str], list[str]] | None:
+    # Shifts along axes, then at most one turn; None for another product.
+    xyz, rpy = ['0'] * 3, ['0'] * 3
+    for factor in re.split(r'\s*[*@]\s*(?=[A-Za-z])', text.strip()):
+        shift, along, turn = (form.fullmatch(factor) for form in (SHIFT, ALONG, TURN))
+        cells = list(map(plain_cell, cells_of(shift[1]))) if shift else []
+        if rpy != ['0'] * 3:
+            return None
+        if len(cells) == 3 and xyz == ['0'] * 3:
+            xyz = cells
+        elif along and xyz['xyz'.index(along[1])] == '0':
+            xyz['xyz'.index(along[1])] = plain_cell(along[2])
+        elif turn:
+            rpy['xyz'.index(turn[1])] = plain_cell(turn[2]) + (DEGREE if turn[3] else '')
+        elif not re.fullmatch(r'eye\(4\)|(?:\w+\.)?SE3\(\)', factor):
+            return None
+    return xyz, rpy
+
+
+def _line(end: str, *placed: list[str]) -> str:
+    cells = [[cell.strip() for cell in one] for one in placed]
+    plain = [
+        ['0' if cell.strip(DEGREE) in ZERO else scalar(cell) for cell in one] for one in cells
+    ]
+    xyz, rpy = map(', '.join, plain)
+    return f'{end}: {{xyz: [{xyz}], rpy: [{rpy}]}}'

@@ -1,0 +1,135 @@
+"""The unit of the angles and of the lengths of a table: from heads, marks, or their size."""
+
+import math
+import re
+from collections.abc import Collection, Mapping, Sequence
+from decimal import Decimal
+
+from ...typography import DEGREE, number_text
+from ..file.parts.quantities import LONG, TURN, rounded_quarters
+from ..file.text.expression_syntax import names_in
+from ..urdf.quantity import angle_of, as_rounded_part_of_pi
+from .cells import is_quarter
+from .heads import Head
+from .moving_rows import ZERO, NumberedRow
+from .report import TableReport
+
+# Words of a title or a remark.
+WORDS = {
+    'deg': re.compile(r'\bdegrees?\b(?!\(| of freedom)', re.IGNORECASE),
+    'rad': re.compile(r'\bradians?\b(?!\()', re.IGNORECASE),
+    'mm': re.compile(r'\bmm\b|\bmillimet(?:er|re)s?\b', re.IGNORECASE),
+    'm': re.compile(r'\bmet(?:er|re)s?\b', re.IGNORECASE),
+}
+# Columns of angles and of lengths, their units, and the largest number in the first unit.
+KINDS = {
+    'angles': (('alpha', 'theta', 'offset'), ('rad', 'deg'), TURN),
+    'lengths': (('a', 'd'), ('m', 'mm'), LONG),
+}
+IN_MM = {'mm': Decimal(1), 'cm': Decimal(10), 'm': Decimal(1000), 'in': Decimal('25.4')}
+NUMBER = re.compile(r'(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
+MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?)\b')
+# A number that is a term of its own, without a mark of its unit.
+TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
+DEGREE_DECIMALS = 9  # 29.999999999999996 is 30
+LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')  # limits of 30 rad are in degrees
+
+
+def in_one_unit(
+    kind: str,
+    given: Collection[str],
+    heads: Sequence[Head],
+    rows: Sequence[NumberedRow],
+    constants: Mapping[str, str],
+    text: str,
+    report: TableReport,
+) -> str:
+    """Return the unit of all angles, or of all lengths, and write their cells in it."""
+    meanings, accepted, _ = KINDS[kind]
+    said = {head.meaning: head.unit for head in heads if head.meaning in meanings and head.unit}
+    asked = set(given).intersection(accepted)
+    chosen = {*said.values(), *asked}
+    if asked and len(chosen) > 1:
+        report.refuse(f'{kind} in {" and in ".join(sorted(chosen))}: write them in one')
+    cells = [(row, name) for row in rows for name in meanings if row.cells.get(name)]
+    if len(chosen) == 1 and chosen <= set(accepted):
+        (unit,) = chosen
+    elif chosen:
+        unit = accepted[kind == 'lengths']
+        report.note(f'{kind} in {" and ".join(sorted(chosen))} are written in {unit}')
+    else:
+        told = [row.cells[name] for row, name in cells]
+        told = [
+            ' '.join([one, *(constants.get(x, '') for x in sorted(names_in(one)))]) for one in told
+        ]
+        unit = _told_unit(kind, told, text, report)
+    for row, name in cells:
+        own, cell = said.get(name, unit if len(chosen) < 2 else ''), row.cells[name]
+        if own != unit and TERM.search(cell) and cell not in ZERO:
+            if not own:
+                row.fault(report, name, 'no unit is said: write it into the heads')
+            cell = TERM.sub(rf'\g<0>{DEGREE if own == "deg" else own}', cell)
+        row.cells[name] = in_unit(cell, unit)
+    return unit
+
+
+def _told_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
+    # Marks of cells decide, such as degree signs and parts of pi, else the size of the numbers.
+    _, (small, large), most = KINDS[kind]
+    words = {unit: said[0] for unit, one in WORDS.items() if (said := one.search(whole))}
+    marks = words if len(words.keys() & {small, large}) == 1 else dict[str, str]()
+    plain: list[str] = []
+    for text in texts:
+        found = ['m' if unit == 'm' else 'mm' for _, unit in MARKED.findall(text)]
+        if kind == 'angles':
+            found = ['deg'] * (DEGREE in text) + ['rad'] * ('pi' in names_in(text))
+        marks |= dict.fromkeys(found, text.strip())
+        # A factor, as in 26.45*0.0254, is longer than the product.
+        if 'rad' not in found:
+            plain += [number for number in TERM.findall(text) if float(number)]
+    plain.sort(key=float)
+    is_large = bool(plain) and float(plain[-1]) > most
+    if kind == 'angles' and is_large and (quarters := list(filter(is_quarter, plain))):
+        marks.setdefault('rad', quarters[0])
+    other = marks.get(small if is_large else large)
+    number = plain[-1 if is_large else 0] if plain else ''
+    if number and other:
+        report.refuse(
+            f'{number} beside {other}: which unit has {number}? --units {small} or --units '
+            f'{large} says that of plain numbers; signs and parts of pi are read as they are'
+        )
+    unit = large if is_large or (large in marks and small not in marks) else small
+    why = f': {float(number):g} {small} are not meant' if is_large else ''
+    if unit == 'deg' and not is_large:
+        why = ', as the degree signs say'
+    report.note(f'{kind} are taken to be in {unit}{why} (--units says otherwise)')
+    return unit
+
+
+def in_unit(cell: str, unit: str) -> str:
+    """Return a cell whose numbers with marks, such as `350 mm` or `pi/2`, are in a unit."""
+    if unit == 'deg':
+        cell = re.sub(r'\bpi\b', '180', cell.replace(DEGREE, ''))
+    cell = re.sub(r'(\bpi\b[^*/]*?)\s*\b(?:rad|radians?)\b', r'\1', cell)
+
+    def number(found: re.Match[str]) -> str:
+        if found[2].startswith('rad'):
+            value = float(found[1])
+            return number_text(math.degrees(value)) if unit == 'deg' else found[1]
+        in_mm = Decimal(found[1]) * IN_MM[found[2][:2]]
+        return number_text(float(in_mm if unit == 'mm' else in_mm / 1000))
+
+    return MARKED.sub(number, cell)
+
+
+def rounded(cell: str, unit: str) -> str:
+    """Return an angle whose numbers such as 1.5708 are the parts of pi that they round."""
+
+    def part(found: re.Match[str]) -> str:
+        if unit == 'deg':
+            return number_text(round(float(found[0]), DEGREE_DECIMALS))
+        quarters = [k * math.pi / 2.0 for _, k in rounded_quarters(found[0])]
+        text = angle_of(*quarters or [as_rounded_part_of_pi(found[0])]).text
+        return text if 'pi' in text else found[0]
+
+    return TERM.sub(part, cell)

@@ -1,0 +1,227 @@
+"""
+A chain of a URDF with its joints, and its pose as their plain product.
+
+The product shares nothing with the kernel or the table made from the chain, so it can judge them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NoReturn
+
+import numpy as np
+
+from ...errors import UrdfError
+from ...kernel import Floats
+from ...rigid_motion import inverse, turn_about
+from ..file.parts.description import MimicFormula
+from ..file.text.entries import did_you_mean, meant_by
+from ..file.text.fault_report import quoted
+from .document import XmlElement
+from .elements import EXTENSION
+from .joints import MOVING, JointLimits, UrdfJoint, read_joint
+from .tree import UrdfTree, end_of
+
+
+@dataclass(frozen=True)
+class Variable:
+    """
+    An actuated joint that moves the chain.
+
+    Parameters
+    ----------
+    type
+        `revolute`, `prismatic`, or `helical` if joints that mimic it slide, too.
+    """
+
+    name: str
+    type: str
+    limits: JointLimits
+
+
+@dataclass(frozen=True, eq=False)
+class MovingJoint:
+    """
+    One moving joint of the chain: the motion `before`, then one about or along its axis.
+
+    Parameters
+    ----------
+    turns
+        Whether the joint turns rather than slides.
+    before : shape (4, 4)
+        The constant motion since the last joint, this joint's own origin included.
+    axis : shape (3,)
+        Unit vector.
+    variable, factor, offset
+        The joint's position is factor times that variable (its index) plus offset, in rad or m.
+    follows
+        Whether the joint mimics another.
+    """
+
+    turns: bool
+    before: Floats
+    axis: Floats
+    variable: int
+    factor: float
+    offset: float
+    follows: bool
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfChain:
+    """
+    The way from one link to another.
+
+    Parameters
+    ----------
+    robot
+        The name in the URDF.
+    end : shape (4, 4)
+        The constant motion after the last joint.
+    mimics
+        The joints of the chain that follow others.
+    joints
+        Those of the way, fixed ones too, and those beside it that they mimic.
+    """
+
+    robot: str
+    base: str
+    tip: str
+    variables: tuple[Variable, ...]
+    motions: tuple[MovingJoint, ...]
+    end: Floats
+    mimics: tuple[MimicFormula, ...]
+    joints: tuple[UrdfJoint, ...]
+
+    def poses(self, q: Floats) -> Floats:
+        """Return the tip in the base, shape (k, 4, 4), at positions q, shape (k, n), rad or m."""
+        T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
+        for motion in self.motions:
+            position = motion.factor * q[:, motion.variable] + motion.offset
+            T = T @ motion.before @ moved(motion.turns, motion.axis, position)
+        return np.asarray(T @ self.end)
+
+
+def moved(turns: bool, axis: Floats, position: Floats) -> Floats:
+    """Return the motions of joints at positions (k,), about or along an axis: shape (k, 4, 4)."""
+    T = np.tile(np.eye(4), (len(position), 1, 1))
+    if turns:
+        T[:, :3, :3] = turn_about(axis, position)
+    else:
+        T[:, :3, 3] = position[:, None] * axis
+    return T
+
+
+def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> UrdfChain:
+    """
+    Return the chain between two links; the base need not be above the tip.
+
+    `rounds`: angles and axes are taken for those that they round.
+
+    Raises
+    ------
+    UrdfError
+        There is none, no joint moves it, or a robot file cannot express one of its joints.
+    """
+    elements = tree.way(base, tip)
+    up = len(elements.up)
+    way = [_joint(tree, element, rounds) for element in (*elements.up, *elements.down)]
+    leaders = {joint.name: _followed(tree, joint) for joint in way if joint.type in MOVING}
+    moving = [joint for joint in way if joint.name in leaders and leaders[joint.name].multiplier]
+    names = list(dict.fromkeys(leaders[joint.name].mimics for joint in moving))
+    if not names:
+        tree.root.refuse(f'no joint moves {tip!r} against {base!r}')
+    names = _ordered(tree.root, names)
+    motions, still = [], np.eye(4)
+    for k, joint in enumerate(way):
+        # Up a joint the child's frame comes first, and it moves the other way.
+        before, after, sign = (
+            (np.eye(4), inverse(joint.origin), -1.0) if k < up else (joint.origin, np.eye(4), 1.0)
+        )
+        still = still @ before
+        if joint.name in leaders:
+            leader, turns = leaders[joint.name], joint.type != 'prismatic'
+            factor, offset = sign * leader.multiplier, sign * leader.offset
+            if factor == 0.0:  # it mimics a fixed joint, and so it does not move
+                still = still @ moved(turns, joint.axis, np.array([offset]))[0]
+            else:
+                variable, follows = names.index(leader.mimics), bool(joint.mimics)
+                motions.append(
+                    MovingJoint(turns, still, joint.axis, variable, factor, offset, follows)
+                )
+                still = np.eye(4)
+        still = still @ after
+    actuated = {name: _joint(tree, tree.joints[name]) for name in names}
+    variables = [_variable(actuated[name], moving, leaders) for name in names]
+    joints = {**actuated, **{joint.name: joint for joint in way}}
+    mimics = tuple(
+        MimicFormula(one.name, one.mimics, one.multiplier, one.offset, one.type == 'prismatic')
+        for one in (leaders[joint.name] for joint in moving if joint.mimics)
+    )
+    robot = tree.root.attributes.get('name', '')
+    base, tip = base.removeprefix('/'), tip.removeprefix('/')
+    return UrdfChain(
+        *(robot, base, tip, tuple(variables), tuple(motions), still, mimics),
+        tuple(joints.values()),
+    )
+
+
+def _joint(tree: UrdfTree, element: XmlElement, rounds: bool = False) -> UrdfJoint:
+    try:
+        return read_joint(element, tree.version, rounds)
+    except UrdfError as error:
+        raise UrdfError(str(error) + _links_of(element)) from None
+
+
+def _links_of(joint: XmlElement) -> str:
+    parent, child = (quoted(end_of(joint, end)) for end in ('parent', 'child'))
+    return f'; the joint leads from link {parent} to {child}'
+
+
+def _refuse(joint: XmlElement, message: str) -> NoReturn:
+    joint.refuse(message + _links_of(joint))
+
+
+def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
+    # Returns the joint with `mimics` naming the actuated joint at the end of the mimicry (itself
+    # if there is none), and with multiplier and offset to match.
+    factor, offset, leader = 1.0, 0.0, joint
+    passed = set()
+    while leader.mimics:
+        if leader.name in passed:
+            _refuse(joint.element, 'it mimics itself, by way of the joints it mimics')
+        passed.add(leader.name)
+        if leader.mimics not in tree.joints:
+            hint = did_you_mean(meant_by(leader.mimics, tuple(tree.joints)))
+            _refuse(
+                leader.element, f'it mimics {leader.mimics!r}, and there is no such joint{hint}'
+            )
+        factor, offset = factor * leader.multiplier, factor * leader.offset + offset
+        leader = _joint(tree, tree.joints[leader.mimics])
+        if leader.type not in MOVING:
+            _refuse(joint.element, f'it mimics {leader.name!r}, which is {leader.type}')
+    return replace(joint, mimics=leader.name, multiplier=factor, offset=offset)
+
+
+def _ordered(root: XmlElement, names: list[str]) -> list[str]:
+    # The order of the chain, unless a file of this package names another one.
+    extension = root.first(EXTENSION)
+    text = '' if extension is None else extension.attributes.get('joint_order', '')
+    named = text.split(',' if ',' in text else None)
+    return sorted(names, key=named.index) if set(names) <= set(named) else names
+
+
+def _variable(
+    leader: UrdfJoint, moving: Sequence[UrdfJoint], leaders: dict[str, UrdfJoint]
+) -> Variable:
+    name, turns = leader.name, leader.type != 'prismatic'
+    ours = [joint for joint in moving if leaders[joint.name].mimics == name]
+    others = [joint for joint in ours if (joint.type != 'prismatic') != turns]
+    if others and (not turns or len(others) == len(ours)):
+        does, itself = ('turns', 'slides') if turns else ('slides', 'turns')
+        _refuse(
+            others[0].element,
+            f'it {itself}, and {name!r}, which it mimics, {does}; a robot file can say that only '
+            'of a joint that turns in the same chain (type: helical)',
+        )
+    kind = 'helical' if others else 'revolute' if turns else 'prismatic'
+    return Variable(name, kind, leader.limits)

@@ -1,0 +1,206 @@
+"""
+The only reader of XML: the elements of a URDF with their lines, hostile files refused.
+
+Entities make XML dangerous (they grow without bound, or read other files), and only a DOCTYPE can
+declare them: it is refused at its beginning, before anything behind it is read.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NoReturn
+from xml.parsers import expat
+
+from ...errors import Fault, UrdfError
+from ...typography import listed
+from ..file.text.fault_report import quoted
+from ..file.translation import MAX_BYTES
+
+MAX_DEPTH = 64
+MAX_ELEMENTS = 200_000
+MOST_LISTED = 30  # names in a message
+MISPLACED = expat.errors.codes[expat.errors.XML_ERROR_MISPLACED_XML_PI]
+BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
+DECLARED = re.compile(rb'\A<\?xml\b[^>]*?\bencoding\s*=\s*["\']([\w.-]+)["\']')
+# Encodings that expat cannot read, having several bytes a character, by what Python calls them or
+# the larger one that files declared so are in.
+CODECS = dict.fromkeys(('gb2312', 'gbk', 'gb18030'), 'gb18030')
+CODECS |= dict.fromkeys(('shift_jis', 'x_sjis', 'windows_31j', 'cp932'), 'cp932')
+CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}
+
+
+@dataclass(frozen=True)
+class XmlElement:
+    """
+    An element of the file.
+
+    Parameters
+    ----------
+    tag, attributes, children
+        Text between elements is not kept: URDF has none.
+    file, line
+        File and line of its beginning; lines are counted from 1.
+    inside
+        What messages call the element that it is a part of; empty where that is the root.
+    """
+
+    tag: str
+    attributes: Mapping[str, str]
+    children: tuple['XmlElement', ...]
+    file: str
+    line: int
+    inside: str
+
+    def all(self, tag: str) -> Iterator['XmlElement']:
+        """Yield the children of a tag."""
+        return (child for child in self.children if child.tag == tag)
+
+    def first(self, tag: str) -> 'XmlElement | None':
+        """Return the first child of a tag, or None."""
+        return next(self.all(tag), None)
+
+    def refuse(self, message: str) -> NoReturn:
+        """
+        Raise a sentence about this element.
+
+        Raises
+        ------
+        UrdfError
+            Always.
+        """
+        raise UrdfError(str(self.fault(message)))
+
+    def fault(self, message: str) -> Fault:
+        """Return a sentence about this element with its place in the file."""
+        inside = f' of {self.inside}' if self.inside else ''
+        return Fault(self.file, self.line, _title(self.tag, self.attributes) + inside, message)
+
+
+def _title(tag: str, attributes: Mapping[str, str]) -> str:
+    # As messages call an element: `<joint name='elbow'>`.
+    name = attributes.get('name')
+    return f'<{tag}>' if name is None else f'<{tag} name={quoted(name)}>'
+
+
+def listed_names(names: Iterable[str]) -> str:
+    """Return names for a message, the first thirty of them."""
+    return listed([quoted(name)[1:-1] for name in names], MOST_LISTED) or 'none'
+
+
+def read_urdf(path: Path) -> XmlElement:
+    """
+    Return the root of a URDF file.
+
+    Raises
+    ------
+    UrdfError
+        It cannot be read, is too large, or is not a URDF.
+    """
+    try:
+        with path.open('rb') as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise UrdfError(f'{path}: cannot be read: {error.strerror}') from None
+    return parse_urdf(content, str(path))
+
+
+def parse_urdf(content: bytes, file: str) -> XmlElement:
+    """
+    Return the root element of the bytes of a URDF.
+
+    Raises
+    ------
+    UrdfError
+        Not XML, a DOCTYPE, xacro that has not been expanded, something other than a `<robot>`, or
+        too large.
+    """
+    if len(content) > MAX_BYTES:
+        raise UrdfError(f'{file}: larger than {MAX_BYTES // 2**20} MiB: not a URDF')
+    root = _XmlReader(file).read(content)
+    if root.tag != 'robot':
+        other = {'sdf': 'SDF', 'mujoco': 'MuJoCo XML'}.get(root.tag)
+        what = f'this is {other}, not URDF; ' if other else ''
+        root.refuse(f'{what}the root of a URDF is <robot>')
+    return root
+
+
+class _XmlReader:
+    # The elements that are open, innermost last; children gather until their parent closes.
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.open: list[tuple[str, dict[str, str], int, list[XmlElement]]] = []
+        self.root: XmlElement | None = None
+        self.elements = 0
+
+    def read(self, content: bytes) -> XmlElement:
+        # The parsers of ROS accept blank lines before the declaration: here they follow it.
+        content, encoding = self._in_utf_8(BLANK_BEGINNING.sub(rb'\2\1', content))
+        self.parser = expat.ParserCreate(encoding)
+        self.parser.StartDoctypeDeclHandler = self._doctype
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        try:
+            self.parser.Parse(content, True)
+        except expat.ExpatError as error:
+            reason = expat.errors.messages.get(error.code, 'malformed')
+            if error.code == MISPLACED:
+                reason += '; delete what stands before <?xml, or delete <?xml ...?>'
+            self._refuse(error.lineno, f'not valid XML: {reason}')
+        except UrdfError:
+            raise  # from a handler; it is a ValueError, too
+        except (ValueError, LookupError) as error:
+            self._refuse(0, f'not valid XML: {error}')  # an encoding that does not exist
+        assert self.root is not None  # expat accepts no document without one
+        return self.root
+
+    def _in_utf_8(self, content: bytes) -> tuple[bytes, str | None]:
+        # Returns bytes and their encoding, None if expat finds it. Valid UTF-8 is read as that,
+        # also if it declares another encoding: a message has been decoded.
+        found = DECLARED.match(content)
+        declared = found[1].decode('ascii') if found else 'UTF-8'
+        codec = CODECS.get(declared.lower().replace('-', '_'))
+        if b'\0' in content:  # UTF-16
+            return content, None
+        line = 0
+        for one in ('utf-8', codec):
+            try:
+                return (content.decode(one).encode('utf-8'), 'utf-8') if one else (content, None)
+            except UnicodeDecodeError as error:
+                line = content.count(b'\n', 0, error.start) + 1
+        return self._refuse(
+            line,
+            f'not {declared} text: name its encoding in the first line, such as <?xml '
+            'version="1.0" encoding="Shift_JIS"?>, or convert it, such as by '
+            f'iconv -f SHIFT_JIS -t UTF-8 {self.file} > utf8.urdf',
+        )
+
+    def _refuse(self, line: int, message: str) -> NoReturn:
+        raise UrdfError(str(Fault(self.file, line, '', message)))
+
+    def _doctype(self, *_: object) -> None:
+        self._refuse(
+            self.parser.CurrentLineNumber, 'a DOCTYPE, which may declare entities, is not accepted'
+        )
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        line = self.parser.CurrentLineNumber
+        self.elements += 1
+        if tag.startswith('xacro:'):
+            self._refuse(
+                line, f'<{tag}> is xacro: expand it first (xacro FILE > robot.urdf) and give that'
+            )
+        if len(self.open) >= MAX_DEPTH:
+            self._refuse(line, f'nested more than {MAX_DEPTH} deep')
+        if self.elements > MAX_ELEMENTS:
+            self._refuse(line, f'more than {MAX_ELEMENTS} elements')
+        self.open.append((tag, attributes, line, []))
+
+    def _end(self, _: str) -> None:
+        tag, attributes, line, children = self.open.pop()
+        inside = _title(*self.open[-1][:2]) if len(self.open) > 1 else ''
+        element = XmlElement(tag, attributes, tuple(children), self.file, line, inside)
+        if self.open:
+            self.open[-1][3].append(element)
+        else:
+            self.root = element

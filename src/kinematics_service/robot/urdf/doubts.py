@@ -1,0 +1,117 @@
+"""Lists the parts of a URDF's chain that are not read, or are most likely meant otherwise."""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from difflib import get_close_matches
+
+import numpy as np
+
+from ...errors import Fault
+from ..file.parts.quantities import DEGREES, LONG, MILLIMETRES, TURN
+from ..file.text.entries import choice, did_you_mean, meant_by
+from ..file.text.fault_report import MAX_FAULTS, number, quoted
+from .chain import UrdfChain
+from .document import XmlElement, listed_names
+from .elements import VERSIONS
+from .joints import ATTRIBUTES, SINCE
+from .quantity import ROUND_OFF
+from .tree import UrdfTree
+
+# Parts of a robot file whose doubts are those of a URDF: joints, and the sum of its lengths.
+PARTS = re.compile(r'joints\[(\d+)\]|links$')
+LIKENESS = 0.75  # of words, by difflib: `axes` and `axis`
+# The largest number that may be meant in m or rad, as in a robot file, by attribute of an origin.
+UNITS = (
+    ('xyz', LONG, 'a length of {} m: ' + MILLIMETRES),
+    ('rpy', TURN, '{} rad is more than a turn: ' + DEGREES),
+)
+
+
+def chain_doubts(
+    tree: UrdfTree, chain: UrdfChain, of_the_table: Sequence[Fault]
+) -> tuple[Fault, ...]:
+    """
+    Return the doubts about a chain; a sentence about several joints names the first one.
+
+    `of_the_table` are the doubts about the robot file made from the chain. So the same rules ask
+    about units; but a URDF cannot say another unit.
+    """
+    doubts: list[Fault] = []
+    written = tree.root.attributes.get('version', tree.version)
+    if written != tree.version:
+        message = f'unknown version {quoted(written)}, read as {tree.version}{choice(VERSIONS)}'
+        doubts.append(tree.root.fault(message))
+    for joint in chain.joints:
+        doubts += _of_joint(joint.element, tree.version)
+        doubts += [joint.limits.doubt] if joint.limits.doubt else []
+    for doubt in of_the_table:
+        if part := PARTS.match(doubt.where):
+            element = tree.joints[chain.variables[int(part[1])].name] if part[1] else tree.root
+            doubts.append(element.fault(_in_urdf(doubt.message)))
+    alike: dict[str, list[Fault]] = {}
+    for doubt in doubts:
+        alike.setdefault(doubt.message, []).append(doubt)
+    return tuple(
+        replace(first, message=f'{message} (and {len(more)} more like it)') if more else first
+        for message, (first, *more) in list(alike.items())[:MAX_FAULTS]
+    )
+
+
+def chain_remarks(tree: UrdfTree, chain: UrdfChain, rounded: UrdfChain) -> tuple[str, ...]:
+    """
+    Return sentences on limits that a robot file has no place for, and on `--round-angles`.
+
+    `rounded` is the chain with rounded angles and axes.
+    """
+    limits = {joint.name: joint.element.first('limit') for joint in chain.joints}
+    left_out = [
+        name
+        for name, limit in limits.items()
+        if limit
+        and tree.version >= SINCE['jerk']
+        and {'jerk', 'deceleration'} & limit.attributes.keys()
+    ]
+    nearly = [
+        one.name
+        for one, other in zip(chain.joints, rounded.joints)
+        if max(np.abs(one.origin - other.origin).max(), np.abs(one.axis - other.axis).max())
+        > ROUND_OFF
+    ]
+    remarks = {
+        'a robot file has no jerk, and of acceleration and deceleration the smaller one': left_out,
+        'angles or axes are nearly parts of pi; to read those, which closed forms need, write '
+        f'import --urdf {tree.root.file} --base {chain.base} --tip {chain.tip} --round-angles '
+        '--out arm.yaml': nearly,
+    }
+    return tuple(f'{listed_names(names)}: {text}' for text, names in remarks.items() if names)
+
+
+def _in_urdf(question: str) -> str:
+    return f'{question.partition(" (then")[0]} (a URDF is in m and rad)'
+
+
+def _of_joint(joint: XmlElement, version: str) -> Iterator[Fault]:
+    for part in joint.children:
+        known = ATTRIBUTES.get(part.tag, ())
+        if known and part is not joint.first(part.tag):
+            yield part.fault('only the first of several is read')
+            continue
+        for name in part.attributes if known else ():
+            since = SINCE.get(name, version)
+            if name not in known:
+                hint = f'{did_you_mean(meant_by(name, known))}{choice(known)}'
+                yield part.fault(f'unknown attribute {quoted(name)}, which is not read{hint}')
+            elif since > version:
+                yield part.fault(
+                    f'{name} is not read: it is of URDF {since}, and the file is of {version}; if '
+                    f'it is meant, write <robot version="{since}">'
+                )
+            elif name == 'quat_xyzw' and 'rpy' in part.attributes:
+                yield part.fault('rpy and quat_xyzw are the same rotation; rpy is read')
+        for name, largest, what in UNITS if part.tag == 'origin' else ():
+            for value in map(float, part.attributes.get(name, '').split()):
+                if abs(value) > largest:
+                    yield part.fault(_in_urdf(what.replace('{}', number(value))))
+        for meant in () if known else get_close_matches(part.tag[:60], ATTRIBUTES, 1, LIKENESS):
+            yield part.fault(f'an unknown element, which is not read{did_you_mean(meant)}')

@@ -1,0 +1,205 @@
+"""The links between which the chain of a URDF is taken where they are not named."""
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from ...errors import Fault
+from ...typography import listed
+from ..file.parts.joints import MAX_JOINTS
+from ..file.text.fault_report import quoted
+from .document import XmlElement
+from .joints import MOVING, WHY_NOT
+from .tree import UrdfTree, end_of
+
+# Number of other tips that are named.
+MOST_NAMED = 8
+# A joint is one of a hand by its name or that of the link it moves; `gripper` says so only of the
+# last joints. Joints that move the whole hand, and the half that stands still, are none.
+FINGER = re.compile(r'finger|thumb|jaw|claw|knuckle', re.IGNORECASE)
+GRIPPER = re.compile(r'gripper', re.IGNORECASE)
+ARM = re.compile(
+    r'wrist|roll|pitch|yaw|rotat|twist|flex|turn|exten|to_?(grip|hand)', re.IGNORECASE
+)
+STILL = re.compile(r'fixed|static|(base|palm)$', re.IGNORECASE)
+# Links that say where the tool is.
+TOOL = re.compile(r'tool|tcp|effector|flange|grasp|(?<![a-z])eef?(?![a-z])|gripper_?frame', re.I)
+# Most moving joints of a finger that looks like others; an arm needs more to reach a point.
+FINGER_JOINTS = 2
+
+
+class ChainEnds(NamedTuple):
+    """
+    The links between which a chain is taken.
+
+    Attributes
+    ----------
+    doubts
+        Which other tips are possible, and how to ask for one; what cuts the chain.
+    """
+
+    base: str
+    tip: str
+    doubts: tuple[Fault, ...] = ()
+
+
+class _LinkWay(NamedTuple):
+    # The link where the way to a link begins, the number of its joints, and the names of those
+    # that move.
+    base: str
+    length: int
+    moving: tuple[str, ...]
+
+
+def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
+    """
+    Return the base and the tip of a chain; what is not named is that of the longest chain.
+
+    The base is the root, or the link below the last joint that moves freely. The tip is the end of
+    the chain with the most moving joints, those of a hand not counted; of limbs with equally many
+    that of the first. It is a link that is named after a tool, or the farthest one. A hand begins
+
+    1. at a joint that is named after a finger, a thumb, a jaw, a claw or a gripper;
+    2. at a link to which a link is fixed that is named after a tool, if none comes later;
+    3. at a link with several branches alike, of at most as many moving joints as lead to it: three
+       branches or more, or two of one or two joints each. Other two may be limbs of a trunk.
+
+    Parameters
+    ----------
+    base, tip
+        Names of links; empty for those that are to be found.
+
+    Raises
+    ------
+    UrdfError
+        No link is called so, no joint moves anything below it, or two branches may be limbs or
+        fingers.
+    """
+    if tip:
+        way = _way(tree, tip, base)
+        return ChainEnds(base or way.base, tip, () if base else tuple(_cuts(tree, [way])))
+    if base:
+        tree.way(base, base)  # which refuses a link that does not exist
+        base = base.removeprefix('/')
+    joints = [one for one in tree.joints.values() if one.attributes.get('type') not in WHY_NOT]
+    parents = {end_of(joint, 'parent') for joint in joints}
+    ways = {link: _way(tree, link, base) for link in tree.links if link not in parents}
+    if base:
+        ways = {link: way for link, way in ways.items() if way.base == base}
+    moving = {link: _count(tree, way.moving) for link, way in ways.items()}
+    if not any(moving.values()):
+        where = f'below {quoted(base)}' if base else 'in it'
+        tree.root.refuse(f'no joint moves anything {where}')
+    tip, hand = _tip(tree, ways)
+    cuts = () if base else tuple(_cuts(tree, [way for link, way in ways.items() if moving[link]]))
+    way = _way(tree, tip, base)
+    others = sorted(
+        (link for link in ways if moving[link] and link != tip),
+        key=moving.__getitem__,
+        reverse=True,
+    )
+    if not others:
+        return ChainEnds(way.base, tip, cuts)
+    named = listed([f'{link} ({moving[link]})' for link in others], MOST_NAMED)
+    ends = f' before {quoted(hand)}, the first one of a hand' if hand else ''
+    choice = tree.root.fault(
+        f'the chain taken is {way.base} to {tip}, with {_count(tree, way.moving)} moving joints'
+        f'{ends}; other tips, and their joints: {named}; to take the first of them, write '
+        f'{tree.root.file}:{ways[others[0]].base}:{others[0]}'
+    )
+    return ChainEnds(way.base, tip, (choice, *cuts))
+
+
+def _cuts(tree: UrdfTree, ways: Sequence[_LinkWay]) -> Iterator[Fault]:
+    # Joints that move freely, with moving joints on both sides.
+    for base in dict.fromkeys(way.base for way in ways):
+        for joint in tree.above.get(base, ())[:1]:
+            if above := _way(tree, end_of(joint, 'parent')).moving:
+                yield joint.fault(
+                    f'a {joint.attributes["type"]} joint, which no robot file holds, cuts the '
+                    f'chain: {listed(above, MOST_NAMED)} above it and the joints below it are '
+                    'never those of one arm'
+                )
+
+
+def _way(tree: UrdfTree, link: str, base: str = '') -> _LinkWay:
+    joints: list[XmlElement] = []
+    while link != base and (above := tree.above.get(link)):
+        if not base and above[0].attributes.get('type') in WHY_NOT:
+            break
+        joints.append(above[0])
+        link = end_of(above[0], 'parent')
+    moving = [one for one in reversed(joints) if one.attributes.get('type') in MOVING]
+    return _LinkWay(link, len(joints), tuple(one.attributes['name'] for one in moving))
+
+
+def _count(tree: UrdfTree, joints: Sequence[str]) -> int:
+    # Joints that mimic the same one are moved together.
+    mimics = [(name, tree.joints[name].first('mimic')) for name in joints]
+    return len({name if one is None else one.attributes.get('joint') for name, one in mimics})
+
+
+def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay]) -> tuple[str, str]:
+    # Returns the tip, and the first joint of the hand behind it, empty if there is none.
+    arms = {link: way.moving[: _before_hand(tree, way.moving)] for link, way in ways.items()}
+    leaf = max(arms, key=lambda one: (_count(tree, arms[one]), _count(tree, ways[one].moving)))
+    count = _before_branches(tree, ways, leaf, arms[leaf])
+    arm = arms[leaf][:count]
+    here = [link for link, way in ways.items() if way.moving[:count] == arm]
+    first = next((ways[link].moving[count] for link in here if ways[link].moving != arm), '')
+    ends = [link for link in here if ways[link].moving == arm]
+    if not ends:
+        return end_of(tree.joints[first], 'parent'), first
+
+    def rank(link: str) -> tuple[bool, bool, int]:
+        return bool(TOOL.search(link)), not FINGER.search(link), ways[link].length
+
+    return max(ends, key=rank), first
+
+
+def _before_hand(tree: UrdfTree, path: Sequence[str]) -> int:
+    # The number of joints before those that are named after a hand; all if none is left.
+    count = len(path)
+    while count and _of_hand(tree.joints[path[count - 1]], GRIPPER):
+        count -= 1
+    fingers = (k for k, name in enumerate(path) if _of_hand(tree.joints[name], FINGER))
+    return min(count, next(fingers, count)) or len(path)
+
+
+def _of_hand(joint: XmlElement, word: re.Pattern[str]) -> bool:
+    name, link = joint.attributes['name'], end_of(joint, 'child')
+    if FINGER.search(name):
+        return 'fixed' not in name.lower()
+    moved = FINGER.search(link) and not STILL.search(link)
+    return not ARM.search(name) and bool(word.search(name) or moved)
+
+
+def _before_branches(
+    tree: UrdfTree, ways: Mapping[str, _LinkWay], leaf: str, arm: tuple[str, ...]
+) -> int:
+    # The number of joints before a hand that only its branches or a tool show; all if none does.
+    of_fingers = arm and _of_hand(tree.joints[arm[0]], GRIPPER)
+    for k in range(1, 0 if of_fingers else min(len(arm), MAX_JOINTS)):
+        paths = {link: way.moving for link, way in ways.items() if way.moving[:k] == arm[:k]}
+        shared, fingers = _count(tree, arm[:k]), dict[str, int]()
+        for path in paths.values():
+            if more := _count(tree, path) - shared:
+                fingers[path[k]] = max(more, fingers.get(path[k], 0))
+        tools = {path[: k + 1] for link, path in paths.items() if TOOL.search(link)}
+        fewest, most = min(fingers.values(), default=0), max(fingers.values(), default=0)
+        if any(_of_hand(tree.joints[one], FINGER) for one in fingers):
+            return k
+        if most > shared or arm[: k + 1] in tools:
+            continue  # a trunk, or the arm goes on
+        alike = len(fingers) > 1 and fewest >= most - 1
+        few = fewest == most <= FINGER_JOINTS
+        if arm[:k] in tools or (alike and (len(fingers) > 2 or few)):
+            return k
+        if alike:
+            begin = f'{tree.root.file}:{ways[leaf].base}'
+            hand = end_of(tree.joints[arm[k]], 'parent')
+            tree.root.refuse(
+                f'{" and ".join(map(quoted, fingers))} are joints of fingers or of limbs; if they '
+                f'are those of fingers, write {begin}:{hand}, else {begin}:{leaf}'
+            )
+    return len(arm)

@@ -1,0 +1,243 @@
+"""A joint of a URDF: its type, origin, axis, limits, and what it mimics."""
+
+import math
+import re
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import Fault
+from ...kernel import Floats
+from ...rigid_motion import apart, exact_rpy, pose_of, rotation_of_quaternion
+from ..file.text.fault_report import quoted
+from .document import XmlElement
+from .elements import UNLIMITED
+from .quantity import CAD_NOISE, ROUNDED, as_rounded_part_of_pi, part_of_pi
+
+NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
+INFINITE = re.compile(r'[-+]?inf(?:inity)?', re.IGNORECASE)
+MOVING = ('revolute', 'continuous', 'prismatic')
+# No robot file can express these, such as that of a mobile base.
+WHY_NOT = {
+    'floating': 'a floating joint moves in six ways at once: begin the chain below it',
+    'planar': 'a planar joint moves in three ways at once: begin the chain below it',
+}
+# An axis shorter than this is not a direction but a mistake.
+SHORTEST_AXIS = 1e-6
+# No joint goes so far (rad or m): such limits stand for none.
+ENDLESS = 1e4
+RATES = ('velocity', 'acceleration', 'deceleration')
+# Attributes that are read of the elements of a joint, and the version of URDF that brought them if
+# it was not the first (README of urdfdom).
+ATTRIBUTES = {
+    'origin': ('xyz', 'rpy', 'quat_xyzw'),
+    'axis': ('xyz',),
+    'limit': ('lower', 'upper', 'effort', *RATES, 'jerk'),
+    'mimic': ('joint', 'multiplier', 'offset'),
+}
+SINCE = {'quat_xyzw': '1.1', 'acceleration': '1.2', 'deceleration': '1.2', 'jerk': '1.2'}
+MAY_BE_INFINITE = ('lower', 'upper', *RATES)
+
+
+class JointLimits(NamedTuple):
+    """
+    The limits of a joint, in rad or m and s; infinite if there is none.
+
+    Attributes
+    ----------
+    acceleration
+        The smaller one of acceleration and deceleration.
+    doubt
+        What is in the file and cannot be meant; None where there is nothing to doubt.
+    """
+
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+    doubt: Fault | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfJoint:
+    """
+    One joint, in rad and m.
+
+    Parameters
+    ----------
+    type
+        `fixed`, `revolute`, `continuous` or `prismatic`.
+    origin : shape (4, 4)
+        Of the child in the parent at position 0.
+    axis : shape (3,)
+        Unit vector in the child's frame.
+    mimics
+        The joint it follows, or empty: its position is multiplier times that one's plus offset.
+    """
+
+    element: XmlElement
+    name: str
+    type: str
+    origin: Floats
+    axis: Floats
+    limits: JointLimits
+    mimics: str
+    multiplier: float
+    offset: float
+
+
+def read_joint(element: XmlElement, version: str, rounds: bool = False) -> UrdfJoint:
+    """
+    Return a joint, all of it checked.
+
+    Parameters
+    ----------
+    element
+        `<joint>`.
+    version
+        Version of URDF that the file is written in.
+    rounds
+        Whether angles and axes are taken for those that they round.
+
+    Raises
+    ------
+    UrdfError
+        An arm cannot have its type, an attribute is not a number, or its rotation is ambiguous.
+    """
+    kind = element.attributes.get('type', '')
+    if kind not in (*MOVING, 'fixed'):
+        why = WHY_NOT.get(kind, f'its type is {quoted(kind)}')
+        element.refuse(f'{why} (accepted: {", ".join(MOVING)}, fixed)')
+    mimic = None if kind == 'fixed' else element.first('mimic')
+    followed = '' if mimic is None else mimic.attributes.get('joint', '')
+    if mimic is not None and not followed:
+        mimic.refuse('it does not say which joint="..." to mimic')
+    return UrdfJoint(
+        element=element,
+        name=element.attributes['name'],
+        type=kind,
+        origin=_origin(element, version, rounds),
+        axis=_axis(element, rounds) if kind in MOVING else np.array([1.0, 0.0, 0.0]),
+        limits=_limits(element, kind, version),
+        mimics=followed,
+        multiplier=_number(mimic, 'multiplier', 1.0),
+        offset=_number(mimic, 'offset', 0.0),
+    )
+
+
+def _origin(element: XmlElement, version: str, rounds: bool) -> Floats:
+    origin = element.first('origin')
+    if origin is None:
+        return np.eye(4)
+    x, y, z = _numbers(origin, 'xyz', '0 0 0')
+    roll, pitch, yaw = _numbers(origin, 'rpy', '0 0 0', rounds)
+    pose = pose_of((x, y, z), (roll, pitch, yaw))
+    if 'quat_xyzw' not in origin.attributes:
+        return pose
+    quaternion = _numbers(origin, 'quat_xyzw', '', count=4)
+    if not any(quaternion):
+        origin.refuse('quat_xyzw: a quaternion of length 0 is no rotation')
+    roll, pitch, yaw = exact_rpy(rotation_of_quaternion(quaternion))
+    if rounds:
+        roll, pitch, yaw = map(part_of_pi, (roll, pitch, yaw))
+    turned = pose_of((x, y, z), (roll, pitch, yaw))
+    if version >= SINCE['quat_xyzw'] and 'rpy' not in origin.attributes:
+        return turned
+    if apart(pose, turned)[1] > ROUNDED:
+        rpy = origin.attributes.get('rpy', '0 0 0 (not written)')
+        origin.refuse(
+            f'rpy {rpy} and quat_xyzw {origin.attributes["quat_xyzw"]} are two rotations: delete '
+            'quat_xyzw if rpy is meant, else delete rpy and write '
+            f'<robot version="{SINCE["quat_xyzw"]}">'
+        )
+    return pose
+
+
+def _axis(element: XmlElement, rounds: bool) -> Floats:
+    axis = element.first('axis')
+    direction = np.array([1.0, 0.0, 0.0])
+    if axis is not None:
+        direction = np.array(_numbers(axis, 'xyz', '1 0 0'))
+        if rounds:
+            direction[np.abs(direction) < CAD_NOISE * np.abs(direction).max()] = 0.0
+        length = float(np.linalg.norm(direction))
+        if length < SHORTEST_AXIS:
+            axis.refuse(f'xyz={quoted(axis.attributes.get("xyz", ""))} has no direction')
+        # A vector that is a unit vector up to its last bits stays as it is written.
+        if abs(length - 1.0) > 1e-15:
+            direction = direction / length
+    return direction
+
+
+def _limits(element: XmlElement, kind: str, version: str) -> JointLimits:
+    limit = element.first('limit')
+    velocity, *both = (
+        # Many files have 0 for an unknown one.
+        rate if 0.0 < (rate := _number(limit, name, 0.0)) < UNLIMITED else math.inf
+        for name in RATES
+        if SINCE.get(name, version) <= version
+    )
+    rates = velocity, min(both, default=math.inf)
+    if kind not in ('revolute', 'prismatic'):
+        return JointLimits(-math.inf, math.inf, *rates)
+    if limit is None:
+        other = ", or type='continuous'" if kind == 'revolute' else ''
+        element.refuse(f'a {kind} joint needs <limit lower="..." upper="..."/>{other}')
+    lower, upper = _number(limit, 'lower', 0.0), _number(limit, 'upper', 0.0)
+    doubt = None
+    if lower == upper == 0.0:
+        doubt = limit.fault('limits 0 and 0 are taken as none')
+        lower, upper = -math.inf, math.inf
+    elif not lower < upper and element.first('mimic') is None:
+        limit.refuse(
+            f'the lower limit must be below the upper one, not {lower:g} and {upper:g} '
+            "(type='fixed' for a joint that does not move)"
+        )
+    elif any(ENDLESS <= abs(end) < UNLIMITED for end in (lower, upper)):
+        doubt = limit.fault(
+            f'limits {lower:.9g} and {upper:.9g} are farther than any joint goes: '
+            f'what is beyond {ENDLESS:g} is taken as none'
+        )
+    return JointLimits(
+        lower if lower > -ENDLESS else -math.inf,
+        upper if upper < ENDLESS else math.inf,
+        *rates,
+        doubt,
+    )
+
+
+def _number(element: XmlElement | None, attribute: str, default: float) -> float:
+    text = None if element is None else element.attributes.get(attribute)
+    if element is None or text is None:
+        return default
+    if attribute in MAY_BE_INFINITE and INFINITE.fullmatch(text.strip()):
+        return float(text)
+    return _value(element, attribute, text.strip())
+
+
+def _value(element: XmlElement, attribute: str, text: str, rounds: bool = False) -> float:
+    if '$' in text:
+        element.refuse(f'{attribute}={quoted(text)} is xacro: expand the file first')
+    if not NUMBER.fullmatch(text) or not abs(float(text)) <= UNLIMITED:
+        if attribute in MAY_BE_INFINITE and NUMBER.fullmatch(text):
+            return math.copysign(UNLIMITED, float(text))
+        element.refuse(f'{attribute}: {quoted(text)} is not a number (at most {UNLIMITED:g})')
+    return as_rounded_part_of_pi(text) if rounds else float(text)
+
+
+def _numbers(
+    element: XmlElement, attribute: str, default: str, rounds: bool = False, count: int = 3
+) -> list[float]:
+    text = element.attributes.get(attribute, default)
+    words = text.split()
+    separated = ' '.join(text.replace(',', ' ').split())
+    if ',' in text and len(separated.split()) == count:
+        element.refuse(
+            f'{attribute}: {quoted(text)} has commas between its numbers: '
+            f'write {quoted(separated)}'
+        )
+    if len(words) != count and '$' not in text:
+        wanted = 'three' if count == 3 else 'four'
+        element.refuse(f'{attribute}: expected {wanted} numbers, not {quoted(text)}')
+    return [_value(element, attribute, word, rounds) for word in words]

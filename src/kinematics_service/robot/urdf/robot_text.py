@@ -1,0 +1,142 @@
+"""A table written as a robot file."""
+
+import json
+import math
+import re
+from collections.abc import Sequence
+
+from ...kernel import Floats
+from ...rigid_motion import exact_rpy
+from ...typography import number_text
+from ..file.text.expression_syntax import why_no_name
+from .chain import UrdfChain, Variable
+from .quantity import WrittenNumber
+from .table import ConstantPose, UrdfRow, UrdfTable
+
+# Longer joint names make a table unreadable: then the variables are q1, q2, ...
+LONGEST_VARIABLE = 8
+LONGEST_SOURCE = 2000  # of a robot file
+# Words that mean something else in YAML 1.2 or 1.1 unless they are in quotes.
+WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
+
+
+def robot_file_text(
+    chain: UrdfChain,
+    table: UrdfTable,
+    convention: str,
+    name: str,
+    source: str,
+    known: Sequence[tuple[Floats, Floats]],
+) -> str:
+    """
+    Return the text of a robot file.
+
+    Parameters
+    ----------
+    chain, table, convention
+        The content; the table follows that convention.
+    name, source
+        Name and source of the robot.
+    known
+        Joint positions (n,) and poses of the tip (4, 4), for `known_poses`.
+    """
+    names = _variables(chain.variables)
+    moving = {term.variable for row in table.rows for term in row.terms}
+    lines = [
+        f'robot: {name}',
+        f'source: {json.dumps(_printable(source)[:LONGEST_SOURCE], ensure_ascii=False)}',
+        f'convention: {convention}',
+        'joints:',
+        *(
+            _joint(joint, variable, j in moving)
+            for j, (joint, variable) in enumerate(zip(chain.variables, names))
+        ),
+        'links:',
+        *(_link(row, names) for row in table.rows),
+        f'base: {_placement(chain.base, table.base)}',
+        f'tool: {_placement(chain.tip, table.tool)}',
+        'known_poses:  # multiplied out from the URDF, not from this table',
+        *(f'  - {_known_pose(q, T)}' for q, T in known),
+    ]
+    return '\n'.join([*lines, ''])
+
+
+def _variables(joints: Sequence[Variable]) -> list[str]:
+    names = [joint.name for joint in joints]
+    fit = all(
+        len(name) <= LONGEST_VARIABLE and why_no_name(name) is None and name.lower() not in WORDS
+        for name in names
+    )
+    return names if fit else [f'q{i}' for i in range(1, len(names) + 1)]
+
+
+def _printable(text: str) -> str:
+    return ''.join(character if character.isprintable() else '?' for character in text)
+
+
+def quoted_name(text: str) -> str:
+    """Return a name as it may stand in YAML."""
+    plain = re.fullmatch(r'[A-Za-z][A-Za-z0-9_./-]*', text) and text.lower() not in WORDS
+    return text if plain else json.dumps(text, ensure_ascii=False)
+
+
+def _joint(joint: Variable, variable: str, moves: bool) -> str:
+    entry = [f'name: {quoted_name(joint.name)}']
+    if variable != joint.name:
+        entry.append(f'variable: {variable}')
+    entry.append(f'type: {joint.type}')
+    lower, upper, velocity, acceleration, _ = joint.limits
+    if not math.isinf(lower) or not math.isinf(upper):
+        entry.append(f'limits: [{_limit(lower)}, {_limit(upper)}]')
+    for key, rate in (('velocity', velocity), ('acceleration', acceleration)):
+        if math.isfinite(rate):
+            entry.append(f'{key}: {number_text(rate)}')
+    if not moves:
+        entry.append('unused: true')
+    return f'  - {{{", ".join(entry)}}}'
+
+
+def _limit(value: float) -> str:
+    return number_text(value) if math.isfinite(value) else '-.inf' if value < 0.0 else '.inf'
+
+
+def _link(row: UrdfRow, names: Sequence[str]) -> str:
+    theta, d = (_expression(row, turns, names) for turns in (True, False))
+    return f'  - {{a: {row.a.text}, alpha: {row.alpha.text}, d: {d}, theta: {theta}}}'
+
+
+def _expression(row: UrdfRow, turns: bool, names: Sequence[str]) -> str:
+    constant = row.theta if turns else row.d
+    text = ''
+    for term in row.terms:
+        if term.turns == turns:
+            factor = '' if abs(term.factor) == 1.0 else f'{number_text(abs(term.factor))}*'
+            text = _added(text, term.factor < 0.0, f'{factor}{names[term.variable]}')
+    if not text:
+        return constant.text
+    if constant.value == 0.0:
+        return text
+    return _added(text, constant.value < 0.0, constant.text.removeprefix('-'))
+
+
+def _added(text: str, negative: bool, term: str) -> str:
+    if not text:
+        return f'-{term}' if negative else term
+    return f'{text} {"-" if negative else "+"} {term}'
+
+
+def _placement(frame: str, pose: ConstantPose) -> str:
+    entry = [f'frame: {quoted_name(frame)}']
+    for key, values in (('xyz', pose.xyz), ('rpy', pose.rpy)):
+        if any(value.value for value in values):
+            entry.append(f'{key}: {_texts(values)}')
+    return f'{{{", ".join(entry)}}}'
+
+
+def _texts(values: Sequence[WrittenNumber]) -> str:
+    return f'[{", ".join(value.text for value in values)}]'
+
+
+def _known_pose(q: Floats, T: Floats) -> str:
+    values = (('q', q), ('xyz', T[:3, 3]), ('rpy', exact_rpy(T[:3, :3])))
+    return '{' + ', '.join(f'{k}: [{", ".join(map(number_text, v))}]' for k, v in values) + '}'

@@ -1,1 +1,0 @@
-"""The node: joint states in, answers out."""

@@ -1,0 +1,116 @@
+"""Robot files that calibrations write: each is one that every command takes, or says why not."""
+
+import functools
+
+import numpy as np
+import pytest
+from arms import robot_of
+from calibrated_arms import measured_arm
+
+import kinematics_service as ks
+from kinematics_service.__main__ import main
+from kinematics_service.apps.calibration.robot_text import CalibrationOrigin, calibrated_text
+
+NOISE = 5e-5
+MADE_UP = CalibrationOrigin('made up', '2026-01-01')
+# What is fitted, and by which tolerances.
+KINDS = {
+    'gears': {'fit': ['gears', 'base', 'tool']},
+    'everything': {'fit': ['all']},
+    'tolerance': {'tolerances': {'lengths': 3e-3, 'offsets': 5e-3, 'angles': 5e-3}},
+}
+
+
+@functools.cache
+def found_of(name, kind):
+    arm = measured_arm(name, 30, NOISE, gears=kind != 'tolerance')
+    return arm, ks.calibrate(arm.robot, arm.q, arm.poses, **KINDS[kind])
+
+
+def calibrated(name, kind, frames):
+    """Return what is found of an arm, and its robot file."""
+    arm, found = found_of(name, kind)
+    text = ks.bundled_robots()[name].read_text()
+    return found, calibrated_text(found, text, arm.q, arm.poses, MADE_UP, frames)
+
+
+@pytest.mark.slow
+def test_factors_that_a_measured_tool_moves_elsewhere_are_left_out_and_it_is_said():
+    # The elbow of three joints is singular where the point of the tool is, not the flange.
+    kept = []
+    for frames in ('robot', 'measured'):
+        for name, kind in (('craig_3r', 'tolerance'), ('parallelogram_left', 'gears')):
+            assert 'factors:' in ks.bundled_robots()[name].read_text()
+            _, made = calibrated(name, kind, frames)
+            factors = ks.robot_from_text(made).singularity.factors
+            assert all(factors.approximate)
+            assert bool(factors) == ('approximate here' in made)
+            assert bool(factors) != ('do not hold here and are left out' in made)
+            kept.append((name, frames) if factors else ())
+    assert ('craig_3r', 'robot') in kept
+    assert ('craig_3r', 'measured') not in kept
+
+
+def test_a_tool_that_is_measured_leaves_exact_factors_of_six_joints_exact():
+    arm = measured_arm('puma560', 20, size=0.0)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses, fit=['base', 'tool'])
+    text = ks.bundled_robots()['puma560'].read_text()
+    made = calibrated_text(found, text, arm.q, arm.poses, MADE_UP, 'measured')
+    assert ks.robot_from_text(made).singularity.factors.complete
+    assert 'approximate' not in made
+
+
+@pytest.mark.slow
+def test_constants_that_the_nominal_base_alone_used_are_left_out():
+    nominal = ks.bundled_robots()['offset_stanford_dh'].read_text()
+    assert 'base: {xyz: [x0, y0, z0]' in nominal
+    _, made = calibrated('offset_stanford_dh', 'tolerance', 'measured')
+    read = ks.robot_from_text(made).description
+    assert [one.name for one in read.constants] == ['a', 'h', 'l', 'm', 'n']
+    assert read.warnings == ()
+
+
+def test_gear_ratios_that_were_found_are_no_matter_of_formulas(tmp_path, capsys):
+    file = tmp_path / 'geared.yaml'
+    file.write_text(calibrated('craig_3r', 'gears', 'robot')[1])
+    assert main(['derive', str(file)]) == 1
+    said = capsys.readouterr().err
+    assert 'of its angle, whose sine and cosine are no short polynomials' in said
+    assert 'derive the nominal robot file, without the gear ratios that were found' in said
+
+
+# Of each kind of arm one, each kind of fit at some of them: derivations take seconds, but where
+# gear ratios were found.
+ARMS = {
+    'panda': 'gears',
+    'scara_hsr065': 'tolerance',
+    'parallelogram_left': 'gears',
+    'craig_3r': 'everything',
+    'rrp_elementary': 'everything',
+    'offset_stanford_shape': 'gears',
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('name', 'kind'), ARMS.items())
+def test_every_arm_goes_on_from_its_calibrated_file(name, kind, tmp_path, capsys):
+    file, urdf, again = (tmp_path / name for name in ('mine.yaml', 'mine.urdf', 'again.yaml'))
+    for frames in ('robot', 'measured'):
+        found, made = calibrated(name, kind, frames)
+        file.write_text(made)
+        assert main(['check', '--strict', str(file)]) == 0, capsys.readouterr().out
+        robot = ks.load_robot(file)
+        reached = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, found.q[3]))
+        assert min(one.residual for one in (*reached.solutions, *reached.families)) < 1e-9
+    code, said = main(['derive', str(file)]), capsys.readouterr()
+    assert (
+        code == 0 or 'derive the nominal robot file' in said.err or 'round the angles' in said.err
+    )
+    assert 'Traceback' not in said.err
+    assert main(['export', str(file), '--urdf', str(urdf)]) == 0
+    ends = ['--base', robot.base_frame, '--tip', robot.tool_frame]
+    assert main(['import', '--urdf', str(urdf), *ends, '--out', str(again)]) == 0
+    back = ks.forward_kinematics(ks.load_robot(again), found.q)
+    assert np.abs(back - ks.forward_kinematics(robot, found.q)).max() < 1e-9
+    assert 'Traceback' not in capsys.readouterr().err
+    assert robot.dof == robot_of(name).dof

@@ -1,0 +1,190 @@
+"""Arms with closed loops in symbols, against the golden numbers and the library."""
+
+import functools
+import json
+
+import numpy as np
+import pytest
+import sympy
+from folders import GOLDEN, ROOT
+
+import kinematics_service as ks
+from kinematics_service.__main__ import main
+from kinematics_service.apps.formulas.derive.output.report import report_of
+from kinematics_service.apps.formulas.derive.output.text import text_of
+
+# Products of a dozen rounded sines.
+EVALUATED = 1e-11
+
+
+# Several tests look at one derivation.
+derived = functools.cache(ks.derive)
+
+
+def numbers_of(derivation, expression):
+    """Return a function of q and psi that evaluates an expression with the file's constants."""
+    description = derivation.robot.description
+    values = {sympy.Symbol(c.name, real=True): c.value for c in description.constants}
+    symbols = [*derivation.variables]
+    symbols += [symbol for loop in derivation.loops for symbol in loop.passive]
+    return sympy.lambdify(symbols, expression.subs(values), 'numpy')
+
+
+@pytest.mark.slow
+def test_the_general_loop_of_the_source_document():
+    derivation = derived('four_bar_arm')
+    (loop,) = derivation.loops
+    L3, L4 = sympy.symbols('L3 L4', real=True)
+    assert loop.determinant == L3 * L4 * sympy.sin(loop.passive[1])
+    # Sines of sums of angles, in which what cancels is seen.
+    assert str(loop.coupling[0, 1]) == '-(L2*sin(psi1 + psi2) + L3*sin(psi2))/(L3*sin(psi2))'
+    assert str(loop.coupling[1, 2]) == (
+        '-L1*(L3*sin(psi1 + theta2 - theta3) + L4*sin(psi1 + psi2 + theta2 - theta3))'
+        '/(L3*L4*sin(psi2))'
+    )
+    T, J, det = (
+        numbers_of(derivation, expression)
+        for expression in (derivation.T, derivation.jacobian, derivation.determinant)
+    )
+    gap = numbers_of(derivation, sympy.Matrix(loop.equations))
+    configs = json.loads((GOLDEN / 's000b_x_general_loop.json').read_text())['configs']
+    assert {config['branch'] for config in configs} == {1, -1}
+    for config in configs:
+        at = [*config['q'], config['passive_psi1'], config['passive_psi2']]
+        np.testing.assert_allclose(gap(*at), 0.0, rtol=0, atol=EVALUATED)
+        np.testing.assert_allclose(T(*at), config['T'], rtol=0, atol=EVALUATED)
+        np.testing.assert_allclose(J(*at), config['J'], rtol=0, atol=EVALUATED)
+        assert det(*at) == pytest.approx(config['task_det'], abs=EVALUATED)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', ['five_bar', 'crank_slider'])
+def test_symbols_and_library_agree(name):
+    derivation = derived(name)
+    robot = derivation.robot
+    coupling, det, closing = (
+        numbers_of(derivation, expression)
+        for expression in (
+            derivation.loop_coupling,
+            derivation.determinant,
+            derivation.loops[0].determinant,
+        )
+    )
+    for pose in robot.description.known_poses[:3]:
+        state, found = ks.evaluate(robot, pose.q), ks.singularity(robot, pose.q)
+        at = [*pose.q, *state.closure.passive]
+        n = robot.dof
+        np.testing.assert_allclose(
+            coupling(*at)[n:], state.closure.coupling, rtol=0, atol=EVALUATED
+        )
+        assert det(*at) == pytest.approx(found.determinant, abs=EVALUATED)
+        assert closing(*at) == pytest.approx(state.closure.determinants[0], abs=EVALUATED)
+
+
+CELL = """
+cell: bench
+arms:
+  left: {robot: LEFT, joint_prefix: left_}
+  right: {robot: RIGHT, joint_prefix: right_, xyz: [0.5, 0.2, 0]}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ('first', 'second'), [('planar_2r', 'crank_slider'), ('crank_slider', 'planar_2r')]
+)
+def test_the_motion_of_one_arm_against_another_with_closed_loops_in_symbols(
+    tmp_path, first, second
+):
+    (tmp_path / 'cell.yaml').write_text(CELL.replace('LEFT', first).replace('RIGHT', second))
+    robot = ks.load_robot(tmp_path / 'cell.yaml')
+    derivation = ks.derive(robot)
+    T, J = (numbers_of(derivation, m) for m in (derivation.T, derivation.jacobian))
+    closed = {'planar_2r': (0.3, -0.9), 'crank_slider': (0.7,)}
+    q = [*closed[first], *closed[second]]
+    state = ks.evaluate(robot, q)
+    at = [*q, *state.closure.passive]
+    np.testing.assert_allclose(T(*at), state.pose, rtol=0, atol=EVALUATED)
+    np.testing.assert_allclose(J(*at), state.jacobian, rtol=0, atol=EVALUATED)
+
+
+@pytest.mark.slow
+def test_what_is_too_long_to_simplify_or_to_multiply_out_stays_as_it_is():
+    page = (ROOT / 'docs' / 'tutorials' / 'palletizer.md').read_text(encoding='utf-8')
+    text = page.split(':caption: palletizer.yaml\n')[1].split('```')[0]
+    # Without its first loop: the last one follows the second, by products that are too long.
+    table, rest = text.split('  - name: crank_loop\n')
+    text = table + '  - name: lower_rods\n' + rest.split('  - name: lower_rods\n')[1]
+    for old, new in (
+        ('-elbow', '-q3'),
+        # As the crank: the upper rods are never flat.
+        ('[pi/4, 3*pi/4]', '[3*pi/8, 5*pi/8]'),
+        ('[3*pi/4, 5*pi/4]', '[-5*pi/8, -3*pi/8]'),
+        ('pi/2, pi, 0]', 'pi/2, -pi/2, 0]'),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    robot = ks.robot_from_text(text)
+    derivation = ks.derive(robot)
+    assert derivation.determinant is None
+    said = text_of(report_of(derivation))
+    assert (
+        'The determinant of the arm, rows x y z rz, is that of these rows of J. It is not '
+        'multiplied out: that is done of 6 joints and passive ones at most. Here are 8.\n'
+    ) in said
+    coupling, J = (
+        numbers_of(derivation, m) for m in (derivation.loop_coupling, derivation.jacobian)
+    )
+    for q in ([0.3, 1.9, -1.2, 0.5], [-1.0, 1.2, -1.9, 2.0]):
+        state = ks.evaluate(robot, q)
+        at = [*q, *state.closure.passive]
+        np.testing.assert_allclose(
+            coupling(*at)[4:], state.closure.coupling, rtol=0, atol=EVALUATED
+        )
+        np.testing.assert_allclose(J(*at), state.jacobian, rtol=0, atol=EVALUATED)
+
+
+@pytest.mark.slow
+def test_derive_writes_the_equations(capsys):
+    assert main(['derive', 'crank_slider']) == 0
+    text = capsys.readouterr().out
+    assert '  0 = crank*sin(q) + rod*sin(psi + q)\n' in text
+    assert '  D = rod*cos(psi + q)\n' in text
+    assert '  det J = crank*sin(psi)/cos(psi + q)\n' in text
+    assert main(['derive', 'crank_slider', '--lock', 'q=0']) == 2
+    said = (
+        'an arm with closed loops is derived without --lock, --frame, --code, --path and --write'
+    )
+    assert said in ' '.join(capsys.readouterr().err.split())
+
+
+@pytest.mark.slow
+def test_every_format_has_the_loops(capsys):
+    for format in ('latex', 'markdown', 'html'):
+        assert main(['derive', 'crank_slider', '--format', format]) == 0
+        assert 'slider_crank' in capsys.readouterr().out.replace('\\', '')
+    assert main(['derive', 'crank_slider', '--format', 'json']) == 0
+    document = json.loads(capsys.readouterr().out)
+    (loop,) = document['loops']
+    assert loop['passive'] == ['psi', 'slider']
+    assert loop['determinant'] == 'rod*cos(psi + q)'
+    assert document['determinant'] == 'crank*sin(psi)/cos(psi + q)'
+    assert document['factors'] == []
+    assert document['complete'] is False
+
+
+def test_joints_of_an_arm_with_loops_are_not_locked():
+    with pytest.raises(ks.DerivationError, match='crank_slider has closed loops: none of its'):
+        ks.derive('crank_slider', locked={'q': '0'})
+
+
+@pytest.mark.slow
+def test_the_jacobian_in_tool_axes_is_by_the_joints():
+    derivation = derived('five_bar')
+    robot = derivation.robot
+    pose = robot.description.known_poses[0]
+    at = [*pose.q, *ks.evaluate(robot, pose.q).closure.passive]
+    J = numbers_of(derivation, derivation.jacobian_in('tool'))(*at)
+    expected = ks.jacobian(robot, pose.q, axes='tool')
+    np.testing.assert_allclose(J, expected, rtol=0, atol=EVALUATED)
+    assert [str(v) for v in derivation.variables] == ['q1', 'q2']

@@ -1,0 +1,79 @@
+"""
+Files of formulas made to be long, deep or large: answered in seconds, with a sentence and a line.
+"""
+
+import time
+
+import pytest
+
+import kinematics_service as ks
+from kinematics_service.apps.formulas.compare.comparison import compare
+
+SECONDS = 8.0  # of this process, on a slow machine; each took from 20 s to no end, or a traceback
+
+
+def numbered(first, line, count):
+    """Return a file of definitions, each made of the one before, and a formula of the last."""
+    lines = [f'a0 = {first}', *(line.format(n, n - 1) for n in range(1, count + 1))]
+    return '\n'.join([*lines, f'x = a{count}'])
+
+
+RIGHT = {
+    'a sum of 3,000 terms': 'x = L1*cos(q1) + L2*cos(q1 + q2)'
+    + ''.join(f' + {k}*cos(q1) - {k}*cos(q1)' for k in range(1500)),
+    'a left side of 700 terms': ' + '.join(['q1'] * 700) + ' = 700*q1',
+    'a product of 500': 'x = L2*cos(q1 + q2) + L1*cos(q1)' + '*1' * 500,
+}
+REFUSED = {
+    'squares of numbers': (numbered('9^24', 'a{0} = a{1}*a{1}', 30), '7:8: the number is too lar'),
+    'squares of sums': (
+        numbered('9^24 + L1', 'a{0} = a{1}*a{1}', 30),
+        '11:9: a power higher',
+    ),
+    'matrices of matrices': (
+        numbered('[1, 2; 3, 4]', 'a{0} = [a{1}, a{1}; a{1}, a{1}]', 15),
+        '5:6: a matrix of more than 1000 entries',
+    ),
+    'a row of 20,000': (f'J = [{", ".join(["1"] * 20_000)}]', '1:5: a matrix of more than 1000'),
+    '5,000 rows': ('J = [' + '\n'.join(['1 2 3'] * 5000) + ']', '1:5: a matrix of more than'),
+    'sines of sines': ('x = ' + r'\sin ' * 50 + 'q1', '1:190: functions nested more than 12'),
+    'sines by definitions': (
+        numbered('q1', 'a{0} = sin(sin(a{1}))', 30),
+        '8:10: functions nested more than 12 deep',
+    ),
+    '2,000 formulas': ('x = 1\n' * 2000, '201:1: more than 200 formulas'),
+    'braces never closed': ('x = ' + r'\begin {' * 20_000, "1:1: 'x' begins no formula"),
+    'an infinite size': ('T = Matrix(1e999, 1, [1])', '1:5: Matrix takes a list of rows'),
+    'a root of -1': ('x = sqrt(-1)', '1:5: sqrt is not a real number here'),
+    'a power of -1': ('x = (-1)^(1/2)', '1:9: ^ is not a real number here'),
+}
+
+
+@pytest.mark.parametrize('name', RIGHT)
+def test_a_long_formula_is_compared(name):
+    started = time.process_time()
+    found = compare(ks.load_robot('planar_2r'), RIGHT[name])
+    assert found.agrees, found.faults
+    assert not found.faults
+    assert time.process_time() - started < SECONDS
+
+
+@pytest.mark.parametrize('name', REFUSED)
+def test_a_formula_without_bounds_is_refused_with_its_line(name):
+    text, said = REFUSED[name]
+    started = time.process_time()
+    found = compare(ks.load_robot('planar_2r'), text)
+    faults = [f'{fault.line}:{fault.column}: {fault.message}' for fault in found.faults]
+    assert any(fault.startswith(said) for fault in faults), faults[:3]
+    assert time.process_time() - started < SECONDS
+
+
+@pytest.mark.parametrize('formula', ['x = I', 'x = sqrt(-L1^2)', 'q1 = acos(2*L1/L1)'])
+def test_what_is_no_real_number_is_no_traceback(formula):
+    found = compare(ks.load_robot('planar_2r'), formula)
+    assert found.faults or not found.agrees
+
+
+def test_a_name_in_other_letters_is_suggested():
+    (fault,) = compare(ks.load_robot('planar_2r'), 'x = l_1*cos(q1)').faults
+    assert "did you mean 'L1'?" in fault.message

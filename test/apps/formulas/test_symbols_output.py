@@ -1,0 +1,249 @@
+"""The formats of a derivation, its code, and the command that writes them."""
+
+import json
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+from derivations import derived, marked
+from node_process import processor_seconds
+
+import kinematics_service as ks
+from kinematics_service.__main__ import main
+from kinematics_service.apps.formulas.derive import trigonometry
+from kinematics_service.apps.formulas.derive.output.code import code_of
+from kinematics_service.apps.formulas.derive.output.documents import markdown_of
+from kinematics_service.apps.formulas.derive.output.html import html_of
+from kinematics_service.apps.formulas.derive.output.json_output import json_of
+from kinematics_service.apps.formulas.derive.output.latex import latex_of
+from kinematics_service.apps.formulas.derive.output.report import report_of
+from kinematics_service.apps.formulas.derive.output.text import text_of
+from kinematics_service.apps.formulas.derive.path import along, parse_path
+
+ARMS = ['craig_3r', 'rrp_elementary', 'six_joint_dh', 'puma560', 'offset_stanford_printed']
+SQUARE = ['craig_3r', 'rrp_elementary', 'puma560', 'offset_stanford_printed', 'ur5e']
+ROUND_OFF = 1e-12
+# The panda takes three seconds; what is loaded before, less than one (s of the processor).
+AMID_DERIVATION = 1.5
+
+
+def report(name):
+    derivation = derived(name)
+    path = None
+    if name == 'rrp_elementary':
+        path = along(derivation, parse_path('theta1=sin(t), theta2=t/2, d3=1+t', derivation))
+    return report_of(derivation, None, path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', marked(ARMS))
+def test_text_says_the_factors(name):
+    text = text_of(report(name))
+    for factor in derived(name).singular_set.factors:
+        assert f'Rank there: {factor.rank}.' in text
+    assert 'difference exactly zero: geometric, screw, analytic, rotation taken out.' in text
+    assert text.isascii()
+
+
+def test_text_of_document_001():
+    text = text_of(report('craig_3r'))
+    assert 'det J = L2*L3*(L1 + L2*cos(q2) + L3*cos(q2 + q3))*sin(q3)' in text
+    assert 'exists if and only if (L1 + L2*cos(q2))**2 <= L3**2' in text
+
+
+@pytest.mark.slow
+def test_text_says_structural():
+    text = text_of(report('six_joint_dh'))
+    assert 'Structural: theta1 and theta2 depend on each other at every pose' in text
+
+
+@pytest.mark.parametrize('name', marked(ARMS))
+def test_latex_is_balanced(name):
+    text = latex_of(report(name))
+    bare = re.sub(r'\\[{}$]', '', text)
+    assert bare.count('{') == bare.count('}')
+    assert bare.count('$') % 2 == 0
+    assert text.count(r'\left') - text.count(r'\leftarrow') == text.count(r'\right')
+    assert text.count(r'\begin{') == text.count(r'\end{')
+
+
+@pytest.mark.skipif(shutil.which('pdflatex') is None, reason='no pdflatex here')
+@pytest.mark.parametrize('name', marked(ARMS))
+def test_latex_compiles(name, tmp_path):
+    (tmp_path / 'arm.tex').write_text(latex_of(report(name)))
+    command = ['pdflatex', '-interaction=nonstopmode', '-halt-on-error', 'arm.tex']
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+
+
+@pytest.mark.parametrize('name', marked(ARMS))
+def test_html_is_well_formed_and_needs_nothing_else(name):
+    page = html_of(report(name))
+    body = page.split('<body>')[1].split('</body>')[0]
+    assert len(ElementTree.fromstring(f'<body>{_without_entities(body)}</body>')) > 10
+    assert not re.search(r'<(script|link|img|iframe)', page)
+    assert 'src=' not in page
+
+
+def _without_entities(text):
+    # HTML's names for characters, which XML does not know.
+    import html
+
+    kept = ('amp', 'lt', 'gt', 'quot', 'apos')
+    return re.sub(r'&(\w+);', lambda m: m[0] if m[1] in kept else html.unescape(m[0]), text)
+
+
+@pytest.mark.parametrize('name', marked(ARMS))
+def test_markdown_formulas_are_closed(name):
+    text = markdown_of(report(name))
+    assert text.count('$$') % 2 == 0
+    assert text.startswith('# ')
+
+
+@pytest.mark.parametrize('name', marked(ARMS))
+def test_json_is_read_back_by_sympy(name):
+    derivation = derived(name)
+    document = json.loads(json_of(derivation))
+    names = {s.name: s for s in (*derivation.variables, *derivation.names.lengths)}
+    T = sympy.Matrix([[sympy.sympify(e, locals=names) for e in row] for row in document['T']])
+    assert (T - derivation.T).expand() == sympy.zeros(4, 4)
+    assert set(document['terms_of_difference'].values()) == {0}
+
+
+@pytest.mark.parametrize('name', marked([*SQUARE, 'six_joint_dh']))
+def test_numpy_code_is_the_library(name):
+    derivation = derived(name)
+    module = {}
+    exec(compile(code_of(derivation, 'numpy'), name, 'exec'), module)
+    lengths = derivation.names.values.values()
+    q = derivation.exact.sampler.random(5)
+    robot = derivation.robot
+    for pose in q:
+        T, J = module['pose'](pose, *lengths), module['jacobian'](pose, *lengths)
+        expected = ks.forward_kinematics(robot, pose)
+        np.testing.assert_allclose(T, expected, rtol=0, atol=ROUND_OFF)
+        np.testing.assert_allclose(J, ks.jacobian(robot, pose), rtol=0, atol=ROUND_OFF)
+        if name in SQUARE:
+            found = module['determinant'](pose, *lengths)
+            wanted = ks.singularity(robot, pose).determinant
+            assert found == pytest.approx(wanted, rel=1e-9, abs=ROUND_OFF)
+
+
+@pytest.mark.skipif(shutil.which('gcc') is None, reason='no gcc here')
+@pytest.mark.parametrize('name', marked(SQUARE))
+def test_c_code_is_the_library(name, tmp_path):
+    derivation = derived(name)
+    robot, n = derivation.robot, len(derivation.variables)
+    q = derivation.exact.sampler.random(4)
+    lengths = ', '.join(repr(v) for v in derivation.names.values.values())
+    calls = []
+    for pose in q:
+        numbers = ', '.join(map(repr, pose.tolist()))
+        calls.append(
+            f'{{ const double q[] = {{{numbers}}}; double T[16], J[{6 * n}]; int i;\n'
+            f'{name}_pose(q, {lengths}, T); {name}_jacobian(q, {lengths}, J);\n'
+            f'for (i = 0; i < 16; i++) printf("%.17g ", T[i]);\n'
+            f'for (i = 0; i < {6 * n}; i++) printf("%.17g ", J[i]);\n'
+            f'printf("%.17g\\n", {name}_determinant(q, {lengths})); }}'
+        )
+    source = '#include <stdio.h>\n' + code_of(derivation, 'c') + 'int main(void)\n{\n'
+    (tmp_path / 'arm.c').write_text(source + '\n'.join(calls) + '\nreturn 0;\n}\n')
+    strict = ['-std=c99', '-Wall', '-Wextra', '-Werror', '-pedantic']
+    program = tmp_path / 'arm'
+    subprocess.run(
+        ['gcc', *strict, '-o', str(program), str(tmp_path / 'arm.c'), '-lm'], check=True
+    )
+    printed = subprocess.run([str(program)], check=True, capture_output=True, text=True).stdout
+    for pose, line in zip(q, printed.splitlines()):
+        values = np.array(line.split(), dtype=float)
+        T, J, det = values[:16].reshape(4, 4), values[16:-1].reshape(6, n), values[-1]
+        expected = ks.forward_kinematics(robot, pose)
+        np.testing.assert_allclose(T, expected, rtol=0, atol=ROUND_OFF)
+        np.testing.assert_allclose(J, ks.jacobian(robot, pose), rtol=0, atol=ROUND_OFF)
+        wanted = ks.singularity(robot, pose).determinant
+        assert det == pytest.approx(wanted, rel=1e-9, abs=ROUND_OFF)
+
+
+@pytest.mark.parametrize('name', marked(['craig_3r', 'puma560']))
+def test_latex_code_is_balanced(name):
+    text = code_of(derived(name), 'latex')
+    assert text.count(r'\[') == text.count(r'\]')
+    assert text.count(r'\left') == text.count(r'\right')
+
+
+def test_the_command_writes_a_file(tmp_path, capsys):
+    out = tmp_path / 'arm.json'
+    arguments = ['craig_3r', '--format', 'json', '--out', str(out), '--frame', 'tool']
+    assert main(['derive', *arguments]) == 0
+    assert capsys.readouterr() == (f'wrote {out}\n', '')
+    assert json.loads(out.read_text())['robot'] == 'craig_3r'
+    assert [path.name for path in tmp_path.iterdir()] == ['arm.json']
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'code', 'message'),
+    [
+        (['no_such_arm'], 2, 'no_such_arm'),
+        (['planar_2r', '--lock', 'q9=0'], 1, "no joint variable 'q9' to lock (known: q1, q2)"),
+        (['planar_2r', '--lock', 'q1'], 2, "'q1' is not JOINT=VALUE"),
+        (['planar_2r', '--frame', '7'], 1, "no frame '7' (known: base, tool, 0 to 2)"),
+        (['planar_2r', '--from', '2', '--to', '1'], 2, '--from 2 is not before --to 1'),
+    ],
+)
+def test_a_wrong_command_line_is_one_sentence(capsys, arguments, code, message):
+    assert main(['derive', *arguments]) == code
+    errors = ' '.join(capsys.readouterr().err.split())
+    assert message in errors
+    assert 'Traceback' not in errors
+
+
+def catches_ctrl_c(pid):
+    status = Path(f'/proc/{pid}/status').read_text()
+    caught = int(status.partition('SigCgt:')[2].split()[0], 16)
+    return bool(caught >> (signal.SIGINT - 1) & 1)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path('/proc/self/stat').exists(), reason='needs /proc')
+def test_ctrl_c_leaves_no_half_file(tmp_path):
+    # Derivations of seven joints take seconds, so the signal comes in the middle of one.
+    page = tmp_path / 'panda.html'
+    command = [sys.executable, '-m', 'kinematics_service', 'derive', 'panda']
+    running = subprocess.Popen(
+        [*command, '--format', 'html', '--out', str(page)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    # While a busy machine still loads modules, Ctrl-C has its default action.
+    while processor_seconds(running.pid) < AMID_DERIVATION or not catches_ctrl_c(running.pid):
+        assert running.poll() is None
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    _, errors = running.communicate(timeout=120.0)
+    assert running.returncode == 130
+    assert 'Traceback' not in errors
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('name', ['craig_3r', 'puma560'])
+def test_sums_are_factored_as_sympy_does_it_of_the_whole(name, monkeypatch):
+    shorter, seen = trigonometry._taken_out, []
+
+    def both(sum_):
+        found = shorter(sum_)
+        seen.append(found == sympy.factor_terms(sum_))
+        return found
+
+    monkeypatch.setattr(trigonometry, '_taken_out', both)
+    ks.derive(ks.load_robot(name))
+    assert seen
+    assert all(seen)

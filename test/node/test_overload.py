@@ -1,0 +1,125 @@
+"""After an overload: requests are answered, a joint state brings a pose, memory is given back."""
+
+import contextlib
+import signal
+import time
+
+import pytest
+
+rclpy = pytest.importorskip('rclpy', reason='needs ROS 2')
+
+from floods import ROBOT, Client, flooded  # noqa: E402
+from node_process import NodeProcess, memory  # noqa: E402
+from rclpy.duration import Duration  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from ros_harness import Peer  # noqa: E402
+from std_msgs.msg import Int32  # noqa: E402
+from std_srvs.srv import Trigger  # noqa: E402
+
+from kinematics_service.node.process.passed_over import KEPT  # noqa: E402
+from kinematics_service.node.process.spin import Spinner  # noqa: E402
+
+# A second of messages of 240 kB has 240 MB; what is left of a flood is far less (MiB).
+LEFT_BEHIND = 40
+# The floods: kind, publishers, time (s). One of small messages takes more than a second to be
+# passed over.
+FLOODS = [('small', 4, 1.5), ('joints', 1, 1.0), ('name', 2, 1.0)]
+
+
+@pytest.fixture
+def node(ros_domain):
+    process = NodeProcess('--robot', ROBOT)
+    yield process.popen
+    # Not killed: others would hear of its topics for another twenty seconds.
+    process.popen.send_signal(signal.SIGINT)
+    process.wait()
+    process.kill()
+
+
+@pytest.fixture
+def client(node):
+    one = Client()
+    yield one
+    one.close()
+
+
+def test_messages_are_left_out_of_a_queue_and_nothing_else(ros_domain):
+    with contextlib.closing(Peer()) as one:
+        busy, numbers, calls = Node('busy', context=one.context), [], []
+        busy.create_subscription(
+            Int32, 'numbers', lambda message: numbers.append(message.data), 50
+        )
+        busy.create_service(Trigger, 'call', lambda request, response: calls.append(1) or response)
+        left_out = []
+        spinner = Spinner(one.context, [busy], left_out.append)
+        assert spinner.in_order
+        publisher = one.peer.create_publisher(Int32, 'numbers', 1000)
+        client = one.peer.create_client(Trigger, 'call')
+        one.spin_until(client.service_is_ready, 'service')
+        one.spin_until(publisher.get_subscription_count, 'listener')
+        sent = range(300)
+        for number in sent[:200]:
+            publisher.publish(Int32(data=number))
+        futures = [client.call_async(Trigger.Request()) for _ in range(5)]
+        for number in sent[200:]:
+            publisher.publish(Int32(data=number))
+        assert publisher.wait_for_all_acked(Duration(seconds=10))
+        spinner.catch_up(10.0)
+        assert numbers == list(sent[-KEPT:])  # in the order in which they came
+        assert left_out == [50 - KEPT]  # others the middleware does not keep
+        one.spin_until(lambda: all(future.done() for future in futures), 'answers')
+        assert len(calls) == 5
+        # Nothing is one message or one call late.
+        for number in (1000, 1001):
+            publisher.publish(Int32(data=number))
+            end = time.monotonic() + 10.0
+            while numbers[-1] != number and time.monotonic() < end:
+                spinner.spin_once(0.1)
+            assert numbers[-1] == number
+        assert len(numbers) == KEPT + 2
+        spinner.close()
+        busy.destroy_node()
+
+
+def test_messages_are_left_out_of_the_subscription_that_is_behind_alone(ros_domain):
+    with contextlib.closing(Peer()) as one:
+        busy, heard = Node('busy', context=one.context), {'flood': [], 'quiet': []}
+        for name, numbers in heard.items():
+            busy.create_subscription(
+                Int32, name, lambda message, to=numbers: to.append(message.data), 1000
+            )
+        left_out = []
+        spinner = Spinner(one.context, [busy], left_out.append)
+        publishers = {name: one.peer.create_publisher(Int32, name, 1000) for name in heard}
+        for publisher in publishers.values():
+            one.spin_until(publisher.get_subscription_count, 'listener')
+        for number in range(400):
+            publishers['flood'].publish(Int32(data=number))
+            if number % 4 == 0:
+                publishers['quiet'].publish(Int32(data=number))
+        for publisher in publishers.values():
+            assert publisher.wait_for_all_acked(Duration(seconds=10))
+        spinner.catch_up(10.0)
+        assert heard['quiet'] == list(range(0, 400, 4))
+        assert heard['flood'] == list(range(400 - KEPT, 400))
+        assert left_out == [400 - KEPT]
+        spinner.close()
+        busy.destroy_node()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(('kind', 'publishers', 'seconds'), FLOODS)
+def test_after_a_flood_all_is_as_before(node, client, kind, publishers, seconds):
+    client.send(10)
+    before = memory(node.pid)
+    asked = flooded(client, kind, publishers, seconds)
+    assert client.until(lambda: all(future.done() for future in asked), 10.0)
+    client.drain()
+    waits = [client.answered(5.0) for _ in range(10)]
+    assert None not in waits  # none is one call late
+    assert client.answers(30) == (30, 0)
+    client.diagnostics.clear()
+    client.rest(4.5)
+    assert 3 <= len(client.diagnostics) <= 6
+    assert client.warnings[-1].level == b'\x03'  # the watchdog: no joint state came
+    assert client.until(lambda: memory(node.pid) - before < LEFT_BEHIND, 20.0)

@@ -1,0 +1,119 @@
+"""The core stands without its apps: to remove an app is to delete its folder."""
+
+import ast
+import json
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+import kinematics_service as ks
+from kinematics_service.app_modules import APP_MODULES, app_module
+from kinematics_service.cli.commands import APPS, COMMANDS, home_of
+
+PACKAGE = Path(ks.__file__).parent
+ALL = sorted(folder.name for folder in PACKAGE.glob('apps/*/') if folder.name != '__pycache__')
+RUN = """
+import contextlib, io, json, sys
+from kinematics_service.__main__ import main
+results = []
+for line in json.loads(sys.argv[1]):
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(out):
+        code = main(line.split())
+    results.append((code, out.getvalue()))
+print(json.dumps(results))
+"""
+EACH_MODULE = """
+import sys
+from importlib import import_module
+for name in sys.argv[1:]:
+    import_module(name)
+"""
+
+
+def without(folder, *apps):
+    """Return a folder with the package without some apps: links to all others."""
+    package = folder / PACKAGE.name
+    (package / 'apps').mkdir(parents=True)
+    for path in [*PACKAGE.iterdir(), *PACKAGE.glob('apps/*')]:
+        name = path.relative_to(PACKAGE)
+        if path.name not in ('apps', '__pycache__', *apps):
+            (package / name).symlink_to(path)
+    return folder
+
+
+def python(folder, program, *arguments):
+    done = subprocess.run(
+        [sys.executable, '-c', program, *arguments],
+        cwd=folder,
+        env={'PYTHONPATH': str(folder), 'PYTHONDONTWRITEBYTECODE': '1', 'HOME': str(folder)},
+        capture_output=True,
+        text=True,
+        timeout=200,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def commands(folder, *lines):
+    return json.loads(python(folder, RUN, json.dumps(lines)))
+
+
+def test_each_app_says_in_ten_lines_what_it_does():
+    assert set(APPS.values()) == set(ALL)
+    for app in ALL:
+        text = (PACKAGE / 'apps' / app / '__init__.py').read_text(encoding='utf-8')
+        assert 3 <= len(text.strip('"\n').splitlines()) <= 10, app
+        assert len(ast.parse(text).body) == 1, app  # nothing but these lines
+
+
+def test_each_app_has_what_the_core_asks_of_it():
+    for command in COMMANDS:
+        assert find_spec(home_of(command)), command
+    for task in APP_MODULES:
+        assert app_module(task), task
+
+
+def test_the_core_is_imported_without_any_app(tmp_path):
+    folder = without(tmp_path, *ALL)
+    core = [path for path in PACKAGE.rglob('*.py') if 'apps' not in path.parts]
+    names = [path.relative_to(PACKAGE.parent).with_suffix('') for path in core]
+    modules = [
+        '.'.join(name.parts).removesuffix('.__init__')
+        for name in names
+        if name.name != '__main__' and (find_spec('rclpy') or name.parts[1] != 'node')
+    ]
+    # The kernel is compiled, and its files are imported by their compiled units.
+    python(folder, EACH_MODULE, *(name for name in modules if '.kernel.' not in name))
+
+
+def test_the_core_works_without_any_app(tmp_path):
+    folder = without(tmp_path, *ALL)
+    (folder / 'table.csv').write_text('a,alpha,d,theta\n0.5,0,0,q1\n0.4,0,0,q2\n')
+    printed, help_text, made, factory, check = commands(
+        folder,
+        'fk planar_2r --q 0.1,0.2',
+        '--help',
+        'new my_arm --table table.csv --convention standard --units rad,m',
+        'import --ur-calibration table.csv --robot ur5e',
+        'check ur5e',
+    )
+    assert printed[0] == made[0] == 0, (printed, made)
+    assert (folder / 'my_arm.yaml').is_file()
+    listed = {line.split()[0] for line in help_text[1].partition('Commands:')[2].splitlines()[1:]}
+    assert listed == {command for command in COMMANDS if command not in APPS}
+    assert factory[0] == 2
+    assert 'the app calibration, which reads it, was removed' in ' '.join(factory[1].split())
+    assert check[0] == 2
+    assert "unknown command 'check'" in check[1]
+    program = 'import kinematics_service as ks; print(ks.load_robot("ur5e")._repr_html_())'
+    assert python(folder, program) == 'None\n'
+
+
+@pytest.mark.parametrize('app', ALL)
+def test_a_removed_app_takes_its_commands_along(tmp_path, app):
+    _, text = commands(without(tmp_path, app), '--help')[0]
+    listed = {line.split()[0] for line in text.partition('Commands:')[2].splitlines()[1:]}
+    assert listed == {command for command in COMMANDS if APPS.get(command) != app}
