@@ -1,6 +1,7 @@
 """What the node says of joint states that make no sense: in its log, and on /diagnostics."""
 
 import math
+import re
 import time
 
 import numpy as np
@@ -120,8 +121,13 @@ def test_what_arrived_is_said_of_a_stale_arm(watched):
 def test_a_driver_slower_than_the_timeout_is_named(watched):
     one = watched(ros_args=SHORT)
     paced(one, lambda k: (1000 + k, 0), count=3, period=0.3)
-    status = one.diagnose()
-    assert 'but joint_state_timeout is 0.2 s: set it to 0.6' in status.message
+    said = re.search(
+        r'every (0\.\d+) s, but joint_state_timeout is 0\.2 s: set it to (0\.\d+)',
+        one.diagnose().message,
+    )
+    period, proposed = map(float, said.groups())
+    assert period == pytest.approx(0.3, rel=0.2)
+    assert proposed == pytest.approx(2.0 * period, rel=0.03)
 
 
 def test_messages_without_positions_name_the_parameter_that_uses_velocities(watched):
