@@ -2,8 +2,11 @@
 The bundled robots: every file is sound, and the source documents' arms do what the documents say.
 """
 
+import copy
+import dataclasses
 import json
 import math
+import pickle
 import re
 
 import numpy as np
@@ -281,3 +284,11 @@ def test_the_tip_on_the_first_axis_is_singular_in_document_001():
         # What is lost is the motion across the arm plane.
         across = np.array([-math.sin(0.4), math.cos(0.4), 0, 0, 0, 0])
         np.testing.assert_allclose(np.abs(found.lost_direction @ across), 1.0, atol=1e-9)
+
+
+def test_a_robot_is_judged_by_its_own_chain():
+    robot, other = robot_of('ur5e'), robot_of('puma560')
+    with pytest.raises(TypeError, match='not that of its singularity model'):
+        dataclasses.replace(robot, chain=other.chain)
+    for copied in (pickle.loads(pickle.dumps(robot)), copy.deepcopy(robot)):
+        assert copied.singularity.chain is copied.chain

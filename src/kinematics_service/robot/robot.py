@@ -72,6 +72,12 @@ class Robot(FrozenArrays):
     singularity: SingularityModel
     description: RobotDescription
 
+    def __post_init__(self) -> None:
+        """Refuse a chain that is not the one that poses are judged by."""
+        super().__post_init__()
+        if self.singularity.chain is not self.chain:
+            raise TypeError('the chain of a robot is not that of its singularity model')
+
     @property
     def dof(self) -> int:
         """Return the number of joints n."""
