@@ -21,7 +21,7 @@ from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.robot.chain import fold
 from kinematics_service.robot.conventions import Row
 from kinematics_service.robot.file.text.expressions import Affine
-from kinematics_service.robot.robot import build_robot
+from kinematics_service.robot.robot import build_robot, with_chain
 
 ROUND_OFF = 1e-12
 # A difference of two numbers near 1 over 10 ms carries the round-off of both.
@@ -192,9 +192,7 @@ def stretched(coefficient):
         Row(still, none, Affine(0.0, ((robot.variables[2], coefficient),)), still),
         Row(still, Affine(0.0, ((robot.variables[3], 1.0),)), none, still),
     ]
-    chain = fold(rows, robot.variables, still, still)
-    singularity = dataclasses.replace(robot.singularity, chain=chain)
-    return dataclasses.replace(robot, chain=chain, singularity=singularity)
+    return with_chain(robot, fold(rows, robot.variables, still, still))
 
 
 def test_a_position_that_cannot_be_computed_with_is_forgotten_with_all_others():

@@ -1,6 +1,5 @@
 """The radius in which no pose is singular: proved, and so never above the distance of one."""
 
-import dataclasses
 import math
 
 import brute_force
@@ -19,6 +18,7 @@ from calibrated import calibrated_ur5
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.robot.clearance_bounds import find_bounds
+from kinematics_service.robot.robot import with_chain
 
 # Round-off of a distance: a pose counts as singular when it is this near to one (rad).
 AT_IT = 1e-6
@@ -152,7 +152,7 @@ def with_tool_at(robot, point):
     table = robot.chain.table
     before = np.array(table.before)
     before[-1, :, 3] += before[-1, :, :3] @ point
-    return dataclasses.replace(robot, chain=kernel.Chain(table._replace(before=before)))
+    return with_chain(robot, kernel.Chain(table._replace(before=before)))
 
 
 def test_what_a_search_takes_for_singular_is_not_nearer_behind_a_long_tool():

@@ -257,6 +257,11 @@ def _built_for_its_joints(description: RobotDescription) -> Robot:
     return build_robot(replace(description, singularity=judged))
 
 
+def with_chain(robot: Robot, chain: Chain) -> Robot:
+    """Return the same robot with another chain, judged by the same task and thresholds."""
+    return replace(robot, chain=chain, singularity=replace(robot.singularity, chain=chain))
+
+
 def with_singularity(
     robot: Robot, length: float | None = None, thresholds: Thresholds | None = None
 ) -> Robot:

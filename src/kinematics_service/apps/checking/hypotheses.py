@@ -19,7 +19,7 @@ from ...robot.conventions import Row, row_of, table_rows
 from ...robot.file.parts.convention_table import CONVENTIONS
 from ...robot.file.parts.description import DhRow
 from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
-from ...robot.robot import Robot
+from ...robot.robot import Robot, with_chain
 from .lag import Later
 
 # The same numbers, said of a source of poses in general; of known poses in `known_pose_causes`.
@@ -217,7 +217,7 @@ def _with_rows(
     own = robot.description
     base = own.base.motion.matrix if base is None else base
     tool = own.tool.motion.matrix if tool is None else tool
-    return replace(robot, chain=fold(rows, robot.variables, base, tool))
+    return with_chain(robot, fold(rows, robot.variables, base, tool))
 
 
 def number_signs_of(robot: Robot) -> Iterator[Hypothesis]:
