@@ -4,12 +4,14 @@ import functools
 
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import robot_of, without_known_poses
 from calibrated_arms import measured_arm
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.apps.calibration.corrections import corrected_robot
 from kinematics_service.apps.calibration.robot_text import CalibrationOrigin, calibrated_text
+from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 
 NOISE = 5e-5
 MADE_UP = CalibrationOrigin('made up', '2026-01-01')
@@ -114,3 +116,19 @@ def test_every_arm_goes_on_from_its_calibrated_file(name, kind, tmp_path, capsys
     assert np.abs(back - ks.forward_kinematics(robot, found.q)).max() < 1e-9
     assert 'Traceback' not in capsys.readouterr().err
     assert robot.dof == robot_of(name).dof
+
+
+@pytest.mark.parametrize('name', ['planar_2r', 'planar_3r', 'scara_hsr065'])
+def test_a_calibrated_planar_arm_is_still_singular_where_it_was(name):
+    # A twist of 1 mrad moves the tool out of its plane; the task must stay that of the plane.
+    text = without_known_poses(name).partition('\nsingularity:')[0]
+    robot = ks.robot_from_text(f'{text}\n')
+    table = parameters_of(robot).table
+    errors = 1e-3 * np.random.default_rng(3).normal(size=len(table))
+    corrected = corrected_robot(robot, table, errors)
+    assert corrected.singularity.task.rows == robot.singularity.task.rows
+    q = np.random.default_rng(4).uniform(-1.0, 1.0, (20, robot.dof))
+    singular = ks.singularity(robot, q).nearest_singular
+    singular = singular[np.isfinite(singular[:, 0])]
+    assert len(singular) > 3
+    assert np.all(ks.singularity(corrected, singular).distance < 0.03)

@@ -28,6 +28,7 @@ from ...robot.file.parts.parameters import WITH_EXTRA, ArmParameter
 from ...robot.file.parts.tolerances import EXTRA, GEAR
 from ...robot.file.text.expressions import Affine, Expression
 from ...robot.robot import Robot, build_robot
+from ...robot.task import ROW_NAMES
 from ...typography import number_text
 
 ZERO = Expression('0', Affine(0.0, ()))
@@ -41,8 +42,8 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
     Return the robot with corrections of its table.
 
     Known poses and the uncertainty of the table, which were those of the nominal one, are left
-    out. Its singular factors are approximate now; they are left out if their zeros are far from
-    singular poses.
+    out. Its task stays that of the nominal table. Its singular factors are approximate now; they
+    are left out if their zeros are far from singular poses.
 
     Parameters
     ----------
@@ -65,8 +66,20 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
         known_poses=(),
         warnings=(),
         tolerances=table.tolerances(links, ends_at),
+        singularity=replace(nominal.singularity, task=task_of(robot)),
     )
     return built_nearly(corrected) if found else build_robot(corrected)
+
+
+def task_of(robot: Robot) -> tuple[str, ...] | None:
+    """
+    Return the rows of the task that a corrected arm keeps; None for those of its file.
+
+    Small corrections move a planar arm out of its plane. If that became a part of its task, no
+    pose would be singular.
+    """
+    rows = robot.singularity.task.rows
+    return rows if len(rows) < len(ROW_NAMES) else robot.description.singularity.task
 
 
 def with_ends(description: RobotDescription, base: Floats, tool: Floats) -> RobotDescription:

@@ -30,7 +30,7 @@ from ...version import __version__
 from ..checking.errors import MOST
 from .camera import ON_TOOL
 from .checking import ROUND_OFF, in_words
-from .corrections import built_nearly, in_file_units, with_ends
+from .corrections import built_nearly, in_file_units, task_of, with_ends
 from .fitting import outlier_limit
 from .result import BLOCKS, Calibration
 from .uncertainty_text import uncertainty_section
@@ -93,11 +93,12 @@ def calibrated_text(
         raise CalibrationError(f'this is no calibration: {"; ".join(found.refusals)}')
     description = found.robot.description
     robot = placed_robot(found, frames)
+    factors = robot.description.singularity.factors
     links = links_section(robot.description.links)
     sections: dict[str, Sequence[str] | None] = {
         'source': [f'source: {json.dumps(_source(description, origin), ensure_ascii=False)}'],
         'links': links,
-        'singularity': singularity_section(text, robot.description.singularity.factors),
+        'singularity': singularity_section(text, factors, task_of(found.robot) or ()),
     }
     if robot.description.points:
         sections['points'] = points_section(robot.description.points)

@@ -63,13 +63,17 @@ def with_sections(
     return '\n'.join([*header, *lines, ''])
 
 
-def singularity_section(text: str, factors: Sequence[Factor]) -> list[str] | None:
+def singularity_section(
+    text: str, factors: Sequence[Factor], task: Sequence[str] = ()
+) -> list[str] | None:
     """
     Return the lines of the section `singularity` with these factors instead of its own.
 
-    None if nothing is left of it.
+    None if nothing is left of it. The rows of a task are added if the section has none.
     """
     lines = _entries(text, 'singularity', ('factors',))
+    if task and not any(line.startswith('  task:') for line in lines):
+        lines.insert(0, f'  task: [{", ".join(task)}]')
     if factors:
         lines.append('  factors:')
     for one in factors:
