@@ -322,7 +322,8 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
 
 def _measured(J: Floats, information: Floats, chosen: Sequence[int]) -> Floats:
     # The information after poses are measured, in their order among all.
-    return information + sum(J[k].T @ J[k] for k in sorted(chosen))
+    rows = J[sorted(chosen)].reshape(-1, len(information))
+    return np.asarray(information + rows.T @ rows)
 
 
 def _value(J: Floats, information: Floats, chosen: Sequence[int]) -> float:
