@@ -65,7 +65,7 @@ def held_by(robot, rows=WHOLE, axis=''):
 @functools.cache
 def _slices_of(robot, held, rows, axis):
     arm = sliced_arm_of(robot, rows, axis)
-    return sliced_arm._slices(arm, robot, 0 if held == 0 else len(arm.table) - 1)
+    return sliced_arm.slices_of(arm, 0 if held == 0 else len(arm.screws.axes) - 1)
 
 
 def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
@@ -74,8 +74,7 @@ def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
     """
     arm = sliced_arm_of(robot, rows, axis)
     checked = ik_target_of(robot, target, None if axis else rows, axis or None)
-    found = arm.solutions(_slices_of(robot, held, rows, axis), checked, position)
-    q = arm.to_joints(found, robot.dof)
+    q = arm.solutions(_slices_of(robot, held, rows, axis), checked.pose, position)
     return q[[max(kernel.parts_of_error(checked.residual, one)) < REACHED for one in q]]
 
 

@@ -510,8 +510,8 @@ def test_complex_solutions_far_from_real_ones_are_certified_each_once():
     robot = redundant_arm('panda-calibrated')
     arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
     target = ik_target_of(robot, ks.forward_kinematics(robot, poses_within(robot, 1, 7)[0]))
-    slices, position = sliced_arm._slices(arm, robot, 0), 1.7
-    goal = sliced_arm._motion_of(arm.screws, 0, -position) @ arm._motion(target)
+    slices, position = sliced_arm.slices_of(arm, 0), 1.7
+    goal = arm.motion_of_six(0, target.pose, position)
     solutions = np.empty((kernel.MOST_CANDIDATES, 6, 2))
     count = kernel.complex_solutions(slices.six.form, goal.copy(), solutions, np.empty(3))
     solutions = solutions[:count]

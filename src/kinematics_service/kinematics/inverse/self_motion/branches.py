@@ -1,17 +1,17 @@
 """
 Branch switching where curves of solutions cross (Allgower and Georg, sections 8.1 and 8.3).
 
-Curves are traced in psi, the positions of the screws; J is the derivative of their equations by
-psi. At a simple bifurcation point J has two null vectors, the columns of N, and one left
-null vector e. The tangents N a of the curves that cross there are the roots of the quadratic form
-a^T N^T (e . J') N a = 0, where J' is the derivative of J. A step along each root, both ways, leads
-to the next seeds.
+J is the derivative of a target's rows. At a simple bifurcation point J has two null vectors, the
+columns of N, and one left null vector e. The tangents N a of the curves that cross there are the
+roots of the quadratic form a^T N^T (e . J') N a = 0, where J' is the derivative of J. A step along
+each root, both ways, leads to the next seeds.
 """
 
 import numpy as np
 
 from .... import kernel
 from ....kernel import Floats
+from .curve import derivative_at
 
 # Step of the central differences of J, rad or m: the cube root of the round-off of a double.
 DIFFERENCE = 1e-5
@@ -19,23 +19,17 @@ DIFFERENCE = 1e-5
 STEP_TO_SEED = 0.01
 
 
-def near_crossing(point: kernel.CurvePoint, psi: Floats) -> Floats:
-    """Return positions (m, n) near the curves that cross at a singular solution (n,)."""
-    e_left, _, null = np.linalg.svd(_jacobian(point, psi))
+def near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
+    """Return joint positions (m, n) near the curves that cross at a singular solution (n,)."""
+    e_left, _, null = np.linalg.svd(derivative_at(point, q))
     e, N = e_left[:, -1], null[-2:]
-    ahead = [_jacobian(point, psi + DIFFERENCE * way) for way in N]
-    behind = [_jacobian(point, psi - DIFFERENCE * way) for way in N]
+    ahead = [derivative_at(point, q + DIFFERENCE * way) for way in N]
+    behind = [derivative_at(point, q - DIFFERENCE * way) for way in N]
     form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
     # Eigenvalues of opposite signs have two real roots: a^2 low + b^2 high = 0 along the axes.
     (low, high), axes = np.linalg.eigh(0.5 * (form + form.T))
     if not low < 0.0 < high:
-        return np.empty((0, len(psi)))
+        return np.empty((0, len(q)))
     root = np.sqrt([high, -low]) / np.sqrt(high - low)
     tangents = [(axes @ (root * signs)) @ N for signs in ((1.0, 1.0), (1.0, -1.0))]
-    return psi + STEP_TO_SEED * np.array([*tangents, *(-one for one in tangents)])
-
-
-def _jacobian(point: kernel.CurvePoint, psi: Floats) -> Floats:
-    J = np.empty((len(psi) - 1, len(psi)))
-    kernel.write_derivative(point, psi, J)
-    return J
+    return q + STEP_TO_SEED * np.array([*tangents, *(-one for one in tangents)])

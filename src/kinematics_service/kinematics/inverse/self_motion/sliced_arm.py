@@ -9,13 +9,10 @@ is added; where only the position counts, three about the tool's origin, which s
 from __future__ import annotations
 
 import functools
-import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from .... import kernel
 from ....kernel import Floats
 from ....rigid_motion import inverse, turn_about
 from ....robot.robot import Robot
@@ -24,7 +21,7 @@ from ...forward import forward_kinematics
 from ..problem.chain_geometry import with_turn
 from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to_one
 from ..problem.screws import Screws, screws_of
-from ..problem.target import TOOL_AXES, IkTarget
+from ..problem.target import TOOL_AXES
 
 # The tool's rotation at which slices for a position are solved: any at which the three joints that
 # are added about the tool's origin are regular.
@@ -53,72 +50,41 @@ class SlicedArm(NamedTuple):
 
     Attributes
     ----------
+    robot
+        The arm.
     screws
         Of the arm, and of the joint that is added for a direction.
-    table : shape (n, 7)
-        The same for the kernel.
-    uncoupling : shape (n, n)
-        The inverse of the screws' coupling.
     whole
         Whether the rotation counts.
-    length
-        What a rad counts, m.
     slices
         The slices by the joint that is held; None if the others cannot be solved.
     """
 
+    robot: Robot
     screws: Screws
-    table: Floats
-    uncoupling: Floats
     whole: bool
-    length: float
     slices: Slices | None
 
-    @property
-    def turning(self) -> npt.NDArray[np.bool_]:
-        """Return which screws turn, shape (n,)."""
-        return ~np.array(self.screws.slides)
+    def solutions(self, slices: Slices, pose: Floats, position: float) -> Floats:
+        """Return joint positions (m, n) in a slice, its screw held at a position."""
+        psi, _ = slices.six.candidates(self.motion_of_six(slices.joint, pose, position))
+        held = np.full((len(psi), 1), position)
+        psi = psi[:, : len(self.screws.axes) - 1]
+        psi = np.hstack([held, psi] if slices.joint == 0 else [psi, held])
+        return np.asarray(psi @ np.linalg.inv(self.screws.coupling).T[:, : self.robot.dof])
 
-    def to_screws(self, q: Floats) -> Floats:
-        """Return positions of the screws (..., n) from those of the joints; an added one at 0."""
-        C = self.screws.coupling
-        return np.asarray(q @ C[:, : q.shape[-1]].T)
-
-    def to_joints(self, psi: Floats, joints: int) -> Floats:
-        """Return positions of the joints (..., joints) from those of the screws (..., n)."""
-        return np.asarray((psi @ self.uncoupling.T)[..., :joints])
-
-    def point(self, target: IkTarget) -> kernel.CurvePoint:
-        """Return room for a target's solutions."""
-        centre = target.pose[:3, 3].copy()
-        return kernel.CurvePoint(self.table, self._motion(target), centre, self.whole, self.length)
-
-    def posture(self, robot: Robot, target: IkTarget, q: Floats) -> Floats:
-        """Return positions of the screws (n,) of a solution (joints,)."""
-        psi = np.ascontiguousarray(self.to_screws(q))
-        if target.axis:
-            # The added joint: the turn about the axis from the tool to the target's pose.
-            M = forward_kinematics(robot, q)[:3, :3].T @ target.pose[:3, :3]
-            first = TOOL_AXES.index(target.axis) - 2
-            psi[-1] = math.atan2(M[first + 1, first], M[first, first])
-        return psi
-
-    def _motion(self, target: IkTarget) -> Floats:
-        # Return the motion from rest to a target.
-        return np.asarray(target.pose @ inverse(self.screws.home))
-
-    def solutions(self, slices: Slices, target: IkTarget, position: float) -> Floats:
-        """Return positions of the screws (m, n) in a slice, the joint held at a position."""
-        held = slices.joint
-        turn = _motion_of(self.screws, held, -position)
-        motion = self._motion(target)
+    def motion_of_six(self, held: int, pose: Floats, position: float) -> Floats:
+        """Return the motion (4, 4) from rest that is left to six screws, the other one held."""
+        screws, turn = self.screws, np.eye(4)
+        turn[:3, :3] = turn_about(screws.axes[held], -position)
+        turn[:3, 3] = screws.points[held] - turn[:3, :3] @ screws.points[held]
+        motion = pose @ inverse(screws.home)
         motion = turn @ motion if held == 0 else motion @ turn
         if not self.whole:
-            goal = motion[:3, :3] @ self.screws.tool + motion[:3, 3]
+            goal = motion[:3, :3] @ screws.tool + motion[:3, 3]
             motion[:3, :3] = ADDED_ROTATION
-            motion[:3, 3] = goal - ADDED_ROTATION @ self.screws.tool
-        psi, _ = slices.six.candidates(motion)
-        return np.insert(psi[:, : len(self.table) - 1], held, position, axis=1)
+            motion[:3, 3] = goal - ADDED_ROTATION @ screws.tool
+        return np.asarray(motion)
 
 
 @functools.lru_cache(maxsize=128)
@@ -135,45 +101,30 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
     whole = bool(axis) or rows == ROW_NAMES
     if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
         return None
-    table = np.column_stack([screws.axes, screws.points, np.array(screws.slides, np.float64)])
-    back, length = (
-        np.asarray(np.linalg.inv(screws.coupling), np.float64),
-        0.5 * robot.singularity.task.length,
-    )
-    arm = SlicedArm(screws, np.ascontiguousarray(table), back, whole, length, None)
-    for held in (len(table) - 1, 0) if whole else (0,):
-        if not screws.slides[held] and (slices := _slices(arm, robot, held)) is not None:
+    arm = SlicedArm(robot, screws, whole, None)
+    for held in (len(screws.axes) - 1, 0) if whole else (0,):
+        if not screws.slides[held] and (slices := slices_of(arm, held)) is not None:
             return arm._replace(slices=slices)
     return arm
 
 
-def _slices(arm: SlicedArm, robot: Robot, held: int) -> Slices | None:
-    screws = arm.screws
-    others = [k for k in range(len(screws.axes)) if k != held]
-    axes, points = screws.axes[others], screws.points[others]
-    slides = tuple(screws.slides[k] for k in others)
+def slices_of(arm: SlicedArm, held: int) -> Slices | None:
+    """Return the slices of an arm, a turning screw at an end held, or None without a solver."""
+    robot, screws = arm.robot, arm.screws
+    others = np.arange(len(screws.axes)) != held
+    axes, points, slides = (
+        screws.axes[others],
+        screws.points[others],
+        np.array(screws.slides)[others],
+    )
     if not arm.whole:
         axes, points = np.vstack([axes, np.eye(3)]), np.vstack([points, [screws.tool] * 3])
-        slides += (False, False, False)
-    six = Screws(axes, points, slides, np.eye(6), np.eye(4))
+    six = Screws(axes, points, (*slides.tolist(), False, False, False)[:6], np.eye(6), np.eye(4))
     solver = next(closed_solvers(six), None)
     if solver is None:
         motions = []
         for q in seeded_poses(robot.limits, robot.prismatic)[:8]:
-            T = forward_kinematics(robot, q) @ inverse(screws.home)
-            if not arm.whole:
-                T[:3, :3] = T[:3, :3] @ ADDED_ROTATION
-            turn = _motion_of(screws, held, -float(arm.to_screws(q)[held]))
-            motions.append(turn @ T if held == 0 else T @ turn)
+            position = float(screws.coupling[held, : robot.dof] @ q)
+            motions.append(arm.motion_of_six(held, forward_kinematics(robot, q), position))
         solver = eliminating_solver(six, np.array(motions))
     return None if solver is None else Slices(held, solver)
-
-
-def _motion_of(screws: Screws, k: int, position: float) -> Floats:
-    T = np.eye(4)
-    if screws.slides[k]:
-        T[:3, 3] = position * screws.axes[k]
-        return T
-    T[:3, :3] = turn_about(screws.axes[k], position)
-    T[:3, 3] = screws.points[k] - T[:3, :3] @ screws.points[k]
-    return T

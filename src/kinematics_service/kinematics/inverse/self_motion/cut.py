@@ -1,0 +1,180 @@
+"""
+A curve of solutions cut by the joint limits into arcs.
+
+Samples and the ends of joints' ranges divide the curve into parts along which each joint rises or
+falls, so that it passes a limit at most once in each. The places where joints pass limits divide
+it into pieces, and the posture in the middle of a piece tells by which full turns it is inside.
+Runs of pieces inside are arcs (`turns.py`).
+
+Where a joint is far beyond its limits nothing else is looked at: between a posture inside all
+limits and one that is not there is a place where a joint is at a limit and none is far beyond.
+"""
+
+import functools
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from .... import kernel
+from ....kernel import Floats, Integers
+from ..problem.plan import InversePlan
+from .arcs import SIDES, IkArc, IkArcEnd, squares_of
+from .curve import NO_PERIOD, SolutionCurve
+from .turns import PieceRun, runs_of
+
+Flags = npt.NDArray[np.bool_]
+# A joint that stays so far beyond its limits between two samples, and all its way, has no mark
+# there, nor have the others, rad.
+FAR = 0.1
+# A joint leaves its limits where it is this far beyond one, rad or m: half of AT_LIMIT, the error
+# of a posture inside. A joint that rests at a limit, with round-off, stays inside.
+EXIT_MARGIN = 5e-10
+# Slopes of a joint at two neighbouring samples whose product is not below this are no end of its
+# range: the joint stands still between them, or the end is at a sample.
+TURNS = -1e-18
+# Places that differ by less are one, in ways between samples: 2e-10 rad for 0.1 rad.
+SAME_PLACE = 2e-9
+# A limit that is infinite, rad or m: less than NO_PERIOD, and farther than a joint moves.
+NO_LIMIT = 1e9
+
+
+# The side of a place at which no joint passes a limit.
+NO_SIDE = len(SIDES)
+
+
+@functools.lru_cache(maxsize=128)
+def _counted(plan: InversePlan) -> tuple[Floats, Floats]:
+    # Limits (2, n) and periods (n,) by which turns are counted: of joints with two limits.
+    limited = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
+    limits = np.clip(plan.limits.T, -NO_LIMIT, NO_LIMIT)
+    return limits, np.where(limited, plan.periods, NO_PERIOD)
+
+
+def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
+    """Return the arcs inside the limits; those that differ by full turns once."""
+    near = _is_near(curve)
+    if not near.any():
+        return ()
+    cut = _CutCurve(curve, near)
+    return tuple(map(cut.arc, cut.runs()))
+
+
+def _is_near(curve: SolutionCurve) -> Flags:
+    # Of each step between samples whether no joint is far beyond its limits.
+    q, ((low, high), periods) = curve.q, _counted(curve.plan)
+    turned = q - periods * np.floor((q - low) / periods)
+    away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
+    way = (np.abs(q[1:] - q[:-1]) / curve.plan.scales).sum(axis=1)
+    return np.asarray(np.minimum(away[:-1], away[1:]).max(axis=1) <= FAR + way)
+
+
+class _CutCurve:
+    # `table`: rows of place, joint positions (n), and the joint and the side of a limit that is
+    # passed there, in the order of places: samples, limits and ends of ranges. `begins`: the rows
+    # at which pieces begin, and of a curve that is not closed where the last one ends.
+
+    def __init__(self, curve: SolutionCurve, near: Flags) -> None:
+        self.curve, self.near, (self.limits, self.periods) = curve, near, _counted(curve.plan)
+        self.lap = np.array([curve.last, *curve.lap, 0.0, 0.0])
+        self.table = np.empty((curve.last + 1, len(self.lap)))
+        self.table[:, 0], self.table[:, 1:-2] = range(curve.last + 1), curve.q
+        self.table[:, -2:] = 0, NO_SIDE
+        self._add_ends_of_ranges()
+        self._add_limits()
+        sides = self.table[:, -1]
+        if curve.closed:
+            self.table = self.table[(self.table[:, 0] < curve.last) | (sides < NO_SIDE)]
+        passes = self.table[:, -1] < NO_SIDE
+        passes[[0, -1]] |= not curve.closed
+        passes[0] |= not passes.any()
+        self.begins = np.flatnonzero(passes)
+        self.count = len(self.begins) - (not curve.closed)
+
+    def _add_ends_of_ranges(self) -> None:
+        slopes = self.curve.samples[:, self.curve.point.n :]
+        k, joint = np.nonzero((slopes[:-1] * slopes[1:] < TURNS) & self.near[:, None])
+        self._add(
+            k, joint, np.full(len(k), np.nan), slopes[k, joint], slopes[k + 1, joint], NO_SIDE
+        )
+
+    def _add_limits(self) -> None:
+        # Turns (rows, 2, n) by which joints are beyond limits: a change is a limit that is passed.
+        places, q = self.table[:, 0], self.table[:, 1:-2]
+        beyond = self.limits + [[-EXIT_MARGIN], [EXIT_MARGIN]]
+        turns = np.floor((q[:, None] - beyond) / self.periods)
+        near = self.near[places[:-1].clip(max=self.curve.last - 1).astype(int)]
+        k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
+        turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
+        before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
+        # The place is EXIT_MARGIN beyond the limit if the joint is within EXIT_MARGIN of the limit
+        # at either end, and at the limit otherwise.
+        away = np.minimum(np.abs(before - limit), np.abs(after - limit))
+        level = np.where(away > EXIT_MARGIN, limit, beyond[side, joint] + turned)
+        self._add(k, joint, level, before - level, after - level, side)
+
+    def _add(
+        self,
+        k: Integers,
+        joint: Integers,
+        level: Floats,
+        low: Floats,
+        high: Floats,
+        side: Integers | int,
+    ) -> None:
+        # Adds rows where joints are at levels or at ends of their ranges, after rows k.
+        rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
+        rows[:, -2], rows[:, -1] = joint, side
+        brackets = np.array([joint, level, places[k], low, places[k + 1], high])
+        kernel.write_roots(self.curve.path, brackets, rows)
+        table = np.vstack([self.table, rows])
+        self.table = table[table[:, 0].argsort(kind='stable')]
+
+    def _rows(self, rows: Integers) -> Floats:
+        # Rows of the table, counted on lap after lap.
+        laps, k = np.divmod(rows, len(self.table))
+        return np.asarray(self.table[k] + laps[:, None] * self.lap)
+
+    def _begin(self, pieces: Integers) -> Integers:
+        # The rows at which pieces begin, counted on lap after lap.
+        laps, k = np.divmod(pieces, len(self.begins))
+        return np.asarray(self.begins[k] + laps * len(self.table))
+
+    def runs(self) -> Iterator[PieceRun]:
+        """Return the runs of pieces inside the limits."""
+        places = self._rows(self._begin(np.arange(self.count + 1)))[:, 0]
+        q, (low, high) = self.curve.at(0.5 * (places[1:] + places[:-1])), self.limits
+        first = np.ceil((low - kernel.AT_LIMIT - q) / self.periods)
+        last = np.floor((high + kernel.AT_LIMIT - q) / self.periods)
+        boxes = np.stack([first, last], axis=2).astype(int).tolist()
+        lap = np.round(self.lap[1:-2] / self.periods) * self.curve.closed
+        return runs_of(boxes, self.curve.closed, lap.astype(int).tolist())
+
+    def arc(self, run: PieceRun) -> IkArc:
+        """Return the arc of a run of pieces."""
+        begin, end = self._begin(np.array([run.first, run.first + run.pieces]))
+        rows = self._rows(np.arange(begin, end + 1))
+        places, turned = (
+            rows[:, 0],
+            np.where(self.periods < NO_PERIOD, self.periods, 0.0) * run.turns,
+        )
+        apart = (places[1:] - places[:-1] > SAME_PLACE) & (places[-1] - places[1:] > SAME_PLACE)
+        apart[-1] = True
+        rows = rows[np.concatenate([[True], apart])]
+        q = rows[:, 1:-2] + turned
+        steps = np.sqrt(squares_of((q[1:] - q[:-1]) / self.curve.plan.scales))
+        s = np.concatenate([[0.0], np.cumsum(steps)])
+        ends = () if run.closed else (self._end(rows[0], q[0]), self._end(rows[-1], q[-1]))
+        places = rows[:, 0].copy()
+        return IkArc(q, s, run.closed, ends, run.windings, self.curve, places, turned)
+
+    def _end(self, row: Floats, q: Floats) -> IkArcEnd:
+        joint, side = int(row[-2]), int(row[-1])
+        if side == NO_SIDE:
+            return IkArcEnd('', 'singular')
+        # The turns of an arc tell which limit ends it: a turn farther, the joint of the cut may be
+        # inside its limits while another one, at a limit at the same place, is not.
+        away = np.abs(self.limits - q)
+        if away[:, joint].min() > kernel.AT_LIMIT:
+            joint = int(away.min(axis=0).argmin())
+        return IkArcEnd(self.curve.robot.joint_names[joint], SIDES[int(away[:, joint].argmin())])
