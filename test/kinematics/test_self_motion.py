@@ -508,12 +508,11 @@ def exactly(screws, goal, t):
 
 def test_complex_solutions_far_from_real_ones_are_certified_each_once():
     robot = redundant_arm('panda-calibrated')
-    arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
+    arm = sliced_arm.sliced(sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, ''), 0)
     target = ik_target_of(robot, ks.forward_kinematics(robot, poses_within(robot, 1, 7)[0]))
-    slices, position = sliced_arm.slices_of(arm, 0), 1.7
-    goal = arm.motion_of_six(0, target.pose, position)
+    goal = arm.motion_of_six(target.pose, 1.7)
     solutions = np.empty((kernel.MOST_CANDIDATES, 6, 2))
-    count = kernel.complex_solutions(slices.six.form, goal.copy(), solutions, np.empty(3))
+    count = kernel.complex_solutions(arm.six.form, goal.copy(), solutions, np.empty(3))
     solutions = solutions[:count]
     assert count == 16
     assert np.sum(np.abs(solutions[:, :, 1]).max(axis=1) > 7.0) == 4

@@ -79,7 +79,7 @@ class CurvePath:
         tolerance: float = TOLERANCE if not math.isnan(self.level) else SLOPE_TOLERANCE
         for _ in range(MAX_ROOT_STEPS):
             x = b - high * (b - a) / (high - low)
-            if not min(a, b) < x < max(a, b):
+            if not min(a, b) <= x <= max(a, b):
                 x = 0.5 * (a + b)
             self.stand_at(x)
             y = self.value()

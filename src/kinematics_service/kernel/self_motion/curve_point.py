@@ -59,18 +59,18 @@ class CurvePoint:
             raise TypeError('a self-motion has one joint more than its target has rows')
         arrays.fill(self.ones, n, 1.0)
 
-    def look_along(self) -> None:
-        """Set the border to the null vector at q, by cofactors: its orientation is 1."""
-        n = self.n
+    def look_along(self, side: float) -> None:
+        """Set the border to the null vector at q, by cofactors: with 1, its orientation is 1."""
+        n, null = self.n, self.tangent
         arrays.fill(self.border, n, 0.0)
         for j in range(n):
-            self.border[j] = 1.0
+            self.border[j] = side
             self.linearise()
-            self.tangent[j] = linear_equations.factorise(self.A, n, self.order)
+            null[j] = linear_equations.factorise(self.A, n, self.order)
             self.border[j] = 0.0
-        square: float = arrays.dot(self.tangent, self.tangent, n)
+        size: float = math.sqrt(arrays.dot(null, null, n))
         for j in range(n):
-            self.border[j] = self.tangent[j] / math.sqrt(square) if square > 0.0 else 0.0
+            self.border[j] = null[j] / size if size > 0.0 else 0.0
 
     def improve(self) -> bool:
         """Move q across the border to a solution; write its tangent; return whether it is one."""

@@ -25,8 +25,6 @@ COSINE_DOUBLED = 0.995
 CORRECTION = 0.25
 # Largest way of a joint between two samples, rad: LONGEST_STEP and its correction.
 FARTHEST_STEP = 0.125
-# A solution is compared with samples that are nearer, rad: one and a half steps.
-COMPARED = 0.15
 # Solutions are one if their joints differ by less, rad or m.
 SAME_SOLUTION = 1e-6
 
@@ -50,14 +48,9 @@ def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     n, most = point.n, arrays.extent(samples, 0)
     rows = arrays.results(samples, 2 * most * n)
     lock = arrays.let_go()
-    count = 0
     arrays.copy(point.q, n, rows)
-    point.look_along()
-    for j in range(n):
-        point.border[j] *= side
-    if point.improve():
-        _write(point, rows)
-        count = _traced(point, side, rows, most)
+    point.look_along(side)
+    count = _traced(point, side, rows, most) if point.improve() else 0
     arrays.take_back(lock)
     return count
 
@@ -65,18 +58,19 @@ def trace(point: CurvePoint, side: float, samples: Floats) -> int:
 def _traced(point: CurvePoint, side: float, rows: Flat, most: int) -> int:
     n = point.n
     step: float = FIRST_STEP
+    _write(point, rows)
     for count in range(1, most):
         row = arrays.after(rows, 2 * n * count)
         before = arrays.after(rows, 2 * n * (count - 1))
+        if _leads_to(point, side, before, rows, 0.0):
+            arrays.copy(row, 2 * n, rows)
+            for j in range(n):
+                row[j] = before[j] + point.way(j, rows[j] - before[j])
+            return -count - 1
         step = _advance(point, before, side, step)
         if step == 0.0:
             return count
         _write(point, row)
-        if count > 1 and _passes_start(point, side, rows, before, row):
-            for j in range(n):
-                row[j] += point.way(j, rows[j] - row[j])
-            arrays.copy(arrays.after(row, n), n, arrays.after(rows, n))
-            return -count - 1
     return most
 
 
@@ -110,32 +104,16 @@ def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float
     return 0.0
 
 
-def _passes_start(point: CurvePoint, side: float, start: Flat, before: Flat, after: Flat) -> bool:
-    # Whether the start is between two samples.
-    n, tangent = point.n, arrays.after(start, point.n)
-    ahead: float = 0.0
-    passed: float = 0.0
-    for j in range(n):
-        ahead += tangent[j] * point.way(j, start[j] - before[j])
-        passed += tangent[j] * point.way(j, start[j] - after[j])
-    return ahead > 0.0 and passed <= 0.0 and _leads_to(point, side, before, start)
-
-
-def _leads_to(point: CurvePoint, side: float, sample: Flat, goal: Flat) -> bool:
-    # Whether a goal, near a sample, is on the curve through the sample.
+def _leads_to(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: float) -> bool:
+    # Whether a step from a sample, longer than the least, leads to a goal on the curve.
     n = point.n
-    far: float = 0.0
     step: float = 0.0
     for j in range(n):
-        way = point.way(j, goal[j] - sample[j])
-        far += way * way
-        step += way * sample[n + j]
-    if far > COMPARED * COMPARED or not _is_corrected(point, sample, step):
-        return False
-    same: bool = point.orientation == side
+        step += sample[n + j] * point.way(j, goal[j] - sample[j])
+    same: bool = least < step < FARTHEST_STEP and _is_corrected(point, sample, step)
     for j in range(n):
         same = same and abs(point.way(j, goal[j] - point.q[j])) < SAME_SOLUTION
-    return same
+    return same and point.orientation == side
 
 
 def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
@@ -157,11 +135,11 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
     found, k = False, 0
     while k < most and not found:
         row = arrays.after(rows, 2 * n * k)
-        found = _leads_to(point, 1.0, row, goal)
-        farthest: float = 0.0
+        far: float = 0.0
         for j in range(n):
-            farthest = max(farthest, abs(point.way(j, goal[j] - row[j])))
+            far = max(far, abs(point.way(j, goal[j] - row[j])))
+        found = far < FARTHEST_STEP and _leads_to(point, 1.0, row, goal, -FARTHEST_STEP)
         # The samples after it that are farther away, too.
-        k += 1 + int(max(farthest - COMPARED, 0.0) / FARTHEST_STEP)
+        k += 1 + int(max(far / FARTHEST_STEP - 1.0, 0.0))
     arrays.take_back(lock)
     return found

@@ -52,10 +52,9 @@ def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
     robot, target, plan, near, *_ = problem
     q = starts(robot, plan, problem.random(), STARTS)
     q[0] = near
-    if arm.slices is not None:
-        for position in FIRST_SLICE + 2.0 * np.pi / SLICES * np.arange(SLICES):
-            q = np.vstack([q, arm.solutions(arm.slices, target.pose, position)])
-    return _solutions(problem, q)
+    positions = FIRST_SLICE + 2.0 * np.pi / SLICES * np.arange(SLICES)
+    slices = [arm.solutions(target.pose, position) for position in positions.tolist()]
+    return _solutions(problem, np.vstack([q, *slices]))
 
 
 def _solutions(problem: IkProblem, q: Floats) -> list[Floats]:

@@ -96,11 +96,11 @@ class IkArc(FrozenArrays):
         A closed arc goes on before and behind, lap by lap.
         """
         laps = math.floor(s / self.length) if self.closed else 0
-        place = np.interp(s - laps * self.length, self.s, self.places)
-        return np.asarray(self._at_place(float(place)) + laps * (self.q[-1] - self.q[0]))
+        place = np.interp([s - laps * self.length], self.s, self.places)
+        return np.asarray(self._at(place)[0] + laps * (self.q[-1] - self.q[0]))
 
-    def _at_place(self, place: float) -> Floats:
-        return np.asarray(self.curve.at(np.array([place]))[0] + self.turn_offset)
+    def _at(self, places: Floats) -> Floats:
+        return self.curve.at(places) + self.turn_offset
 
     def shifted_by(self, turn_offset: Floats) -> 'IkArc':
         """Return the arc with full turns (n,), in rad, added to its joint positions."""
@@ -121,19 +121,18 @@ class IkArc(FrozenArrays):
 
     def nearest_to(self, q: Floats) -> Floats:
         """Return the joint positions (n,) nearest to others: root of the sum of squares."""
-        away = squares_of((self.q - q) / self.scales)
-        k, last, lap = int(away.argmin()), len(self.q) - 1, self.q[-1] - self.q[0]
-        pieces = [(i, 0.0) for i in (k - 1, k) if 0 <= i < last]
-        if self.closed and k in (0, last):
-            pieces = [(last - 1, k / last - 1.0), (0, k / last)]
-        ways = [self._nearest_after(i, q - turn * lap) + turn * lap for i, turn in pieces]
-        rows = np.array(ways)
+        k = int(squares_of((self.q - q) / self.scales).argmin())
+        places, local = self._with_neighbours(self.places), q - self.turn_offset
+        ends = zip(places[k : k + 2].tolist(), places[k + 1 : k + 3].tolist())
+        rows = self._at(np.array([self.curve.nearest(a, b, local) for a, b in ends]))
         return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
-    def _nearest_after(self, k: int, q: Floats) -> Floats:
-        # On the piece after sample k.
-        begin, end = self.places[k : k + 2].tolist()
-        return self._at_place(self.curve.nearest(begin, end, q - self.turn_offset))
+    def _with_neighbours(self, values: Floats) -> Floats:
+        # Values of the samples, and of those before and behind them on a closed arc.
+        if not self.closed:
+            return np.pad(values, 1, 'edge')
+        lap = values[-1] - values[0]
+        return np.concatenate([values[-2:-1] - lap, values, values[1:2] + lap])
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular
@@ -152,12 +151,8 @@ class IkArc(FrozenArrays):
 
     def _least(self, cost: Callable[[Floats], Floats]) -> tuple[int, float]:
         # The sample that has the least cost, and the place next to it by golden sections.
-        k, last = int(np.argmin(cost(self.q))), len(self.s) - 1
-        a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
-        if self.closed and k == 0:
-            a = float(self.s[-2]) - self.length
-        if self.closed and k == last:
-            b = self.length + float(self.s[1])
+        k = int(np.argmin(cost(self.q)))
+        a, _, b = self._with_neighbours(self.s)[k : k + 3].tolist()
         for _ in range(SECTIONS):
             x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
             a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)

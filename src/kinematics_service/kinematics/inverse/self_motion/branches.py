@@ -11,7 +11,6 @@ import numpy as np
 
 from .... import kernel
 from ....kernel import Floats
-from .curve import derivative_at
 
 # Step of the central differences of J, rad or m: the cube root of the round-off of a double.
 DIFFERENCE = 1e-5
@@ -21,10 +20,10 @@ STEP_TO_SEED = 0.01
 
 def near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
     """Return joint positions (m, n) near the curves that cross at a singular solution (n,)."""
-    e_left, _, null = np.linalg.svd(derivative_at(point, q))
+    e_left, _, null = np.linalg.svd(_jacobian(point, q))
     e, N = e_left[:, -1], null[-2:]
-    ahead = [derivative_at(point, q + DIFFERENCE * way) for way in N]
-    behind = [derivative_at(point, q - DIFFERENCE * way) for way in N]
+    ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]
+    behind = [_jacobian(point, q - DIFFERENCE * way) for way in N]
     form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
     # Eigenvalues of opposite signs have two real roots: a^2 low + b^2 high = 0 along the axes.
     (low, high), axes = np.linalg.eigh(0.5 * (form + form.T))
@@ -33,3 +32,9 @@ def near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
     root = np.sqrt([high, -low]) / np.sqrt(high - low)
     tangents = [(axes @ (root * signs)) @ N for signs in ((1.0, 1.0), (1.0, -1.0))]
     return q + STEP_TO_SEED * np.array([*tangents, *(-one for one in tangents)])
+
+
+def _jacobian(point: kernel.CurvePoint, q: Floats) -> Floats:
+    J = np.empty((len(q) - 1, len(q)))
+    kernel.write_derivative(point, np.ascontiguousarray(q), J)
+    return J

@@ -5,15 +5,12 @@ Numerical continuation (Allgower and Georg; `kernel.trace`) gives samples; betwe
 method gives the solutions (`kernel.CurvePath`).
 """
 
-import functools
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from .... import kernel
 from ....kernel import Floats
-from ....robot.chain import FrozenArrays
 from ....robot.robot import Robot
 from ..problem.plan import InversePlan
 from ..problem.target import TOOL_AXES, IkTarget
@@ -25,14 +22,13 @@ MOST = 1 << 14
 NO_PERIOD = 1e12
 
 
-@dataclass(frozen=True, eq=False)
-class SolutionCurve(FrozenArrays):
+class SolutionCurve:
     """
     A curve of solutions.
 
     A closed one goes on beyond its last sample: its places are counted on, lap after lap.
 
-    Attributes
+    Parameters
     ----------
     robot, plan, point
         The arm, its plan for the rows that count, and the target.
@@ -41,40 +37,37 @@ class SolutionCurve(FrozenArrays):
         first one, full turns added.
     closed
         Whether it closes; otherwise it ends at singular poses.
+
+    Attributes
+    ----------
+    q : shape (m, n), rad or m
+        The joint positions of the samples.
+    last
+        The place of the last sample.
+    lap : shape (n,), rad or m
+        How the joints of a closed curve have moved after a lap.
     """
 
-    robot: Robot
-    plan: InversePlan
-    point: kernel.CurvePoint
-    samples: Floats
-    closed: bool
-
-    @property
-    def q(self) -> Floats:
-        """Return the joint positions of the samples, shape (m, n), rad or m."""
-        return self.samples[:, : self.point.n]
-
-    @property
-    def last(self) -> int:
-        """Return the place of the last sample."""
-        return len(self.samples) - 1
-
-    @functools.cached_property
-    def lap(self) -> Floats:
-        """Return how the joints of a closed curve have moved after a lap, shape (n,)."""
-        return np.asarray(self.q[-1] - self.q[0])
-
-    @functools.cached_property
-    def path(self) -> kernel.CurvePath:
-        """Return the curve for the kernel."""
-        return kernel.CurvePath(self.point, self.samples)
+    def __init__(
+        self,
+        robot: Robot,
+        plan: InversePlan,
+        point: kernel.CurvePoint,
+        samples: Floats,
+        closed: bool,
+    ) -> None:
+        self.robot, self.plan, self.point = robot, plan, point
+        self.samples, self.closed = samples, closed
+        self.path = kernel.CurvePath(point, samples)
+        self.q, self.last = samples[:, : point.n], len(samples) - 1
+        self.lap = self.q[-1] - self.q[0]
 
     def at(self, places: Floats) -> Floats:
         """Return joint positions (m, n) at places (m,) of the curve."""
         laps = np.floor(places / self.last) * self.closed
         q = np.empty((len(places), self.point.n))
         kernel.write_places(self.path, places - laps * self.last, q)
-        return q + laps[:, None] * self.lap
+        return np.asarray(q + laps[:, None] * self.lap)
 
     def nearest(self, begin: float, end: float, q: Floats) -> float:
         """Return the place nearest to joint positions (n,) between two next to each other."""
@@ -101,20 +94,11 @@ def traced(
     robot: Robot, plan: InversePlan, point: kernel.CurvePoint, start: Floats
 ) -> SolutionCurve | None:
     """Return the curve through a solution (n,), or None if that is singular."""
-    n, samples = len(start), np.empty((MOST, 2 * len(start)))
-    samples[0, :n] = start
-    count = kernel.trace(point, 1.0, samples)
+    n, samples = len(start), np.empty((2, MOST, 2 * len(start)))
+    samples[:, 0, :n] = start
+    count = kernel.trace(point, 1.0, samples[0])
     if count < 0:
-        return SolutionCurve(robot, plan, point, samples[:-count].copy(), True)
-    first = samples[:count].copy()
-    other = samples[: kernel.trace(point, -1.0, samples)]
-    other[:, n:] *= -1.0
-    both = np.vstack([other[:0:-1], first])
+        return SolutionCurve(robot, plan, point, samples[0, :-count].copy(), True)
+    behind = samples[1, : kernel.trace(point, -1.0, samples[1])]
+    both = np.vstack([behind[:0:-1] * np.repeat([1.0, -1.0], n), samples[0, :count]])
     return SolutionCurve(robot, plan, point, both, False) if len(both) > 1 else None
-
-
-def derivative_at(point: kernel.CurvePoint, q: Floats) -> Floats:
-    """Return the derivative (n - 1, n) of the target's rows at joint positions (n,)."""
-    J = np.empty((len(q) - 1, len(q)))
-    kernel.write_derivative(point, np.ascontiguousarray(q), J)
-    return J

@@ -6,8 +6,8 @@ falls, so that it passes a limit at most once in each. The places where joints p
 it into pieces, and the posture in the middle of a piece tells by which full turns it is inside.
 Runs of pieces inside are arcs (`turns.py`).
 
-Where a joint is far beyond its limits nothing else is looked at: between a posture inside all
-limits and one that is not there is a place where a joint is at a limit and none is far beyond.
+Steps along which a joint is far beyond its limits are passed over: between a posture inside all
+limits and a posture outside, some joint is at a limit and no joint is far beyond.
 """
 
 import functools
@@ -24,17 +24,17 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# A joint that stays so far beyond its limits between two samples, and all its way, has no mark
-# there, nor have the others, rad.
-FAR = 0.1
+# A step between samples is passed over if a joint is farther beyond its limits than this and the
+# way of all joints, rad.
+FAR_BEYOND = 0.1
 # A joint leaves its limits where it is this far beyond one, rad or m: half of AT_LIMIT, the error
 # of a posture inside. A joint that rests at a limit, with round-off, stays inside.
 EXIT_MARGIN = 5e-10
-# Slopes of a joint at two neighbouring samples whose product is not below this are no end of its
-# range: the joint stands still between them, or the end is at a sample.
+# A joint comes to an end of its range between two samples if the product of its slopes is below
+# this: otherwise it stands still, or the end is at a sample.
 TURNS = -1e-18
 # Places that differ by less are one, in ways between samples: 2e-10 rad for 0.1 rad.
-SAME_PLACE = 2e-9
+PLACE_TOLERANCE = 2e-9
 # A limit that is infinite, rad or m: less than NO_PERIOD, and farther than a joint moves.
 NO_LIMIT = 1e9
 
@@ -61,12 +61,12 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 
 def _is_near(curve: SolutionCurve) -> Flags:
-    # Of each step between samples whether no joint is far beyond its limits.
+    # Whether no joint is far beyond its limits, of each step between samples.
     q, ((low, high), periods) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
     way = (np.abs(q[1:] - q[:-1]) / curve.plan.scales).sum(axis=1)
-    return np.asarray(np.minimum(away[:-1], away[1:]).max(axis=1) <= FAR + way)
+    return np.asarray(np.minimum(away[:-1], away[1:]).max(axis=1) <= FAR_BEYOND + way)
 
 
 class _CutCurve:
@@ -107,10 +107,8 @@ class _CutCurve:
         k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
         turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
         before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
-        # The place is EXIT_MARGIN beyond the limit if the joint is within EXIT_MARGIN of the limit
-        # at either end, and at the limit otherwise.
-        away = np.minimum(np.abs(before - limit), np.abs(after - limit))
-        level = np.where(away > EXIT_MARGIN, limit, beyond[side, joint] + turned)
+        # A joint that was within EXIT_MARGIN of the limit leaves it where it was.
+        level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
         self._add(k, joint, level, before - level, after - level, side)
 
     def _add(
@@ -158,7 +156,9 @@ class _CutCurve:
             rows[:, 0],
             np.where(self.periods < NO_PERIOD, self.periods, 0.0) * run.turns,
         )
-        apart = (places[1:] - places[:-1] > SAME_PLACE) & (places[-1] - places[1:] > SAME_PLACE)
+        apart = (places[1:] - places[:-1] > PLACE_TOLERANCE) & (
+            places[-1] - places[1:] > PLACE_TOLERANCE
+        )
         apart[-1] = True
         rows = rows[np.concatenate([[True], apart])]
         q = rows[:, 1:-2] + turned

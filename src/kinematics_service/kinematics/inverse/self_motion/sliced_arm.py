@@ -28,22 +28,6 @@ from ..problem.target import TOOL_AXES
 ADDED_ROTATION = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
 
-class Slices(NamedTuple):
-    """
-    The slices of an arm by a joint at one of its ends.
-
-    Attributes
-    ----------
-    joint
-        Which of the screws is held.
-    six
-        The others, and for a position three about the tool's origin.
-    """
-
-    joint: int
-    six: SixSolver
-
-
 class SlicedArm(NamedTuple):
     """
     An arm with one joint more than its target asks for.
@@ -56,30 +40,34 @@ class SlicedArm(NamedTuple):
         Of the arm, and of the joint that is added for a direction.
     whole
         Whether the rotation counts.
-    slices
-        The slices by the joint that is held; None if the others cannot be solved.
+    held
+        Which of the screws is held in its slices.
+    six
+        The others, and for a position three about the tool's origin; None if they have no solver.
     """
 
     robot: Robot
     screws: Screws
     whole: bool
-    slices: Slices | None
+    held: int = 0
+    six: SixSolver | None = None
 
-    def solutions(self, slices: Slices, pose: Floats, position: float) -> Floats:
-        """Return joint positions (m, n) in a slice, its screw held at a position."""
-        psi, _ = slices.six.candidates(self.motion_of_six(slices.joint, pose, position))
-        held = np.full((len(psi), 1), position)
-        psi = psi[:, : len(self.screws.axes) - 1]
-        psi = np.hstack([held, psi] if slices.joint == 0 else [psi, held])
+    def solutions(self, pose: Floats, position: float) -> Floats:
+        """Return joint positions (m, n) of solutions, the screw that is held at a position."""
+        if self.six is None:
+            return np.empty((0, self.robot.dof))
+        psi, _ = self.six.candidates(self.motion_of_six(pose, position))
+        psi, held = psi[:, : len(self.screws.axes) - 1], np.full((len(psi), 1), position)
+        psi = np.hstack([psi, held] if self.held else [held, psi])
         return np.asarray(psi @ np.linalg.inv(self.screws.coupling).T[:, : self.robot.dof])
 
-    def motion_of_six(self, held: int, pose: Floats, position: float) -> Floats:
+    def motion_of_six(self, pose: Floats, position: float) -> Floats:
         """Return the motion (4, 4) from rest that is left to six screws, the other one held."""
         screws, turn = self.screws, np.eye(4)
-        turn[:3, :3] = turn_about(screws.axes[held], -position)
-        turn[:3, 3] = screws.points[held] - turn[:3, :3] @ screws.points[held]
+        turn[:3, :3] = turn_about(screws.axes[self.held], -position)
+        turn[:3, 3] = screws.points[self.held] - turn[:3, :3] @ screws.points[self.held]
         motion = pose @ inverse(screws.home)
-        motion = turn @ motion if held == 0 else motion @ turn
+        motion = motion @ turn if self.held else turn @ motion
         if not self.whole:
             goal = motion[:3, :3] @ screws.tool + motion[:3, 3]
             motion[:3, :3] = ADDED_ROTATION
@@ -90,41 +78,36 @@ class SlicedArm(NamedTuple):
 @functools.lru_cache(maxsize=128)
 def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm | None:
     """Return the arm for the rows that count; None where it is not one whose curves are known."""
-    if robot.chain.loops:
-        return None
-    screws = screws_of(robot.chain)
-    if not one_to_one(screws, robot):
+    screws = None if robot.chain.loops else screws_of(robot.chain)
+    if screws is None or not one_to_one(screws, robot):
         return None
     if axis and rows == ROW_NAMES[:3]:
-        along = screws.home[:3, TOOL_AXES.index(axis)]
-        screws = with_turn(screws, along, screws.tool)
+        screws = with_turn(screws, screws.home[:3, TOOL_AXES.index(axis)], screws.tool)
     whole = bool(axis) or rows == ROW_NAMES
     if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
         return None
-    arm = SlicedArm(robot, screws, whole, None)
-    for held in (len(screws.axes) - 1, 0) if whole else (0,):
-        if not screws.slides[held] and (slices := slices_of(arm, held)) is not None:
-            return arm._replace(slices=slices)
-    return arm
+    arm = SlicedArm(robot, screws, whole)
+    ways = (sliced(arm, held) for held in ((6, 0) if whole else (0,)))
+    return next((one for one in ways if one.six is not None), arm)
 
 
-def slices_of(arm: SlicedArm, held: int) -> Slices | None:
-    """Return the slices of an arm, a turning screw at an end held, or None without a solver."""
+def sliced(arm: SlicedArm, held: int) -> SlicedArm:
+    """Return an arm with a screw at an end held, if that turns, and the solver of the others."""
     robot, screws = arm.robot, arm.screws
+    if screws.slides[held]:
+        return arm
     others = np.arange(len(screws.axes)) != held
-    axes, points, slides = (
-        screws.axes[others],
-        screws.points[others],
-        np.array(screws.slides)[others],
-    )
+    axes, points = screws.axes[others], screws.points[others]
+    slides = [one for one, other in zip(screws.slides, others) if other]
     if not arm.whole:
         axes, points = np.vstack([axes, np.eye(3)]), np.vstack([points, [screws.tool] * 3])
-    six = Screws(axes, points, (*slides.tolist(), False, False, False)[:6], np.eye(6), np.eye(4))
+        slides += [False] * 3
+    six, arm = Screws(axes, points, tuple(slides), np.eye(6), np.eye(4)), arm._replace(held=held)
     solver = next(closed_solvers(six), None)
     if solver is None:
-        motions = []
-        for q in seeded_poses(robot.limits, robot.prismatic)[:8]:
-            position = float(screws.coupling[held, : robot.dof] @ q)
-            motions.append(arm.motion_of_six(held, forward_kinematics(robot, q), position))
-        solver = eliminating_solver(six, np.array(motions))
-    return None if solver is None else Slices(held, solver)
+        q = seeded_poses(robot.limits, robot.prismatic)[:8]
+        places = q @ screws.coupling[held, : robot.dof]
+        poses = zip(forward_kinematics(robot, q), places.tolist())
+        motions = np.array([arm.motion_of_six(pose, place) for pose, place in poses])
+        solver = eliminating_solver(six, motions)
+    return arm._replace(six=solver)
