@@ -12,7 +12,7 @@ from ... import kernel
 from ...kernel import Floats
 from .problem.problem import IkProblem
 from .search import refined, starts
-from .self_motion.branches import near_crossing
+from .self_motion.branches import STEP_TO_SEED, near_crossing, null_vectors
 from .self_motion.curve import SolutionCurve, point_of, traced
 from .self_motion.sliced_arm import SlicedArm
 
@@ -62,3 +62,21 @@ def _solutions(problem: IkProblem, q: Floats) -> list[Floats]:
     arrived = refined(problem.target, problem.plan, q, far=True)
     reached = zip(arrived.q, arrived.errors)
     return [q for q, error in reached if problem.target.is_reached_at(q, error)]
+
+
+def is_on_surface(problem: IkProblem, point: kernel.CurvePoint, q: Floats) -> bool:
+    """
+    Return whether the solutions near one of them (n,) form a surface, or more.
+
+    There the Jacobian has two null vectors or more, and steps along them lead to other such
+    solutions in as many directions. If two curves cross, one of these is regular; if one curve is
+    singular all along, all are on that curve.
+    """
+    null = null_vectors(point, q)
+    if len(null) < 2:
+        return False
+    beside = _solutions(problem, q + STEP_TO_SEED * null)
+    if len(beside) < len(null) or any(len(null_vectors(point, one)) < 2 for one in beside):
+        return False
+    sigma = np.linalg.svd(np.array(beside) - q, compute_uv=False)
+    return bool(sigma[-1] > 0.5 * STEP_TO_SEED)

@@ -14,7 +14,7 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .answer import family_of, not_exact, representatives, result_of
-from .curve_search import curves_of
+from .curve_search import curves_of, is_on_surface
 from .families import SolutionFamily, nearer, tangent
 from .problem.plan import InversePlan
 from .problem.problem import IkProblem
@@ -79,8 +79,9 @@ def _of_curves(
     none = no_solutions(robot)
     result = result_of(problem, none, (), 'search', best, respect_limits, None, ordered)
     arcs = [arc for family in families for arc in family.intervals]
+    surfaces = _surfaces(problem, curves[0].point, families)
     if result.status != 'family' or not arcs:
-        return result
+        return replace(result, reason=result.reason + surfaces)
     joints = ', '.join(dict.fromkeys(name for f in families for name in f.joints))
     reason = (
         f'the tool stays at the target along {len(arcs)} {"arc" if len(arcs) == 1 else "arcs"}'
@@ -88,8 +89,21 @@ def _of_curves(
     if closed := sum(arc.closed for arc in arcs):
         reason += f', {closed} of them closed,'
     reason += f' inside the limits; these joints move: {joints}'
+    reason += surfaces
     reason += not_exact(problem.target, max(family.residual for family in families))
     return replace(result, status='solved', reason=reason, nearest=None)
+
+
+def _surfaces(problem: IkProblem, point: kernel.CurvePoint, families: list[IkFamily]) -> str:
+    # What is said of families on surfaces: closed curves are regular, and on none.
+    count = sum(not one.closed and is_on_surface(problem, point, one.q) for one in families)
+    if not count:
+        return ''
+    one = 'family' if count == 1 else 'families'
+    return (
+        f'; at {count} {one} the null space has two dimensions or more throughout: the postures '
+        'form a surface there, and the search does not follow it'
+    )
 
 
 def _family_of_curve(

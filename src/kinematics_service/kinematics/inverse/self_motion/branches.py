@@ -16,6 +16,9 @@ from ....kernel import Floats
 DIFFERENCE = 1e-5
 # Step from the crossing to a seed on a curve, rad: half the first step of a curve that is traced.
 STEP_TO_SEED = 0.01
+# A singular value below this share of the largest is 0: Newton's method ends 1e-8 rad, the root of
+# round-off, beside a singular solution.
+SINGULAR = 1e-6
 
 
 def near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
@@ -38,3 +41,9 @@ def _jacobian(point: kernel.CurvePoint, q: Floats) -> Floats:
     J = np.empty((len(q) - 1, len(q)))
     kernel.write_derivative(point, np.ascontiguousarray(q), J)
     return J
+
+
+def null_vectors(point: kernel.CurvePoint, q: Floats) -> Floats:
+    """Return orthonormal null vectors (k, n) of J at a solution (n,): one where it is regular."""
+    _, sigma, null = np.linalg.svd(_jacobian(point, q))
+    return np.asarray(null[np.count_nonzero(sigma > SINGULAR * sigma[0]) :])
