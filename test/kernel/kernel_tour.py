@@ -25,6 +25,7 @@ from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.joint_state_form import form_of
 from kinematics_service.kinematics.inverse.problem.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.problem import IkProblem
 from kinematics_service.kinematics.inverse.problem.screws import screws_of
 from kinematics_service.kinematics.inverse.problem.target import PROVED, ik_target_of
 from kinematics_service.kinematics.inverse.search import refinement
@@ -319,7 +320,8 @@ def curves(robot: Robot, q: np.ndarray):
     # A piece of the curve of solutions through a pose, both ways; a fold, and what is beside it.
     target = ik_target_of(robot, ks.forward_kinematics(robot, q))
     plan, n = plan_for(robot, ROW_NAMES), len(q)
-    point, samples = point_of(robot, plan, target), np.zeros((9, 2 * n))
+    problem = IkProblem(robot, target, plan, q, 0)
+    point, samples = point_of(problem), np.zeros((9, 2 * n))
     for side in (1.0, -1.0):
         samples[0, :n] = q
         kernel.trace(point, side, samples)

@@ -28,15 +28,14 @@ MOST_CURVES = 64
 
 def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
     """Return the curves of solutions of a target that are found, each once."""
-    robot, plan = problem.robot, problem.plan
-    point = point_of(robot, plan, problem.target)
+    point = point_of(problem)
     curves: list[SolutionCurve] = []
     seeds = _seeds(problem, arm)
     # It grows: where a curve ends, others cross it.
     for q in seeds:
         if any(kernel.passes(point, curve.samples, q) for curve in curves):
             continue
-        curve = traced(robot, plan, point, q)
+        curve = traced(problem, point, q)
         if curve is not None:
             curves.append(curve)
             if not curve.closed:

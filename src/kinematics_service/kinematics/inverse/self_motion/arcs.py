@@ -117,7 +117,8 @@ class IkArc(FrozenArrays):
 
     def with_largest_margin(self) -> Floats:
         """Return the joint positions (n,) farthest from their limits."""
-        return self._best(lambda q: -self.margin(q))
+        rows = np.vstack([self.q, self.at(self.place_of_least(lambda q: -self.margin(q)))])
+        return np.array(rows[int(np.argmax(self.margin(rows)))])
 
     def nearest_to(self, q: Floats) -> Floats:
         """Return the joint positions (n,) nearest to others: root of the sum of squares."""
@@ -141,22 +142,13 @@ class IkArc(FrozenArrays):
         return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
 
     def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
-        """Return the length (rad) at which a cost of joint positions (..., n) is least."""
-        k, place = self._least(cost)
-        return min((float(self.s[k]), place), key=lambda s: cost(self.at(s)))
-
-    def _best(self, cost: Callable[[Floats], Floats]) -> Floats:
-        k, place = self._least(cost)
-        return min((np.array(self.q[k]), self.at(place)), key=cost)
-
-    def _least(self, cost: Callable[[Floats], Floats]) -> tuple[int, float]:
-        # The sample that has the least cost, and the place next to it by golden sections.
+        """Return the length (rad) at which positions (..., n) cost least, by golden sections."""
         k = int(np.argmin(cost(self.q)))
-        a, _, b = self._with_neighbours(self.s)[k : k + 3].tolist()
+        a, at_sample, b = self._with_neighbours(self.s)[k : k + 3].tolist()
         for _ in range(SECTIONS):
             x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
             a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)
-        return k, 0.5 * (a + b)
+        return float(min((at_sample, 0.5 * (a + b)), key=lambda s: cost(self.at(s))))
 
 
 def squares_of(ways: Floats) -> Floats:

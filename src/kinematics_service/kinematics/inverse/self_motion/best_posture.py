@@ -9,6 +9,7 @@ from ....kernel import Floats, Integers
 from ....robot.robot import Robot
 from ...clearance import clearances
 from ..problem.plan import InversePlan, plan_for
+from ..problem.problem import IkProblem
 from ..problem.target import IkTarget
 from .arcs import IkArc, squares_of
 from .curve import point_of, traced
@@ -117,10 +118,11 @@ class ArcPlace(NamedTuple):
 
 def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
     """Return where a posture (n,) is on the arc through it; None if none was followed."""
-    plan = plan_for(robot, target.rows, target.axis)
     if not has_arcs(robot, target.rows, target.axis):
         return None
-    curve = traced(robot, plan, point_of(robot, plan, target), q)
+    plan = plan_for(robot, target.rows, target.axis)
+    problem = IkProblem(robot, target, plan, q, 0)
+    curve = traced(problem, point_of(problem), q)
     if curve is None:
         return None
     distance = _away_from(q, plan.scales)

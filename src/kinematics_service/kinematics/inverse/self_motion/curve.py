@@ -11,9 +11,8 @@ import numpy as np
 
 from .... import kernel
 from ....kernel import Floats
-from ....robot.robot import Robot
-from ..problem.plan import InversePlan
-from ..problem.target import TOOL_AXES, IkTarget
+from ..problem.problem import IkProblem
+from ..problem.target import TOOL_AXES
 
 # Most samples of a curve, eight times what the longest of a robot's had: where lengths are far
 # apart a curve has no end.
@@ -30,8 +29,8 @@ class SolutionCurve:
 
     Parameters
     ----------
-    robot, plan, point
-        The arm, its plan for the rows that count, and the target.
+    problem, point
+        Whose arm, plan and target they are.
     samples : shape (m, 2 n), rad or m
         Joint positions, and the unit tangents there. The last sample of a closed curve is the
         first one, full turns added.
@@ -49,15 +48,10 @@ class SolutionCurve:
     """
 
     def __init__(
-        self,
-        robot: Robot,
-        plan: InversePlan,
-        point: kernel.CurvePoint,
-        samples: Floats,
-        closed: bool,
+        self, problem: IkProblem, point: kernel.CurvePoint, samples: Floats, closed: bool
     ) -> None:
-        self.robot, self.plan, self.point = robot, plan, point
-        self.samples, self.closed = samples, closed
+        self.robot, _, self.plan, *_ = problem
+        self.point, self.samples, self.closed = point, samples, closed
         self.path = kernel.CurvePath(point, samples)
         self.q, self.last = samples[:, : point.n], len(samples) - 1
         self.lap = self.q[-1] - self.q[0]
@@ -76,8 +70,9 @@ class SolutionCurve:
         return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
 
 
-def point_of(robot: Robot, plan: InversePlan, target: IkTarget) -> kernel.CurvePoint:
+def point_of(problem: IkProblem) -> kernel.CurvePoint:
     """Return room for the solutions of a target that asks for one joint less than the arm has."""
+    robot, target, plan, *_ = problem
     residual = target.residual
     if target.axis:
         # In axes of the target the turn about the tool's axis is a row, which does not count.
@@ -90,15 +85,13 @@ def point_of(robot: Robot, plan: InversePlan, target: IkTarget) -> kernel.CurveP
     return kernel.CurvePoint(residual, periods)
 
 
-def traced(
-    robot: Robot, plan: InversePlan, point: kernel.CurvePoint, start: Floats
-) -> SolutionCurve | None:
+def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> SolutionCurve | None:
     """Return the curve through a solution (n,), or None if that is singular."""
     n, samples = len(start), np.empty((2, MOST, 2 * len(start)))
     samples[:, 0, :n] = start
     count = kernel.trace(point, 1.0, samples[0])
     if count < 0:
-        return SolutionCurve(robot, plan, point, samples[0, :-count].copy(), True)
+        return SolutionCurve(problem, point, samples[0, :-count].copy(), True)
     behind = samples[1, : kernel.trace(point, -1.0, samples[1])]
     both = np.vstack([behind[:0:-1] * np.repeat([1.0, -1.0], n), samples[0, :count]])
-    return SolutionCurve(robot, plan, point, both, False) if len(both) > 1 else None
+    return SolutionCurve(problem, point, both, False) if len(both) > 1 else None

@@ -11,7 +11,7 @@ limits and a posture outside, some joint is at a limit and no joint is far beyon
 """
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -94,9 +94,8 @@ class _CutCurve:
     def _add_ends_of_ranges(self) -> None:
         slopes = self.curve.samples[:, self.curve.point.n :]
         k, joint = np.nonzero((slopes[:-1] * slopes[1:] < TURNS) & self.near[:, None])
-        self._add(
-            k, joint, np.full(len(k), np.nan), slopes[k, joint], slopes[k + 1, joint], NO_SIDE
-        )
+        none = np.full(len(k), np.nan)
+        self._add(k, (joint, none, slopes[k, joint], slopes[k + 1, joint]), NO_SIDE)
 
     def _add_limits(self) -> None:
         # Turns (rows, 2, n) by which joints are beyond limits: a change is a limit that is passed.
@@ -109,18 +108,11 @@ class _CutCurve:
         before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
         # A joint that was within EXIT_MARGIN of the limit leaves it where it was.
         level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
-        self._add(k, joint, level, before - level, after - level, side)
+        self._add(k, (joint, level, before - level, after - level), side)
 
-    def _add(
-        self,
-        k: Integers,
-        joint: Integers,
-        level: Floats,
-        low: Floats,
-        high: Floats,
-        side: Integers | int,
-    ) -> None:
+    def _add(self, k: Integers, roots: Sequence[Floats | Integers], side: Integers | int) -> None:
         # Adds rows where joints are at levels or at ends of their ranges, after rows k.
+        joint, level, low, high = roots
         rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
         rows[:, -2], rows[:, -1] = joint, side
         brackets = np.array([joint, level, places[k], low, places[k + 1], high])
