@@ -130,10 +130,11 @@ class IkArc(FrozenArrays):
 
     def _with_neighbours(self, values: Floats) -> Floats:
         # Values of the samples, and of those before and behind them on a closed arc.
-        if not self.closed:
-            return np.pad(values, 1, 'edge')
-        lap = values[-1] - values[0]
-        return np.concatenate([values[-2:-1] - lap, values, values[1:2] + lap])
+        before, behind = values[:1], values[-1:]
+        if self.closed:
+            lap = behind - before
+            before, behind = values[-2:-1] - lap, values[1:2] + lap
+        return np.concatenate([before, values, behind])
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular

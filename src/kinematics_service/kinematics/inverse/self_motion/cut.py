@@ -44,11 +44,13 @@ NO_SIDE = len(SIDES)
 
 
 @functools.lru_cache(maxsize=128)
-def _counted(plan: InversePlan) -> tuple[Floats, Floats]:
-    # Limits (2, n) and periods (n,) by which turns are counted: of joints with two limits.
+def _counted(plan: InversePlan) -> tuple[Floats, Floats, Floats]:
+    # Limits (2, n) and periods (n,) by which turns are counted: of joints with two limits. A turn
+    # of any other joint is 0.
     limited = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
     limits = np.clip(plan.limits.T, -NO_LIMIT, NO_LIMIT)
-    return limits, np.where(limited, plan.periods, NO_PERIOD)
+    periods = np.where(limited, plan.periods, NO_PERIOD)
+    return limits, periods, np.where(limited, plan.periods, 0.0)
 
 
 def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
@@ -62,7 +64,7 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 def _is_near(curve: SolutionCurve) -> Flags:
     # Whether no joint is far beyond its limits, of each step between samples.
-    q, ((low, high), periods) = curve.q, _counted(curve.plan)
+    q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
     way = (np.abs(q[1:] - q[:-1]) / curve.plan.scales).sum(axis=1)
@@ -75,7 +77,8 @@ class _CutCurve:
     # at which pieces begin, and of a curve that is not closed where the last one ends.
 
     def __init__(self, curve: SolutionCurve, near: Flags) -> None:
-        self.curve, self.near, (self.limits, self.periods) = curve, near, _counted(curve.plan)
+        self.curve, self.near = curve, near
+        self.limits, self.periods, self.turn = _counted(curve.plan)
         self.lap = np.array([curve.last, *curve.lap, 0.0, 0.0])
         self.table = np.empty((curve.last + 1, len(self.lap)))
         self.table[:, 0], self.table[:, 1:-2] = range(curve.last + 1), curve.q
@@ -88,7 +91,7 @@ class _CutCurve:
         passes = self.table[:, -1] < NO_SIDE
         passes[[0, -1]] |= not curve.closed
         passes[0] |= not passes.any()
-        self.begins = np.flatnonzero(passes)
+        self.begins = np.flatnonzero(passes).tolist()
         self.count = len(self.begins) - (not curve.closed)
 
     def _add_ends_of_ranges(self) -> None:
@@ -125,14 +128,14 @@ class _CutCurve:
         laps, k = np.divmod(rows, len(self.table))
         return np.asarray(self.table[k] + laps[:, None] * self.lap)
 
-    def _begin(self, pieces: Integers) -> Integers:
-        # The rows at which pieces begin, counted on lap after lap.
-        laps, k = np.divmod(pieces, len(self.begins))
-        return np.asarray(self.begins[k] + laps * len(self.table))
+    def _begin(self, piece: int) -> int:
+        # The row at which a piece begins, counted on lap after lap.
+        laps, k = divmod(piece, len(self.begins))
+        return self.begins[k] + laps * len(self.table)
 
     def runs(self) -> Iterator[PieceRun]:
         """Return the runs of pieces inside the limits."""
-        places = self._rows(self._begin(np.arange(self.count + 1)))[:, 0]
+        places = self._rows(np.array([self._begin(k) for k in range(self.count + 1)]))[:, 0]
         q, (low, high) = self.curve.at(0.5 * (places[1:] + places[:-1])), self.limits
         first = np.ceil((low - kernel.AT_LIMIT - q) / self.periods)
         last = np.floor((high + kernel.AT_LIMIT - q) / self.periods)
@@ -142,17 +145,13 @@ class _CutCurve:
 
     def arc(self, run: PieceRun) -> IkArc:
         """Return the arc of a run of pieces."""
-        begin, end = self._begin(np.array([run.first, run.first + run.pieces]))
+        begin, end = self._begin(run.first), self._begin(run.first + run.pieces)
         rows = self._rows(np.arange(begin, end + 1))
-        places, turned = (
-            rows[:, 0],
-            np.where(self.periods < NO_PERIOD, self.periods, 0.0) * run.turns,
-        )
-        apart = (places[1:] - places[:-1] > PLACE_TOLERANCE) & (
-            places[-1] - places[1:] > PLACE_TOLERANCE
-        )
+        way = rows[1:, 0] - rows[:-1, 0]
+        apart = (way > PLACE_TOLERANCE) & (rows[-1, 0] - rows[1:, 0] > PLACE_TOLERANCE)
         apart[-1] = True
         rows = rows[np.concatenate([[True], apart])]
+        turned = self.turn * run.turns
         q = rows[:, 1:-2] + turned
         steps = np.sqrt(squares_of((q[1:] - q[:-1]) / self.curve.plan.scales))
         s = np.concatenate([[0.0], np.cumsum(steps)])

@@ -63,12 +63,12 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
 
     ends = closed and not any(lap)
     for i, common in enumerate(boxes):
-        before, count = box(i - 1), 1
-        while (size := _size(common)) > (of_both := _size(both := _common(common, before))):
-            if ends and count == len(boxes):
+        count = 1
+        while size := _size(common):
+            both = _common(common, before := box(i - 1))
+            if (of_both := _size(both)) == size or (ends and count == len(boxes)):
                 break
-            after = box(i + count)
-            further = _common(common, after)
+            further = _common(common, after := box(i + count))
             windings = size - of_both - _size(further) + _size(_common(both, after))
             if windings > 0:
                 yield PieceRun(i, count, _outside(common, before, after), False, windings)
