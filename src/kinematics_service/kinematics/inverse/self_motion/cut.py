@@ -72,20 +72,23 @@ def _is_near(curve: SolutionCurve) -> Flags:
 
 
 class _CutCurve:
-    # `table`: rows of place, joint positions (n), and the joint and the side of a limit that is
-    # passed there, in the order of places: samples, limits and ends of ranges. `begins`: the rows
-    # at which pieces begin, and of a curve that is not closed where the last one ends.
+    # `table`: rows of place, joint positions (n), length up to there (rad), and the joint and the
+    # side of a limit that is passed there, in the order of places: samples, limits and ends of
+    # ranges. `begins`: the rows at which pieces begin, and of a curve that is not closed where the
+    # last one ends.
 
     def __init__(self, curve: SolutionCurve, near: Flags) -> None:
         self.curve, self.near = curve, near
         self.limits, self.periods, self.turn = _counted(curve.plan)
-        self.lap = np.array([curve.last, *curve.lap, 0.0, 0.0])
-        self.table = np.empty((curve.last + 1, len(self.lap)))
-        self.table[:, 0], self.table[:, 1:-2] = range(curve.last + 1), curve.q
+        self.table = np.empty((curve.last + 1, curve.point.n + 4))
+        self.table[:, 0], self.table[:, 1:-3] = range(curve.last + 1), curve.q
         self.table[:, -2:] = 0, NO_SIDE
         self._add_ends_of_ranges()
         self._add_limits()
-        sides = self.table[:, -1]
+        q, sides = self.table[:, 1:-3], self.table[:, -1]
+        steps = np.sqrt(squares_of((q[1:] - q[:-1]) / curve.plan.scales))
+        self.table[:, -3] = np.concatenate([[0.0], steps.cumsum()])
+        self.lap = np.array([curve.last, *curve.lap, self.table[-1, -3], 0.0, 0.0])
         if curve.closed:
             self.table = self.table[(self.table[:, 0] < curve.last) | (sides < NO_SIDE)]
         passes = self.table[:, -1] < NO_SIDE
@@ -102,7 +105,7 @@ class _CutCurve:
 
     def _add_limits(self) -> None:
         # Turns (rows, 2, n) by which joints are beyond limits: a change is a limit that is passed.
-        places, q = self.table[:, 0], self.table[:, 1:-2]
+        places, q = self.table[:, 0], self.table[:, 1:-3]
         beyond = self.limits + [[-EXIT_MARGIN], [EXIT_MARGIN]]
         turns = np.floor((q[:, None] - beyond) / self.periods)
         near = self.near[places[:-1].clip(max=self.curve.last - 1).astype(int)]
@@ -140,7 +143,7 @@ class _CutCurve:
         first = np.ceil((low - kernel.AT_LIMIT - q) / self.periods)
         last = np.floor((high + kernel.AT_LIMIT - q) / self.periods)
         boxes = np.stack([first, last], axis=2).astype(int).tolist()
-        lap = np.round(self.lap[1:-2] / self.periods) * self.curve.closed
+        lap = np.round(self.lap[1:-3] / self.periods) * self.curve.closed
         return runs_of(boxes, self.curve.closed, lap.astype(int).tolist())
 
     def arc(self, run: PieceRun) -> IkArc:
@@ -152,9 +155,8 @@ class _CutCurve:
         apart[-1] = True
         rows = rows[np.concatenate([[True], apart])]
         turned = self.turn * run.turns
-        q = rows[:, 1:-2] + turned
-        steps = np.sqrt(squares_of((q[1:] - q[:-1]) / self.curve.plan.scales))
-        s = np.concatenate([[0.0], np.cumsum(steps)])
+        q = rows[:, 1:-3] + turned
+        s = rows[:, -3] - rows[0, -3]
         ends = () if run.closed else (self._end(rows[0], q[0]), self._end(rows[-1], q[-1]))
         places = rows[:, 0].copy()
         return IkArc(q, s, run.closed, ends, run.windings, self.curve, places, turned)
