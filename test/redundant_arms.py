@@ -59,23 +59,21 @@ def poses_within(robot, count, seed=1):
 
 def held_by(robot, rows=WHOLE, axis=''):
     """Return at which end the joint is that slices are best taken of: 0 or -1."""
-    return 0 if sliced_arm_of(robot, rows, axis).slices.joint == 0 else -1
+    return 0 if sliced_arm_of(robot, rows, axis).held == 0 else -1
 
 
 @functools.cache
 def _slices_of(robot, held, rows, axis):
     arm = sliced_arm_of(robot, rows, axis)
-    return sliced_arm._slices(arm, robot, 0 if held == 0 else len(arm.table) - 1)
+    return sliced_arm.sliced(arm, 0 if held == 0 else len(arm.screws.axes) - 1)
 
 
 def in_a_slice(robot, target, position, held, rows=WHOLE, axis=''):
     """
     Return all solutions (m, n) with a joint at a position; `held` is 0 or -1: at which end.
     """
-    arm = sliced_arm_of(robot, rows, axis)
     checked = ik_target_of(robot, target, None if axis else rows, axis or None)
-    found = arm.solutions(_slices_of(robot, held, rows, axis), checked, position)
-    q = arm.to_joints(found, robot.dof)
+    q = _slices_of(robot, held, rows, axis).solutions(checked.pose, position)
     return q[[max(kernel.parts_of_error(checked.residual, one)) < REACHED for one in q]]
 
 

@@ -25,10 +25,11 @@ from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.joint_state_form import form_of
 from kinematics_service.kinematics.inverse.problem.plan import plan_for
+from kinematics_service.kinematics.inverse.problem.problem import IkProblem
 from kinematics_service.kinematics.inverse.problem.screws import screws_of
 from kinematics_service.kinematics.inverse.problem.target import PROVED, ik_target_of
 from kinematics_service.kinematics.inverse.search import refinement
-from kinematics_service.kinematics.inverse.self_motion import sliced_arm
+from kinematics_service.kinematics.inverse.self_motion.curve import point_of
 from kinematics_service.rigid_motion import inverse
 from kinematics_service.robot.bundled import find_robot
 from kinematics_service.robot.cell import read_robot
@@ -317,30 +318,26 @@ def targets(robot: Robot, random: np.random.Generator):
 
 def curves(robot: Robot, q: np.ndarray):
     # A piece of the curve of solutions through a pose, both ways; a fold, and what is beside it.
-    # How many solutions its slices have plain Python takes seconds to find; none are asked for.
-    with mock.patch.object(sliced_arm, '_slices', return_value=None):
-        arm = sliced_arm.sliced_arm_of.__wrapped__(robot, ROW_NAMES, '')
     target = ik_target_of(robot, ks.forward_kinematics(robot, q))
-    point, psi, n = arm.point(target), arm.to_screws(q), len(arm.table)
-    samples = np.zeros((9, 2 * n))
+    plan, n = plan_for(robot, ROW_NAMES), len(q)
+    problem = IkProblem(robot, target, plan, q, 0)
+    point, samples = point_of(problem), np.zeros((9, 2 * n))
     for side in (1.0, -1.0):
-        kernel.trace(point, psi, side, samples, np.zeros(1, int))
-    kernel.passes(point, samples, psi)
-    kernel.write_derivative(point, psi, np.zeros((n - 1, n)))
-    path = kernel.CurvePath(point, samples[:, :n].copy(), samples[:, n:].copy(), np.eye(n))
+        samples[0, :n] = q
+        kernel.trace(point, side, samples)
+    kernel.passes(point, samples, q)
+    kernel.write_derivative(point, q, np.zeros((n - 1, n)))
+    path = kernel.CurvePath(point, samples)
     middle = samples[4, :n]
-    limits = np.stack([middle - 0.1, middle + 0.1], axis=1)
-    joints = np.column_stack([limits, np.full(n, 2 * np.pi), np.ones(n)])
-    kernel.cut(
-        path,
-        joints,
-        False,
-        np.zeros((900, n + 2)),
-        *(np.zeros((900, 2), int), np.zeros(900, int), np.zeros((900, n, 2), int)),
-        np.zeros(1, int),
+    # Where the first joint is in the middle of a step, and where none turns round.
+    low, high = samples[4:6, 0]
+    level = 0.5 * (low + high)
+    brackets = np.array(
+        [[0, 0], [level, np.nan], [4, 4], [low - level, 1], [5, 5], [high - level, -1]]
     )
+    kernel.write_roots(path, brackets, np.zeros((2, 1 + n)))
     kernel.write_places(path, np.array([0.3, 1.7]), np.zeros((2, n)))
-    kernel.nearest_place(path, np.array([middle, np.ones(n)]), 0.0, 1.0)
+    kernel.nearest_place(path, np.array([middle, np.ones(n)]), 3.0, 5.0)
 
 
 def details(random: np.random.Generator):

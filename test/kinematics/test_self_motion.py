@@ -508,12 +508,11 @@ def exactly(screws, goal, t):
 
 def test_complex_solutions_far_from_real_ones_are_certified_each_once():
     robot = redundant_arm('panda-calibrated')
-    arm = sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, '')
+    arm = sliced_arm.sliced(sliced_arm.sliced_arm_of(robot, redundant_arms.WHOLE, ''), 0)
     target = ik_target_of(robot, ks.forward_kinematics(robot, poses_within(robot, 1, 7)[0]))
-    slices, position = sliced_arm._slices(arm, robot, 0), 1.7
-    goal = sliced_arm._motion_of(arm.screws, 0, -position) @ arm._motion(target)
+    goal = arm.motion_of_six(target.pose, 1.7)
     solutions = np.empty((kernel.MOST_CANDIDATES, 6, 2))
-    count = kernel.complex_solutions(slices.six.form, goal.copy(), solutions, np.empty(3))
+    count = kernel.complex_solutions(arm.six.form, goal.copy(), solutions, np.empty(3))
     solutions = solutions[:count]
     assert count == 16
     assert np.sum(np.abs(solutions[:, :, 1]).max(axis=1) > 7.0) == 4
@@ -581,3 +580,15 @@ def test_limits_of_many_turns_are_counted(degrees):
     arcs = [arc for family in found.families for arc in family.intervals]
     assert_all_turns_are_counted(robot, found, q)
     assert min(np.linalg.norm(arc.nearest_to(q) - q) for arc in arcs) < 1e-9
+
+
+@pytest.mark.parametrize(('zero', 'surface'), [((1, 5), True), ((1,), False), ((3,), False)])
+def test_a_surface_of_postures_is_called_one(zero, surface):
+    # Axes 1 and 3 are one, and axes 5 and 7: q1 + q3 and q5 + q7 are constant on a surface. With
+    # one pair curves cross; a stretched arm has singular curves.
+    robot = redundant_arm('kuka_iiwa14')
+    for q in poses_within(robot, 3, 77):
+        q[list(zero)] = 0.0
+        result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
+        assert result.complete == 'found'
+        assert ('form a surface' in result.reason) == surface

@@ -68,7 +68,7 @@ from .outgoing import fill_messages as fill_messages
 from .self_motion.curve_path import CurvePath as CurvePath
 from .self_motion.curve_path import nearest_place as nearest_place
 from .self_motion.curve_path import write_places as write_places
-from .self_motion.curve_pieces import cut as cut
+from .self_motion.curve_path import write_roots as write_roots
 from .self_motion.curve_point import CurvePoint as CurvePoint
 from .self_motion.curve_point import write_derivative as write_derivative
 from .self_motion.tracing import passes as passes

@@ -12,8 +12,8 @@ from ... import kernel
 from ...kernel import Floats
 from .problem.problem import IkProblem
 from .search import refined, starts
-from .self_motion.branches import near_crossing
-from .self_motion.curve import SolutionCurve, traced
+from .self_motion.branches import STEP_TO_SEED, near_crossing, null_vectors
+from .self_motion.curve import SolutionCurve, point_of, traced
 from .self_motion.sliced_arm import SlicedArm
 
 # Number of slices, evenly spaced over a turn.
@@ -28,42 +28,54 @@ MOST_CURVES = 64
 
 def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
     """Return the curves of solutions of a target that are found, each once."""
-    point = arm.point(problem.target)
+    point = point_of(problem)
     curves: list[SolutionCurve] = []
     seeds = _seeds(problem, arm)
     # It grows: where a curve ends, others cross it.
-    for psi in seeds:
-        if any(kernel.passes(point, curve.samples, psi) for curve in curves):
+    for q in seeds:
+        if any(kernel.passes(point, curve.samples, q) for curve in curves):
             continue
-        curve = traced(point, psi, arm.turning)
+        curve = traced(problem, point, q)
         if curve is not None:
             curves.append(curve)
             if not curve.closed:
-                ends = [near_crossing(point, psi) for psi in curve.psi[[0, -1]]]
-                near_ends = arm.to_joints(np.vstack(ends), problem.robot.dof)
-                seeds += _solutions(problem, arm, near_ends)
+                ends = [near_crossing(point, q) for q in curve.q[[0, -1]]]
+                seeds += _solutions(problem, np.vstack(ends))
         if len(curves) == MOST_CURVES:
             break
     return tuple(curves)
 
 
 def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
-    # Solutions in positions of the screws (n,): from `near`, random starts and slices.
+    # Solutions (n,): from `near`, random starts and slices.
     robot, target, plan, near, *_ = problem
     q = starts(robot, plan, problem.random(), STARTS)
     q[0] = near
-    if arm.slices is not None:
-        for position in FIRST_SLICE + 2.0 * np.pi / SLICES * np.arange(SLICES):
-            psi = arm.solutions(arm.slices, target, position)
-            q = np.vstack([q, arm.to_joints(psi, robot.dof)])
-    return _solutions(problem, arm, q)
+    positions = FIRST_SLICE + 2.0 * np.pi / SLICES * np.arange(SLICES)
+    slices = [arm.solutions(target.pose, position) for position in positions.tolist()]
+    return _solutions(problem, np.vstack([q, *slices]))
 
 
-def _solutions(problem: IkProblem, arm: SlicedArm, q: Floats) -> list[Floats]:
-    # Solutions in positions of the screws (n,) that joint positions (m, joints) lead to.
-    robot, target = problem.robot, problem.target
-    arrived = refined(target, problem.plan, q, far=True)
+def _solutions(problem: IkProblem, q: Floats) -> list[Floats]:
+    # Solutions (n,) that joint positions (m, n) lead to.
+    arrived = refined(problem.target, problem.plan, q, far=True)
     reached = zip(arrived.q, arrived.errors)
-    return [
-        arm.posture(robot, target, q) for q, error in reached if target.is_reached_at(q, error)
-    ]
+    return [q for q, error in reached if problem.target.is_reached_at(q, error)]
+
+
+def is_on_surface(problem: IkProblem, point: kernel.CurvePoint, q: Floats) -> bool:
+    """
+    Return whether the solutions near one of them (n,) form a surface, or more.
+
+    There the Jacobian has two null vectors or more, and steps along them lead to other such
+    solutions in as many directions. If two curves cross, one of these is regular; if one curve is
+    singular all along, all are on that curve.
+    """
+    null = null_vectors(point, q)
+    if len(null) < 2:
+        return False
+    beside = _solutions(problem, q + STEP_TO_SEED * null)
+    if len(beside) < len(null) or any(len(null_vectors(point, one)) < 2 for one in beside):
+        return False
+    sigma = np.linalg.svd(np.array(beside) - q, compute_uv=False)
+    return bool(sigma[-1] > 0.5 * STEP_TO_SEED)

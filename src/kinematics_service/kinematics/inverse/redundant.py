@@ -14,17 +14,18 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.robot import Robot
 from .answer import family_of, not_exact, representatives, result_of
-from .curve_search import curves_of
+from .curve_search import curves_of, is_on_surface
 from .families import SolutionFamily, nearer, tangent
 from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
 from .result import IkFamily, IkResult
 from .search import LeastError, errors_at, no_solutions, refined, starts
-from .self_motion.arcs import IkArc, JointCurve, squares_of
+from .self_motion.arcs import IkArc, squares_of
 from .self_motion.best_posture import ON_ARC, SAMPLE_DISTANCE, shifted_past
 from .self_motion.curve import SolutionCurve
-from .self_motion.sliced_arm import SlicedArm, sliced_arm_of
+from .self_motion.cut import arcs_of
+from .self_motion.sliced_arm import sliced_arm_of
 
 # Number of starts inside the limits, at first and if those fail.
 FEW, MANY = 24, 240
@@ -35,8 +36,8 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
     robot, target, *_ = problem
     arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
     curves = () if arm is None else curves_of(problem, arm)
-    if curves and arm is not None:
-        return _of_curves(problem, arm, curves, respect_limits)
+    if curves:
+        return _of_curves(problem, curves, respect_limits)
     family, best = redundant_family(problem)
     alone = () if family is None else (family,)
     result = result_of(problem, no_solutions(robot), alone, 'search', best, respect_limits)
@@ -44,7 +45,7 @@ def redundant_result(problem: IkProblem, respect_limits: bool) -> IkResult:
 
 
 def _near_alone(
-    problem: IkProblem, arm: SlicedArm, curves: Sequence[SolutionCurve], families: list[IkFamily]
+    problem: IkProblem, curves: Sequence[SolutionCurve], families: list[IkFamily]
 ) -> list[IkFamily]:
     # `near`, if it is a solution inside the limits that is on no arc, or a singular one that is on
     # no curve, since none can be traced from it.
@@ -58,31 +59,29 @@ def _near_alone(
         inside = (one.q for one in families if one.feasible)
         on_arc = any(np.linalg.norm((q - near) / plan.scales) < ON_ARC for q in inside)
         return [] if on_arc else [alone]
-    psi = arm.posture(robot, target, near)
-    return [] if any(kernel.passes(one.point, one.samples, psi) for one in curves) else [alone]
+    return [] if any(kernel.passes(one.point, one.samples, near) for one in curves) else [alone]
 
 
 def _of_curves(
     problem: IkProblem,
-    arm: SlicedArm,
-    found: Sequence[SolutionCurve],
+    curves: Sequence[SolutionCurve],
     respect_limits: bool,
 ) -> IkResult:
     robot, plan = problem.robot, problem.plan
-    curves = [JointCurve(robot, plan, arm, curve) for curve in found]
-    with_arcs = [(curve, curve.arcs()) for curve in curves]
+    with_arcs = [(curve, arcs_of(curve)) for curve in curves]
     if respect_limits and any(arcs for _, arcs in with_arcs):
         with_arcs = [(curve, arcs) for curve, arcs in with_arcs if arcs]
     families = [_family_of_curve(problem, curve, arcs) for curve, arcs in with_arcs]
-    families += _near_alone(problem, arm, found, families)
+    families += _near_alone(problem, curves, families)
     families.sort(key=lambda one: float(np.linalg.norm((one.q - problem.near) / plan.scales)))
     ordered = tuple(families)
     best = LeastError(ordered[0].q, ordered[0].residual)
     none = no_solutions(robot)
     result = result_of(problem, none, (), 'search', best, respect_limits, None, ordered)
     arcs = [arc for family in families for arc in family.intervals]
+    surfaces = _surfaces(problem, curves[0].point, families)
     if result.status != 'family' or not arcs:
-        return result
+        return replace(result, reason=result.reason + surfaces)
     joints = ', '.join(dict.fromkeys(name for f in families for name in f.joints))
     reason = (
         f'the tool stays at the target along {len(arcs)} {"arc" if len(arcs) == 1 else "arcs"}'
@@ -90,24 +89,39 @@ def _of_curves(
     if closed := sum(arc.closed for arc in arcs):
         reason += f', {closed} of them closed,'
     reason += f' inside the limits; these joints move: {joints}'
+    reason += surfaces
     reason += not_exact(problem.target, max(family.residual for family in families))
     return replace(result, status='solved', reason=reason, nearest=None)
 
 
-def _family_of_curve(problem: IkProblem, curve: JointCurve, arcs: tuple[IkArc, ...]) -> IkFamily:
+def _surfaces(problem: IkProblem, point: kernel.CurvePoint, families: list[IkFamily]) -> str:
+    # What is said of families on surfaces: closed curves are regular, and on none.
+    count = sum(not one.closed and is_on_surface(problem, point, one.q) for one in families)
+    if not count:
+        return ''
+    one = 'family' if count == 1 else 'families'
+    return (
+        f'; at {count} {one} the null space has two dimensions or more throughout: the postures '
+        'form a surface there, and the search does not follow it'
+    )
+
+
+def _family_of_curve(
+    problem: IkProblem, curve: SolutionCurve, arcs: tuple[IkArc, ...]
+) -> IkFamily:
     robot, target, plan, near, *_ = problem
     if arcs:
         arcs = tuple(_on_turns_of(near, arc, plan) for arc in arcs)
         q = _nearest(problem, arcs)
     else:
         # The pose of it that is beyond the limits by least.
-        known = representatives(robot, plan, curve.samples, near)
+        known = representatives(robot, plan, curve.q, near)
         q = known.q[int(np.argmax(known.margin))]
     error = float(errors_at(target, plan, q[None])[0])
     motions = tangent(problem, q, dimension(robot, target))
-    moved = np.ptp(curve.samples, axis=0)[None]
+    moved = np.ptp(curve.q, axis=0)[None]
     family = family_of(problem, SolutionFamily(q, error, motions, False), moved)
-    return replace(family, intervals=arcs, closed=curve.curve.closed)
+    return replace(family, intervals=arcs, closed=curve.closed)
 
 
 def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:

@@ -220,7 +220,8 @@ class IkResult(Sequence[IkSolution]):
         of six joints within 1e-6 rad of a singular pose, where postures run together. `partial`:
         others were not looked for, as with `all_solutions=False`, with `curves=False`, and for
         arms with two joints more than the target asks for. Curves are searched for, with one joint
-        more: never `proved`.
+        more: never `proved`. If postures form a surface at a singular one, `reason` says so, and
+        the search does not follow the surface.
     roots
         How many complex solutions were found and certified, and how many there can be, each
         counted as often as it is a solution; None where they were not counted. Fewer than there

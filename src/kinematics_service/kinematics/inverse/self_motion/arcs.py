@@ -1,6 +1,5 @@
 """The arcs of a curve of solutions that are inside the joint limits, full turns told apart."""
 
-import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -8,121 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .... import kernel
 from ....kernel import Floats
 from ....robot.chain import FrozenArrays
 from ....robot.robot import Robot
 from ...clearance import clearances
-from ..problem.plan import InversePlan
-from .curve import CurvePieces, SolutionCurve, pieces_of, places_of
-from .sliced_arm import SlicedArm
-from .turns import PieceRun, Turns, runs_of
+from .curve import SolutionCurve
 
 SIDES = ('lower', 'upper')
 # Golden sections to the best pose of an arc: a tenth of a rad becomes 1e-9.
 GOLDEN, SECTIONS = 0.6180339887498949, 38
-
-
-class JointCurve:
-    """
-    A curve of solutions in positions of the joints.
-
-    A closed one goes on beyond its last sample: its places are counted on, lap after lap.
-
-    Parameters
-    ----------
-    robot, plan, arm
-        The arm, its plan for the rows that count, and how its slices are solved.
-    curve
-        In positions of the screws.
-
-    Attributes
-    ----------
-    lap_motion : shape (n,), rad or m
-        How the joints have moved after one lap of a closed curve: full turns; otherwise 0.
-    """
-
-    def __init__(
-        self, robot: Robot, plan: InversePlan, arm: SlicedArm, curve: SolutionCurve
-    ) -> None:
-        self.robot, self.plan, self.arm, self.curve = robot, plan, arm, curve
-        self.last = len(curve.samples) - 1
-        # Row j: joint j by the screws.
-        self.path = curve.path(arm.uncoupling[: robot.dof])
-        self.lap_motion = np.zeros(robot.dof)
-        if curve.closed:
-            self.lap_motion = arm.to_joints(curve.psi[-1] - curve.psi[0], robot.dof)
-
-    @functools.cached_property
-    def samples(self) -> Floats:
-        """Return the joint positions (m, n) of the curve's samples."""
-        return self.arm.to_joints(self.curve.psi, self.robot.dof)
-
-    def at(self, places: Floats) -> Floats:
-        """Return joint positions (m, n) at places (m,) of the curve."""
-        laps = np.floor(places / self.last) if self.curve.closed else np.zeros(len(places))
-        q = places_of(self.path, places - laps * self.last)
-        return q + laps[:, None] * self.lap_motion
-
-    def nearest(self, begin: float, end: float, q: Floats) -> float:
-        """Return the place nearest to joint positions (n,) between two next to each other."""
-        laps = math.floor(0.5 * (begin + end) / self.last) if self.curve.closed else 0
-        goal = np.array([q - laps * self.lap_motion, self.plan.scales**-2])
-        before = laps * self.last
-        return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
-
-    def arcs(self) -> tuple['IkArc', ...]:
-        """Return the arcs inside the limits; those that differ by full turns once."""
-        pieces = pieces_of(self.path, _bounds_of(self.plan), self.curve.closed)
-        if pieces is None:
-            return ()
-        runs = runs_of(pieces.turns, self.curve.closed, self._turns_of_lap)
-        return tuple(self._arc(pieces, run) for run in runs)
-
-    @functools.cached_property
-    def _turns_of_lap(self) -> Turns:
-        laps = np.where(np.isfinite(self.plan.periods), self.lap_motion / self.plan.periods, 0.0)
-        limited = np.isfinite(self.plan.limits).all(axis=1)
-        return tuple(np.where(limited, np.round(laps), 0.0).astype(int).tolist())
-
-    def _arc(self, pieces: CurvePieces, run: PieceRun) -> 'IkArc':
-        plan, first, last, laps = self.plan, run.first, run.first + run.pieces, 0
-        if self.curve.closed:
-            laps, last = divmod(last, len(pieces.begins))
-        table, begin, stop = pieces.table, pieces.begins[first], pieces.begins[last] + 1
-        rows = table[begin:stop]
-        if laps:
-            parts = [table[begin:-1], *[table[:-1]] * (laps - 1), table[:stop]]
-            lap = table[-1] - table[0]
-            rows = np.concatenate([part + k * lap for k, part in enumerate(parts)])
-        turn_offset = _turn_of(plan) * run.turns
-        q, s, places = rows[:, 2:] + turn_offset, rows[:, 1] - rows[0, 1], rows[:, 0].copy()
-        ends = (
-            () if run.closed else (self._end(pieces, first, q[0]), self._end(pieces, last, q[-1]))
-        )
-        return IkArc(q, s, not ends, ends, run.windings, self, places, turn_offset)
-
-    def _end(self, pieces: CurvePieces, k: int, q: Floats) -> 'IkArcEnd':
-        joint, side = pieces.ends[k]
-        if side >= len(SIDES):
-            return IkArcEnd('', 'singular')
-        # The turns of an arc tell which limit ends it: a turn farther, the joint of the cut may be
-        # inside its limits while another one, at a limit at the same place, is not.
-        away = np.abs(self.plan.limits - q[:, None])
-        if away[joint].min() > kernel.AT_LIMIT:
-            joint = int(away.min(axis=1).argmin())
-        return IkArcEnd(self.robot.joint_names[joint], SIDES[int(away[joint].argmin())])
-
-
-@functools.lru_cache(maxsize=128)
-def _bounds_of(plan: InversePlan) -> Floats:
-    # Of each joint its limits, period, and what a rad counts.
-    return np.column_stack([plan.limits, plan.periods, plan.scales])
-
-
-@functools.lru_cache(maxsize=128)
-def _turn_of(plan: InversePlan) -> Floats:
-    return np.where(np.isfinite(plan.periods), plan.periods, 0.0)
 
 
 class IkArcEnd(NamedTuple):
@@ -172,7 +65,7 @@ class IkArc(FrozenArrays):
     closed: bool
     ends: tuple[IkArcEnd, ...]
     windings: int
-    curve: JointCurve
+    curve: SolutionCurve
     places: Floats
     turn_offset: Floats
 
@@ -203,11 +96,11 @@ class IkArc(FrozenArrays):
         A closed arc goes on before and behind, lap by lap.
         """
         laps = math.floor(s / self.length) if self.closed else 0
-        place = np.interp(s - laps * self.length, self.s, self.places)
-        return np.asarray(self._at_place(float(place)) + laps * (self.q[-1] - self.q[0]))
+        place = np.interp([s - laps * self.length], self.s, self.places)
+        return np.asarray(self._at(place)[0] + laps * (self.q[-1] - self.q[0]))
 
-    def _at_place(self, place: float) -> Floats:
-        return np.asarray(self.curve.at(np.array([place]))[0] + self.turn_offset)
+    def _at(self, places: Floats) -> Floats:
+        return self.curve.at(places) + self.turn_offset
 
     def shifted_by(self, turn_offset: Floats) -> 'IkArc':
         """Return the arc with full turns (n,), in rad, added to its joint positions."""
@@ -224,23 +117,24 @@ class IkArc(FrozenArrays):
 
     def with_largest_margin(self) -> Floats:
         """Return the joint positions (n,) farthest from their limits."""
-        return self._best(lambda q: -self.margin(q))
+        rows = np.vstack([self.q, self.at(self.place_of_least(lambda q: -self.margin(q)))])
+        return np.array(rows[int(np.argmax(self.margin(rows)))])
 
     def nearest_to(self, q: Floats) -> Floats:
         """Return the joint positions (n,) nearest to others: root of the sum of squares."""
-        away = squares_of((self.q - q) / self.scales)
-        k, last, lap = int(away.argmin()), len(self.q) - 1, self.q[-1] - self.q[0]
-        pieces = [(i, 0.0) for i in (k - 1, k) if 0 <= i < last]
-        if self.closed and k in (0, last):
-            pieces = [(last - 1, k / last - 1.0), (0, k / last)]
-        ways = [self._nearest_after(i, q - turn * lap) + turn * lap for i, turn in pieces]
-        rows = np.array(ways)
+        k = int(squares_of((self.q - q) / self.scales).argmin())
+        places, local = self._with_neighbours(self.places), q - self.turn_offset
+        ends = zip(places[k : k + 2].tolist(), places[k + 1 : k + 3].tolist())
+        rows = self._at(np.array([self.curve.nearest(a, b, local) for a, b in ends]))
         return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
-    def _nearest_after(self, k: int, q: Floats) -> Floats:
-        # On the piece after sample k.
-        begin, end = self.places[k : k + 2].tolist()
-        return self._at_place(self.curve.nearest(begin, end, q - self.turn_offset))
+    def _with_neighbours(self, values: Floats) -> Floats:
+        # Values of the samples, and of those before and behind them on a closed arc.
+        before, behind = values[:1], values[-1:]
+        if self.closed:
+            lap = behind - before
+            before, behind = values[-2:-1] - lap, values[1:2] + lap
+        return np.concatenate([before, values, behind])
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
         """Return the joint positions (n,) of `q` with the largest proved radius free of singular
@@ -249,26 +143,13 @@ class IkArc(FrozenArrays):
         return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
 
     def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
-        """Return the length (rad) at which a cost of joint positions (..., n) is least."""
-        k, place = self._least(cost)
-        return min((float(self.s[k]), place), key=lambda s: cost(self.at(s)))
-
-    def _best(self, cost: Callable[[Floats], Floats]) -> Floats:
-        k, place = self._least(cost)
-        return min((np.array(self.q[k]), self.at(place)), key=cost)
-
-    def _least(self, cost: Callable[[Floats], Floats]) -> tuple[int, float]:
-        # The sample that has the least cost, and the place next to it by golden sections.
-        k, last = int(np.argmin(cost(self.q))), len(self.s) - 1
-        a, b = float(self.s[max(k - 1, 0)]), float(self.s[min(k + 1, last)])
-        if self.closed and k == 0:
-            a = float(self.s[-2]) - self.length
-        if self.closed and k == last:
-            b = self.length + float(self.s[1])
+        """Return the length (rad) at which positions (..., n) cost least, by golden sections."""
+        k = int(np.argmin(cost(self.q)))
+        a, at_sample, b = self._with_neighbours(self.s)[k : k + 3].tolist()
         for _ in range(SECTIONS):
             x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
             a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)
-        return k, 0.5 * (a + b)
+        return float(min((at_sample, 0.5 * (a + b)), key=lambda s: cost(self.at(s))))
 
 
 def squares_of(ways: Floats) -> Floats:

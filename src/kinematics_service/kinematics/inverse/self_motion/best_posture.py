@@ -9,9 +9,11 @@ from ....kernel import Floats, Integers
 from ....robot.robot import Robot
 from ...clearance import clearances
 from ..problem.plan import InversePlan, plan_for
+from ..problem.problem import IkProblem
 from ..problem.target import IkTarget
-from .arcs import IkArc, JointCurve, squares_of
-from .curve import traced
+from .arcs import IkArc, squares_of
+from .curve import point_of, traced
+from .cut import arcs_of
 from .sliced_arm import sliced_arm_of
 
 Cost = Callable[[Floats], Floats]
@@ -116,15 +118,15 @@ class ArcPlace(NamedTuple):
 
 def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
     """Return where a posture (n,) is on the arc through it; None if none was followed."""
-    plan = plan_for(robot, target.rows, target.axis)
-    arm = sliced_arm_of(robot, target.rows, target.axis)
-    if arm is None:
+    if not has_arcs(robot, target.rows, target.axis):
         return None
-    curve = traced(arm.point(target), arm.posture(robot, target, q), arm.turning)
+    plan = plan_for(robot, target.rows, target.axis)
+    problem = IkProblem(robot, target, plan, q, 0)
+    curve = traced(problem, point_of(problem), q)
     if curve is None:
         return None
     distance = _away_from(q, plan.scales)
-    for arc in JointCurve(robot, plan, arm, curve).arcs():
+    for arc in arcs_of(curve):
         for moved in shifted_past(arc, q, plan):
             s = moved.place_of_least(distance)
             if distance(moved.at(s)) < ON_ARC:
@@ -140,12 +142,11 @@ def shifted_past(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     """
     turns = np.round((q - arc.q) / plan.periods)
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)
-    away = (q - arc.q - turns * periods) / plan.scales
-    ending = np.isin(arc.curve.robot.joint_names, [end.joint for end in arc.ends])
-    near = (squares_of(away) < SAMPLE_DISTANCE**2) & ~np.any(turns[:, ending] != 0.0, axis=1)
+    near = squares_of((q - arc.q - turns * periods) / plan.scales) < SAMPLE_DISTANCE**2
+    ending = [arc.curve.robot.joint_names.index(end.joint) for end in arc.ends if end.joint]
     for one in sorted(set(map(tuple, turns[near].tolist()))):
         moved = arc.shifted_by(np.array(one) * periods)
-        if moved.margins().min() > -ON_ARC:
+        if not any(one[j] for j in ending) and moved.margins().min() > -ON_ARC:
             yield moved
 
 

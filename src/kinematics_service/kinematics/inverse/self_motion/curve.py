@@ -1,130 +1,97 @@
-"""A curve of solutions of an arm with one joint more than its target asks for."""
+"""
+A curve of solutions of an arm with one joint more than its target asks for, as it is traced.
+
+Numerical continuation (Allgower and Georg; `kernel.trace`) gives samples; between them Newton's
+method gives the solutions (`kernel.CurvePath`).
+"""
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .... import kernel
 from ....kernel import Floats
-from ....robot.chain import FrozenArrays
+from ..problem.problem import IkProblem
+from ..problem.target import TOOL_AXES
 
 # Most samples of a curve, eight times what the longest of a robot's had: where lengths are far
 # apart a curve has no end.
 MOST = 1 << 14
-# Limits and ends of ranges of a curve that there is room for at first.
-MARKS = 256
+# The period of a joint that has none, rad or m: farther than a joint moves.
+NO_PERIOD = 1e12
 
 
-class CurvePieces(NamedTuple):
+class SolutionCurve:
     """
-    A curve cut where joints are at their limits.
+    A curve of solutions.
 
-    Attributes
+    A closed one goes on beyond its last sample: its places are counted on, lap after lap.
+
+    Parameters
     ----------
-    table : shape (m, 2 + n)
-        Samples, limits and ends of joints' ranges, in their order: the place, of
-        `SolutionCurve.at`; how far along the curve (rad); the joint positions. The last row of a
-        closed curve is its first one again.
-    begins
-        Rows at which pieces begin, and of a curve that is not closed where the last one ends.
-    ends
-        There: which joint is at a limit, and 0 or 1 for a lower or upper one; more for none.
-    turns
-        Of each piece the least and largest number of periods by which each joint is inside its
-        limits; none where the least is larger.
-    """
-
-    table: Floats
-    begins: list[int]
-    ends: list[list[int]]
-    turns: list[list[list[int]]]
-
-
-@dataclass(frozen=True, eq=False)
-class SolutionCurve(FrozenArrays):
-    """
-    A curve of solutions, in positions of the screws.
-
-    Attributes
-    ----------
-    point
-        Of the arm and its target.
+    problem, point
+        Whose arm, plan and target they are.
     samples : shape (m, 2 n), rad or m
-        Positions, and the unit tangents there. The last sample of a closed curve is the first
-        one, full turns added.
+        Joint positions, and the unit tangents there. The last sample of a closed curve is the
+        first one, full turns added.
     closed
         Whether it closes; otherwise it ends at singular poses.
+
+    Attributes
+    ----------
+    q : shape (m, n), rad or m
+        The joint positions of the samples.
+    last
+        The place of the last sample.
+    lap : shape (n,), rad or m
+        How the joints of a closed curve have moved after a lap.
     """
 
-    point: 'kernel.CurvePoint'
-    samples: Floats
-    closed: bool
+    def __init__(
+        self, problem: IkProblem, point: kernel.CurvePoint, samples: Floats, closed: bool
+    ) -> None:
+        self.robot, _, self.plan, *_ = problem
+        self.point, self.samples, self.closed = point, samples, closed
+        self.path = kernel.CurvePath(point, samples)
+        self.q, self.last = samples[:, : point.n], len(samples) - 1
+        self.lap = self.q[-1] - self.q[0]
 
-    @property
-    def psi(self) -> Floats:
-        """Return the positions of the samples, shape (m, n), rad or m."""
-        return self.samples[:, : self.point.n]
+    def at(self, places: Floats) -> Floats:
+        """Return joint positions (m, n) at places (m,) of the curve."""
+        laps = np.floor(places / self.last) * self.closed
+        q = np.empty((len(places), self.point.n))
+        kernel.write_places(self.path, places - laps * self.last, q)
+        return np.asarray(q + laps[:, None] * self.lap)
 
-    def path(self, rows: Floats) -> 'kernel.CurvePath':
-        """Return the curve for the kernel, and sums of its positions (k, n) to be looked at."""
-        psi, tangents = np.split(self.samples, 2, axis=1)
-        return kernel.CurvePath(self.point, psi.copy(), tangents.copy(), rows.copy())
-
-
-def places_of(path: 'kernel.CurvePath', places: Floats) -> Floats:
-    """Return what is looked at (m, k) at places (m,) of a curve."""
-    sums = np.empty((len(places), path.k))
-    kernel.write_places(path, places, sums)
-    return sums
-
-
-def pieces_of(path: 'kernel.CurvePath', joints: Floats, closed: bool) -> CurvePieces | None:
-    """
-    Return the pieces of a curve between limits; None where none is inside all of them.
-
-    `joints` (n, 4): limits, period, and what a rad counts, of each joint that is looked at.
-    """
-    room, rows = path.m + MARKS, np.empty(1, dtype=np.int64)
-    while True:
-        table, kinds = np.empty((room, 2 + path.k)), np.empty((room, 2), dtype=np.int64)
-        begins = np.empty(room, dtype=np.int64)
-        turns = np.empty((room, path.k, 2), dtype=np.int64)
-        pieces = kernel.cut(path, joints, closed, table, kinds, begins, turns, rows)
-        if pieces >= 0:
-            break
-        room *= 4
-    if pieces == 0:
-        return None
-    begins = begins[: pieces + (not closed)]
-    ends = kinds[begins].tolist()
-    return CurvePieces(table[: rows[0] + closed], begins.tolist(), ends, turns[:pieces].tolist())
+    def nearest(self, begin: float, end: float, q: Floats) -> float:
+        """Return the place nearest to joint positions (n,) between two next to each other."""
+        laps = math.floor(0.5 * (begin + end) / self.last) * self.closed
+        goal, before = np.array([q - laps * self.lap, self.plan.scales**-2]), laps * self.last
+        return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
 
 
-def traced(
-    point: 'kernel.CurvePoint', start: Floats, turning: npt.NDArray[np.bool_]
-) -> SolutionCurve | None:
-    """
-    Return the curve through a solution (n,), or None if that is singular.
-
-    `turning` (n,): which screws turn.
-    """
-    first, closed = _samples(point, start, 1.0)
-    if closed:
-        n = len(start)
-        turned = first[0].copy()
-        turns = np.round((first[-1, :n] - turned[:n]) / math.tau)
-        turned[:n] += np.where(turning, turns * math.tau, 0.0)
-        return SolutionCurve(point, np.vstack([first, turned]), True)
-    other, _ = _samples(point, start, -1.0)
-    other[:, len(start) :] *= -1.0
-    samples = np.vstack([other[:0:-1], first])
-    return SolutionCurve(point, samples, False) if len(samples) > 1 else None
+def point_of(problem: IkProblem) -> kernel.CurvePoint:
+    """Return room for the solutions of a target that asks for one joint less than the arm has."""
+    robot, target, plan, *_ = problem
+    residual = target.residual
+    if target.axis:
+        # In axes of the target the turn about the tool's axis is a row, which does not count.
+        k = TOOL_AXES.index(target.axis)
+        weights = np.array([1.0] * 3 + [robot.singularity.task.length] * 3)
+        weights[3 + k] = 0.0
+        axes = target.pose[:3, :3].copy()
+        residual = kernel.Residual(robot.chain, target.pose, axes, weights, k, plan.reach.radius)
+    periods = np.where(np.isfinite(plan.periods), plan.periods, NO_PERIOD)
+    return kernel.CurvePoint(residual, periods)
 
 
-def _samples(point: 'kernel.CurvePoint', start: Floats, side: float) -> tuple[Floats, bool]:
-    samples, closed = np.empty((MOST, 2 * len(start))), np.zeros(1, dtype=np.int64)
-    count = kernel.trace(point, np.ascontiguousarray(start), side, samples, closed)
-    return samples[:count].copy(), bool(closed[0])
+def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> SolutionCurve | None:
+    """Return the curve through a solution (n,), or None if that is singular."""
+    n, samples = len(start), np.empty((2, MOST, 2 * len(start)))
+    samples[:, 0, :n] = start
+    count = kernel.trace(point, 1.0, samples[0])
+    if count < 0:
+        return SolutionCurve(problem, point, samples[0, :-count].copy(), True)
+    behind = samples[1, : kernel.trace(point, -1.0, samples[1])]
+    both = np.vstack([behind[:0:-1] * np.repeat([1.0, -1.0], n), samples[0, :count]])
+    return SolutionCurve(problem, point, both, False) if len(both) > 1 else None

@@ -7,6 +7,7 @@ inclusion and exclusion the sizes of four boxes give the number of vectors for w
 be extended at neither end.
 """
 
+import functools
 import itertools
 import math
 from collections.abc import Iterator, Sequence
@@ -60,26 +61,20 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
             return [[0, -1]] * len(lap)
         return [[low - laps * way, high - laps * way] for (low, high), way in zip(boxes[i], lap)]
 
-    for i, whole in enumerate(boxes):
-        if any(low > high for low, high in whole):
-            continue
-        before, common, count = box(i - 1), whole, 1
-        both = _common(common, before)
-        while (size := _size(common)) > _size(both):
-            if count == len(boxes) and closed and not any(lap):
+    ends = closed and not any(lap)
+    for i, common in enumerate(boxes):
+        count = 1
+        while size := _size(common):
+            both = _common(common, before := box(i - 1))
+            if (of_both := _size(both)) == size or (ends and count == len(boxes)):
                 break
-            after = box(i + count)
-            further, all_three = _common(common, after), _common(both, after)
-            windings = size - _size(both) - _size(further) + _size(all_three)
+            further = _common(common, after := box(i + count))
+            windings = size - of_both - _size(further) + _size(_common(both, after))
             if windings > 0:
                 yield PieceRun(i, count, _outside(common, before, after), False, windings)
-            common, both, count = further, all_three, count + 1
-    if closed and not any(lap):
-        common = list(boxes[0])
-        for other in boxes[1:]:
-            common = _common(common, other)
-        if (size := _size(common)) > 0:
-            yield PieceRun(0, len(boxes), tuple(low for low, _ in common), True, size)
+            common, count = further, count + 1
+    if ends and (size := _size(common := functools.reduce(_common, boxes))) > 0:
+        yield PieceRun(0, len(boxes), tuple(low for low, _ in common), True, size)
 
 
 def _common(one: Box, other: Box) -> Box:
@@ -87,18 +82,17 @@ def _common(one: Box, other: Box) -> Box:
 
 
 def _size(box: Box) -> int:
-    return math.prod(max(high - low + 1, 0) for low, high in box)
+    return math.prod([max(high - low + 1, 0) for low, high in box])
 
 
 def _outside(box: Box, *others: Box) -> Turns:
-    # A vector of a box that is in none of the others: a corner, or next to one of theirs.
-    ways = []
-    for (low, high), *beside in zip(box, *others):
-        ends = {low, *(end for a, b in beside for end in (a - 1, b + 1) if low < end <= high)}
-        ways.append(sorted(ends))
-    inside = (
+    # A vector of a box that is in none of the others: its least corner, or next to theirs.
+    ways = [
+        sorted({low, *(end + 1 for _, end in beside if low <= end < high)})
+        for (low, high), *beside in zip(box, *others)
+    ]
+    return next(
         turns
         for turns in itertools.product(*ways)
-        if all(any(not a <= t <= b for t, (a, b) in zip(turns, other)) for other in others)
+        if not any(all(a <= t <= b for t, (a, b) in zip(turns, one)) for one in others)
     )
-    return next(inside)

@@ -1,0 +1,173 @@
+"""
+A curve of solutions cut by the joint limits into arcs.
+
+Samples and the ends of joints' ranges divide the curve into parts along which each joint rises or
+falls, so that it passes a limit at most once in each. The places where joints pass limits divide
+it into pieces, and the posture in the middle of a piece tells by which full turns it is inside.
+Runs of pieces inside are arcs (`turns.py`).
+
+Steps along which a joint is far beyond its limits are passed over: between a posture inside all
+limits and a posture outside, some joint is at a limit and no joint is far beyond.
+"""
+
+import functools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from .... import kernel
+from ....kernel import Floats, Integers
+from ..problem.plan import InversePlan
+from .arcs import SIDES, IkArc, IkArcEnd, squares_of
+from .curve import NO_PERIOD, SolutionCurve
+from .turns import PieceRun, runs_of
+
+Flags = npt.NDArray[np.bool_]
+# A step between samples is passed over if a joint is farther beyond its limits than this and the
+# way of all joints, rad.
+FAR_BEYOND = 0.1
+# A joint leaves its limits where it is this far beyond one, rad or m: half of AT_LIMIT, the error
+# of a posture inside. A joint that rests at a limit, with round-off, stays inside.
+EXIT_MARGIN = 5e-10
+# A joint comes to an end of its range between two samples if the product of its slopes is below
+# this: otherwise it stands still, or the end is at a sample.
+TURNS = -1e-18
+# Places that differ by less are one, in ways between samples: 2e-10 rad for 0.1 rad.
+PLACE_TOLERANCE = 2e-9
+# A limit that is infinite, rad or m: less than NO_PERIOD, and farther than a joint moves.
+NO_LIMIT = 1e9
+
+
+# The side of a place at which no joint passes a limit.
+NO_SIDE = len(SIDES)
+
+
+@functools.lru_cache(maxsize=128)
+def _counted(plan: InversePlan) -> tuple[Floats, Floats, Floats]:
+    # Limits (2, n) and periods (n,) by which turns are counted: of joints with two limits. A turn
+    # of any other joint is 0.
+    limited = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
+    limits = np.clip(plan.limits.T, -NO_LIMIT, NO_LIMIT)
+    periods = np.where(limited, plan.periods, NO_PERIOD)
+    return limits, periods, np.where(limited, plan.periods, 0.0)
+
+
+def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
+    """Return the arcs inside the limits; those that differ by full turns once."""
+    near = _is_near(curve)
+    if not near.any():
+        return ()
+    cut = _CutCurve(curve, near)
+    return tuple(map(cut.arc, cut.runs()))
+
+
+def _is_near(curve: SolutionCurve) -> Flags:
+    # Whether no joint is far beyond its limits, of each step between samples.
+    q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
+    turned = q - periods * np.floor((q - low) / periods)
+    away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
+    way = (np.abs(q[1:] - q[:-1]) / curve.plan.scales).sum(axis=1)
+    return np.asarray(np.minimum(away[:-1], away[1:]).max(axis=1) <= FAR_BEYOND + way)
+
+
+class _CutCurve:
+    # `table`: rows of place, joint positions (n), length up to there (rad), and the joint and the
+    # side of a limit that is passed there, in the order of places: samples, limits and ends of
+    # ranges. `begins`: the rows at which pieces begin, and of a curve that is not closed where the
+    # last one ends.
+
+    def __init__(self, curve: SolutionCurve, near: Flags) -> None:
+        self.curve, self.near = curve, near
+        self.limits, self.periods, self.turn = _counted(curve.plan)
+        self.table = np.empty((curve.last + 1, curve.point.n + 4))
+        self.table[:, 0], self.table[:, 1:-3] = range(curve.last + 1), curve.q
+        self.table[:, -2:] = 0, NO_SIDE
+        self._add_ends_of_ranges()
+        self._add_limits()
+        q, sides = self.table[:, 1:-3], self.table[:, -1]
+        steps = np.sqrt(squares_of((q[1:] - q[:-1]) / curve.plan.scales))
+        self.table[:, -3] = np.concatenate([[0.0], steps.cumsum()])
+        self.lap = np.array([curve.last, *curve.lap, self.table[-1, -3], 0.0, 0.0])
+        if curve.closed:
+            self.table = self.table[(self.table[:, 0] < curve.last) | (sides < NO_SIDE)]
+        passes = self.table[:, -1] < NO_SIDE
+        passes[[0, -1]] |= not curve.closed
+        passes[0] |= not passes.any()
+        self.begins = np.flatnonzero(passes).tolist()
+        self.count = len(self.begins) - (not curve.closed)
+
+    def _add_ends_of_ranges(self) -> None:
+        slopes = self.curve.samples[:, self.curve.point.n :]
+        k, joint = np.nonzero((slopes[:-1] * slopes[1:] < TURNS) & self.near[:, None])
+        none = np.full(len(k), np.nan)
+        self._add(k, (joint, none, slopes[k, joint], slopes[k + 1, joint]), NO_SIDE)
+
+    def _add_limits(self) -> None:
+        # Turns (rows, 2, n) by which joints are beyond limits: a change is a limit that is passed.
+        places, q = self.table[:, 0], self.table[:, 1:-3]
+        beyond = self.limits + [[-EXIT_MARGIN], [EXIT_MARGIN]]
+        turns = np.floor((q[:, None] - beyond) / self.periods)
+        near = self.near[places[:-1].clip(max=self.curve.last - 1).astype(int)]
+        k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
+        turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
+        before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
+        # A joint that was within EXIT_MARGIN of the limit leaves it where it was.
+        level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
+        self._add(k, (joint, level, before - level, after - level), side)
+
+    def _add(self, k: Integers, roots: Sequence[Floats | Integers], side: Integers | int) -> None:
+        # Adds rows where joints are at levels or at ends of their ranges, after rows k.
+        joint, level, low, high = roots
+        rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
+        rows[:, -2], rows[:, -1] = joint, side
+        brackets = np.array([joint, level, places[k], low, places[k + 1], high])
+        kernel.write_roots(self.curve.path, brackets, rows)
+        table = np.vstack([self.table, rows])
+        self.table = table[table[:, 0].argsort(kind='stable')]
+
+    def _rows(self, rows: Integers) -> Floats:
+        # Rows of the table, counted on lap after lap.
+        laps, k = np.divmod(rows, len(self.table))
+        return np.asarray(self.table[k] + laps[:, None] * self.lap)
+
+    def _begin(self, piece: int) -> int:
+        # The row at which a piece begins, counted on lap after lap.
+        laps, k = divmod(piece, len(self.begins))
+        return self.begins[k] + laps * len(self.table)
+
+    def runs(self) -> Iterator[PieceRun]:
+        """Return the runs of pieces inside the limits."""
+        places = self._rows(np.array([self._begin(k) for k in range(self.count + 1)]))[:, 0]
+        q, (low, high) = self.curve.at(0.5 * (places[1:] + places[:-1])), self.limits
+        first = np.ceil((low - kernel.AT_LIMIT - q) / self.periods)
+        last = np.floor((high + kernel.AT_LIMIT - q) / self.periods)
+        boxes = np.stack([first, last], axis=2).astype(int).tolist()
+        lap = np.round(self.lap[1:-3] / self.periods) * self.curve.closed
+        return runs_of(boxes, self.curve.closed, lap.astype(int).tolist())
+
+    def arc(self, run: PieceRun) -> IkArc:
+        """Return the arc of a run of pieces."""
+        begin, end = self._begin(run.first), self._begin(run.first + run.pieces)
+        rows = self._rows(np.arange(begin, end + 1))
+        way = rows[1:, 0] - rows[:-1, 0]
+        apart = (way > PLACE_TOLERANCE) & (rows[-1, 0] - rows[1:, 0] > PLACE_TOLERANCE)
+        apart[-1] = True
+        rows = rows[np.concatenate([[True], apart])]
+        turned = self.turn * run.turns
+        q = rows[:, 1:-3] + turned
+        s = rows[:, -3] - rows[0, -3]
+        ends = () if run.closed else (self._end(rows[0], q[0]), self._end(rows[-1], q[-1]))
+        places = rows[:, 0].copy()
+        return IkArc(q, s, run.closed, ends, run.windings, self.curve, places, turned)
+
+    def _end(self, row: Floats, q: Floats) -> IkArcEnd:
+        joint, side = int(row[-2]), int(row[-1])
+        if side == NO_SIDE:
+            return IkArcEnd('', 'singular')
+        # The turns of an arc tell which limit ends it: a turn farther, the joint of the cut may be
+        # inside its limits while another one, at a limit at the same place, is not.
+        away = np.abs(self.limits - q)
+        if away[:, joint].min() > kernel.AT_LIMIT:
+            joint = int(away.min(axis=0).argmin())
+        return IkArcEnd(self.curve.robot.joint_names[joint], SIDES[int(away[:, joint].argmin())])
