@@ -332,6 +332,7 @@ def _fitted(
         as_given=_errors(names.as_given(), used),
         without=without,
         with_outliers=with_outliers,
+        spare=_spare(problem, ends),
         known=int(np.sum(values > KNOWN)),
         possible=names.possible(problem),
         singular_values=np.asarray(values, dtype=np.float64),
@@ -347,7 +348,8 @@ def _fitted(
         sets=given.sets.copy(),
         remainders_before=before,
         remainders=after,
-        held_out_remainders=left[-1],
+        held_out_before_remainders=left[2],
+        held_out_remainders=left[3],
         points=names.points(problem, found),
     )
     whole = {one.name for one in names.table if one.group != GEARS} <= set(problem.names)
@@ -374,6 +376,13 @@ def _blocks(problem: FitProblem) -> Integers:
             blocks[np.isin(numbers, part)] = number % BLOCKS
         begin += len(parts)
     return blocks
+
+
+def _spare(problem: FitProblem, ends: FitProblem) -> int:
+    # How many more numbers the rows beside the largest block give than place base and tool.
+    first = np.unique(position_numbers(problem.q), return_index=True)[1]
+    blocks = np.bincount(_blocks(problem)[first])
+    return int(3 * problem.kinds * (len(first) - np.max(blocks)) - len(ends.parameters))
 
 
 def _outliers(found: Identified) -> tuple[int, ...]:

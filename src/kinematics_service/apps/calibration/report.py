@@ -21,6 +21,8 @@ OF_CONDITION = {
     ZEROS: 'Drifts of the zeros of the joints, from the first session',
     COMPLIANCE: 'Compliances of the joints, by the torque of the load alone',
 }
+# Behind the held-out errors, before and after.
+NO_BETTER = ': no better, within two standard deviations of the difference'
 # What a document says of a parameter.
 OF_PARAMETER = (
     *('name', 'group', 'unit', 'correction', 'deviation', 'prior'),
@@ -39,6 +41,7 @@ def sentences_of(found: Calibration) -> Iterator[str]:
     yield (
         f'The errors of held-out {kind} ({BLOCKS} blocks of rows) are '
         f'{rms(found.held_out_before)} before, {rms(found.held_out)} after'
+        f'{NO_BETTER if found.no_better else ""}'
     )
     if found.outliers:
         every = found.with_outliers
@@ -170,6 +173,7 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'errors': {'as_given': found.as_given, **found.without._asdict()},
         'errors_with_outliers': found.with_outliers,
         **attributes(found, 'noise', 'known', 'possible', 'singular_values'),
+        **attributes(found, 'no_better'),
         'parameters': [attributes(one, *OF_PARAMETER) for one in found.parameters],
         'covariance': found.covariance,
         'combinations': [

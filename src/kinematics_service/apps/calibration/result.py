@@ -72,6 +72,9 @@ class Calibration(IdentifiedTable):
         Errors of the robot file as it is.
     without, with_outliers
         Errors of the rows that were used, and of all rows.
+    spare
+        Numbers of the rows beside the largest held-out block, of different joint positions, beyond
+        those that place base and tool.
     known, possible
         Number of directions of the parameters that these poses tell better than the priors; and
         that any poses of this kind could tell.
@@ -98,8 +101,8 @@ class Calibration(IdentifiedTable):
     remainders_before, remainders : shape (N, 2, 3), m and rad
         Errors of each row with base and tool fitted alone, and with the corrections: of the
         position, and a rotation vector; in the frame of the poses.
-    held_out_remainders : shape (N, 2, 3), m and rad
-        The last of these of rows that nothing was fitted to.
+    held_out_before_remainders, held_out_remainders : shape (N, 2, 3), m and rad
+        The same of rows that nothing was fitted to.
     points
         Those that were touched, if the poses were measured by nothing else.
     camera
@@ -120,6 +123,7 @@ class Calibration(IdentifiedTable):
     as_given: Errors
     without: FitErrors
     with_outliers: FitErrors
+    spare: int
     known: int
     possible: int
     singular_values: Floats
@@ -135,6 +139,7 @@ class Calibration(IdentifiedTable):
     sets: Integers
     remainders_before: Floats
     remainders: Floats
+    held_out_before_remainders: Floats
     held_out_remainders: Floats
     points: tuple[TouchedPoint, ...] = ()
     camera: Camera | None = None
@@ -151,19 +156,41 @@ class Calibration(IdentifiedTable):
         """
         Return that held-out rows are worse with the corrections; empty if they are not.
 
-        They are if the squares of their errors are larger by more than that of the noise.
+        They are if the squares of their errors are larger by more than that of the noise. So it
+        is, too, if the rows beside a held-out block do no more than place base and tool.
         """
         before, after = (
             one.position_rms for one in (self.without.held_out_before, self.without.held_out)
         )
-        if after**2 <= before**2 + 3 * self.noise.position**2:
-            return ''
-        return (
-            f'the calibration makes other {self.kind} worse: held-out errors are '
-            f'{length_in_words(before)} with {self.placed} fitted alone, and '
-            f'{length_in_words(after)} with the calibrated table; measure more {self.kind}, far '
-            'apart (calibrate-propose), or fit less (--fit)'
+        if after**2 > before**2 + 3 * self.noise.position**2:
+            return (
+                f'the calibration makes other {self.kind} worse: held-out errors are '
+                f'{length_in_words(before)} with {self.placed} fitted alone, and '
+                f'{length_in_words(after)} with the calibrated table; measure more {self.kind}, '
+                'far apart (calibrate-propose), or fit less (--fit)'
+            )
+        if self.spare <= 0:
+            return (
+                f'held-out {self.kind} do not judge the calibration: the different {self.kind} '
+                f'beside them do no more than place {self.placed}; measure more {self.kind}, far '
+                'apart (calibrate-propose)'
+            )
+        return ''
+
+    @property
+    def no_better(self) -> bool:
+        """
+        Return whether the corrections bring held-out rows no nearer than chance might.
+
+        So it is if the mean of the differences of the squares of their errors, before and after,
+        is below two of its standard deviations (paired test).
+        """
+        before, after = (
+            np.sum(one[self.used, 0] ** 2, axis=1)
+            for one in (self.held_out_before_remainders, self.held_out_remainders)
         )
+        gains = before - after
+        return bool(np.mean(gains) < 2.0 * np.std(gains) / np.sqrt(len(gains)))
 
     @property
     def only_worse(self) -> bool:

@@ -32,6 +32,7 @@ from .camera import ON_TOOL
 from .checking import ROUND_OFF, in_words
 from .corrections import built_nearly, in_file_units, task_of, with_ends
 from .fitting import outlier_limit
+from .report import NO_BETTER
 from .result import BLOCKS, Calibration
 from .uncertainty_text import uncertainty_section
 
@@ -176,7 +177,8 @@ def certificate(
         f'error before ({found.placed} fitted): {rms(found.before)} rms; after: '
         f'{rms(found.after)}',
         f'error of held-out {kind} ({BLOCKS} blocks of rows): before '
-        f'{rms(found.held_out_before)}; after {rms(found.held_out)}',
+        f'{rms(found.held_out_before)}; after {rms(found.held_out)}'
+        f'{NO_BETTER if found.no_better else ""}',
         f'noise{"" if found.noise_told else " (assumed)"}: '
         f'{in_words(*found.noise, found.positions)} of each number of a {found.row}',
         f'identifiable from these {kind}: {found.known} independent combinations of '

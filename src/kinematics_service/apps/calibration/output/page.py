@@ -65,8 +65,7 @@ def _header(found: Calibration, origin: PageOrigin) -> str:
 
 def _verdict(found: Calibration, origin: PageOrigin) -> str:
     first, *others = (*sentences_of(found), *origin.remarks)
-    better = found.held_out.position_rms < found.held_out_before.position_rms
-    level = 'ERROR' if not found.accepted else 'OK' if better else 'WARN'
+    level = 'ERROR' if not found.accepted else 'WARN' if found.no_better else 'OK'
     items = ''.join(f'<li>{escape(one)}.</li>' for one in others)
     return (
         f'<section class="verdict {level}"><p class="first">{escape(first)}.'
