@@ -87,7 +87,7 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
         another size by far.
     """
     if camera == ON_TOOL:
-        given = given._replace(poses=seen_poses(given.poses, given.positions))
+        given = given._replace(poses=seen_poses(given.poses, given.positions), from_tool=True)
     if check and not given.positions:
         _refuse_size(robot, given)
     return given

@@ -92,6 +92,8 @@ class Measured(NamedTuple):
         Standard deviations before of placements and moving parameters, by name.
     remarks
         Sentences on the rows.
+    from_tool, whitening
+        As `FitProblem` has them.
     """
 
     q: Floats
@@ -104,6 +106,8 @@ class Measured(NamedTuple):
     placements: tuple[ArmParameter, ...] = ()
     priors: Mapping[str, float] = MappingProxyType({})
     remarks: tuple[str, ...] = ()
+    from_tool: bool = False
+    whitening: Floats | None = None
 
     @classmethod
     def of(

@@ -9,7 +9,7 @@ small, the test and the deviations are those of Student's distribution; if the n
 instrument, f is infinite, and they are those of the normal distribution.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import NamedTuple, TypeAlias
@@ -52,6 +52,8 @@ STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 # What remains (N, 2, 3), and how the poses move (N, 2, 3, P), as `FitProblem.equations` has them.
 Equations: TypeAlias = tuple[Floats, Floats]
+# Which rows are of a chain, this, all its corrections, and the joint positions in these rows.
+_ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
 
 
 class KnownDistance(NamedTuple):
@@ -88,8 +90,8 @@ class FitProblem:
     positions
         Whether the poses are positions alone.
     rates : shape (N, n, K)
-        How the joints move with each of the last K of all corrections, such as a lag, a backlash,
-        a drift or a compliance. The others are in the chains.
+        How the joints move with each of the last K parameters, such as a lag, a backlash, a drift
+        or a compliance. The others are in the chains.
     known_distances
         Distances between corrected points.
     from_tool
@@ -124,33 +126,24 @@ class FitProblem:
         """Return 2, positions and rotations, or 1 where there are positions alone."""
         return 1 if self.positions else 2
 
-    @property
-    def first_rate(self) -> int:
-        """Return the index, among all corrections, of the first one that `rates` is about."""
-        return int(self.count - self.rates.shape[2])
-
-    @property
-    def moving(self) -> Integers:
-        """Return the indices, among the fitted parameters, of those that `rates` is about."""
-        return np.flatnonzero(self.columns >= self.first_rate)
-
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
         found = np.zeros(self.count)
         found[self.columns] = values
         return found
 
+    def _by_chain(self, values: Floats) -> Iterator[_ChainRows]:
+        driving = values[len(values) - self.rates.shape[2] :]
+        for k, chain in enumerate(self.chains):
+            own = self.sets == k
+            yield own, chain, self.every(values), self.q[own] + self.rates[own] @ driving
+
     def predicted(self, values: Floats) -> Floats:
         """Return the poses (N, 4, 4) with corrections (P,)."""
         poses = np.empty_like(self.poses)
-        for k, chain in enumerate(self.chains):
-            own = self.sets == k
-            every = self.every(values)
-            poses[own] = poses_of(chain, every, self._joints(own, every))
+        for own, chain, every, q in self._by_chain(values):
+            poses[own] = poses_of(chain, every, q)
         return poses
-
-    def _joints(self, own: Flags, every: Floats) -> Floats:
-        return np.asarray(self.q[own] + self.rates[own] @ every[self.first_rate :])
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
@@ -178,38 +171,25 @@ class FitProblem:
         """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P), as weighed."""
         poses = np.empty_like(self.poses)
         jacobian = np.empty((len(self.q), 6, len(self.columns)))
-        for k, chain in enumerate(self.chains):
-            own = self.sets == k
-            every = self.every(values)
-            change = pose_change(chain, every, self._joints(own, every))
+        driving = self.rates.shape[2]
+        for own, chain, every, q in self._by_chain(values):
+            change = pose_change(chain, every, q)
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
-            if len(self.moving):
-                rates = self.rates[own][:, :, self.columns[self.moving] - self.first_rate]
-                moved = self._moved(chain, own, every) @ rates
-                jacobian[np.ix_(own, np.arange(6), self.moving)] = moved
+            if driving:
+                jacobian[own, :, -driving:] = _moved_by_joints(chain, every, q) @ self.rates[own]
         return self.whitened(self._between(poses)), self._as_weighed(poses, jacobian)
 
     def moves_with_joints(self, values: Floats) -> Floats:
         """Return how the poses move with each joint (N, 2, 3, n), as weighed."""
-        jacobian, every = np.empty((len(self.q), 6, self.q.shape[1])), self.every(values)
-        for k, chain in enumerate(self.chains):
-            own = self.sets == k
-            jacobian[own] = self._moved(chain, own, every)
+        jacobian = np.empty((len(self.q), 6, self.q.shape[1]))
+        for own, chain, every, q in self._by_chain(values):
+            jacobian[own] = _moved_by_joints(chain, every, q)
         return self._as_weighed(self.predicted(values), jacobian)
 
     def _as_weighed(self, poses: Floats, jacobian: Floats) -> Floats:
         if self.from_tool:
             jacobian = of_inverses(poses, jacobian)
         return self.whitened(jacobian.reshape(len(poses), 2, 3, -1))
-
-    def _moved(self, chain: CorrectedChain, own: Flags, every: Floats) -> Floats:
-        # How poses move with joints, (rows, 6, n), by central differences.
-        q, n = self._joints(own, every), self.q.shape[1]
-        at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
-        later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
-        R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
-        moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
-        return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1))
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
@@ -227,12 +207,24 @@ class FitProblem:
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """Return the problem of these groups of parameters alone."""
         kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
+        still = len(self.parameters) - self.rates.shape[2]
         return replace(
             self,
+            rates=self.rates[:, :, [k - still for k in kept if k >= still]],
             parameters=tuple(self.parameters[k] for k in kept),
             prior=self.prior[kept],
             columns=self.columns[kept],
         )
+
+
+def _moved_by_joints(chain: CorrectedChain, every: Floats, q: Floats) -> Floats:
+    # How poses move with joints, (rows, 6, n), by central differences.
+    n = q.shape[1]
+    at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
+    later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
+    R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
+    moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
+    return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1))
 
 
 def of_inverses(poses: Floats, jacobian: Floats) -> Floats:
@@ -262,9 +254,9 @@ class Noise(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FoundValues:
+class Identified:
     """
-    Corrections, the noise and the outliers.
+    Corrections and how well they are known, the noise and the outliers.
 
     Attributes
     ----------
@@ -278,6 +270,8 @@ class FoundValues:
     freedom
         Degrees of freedom of the noise of positions, and of rotations: numbers of the rows beyond
         those that the parameters take up. Infinite if the noise is that of the instrument.
+    covariance : shape (P, P)
+        After the measurement, by the noise with Student's factor; it contains the priors.
     """
 
     values: Floats
@@ -285,19 +279,6 @@ class FoundValues:
     used: Flags
     distances: Floats
     freedom: Noise
-
-
-@dataclass(frozen=True, eq=False)
-class Identified(FoundValues):
-    """
-    Corrections and how well they are known.
-
-    Attributes
-    ----------
-    covariance : shape (P, P)
-        After the measurement, by the noise with Student's factor; it contains the priors.
-    """
-
     covariance: Floats
 
 
@@ -353,8 +334,8 @@ class _Equations:
 
 def robust_values(
     problem: FitProblem,
-    noise: Noise | None = None,
-    progress: Callable[[int], None] = lambda round_: None,
+    noise: Noise,
+    progress: Callable[[int], None],
 ) -> Floats:
     """Return the corrections (P,) of Huber's estimate; arguments are as of `find_values`."""
     values = np.zeros(len(problem.parameters))
@@ -376,9 +357,9 @@ def find_values(
     problem: FitProblem,
     noise: Noise | None = None,
     progress: Callable[[int], None] = lambda round_: None,
-) -> FoundValues:
+) -> Identified:
     """
-    Return the corrections, the noise and the outliers of a problem.
+    Return the corrections, how well they are known, the noise and the outliers of a problem.
 
     Parameters
     ----------
@@ -387,7 +368,8 @@ def find_values(
     progress
         Is called with the number of each round.
     """
-    values, limit = robust_values(problem, noise, progress), outlier_limit(problem.kinds)
+    noise, limit = noise or Noise(0.0, 0.0), outlier_limit(problem.kinds)
+    values = robust_values(problem, noise, progress)
     remainders = problem.weighed(values)
     found = _at_least(noise, _median_noise(remainders))
     used = distances_of(problem, remainders, found) < limit
@@ -411,15 +393,9 @@ def find_values(
         if same and max(moved, changed) < STEP_TOLERANCE:
             break
     freedom = Noise(*(f if own <= e else np.inf for own, e, f in zip(found, evident, freedom)))
-    return FoundValues(values, found, used, distances, freedom)
-
-
-def with_covariance(problem: FitProblem, found: FoundValues) -> Identified:
-    """Return the corrections and how well they are known."""
-    noise = widened(found.noise, found.freedom)
-    inverse = np.linalg.inv(_Equations(problem, noise, found.used).solved(found.values).triangle)
-    covariance = np.outer(problem.prior, problem.prior) * (inverse @ inverse.T)
-    return Identified(**vars(found), covariance=covariance)
+    wide = _Equations(problem, widened(found, freedom), used).solved(values)
+    factor = problem.prior[:, None] * np.linalg.inv(wide.triangle)
+    return Identified(values, found, used, distances, freedom, factor @ factor.T)
 
 
 def normal_scores(distances: Floats, freedom: Noise) -> Floats:
@@ -435,8 +411,8 @@ def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances
 
 
-def _at_least(least: Noise | None, found: Noise) -> Noise:
-    return found if least is None else Noise(*map(max, zip(least, found)))
+def _at_least(least: Noise, found: Noise) -> Noise:
+    return Noise(*map(max, zip(least, found)))
 
 
 def widened(noise: Noise, freedom: Noise) -> Noise:
@@ -444,14 +420,10 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
     Return the standard deviations of errors whose noise is known by few numbers.
 
     They have a Student distribution: its variance is f / (f - 2) of the estimate (Gelman et al.,
-    Bayesian Data Analysis, section 3.2).
+    Bayesian Data Analysis, section 3.2), which is 1 if f is infinite.
     """
-    return Noise(*(own * _widening(f) for own, f in zip(noise, freedom)))
-
-
-def _widening(freedom: float) -> float:
-    # The root of f / (f - 2), which is 1 if f is infinite.
-    return float(np.sqrt(1.0 + 2.0 / (max(freedom, LEAST_STUDENT_FREEDOM) - 2.0)))
+    f = np.maximum(freedom, LEAST_STUDENT_FREEDOM)
+    return Noise(*(np.array(noise) * np.sqrt(1.0 + 2.0 / (f - 2.0))).tolist())
 
 
 def refined(
@@ -477,7 +449,7 @@ def refined(
 
 
 def held_out_remainders(
-    problem: FitProblem, values: Floats, found: FoundValues, blocks: Integers
+    problem: FitProblem, values: Floats, found: Identified, blocks: Integers
 ) -> Floats:
     """
     Return what remains (N, 2, 3) of each block of rows, by corrections fitted to the others.
@@ -517,7 +489,7 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
 
 
 def one_more(
-    problem: FitProblem, found: FoundValues, moves: Floats
+    problem: FitProblem, found: Identified, moves: Floats
 ) -> tuple[list[float], list[float]]:
     """
     Return each of K corrections beside the fitted ones, and its standard deviation.
@@ -585,13 +557,11 @@ def _evident_noise(
 ) -> tuple[Noise, Noise]:
     # The remainder over the number of rows that no parameter was fitted to, and that number.
     kinds, count = problem.kinds, len(problem.q)
-    basis = rows[: 3 * kinds * count].reshape(count, 3 * kinds, -1) @ inverse
-    leverage = np.sum(basis**2, axis=2).reshape(count, kinds, 3)
-    found, freedom = [], []
-    for kind in range(kinds):
-        free = 3 * np.sum(used) - np.sum(leverage[:, kind])
-        squares = float(np.sum(remainders[used, kind] ** 2))
-        least = USUAL_NOISE if free < NOISE_FREEDOM else NOISE_FLOOR
-        found.append(max(float(np.sqrt(squares / max(free, 1.0))), least))
-        freedom.append(max(float(free), UNKNOWN_NOISE_FREEDOM))
+    basis = rows[: 3 * kinds * count] @ inverse
+    leverage = np.sum(basis.reshape(count, kinds, -1) ** 2, axis=(0, 2))
+    free = 3 * np.sum(used) - leverage
+    squares = np.sum(remainders[used, :kinds] ** 2, axis=(0, 2))
+    least = np.where(free < NOISE_FREEDOM, USUAL_NOISE, NOISE_FLOOR)
+    found = np.maximum(np.sqrt(squares / np.maximum(free, 1.0)), least).tolist()
+    freedom = np.maximum(free, UNKNOWN_NOISE_FREEDOM).tolist()
     return Noise(found[0], found[-1]), Noise(freedom[0], freedom[-1])

@@ -81,4 +81,4 @@ def camera_sentences(found: Calibration) -> Iterator[str]:
     if things:
         yield 'All errors are those of the board, as the camera sees it'
     if found.views is not None:
-        yield from view_sentences(found.views, found.held_out_remainders, found.outliers)
+        yield from view_sentences(found.views, found.left[4], found.outliers)

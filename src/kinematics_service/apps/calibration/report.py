@@ -170,7 +170,7 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         **attributes(found, 'accepted', 'refusals'),
         'explained': attributes(found.explained, 'decided', 'sentences'),
         'outliers': found.outliers,
-        'errors': {'as_given': found.as_given, **found.without._asdict()},
+        'errors': found.without,
         'errors_with_outliers': found.with_outliers,
         **attributes(found, 'noise', 'known', 'possible', 'singular_values'),
         **attributes(found, 'no_better'),
@@ -189,7 +189,7 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'camera': [
             attributes(one, 'name', 'frame', 'pose', 'deviation') for one in placed_camera(found)
         ],
-        'images': found.views and view_document(found.views, found.held_out_remainders),
+        'images': found.views and view_document(found.views, found.left[4]),
         'remarks': found.remarks,
         'sentences': list(sentences_of(found)),
     }

@@ -76,7 +76,7 @@ def _verdict(found: Calibration, origin: PageOrigin) -> str:
 def _errors(found: Calibration) -> str:
     fitted = found.placed
     named: Sequence[tuple[str, Errors]] = (
-        ('as given', found.as_given),
+        ('as given', found.without.as_given),
         (f'{fitted} fitted alone', found.before),
         ('calibrated', found.after),
         (f'held out, {fitted} fitted alone', found.held_out_before),
@@ -103,7 +103,7 @@ def _series(found: Calibration, rows: Floats, kind: int) -> list[tuple[str, Floa
     scale = np.degrees(1.0) if kind else 1000
     return [
         (style, scale * np.linalg.norm(one[rows, kind], axis=1))
-        for style, one in (('before', found.remainders_before), ('after', found.remainders))
+        for style, one in zip(('before', 'after'), found.left[1:3])
     ]
 
 
