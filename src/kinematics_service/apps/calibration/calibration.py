@@ -15,15 +15,9 @@ from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
 from ...robot.loops import refuse_loops
 from ...robot.robot import AnyRobot, as_robot
 from ..checking.hypotheses import Hypothesis
-from .acceptance import JudgedFit, noise_remarks, refusals_of
+from .acceptance import JudgedFit, joint_remarks, noise_remarks, refusals_of
 from .camera import Camera, given_by_camera, wrong_size
-from .checking import (
-    REMARKED_DEVIATIONS,
-    Measured,
-    checked_offsets,
-    measured,
-    position_numbers,
-)
+from .checking import REMARKED_DEVIATIONS, Measured, checked_offsets, measured, position_numbers
 from .chosen_parameters import ChosenParameters, asks_for_gears
 from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
@@ -38,7 +32,6 @@ from .fitting import (
     weighted_jacobian,
 )
 from .identified_table import CalibratedParameter
-from .joint_evidence import joint_remarks
 from .placing import Free
 from .result import BLOCKS, Calibration
 from .same_point import SamePointParameters
@@ -152,7 +145,7 @@ def calibrate(
     (0.001, 30, 30)
     """
     robot = as_robot(robot)
-    known, priors = None if noise is None else _noise_of(noise), tolerances or {}
+    known, priors = _noise_of(noise), tolerances or {}
     if camera not in (None, *get_args(Camera)):
         raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
     refuse_loops(robot.description, 'the calibration')
@@ -180,7 +173,7 @@ def calibrate(
             given = measured(robot, q, poses, sets, qdot)
         else:
             half_behind = -0.5 * np.sign(numbers_of('approach', approach))
-            given = measured(robot, q, poses, sets, half_behind, BACKLASH)
+            given = measured(robot, q, poses, sets, half_behind)._replace(moving=(BACKLASH,))
         if camera is not None:
             given = given_by_camera(robot, given, camera, check)
         for end in own:
@@ -236,10 +229,10 @@ def calibrate(
     return replace(found, explained=causes)
 
 
-def _noise_of(given: tuple[float, float]) -> Noise:
-    if numbers_of('noise', given).shape != (2,):
+def _noise_of(given: tuple[float, float] | None) -> Noise | None:
+    if given is not None and numbers_of('noise', given).shape != (2,):
         raise refused('noise', 'two numbers, m and rad', given)
-    return Noise(*given)
+    return None if given is None else Noise(*given)
 
 
 def _fitted(
@@ -254,22 +247,17 @@ def _fitted(
     used, blocks = found.used, _blocks(problem)
     ends = problem.only(names.placed_groups)
     begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
-    left = np.stack(
-        [
-            names.as_given(),
-            ends.remainders(begin),
-            problem.remainders(found.values),
-            held_out_remainders(ends, begin, found, blocks),
-            held_out_remainders(problem, found.values, found, blocks),
-        ]
-    )
+    # Joint positions beside the largest block that differ.
+    different = np.unique(position_numbers(given.q), return_index=True)[1]
+    beside = len(different) - np.max(np.bincount(blocks[different]))
+    fits = (ends, begin), (problem, found.values)
+    remaining = [one.remainders(values) for one, values in fits]
+    remaining += [held_out_remainders(*fit, found, blocks) for fit in fits]
     weighted = weighted_jacobian(problem, found.values, found.noise, used)
-    deviations = np.sqrt(np.diag(found.covariance))
-    numbers = found.values.tolist(), deviations.tolist(), problem.prior.tolist()
+    numbers = np.stack([found.values, np.sqrt(np.diag(found.covariance)), problem.prior]).tolist()
     parameters = tuple(
         CalibratedParameter(*astuple(one), *own) for one, *own in zip(problem.parameters, *numbers)
     )
-    ends_at = names.ends_of(problem, found.values)
     order = np.argsort(-found.distances, kind='stable')
     calibration = Calibration(
         robot=robot,
@@ -282,51 +270,35 @@ def _fitted(
         positions=given.positions,
         outliers=tuple(order[~used[order]].tolist()),
         distances=found.distances,
-        left=left,
-        spare=_spare(problem, blocks, len(ends.parameters)),
+        left=np.stack([names.as_given(), *remaining]),
+        spare=int(3 * problem.kinds * beside - len(ends.parameters)),
         possible=names.possible(problem),
         singular_values=np.asarray(np.linalg.svd(weighted, compute_uv=False), np.float64),
         combinations=names.combinations(problem, found.noise, used),
-        base_offsets=ends_at['base_offsets'],
-        tool_offsets=ends_at['tool_offsets'],
-        base_starts=ends_at['base_starts'],
-        tool_starts=ends_at['tool_starts'],
-        frames=None,
+        **names.ends_of(problem, found.values),
         q=given.q.copy(),
-        sets=given.sets.copy(),
         points=names.points(problem, found),
     )
     whole = {one.name for one in names.table if one.group != GEARS} <= set(problem.names)
     judged = JudgedFit(calibration, whole)
-    remarks = (
-        *_few_rows(given, found),
-        *_far_corrections(parameters),
-        *noise_remarks(judged),
-        *names.remarks(problem, found),
-        *(joint_remarks(robot, problem, found) if whole else ()),
-    )
-    return replace(calibration, refusals=refusals_of(judged), remarks=remarks), found
+    remarks = [*_few_rows(given, found), *_far_corrections(parameters), *noise_remarks(judged)]
+    remarks += names.remarks(problem, found)
+    remarks += joint_remarks(robot, problem, found) if whole else ()
+    return replace(calibration, refusals=refusals_of(judged), remarks=tuple(remarks)), found
 
 
 def _blocks(problem: FitProblem) -> Integers:
     # The block of each row. As many consecutive joint positions of each set are a block; a row
     # that repeats a position is in the block of the first one, or it would foretell that one.
-    numbers, begin = position_numbers(problem.q), 0
-    blocks = np.full(len(problem.q), -1)
+    numbers, begin = position_numbers(problem.given.q), 0
+    blocks = np.full(len(problem.given.q), -1)
     for k in range(len(problem.chains)):
-        own = np.unique(numbers[(problem.sets == k) & (blocks < 0)])
+        own = np.unique(numbers[(problem.given.sets == k) & (blocks < 0)])
         parts = np.array_split(own, min(BLOCKS, len(own))) if len(own) else []
         for number, part in enumerate(parts, begin):
             blocks[np.isin(numbers, part)] = number % BLOCKS
         begin += len(parts)
     return blocks
-
-
-def _spare(problem: FitProblem, blocks: Integers, placing: int) -> int:
-    # How many more numbers the rows beside the largest block give than place base and tool.
-    different = np.unique(position_numbers(problem.q), return_index=True)[1]
-    beside = len(different) - np.max(np.bincount(blocks[different]))
-    return int(3 * problem.kinds * beside - placing)
 
 
 def _few_rows(given: Measured, found: Identified) -> Iterator[str]:

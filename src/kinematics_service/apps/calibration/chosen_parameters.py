@@ -9,11 +9,7 @@ import numpy as np
 from ...errors import CalibrationError, ParameterNotFoundError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
-from ...kinematics.uncertainty.corrected_chain import (
-    CorrectedChain,
-    CorrectingMotion,
-    motion_of,
-)
+from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion, motion_of
 from ...kinematics.uncertainty.parameters import placement, scaled_jacobian, structural_rank
 from ...rigid_motion import inverses
 from ...robot.file.parts.description import Tolerances
@@ -42,7 +38,7 @@ from .fitting import (
     remainders_between,
     weighted_jacobian,
 )
-from .knowledge import ParameterCombination, combinations_of
+from .identified_table import ParameterCombination, combinations_of
 from .placing import Offsets
 
 # Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a
@@ -100,17 +96,10 @@ class ChosenParameters:
         self.robot, self.given, self.own, self.table = robot, given, own, tuple(table)
         count = given.set_count
         self.ends = {end: count if end in own else 1 for end in ENDS}
-        self.every = (
-            *table,
-            *(
-                one
-                for end in ENDS
-                for k in range(self.ends[end])
-                for one in end_parameters(end, k)
-            ),
-            *given.placements,
-            *given.moving,
-        )
+        ends = [
+            one for end in ENDS for k in range(self.ends[end]) for one in end_parameters(end, k)
+        ]
+        self.every = (*table, *ends, *given.placements, *given.moving)
 
     def first(self, end: str, k: int) -> int:
         """Return where the corrections of the base or tool of set k begin."""
@@ -181,30 +170,23 @@ class ChosenParameters:
         given, of_file = self.given, self.robot.description.tolerances
         session = given.sessions if given.placements else 0
         priors, still = {**given.priors, **tolerances}, len(self.every) - len(given.moving)
-        return FitProblem(
-            parameters,
-            np.array([prior_of(one, priors, of_file) for one in parameters]),
-            np.array(chosen),
-            len(self.every),
-            tuple(chains),
-            given.sets + given.set_count * session,
-            given.q,
-            poses,
-            given.positions,
-            given.rates[:, :, [k - still for k in chosen if k >= still]],
-            known_distances,
-            given.from_tool,
-            given.whitening,
+        rows = given._replace(
+            sets=given.sets + given.set_count * session,
+            poses=poses,
+            rates=given.rates[:, :, [k - still for k in chosen if k >= still]],
         )
+        before = np.array([prior_of(one, priors, of_file) for one in parameters])
+        columns, count = np.array(chosen), len(self.every)
+        return FitProblem(parameters, before, columns, count, tuple(chains), rows, known_distances)
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that any poses of this kind could tell."""
         # Sets beyond the first add a base or a tool of their own, which they tell.
-        J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.positions)[
+        J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)[
             :, problem.columns
         ]
         elsewhere = sum(not np.any(column) for column in J.T)
-        idle = int(np.sum(~np.any(problem.rates, axis=(0, 1))))
+        idle = int(np.sum(~np.any(problem.given.rates, axis=(0, 1))))
         return structural_rank(J) + elsewhere - idle
 
     def combinations(
@@ -213,7 +195,7 @@ class ChosenParameters:
         """Return the parameters that these poses do not tell apart."""
         return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
-    def ends_of(self, problem: FitProblem, values: Floats) -> dict[str, Floats]:
+    def ends_of(self, problem: FitProblem, values: Floats) -> dict[str, Any]:
         """Return the offsets and the starts of base and tool, as `Calibration` has them."""
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix

@@ -22,6 +22,7 @@ from ...kinematics.uncertainty.triangle import triangle_of
 from ...rigid_motion import inverses, rotation_vector
 from ...robot.file.parts.parameters import ArmParameter
 from ..recordings.readers.block import Flags
+from .checking import Measured
 
 # Noise (m and rad) below this is round-off.
 NOISE_FLOOR = 1e-10
@@ -83,23 +84,10 @@ class FitProblem:
         Where each stands among all corrections of the chains, `count` of them.
     chains
         From the frame of the poses to the tool, one for each set.
-    sets : shape (N,)
-        The set of each row.
-    q : shape (N, n), rad or m
-    poses : shape (N, 4, 4)
-    positions
-        Whether the poses are positions alone.
-    rates : shape (N, n, K)
-        How the joints move with each of the last K parameters, such as a lag, a backlash, a drift
-        or a compliance. The others are in the chains.
+    given
+        The rows; `sets` are those of the chains, and `rates` those of the last K parameters.
     known_distances
         Distances between corrected points.
-    from_tool
-        Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
-        what stands still. Then what remains is of these.
-    whitening : shape (N, 3, 3) or (N, 6, 6)
-        What remaining positions, or these and rotations, are multiplied by where they are weighed,
-        so that their noise is the same along all axes and in all rows; None: it is so already.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -107,14 +95,8 @@ class FitProblem:
     columns: Integers
     count: int
     chains: tuple[CorrectedChain, ...]
-    sets: Integers
-    q: Floats
-    poses: Floats
-    positions: bool
-    rates: Floats
+    given: Measured
     known_distances: tuple[KnownDistance, ...] = ()
-    from_tool: bool = False
-    whitening: Floats | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -124,7 +106,7 @@ class FitProblem:
     @property
     def kinds(self) -> int:
         """Return 2, positions and rotations, or 1 where there are positions alone."""
-        return 1 if self.positions else 2
+        return 1 if self.given.positions else 2
 
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
@@ -133,14 +115,19 @@ class FitProblem:
         return found
 
     def _by_chain(self, values: Floats) -> Iterator[_ChainRows]:
-        driving = values[len(values) - self.rates.shape[2] :]
+        driving = values[len(values) - self.given.rates.shape[2] :]
         for k, chain in enumerate(self.chains):
-            own = self.sets == k
-            yield own, chain, self.every(values), self.q[own] + self.rates[own] @ driving
+            own = self.given.sets == k
+            yield (
+                own,
+                chain,
+                self.every(values),
+                self.given.q[own] + self.given.rates[own] @ driving,
+            )
 
     def predicted(self, values: Floats) -> Floats:
         """Return the poses (N, 4, 4) with corrections (P,)."""
-        poses = np.empty_like(self.poses)
+        poses = np.empty_like(self.given.poses)
         for own, chain, every, q in self._by_chain(values):
             poses[own] = poses_of(chain, every, q)
         return poses
@@ -155,62 +142,66 @@ class FitProblem:
 
     def whitened(self, rows: Floats) -> Floats:
         """Return remainders, or how they move, (N, 2, 3, ...) as they are weighed."""
-        if self.whitening is not None:
+        if self.given.whitening is not None:
             six = np.array(rows).reshape(len(rows), 6, *rows.shape[3:])
-            own = six[:, : self.whitening.shape[1]]
-            own[:] = np.einsum('nij,nj...->ni...', self.whitening, own)
+            own = six[:, : self.given.whitening.shape[1]]
+            own[:] = np.einsum('nij,nj...->ni...', self.given.whitening, own)
             rows = six.reshape(rows.shape)
         return rows
 
     def _between(self, poses: Floats) -> Floats:
-        if self.from_tool:
-            return remainders_between(inverses(self.poses), inverses(poses), self.positions)
-        return remainders_between(self.poses, poses, self.positions)
+        if self.given.from_tool:
+            return remainders_between(
+                inverses(self.given.poses), inverses(poses), self.given.positions
+            )
+        return remainders_between(self.given.poses, poses, self.given.positions)
 
     def equations(self, values: Floats) -> Equations:
         """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P), as weighed."""
-        poses = np.empty_like(self.poses)
-        jacobian = np.empty((len(self.q), 6, len(self.columns)))
-        driving = self.rates.shape[2]
+        poses = np.empty_like(self.given.poses)
+        jacobian = np.empty((len(self.given.q), 6, len(self.columns)))
+        driving = self.given.rates.shape[2]
         for own, chain, every, q in self._by_chain(values):
             change = pose_change(chain, every, q)
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
             if driving:
-                jacobian[own, :, -driving:] = _moved_by_joints(chain, every, q) @ self.rates[own]
+                jacobian[own, :, -driving:] = (
+                    _moved_by_joints(chain, every, q) @ self.given.rates[own]
+                )
         return self.whitened(self._between(poses)), self._as_weighed(poses, jacobian)
 
     def moves_with_joints(self, values: Floats) -> Floats:
         """Return how the poses move with each joint (N, 2, 3, n), as weighed."""
-        jacobian = np.empty((len(self.q), 6, self.q.shape[1]))
+        jacobian = np.empty((len(self.given.q), 6, self.given.q.shape[1]))
         for own, chain, every, q in self._by_chain(values):
             jacobian[own] = _moved_by_joints(chain, every, q)
         return self._as_weighed(self.predicted(values), jacobian)
 
     def _as_weighed(self, poses: Floats, jacobian: Floats) -> Floats:
-        if self.from_tool:
+        if self.given.from_tool:
             jacobian = of_inverses(poses, jacobian)
         return self.whitened(jacobian.reshape(len(poses), 2, 3, -1))
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
-        every = self.every(values)
-        rows = np.zeros((len(self.known_distances), self.count))
-        remainders = np.zeros(len(rows))
-        for row, (k, one) in zip(rows, enumerate(self.known_distances)):
+        every, count = self.every(values), len(self.known_distances)
+        rows, remainders = np.zeros((count, self.count)), np.zeros(count)
+        for k, one in enumerate(self.known_distances):
             first, second = (slice(at, at + 3) for at in (one.first, one.second))
             between = one.between + every[second] - every[first]
             length = float(np.linalg.norm(between))
-            row[second], row[first] = between / length, -between / length
+            rows[k, second], rows[k, first] = between / length, -between / length
             remainders[k] = one.distance - length
         return rows[:, self.columns] / DISTANCE_DEVIATION, remainders / DISTANCE_DEVIATION
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """Return the problem of these groups of parameters alone."""
         kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
-        still = len(self.parameters) - self.rates.shape[2]
+        still = len(self.parameters) - self.given.rates.shape[2]
+        rates = self.given.rates[:, :, [k - still for k in kept if k >= still]]
         return replace(
             self,
-            rates=self.rates[:, :, [k - still for k in kept if k >= still]],
+            given=self.given._replace(rates=rates),
             parameters=tuple(self.parameters[k] for k in kept),
             prior=self.prior[kept],
             columns=self.columns[kept],
@@ -303,13 +294,6 @@ class _Equations:
         each = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
         return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
 
-    def rows(self, values: Floats, J: Floats) -> Floats:
-        # How rows, known distances and priors move with numbers in their deviations.
-        problem, count = self.problem, len(values)
-        rows = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
-        known = problem.distance_equations(values)[0] * problem.prior
-        return np.concatenate([rows.reshape(-1, count), known, np.eye(count)])
-
     def right(self, values: Floats, remainders: Floats) -> Floats:
         # What remains of rows, known distances and priors.
         problem = self.problem
@@ -320,9 +304,13 @@ class _Equations:
 
     def solved(self, values: Floats, there: Equations | None = None) -> _Step:
         # `there`: the equations of the problem at the values, if they are known.
-        remainders, J = self.problem.equations(values) if there is None else there
-        count = len(values)
-        rows, right = self.rows(values, J), self.right(values, remainders)
+        # Rows, known distances and priors move so with numbers in their deviations.
+        problem, count = self.problem, len(values)
+        remainders, J = problem.equations(values) if there is None else there
+        moves = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
+        known = problem.distance_equations(values)[0] * problem.prior
+        rows = np.concatenate([moves.reshape(-1, count), known, np.eye(count)])
+        right = self.right(values, remainders)
         triangle = triangle_of(np.column_stack([rows, right]))
         R = triangle[:count, :count]
         step = np.linalg.solve(R, triangle[:count, count])
@@ -332,20 +320,14 @@ class _Equations:
         return float(np.sum(self.right(values, remainders) ** 2))
 
 
-def robust_values(
-    problem: FitProblem,
-    noise: Noise,
-    progress: Callable[[int], None],
-) -> Floats:
+def robust_values(problem: FitProblem, noise: Noise, progress: Callable[[int], None]) -> Floats:
     """Return the corrections (P,) of Huber's estimate; arguments are as of `find_values`."""
     values = np.zeros(len(problem.parameters))
-    huber = length_quantile(HUBER_QUANTILE, problem.kinds)
     remainders = problem.weighed(values)
     for k in range(MAX_ROUNDS):
         progress(k)
-        found = _at_least(noise, _median_noise(remainders))
-        distances = distances_of(problem, remainders, found)
-        weights = huber / np.maximum(distances, huber)
+        found = _robust_noise(noise, remainders)
+        weights = huber_weights(distances_of(problem, remainders, found), problem.kinds)
         step, remainders = _stepped(_Equations(problem, found, weights), values, remainders)
         values = values + step
         if np.all(np.abs(step) < STEP_TOLERANCE * problem.prior):
@@ -371,7 +353,7 @@ def find_values(
     noise, limit = noise or Noise(0.0, 0.0), outlier_limit(problem.kinds)
     values = robust_values(problem, noise, progress)
     remainders = problem.weighed(values)
-    found = _at_least(noise, _median_noise(remainders))
+    found = _robust_noise(noise, remainders)
     used = distances_of(problem, remainders, found) < limit
     for k in range(MAX_ROUNDS):
         progress(MAX_ROUNDS + k)
@@ -381,7 +363,7 @@ def find_values(
         remainders = problem.weighed(values)
         before = found
         evident, freedom = _evident_noise(problem, remainders, solved.rows, inverse, used)
-        found = _at_least(noise, evident)
+        found = Noise(*map(max, zip(noise, evident)))
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         accepted = normal_scores(distances, freedom) < limit
@@ -411,8 +393,9 @@ def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances
 
 
-def _at_least(least: Noise, found: Noise) -> Noise:
-    return Noise(*map(max, zip(least, found)))
+def _robust_noise(least: Noise, remainders: Floats) -> Noise:
+    lengths = np.linalg.norm(remainders, axis=2).T
+    return Noise(*np.maximum(least, median_noise(lengths)).tolist())
 
 
 def widened(noise: Noise, freedom: Noise) -> Noise:
@@ -427,11 +410,7 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
 
 
 def refined(
-    problem: FitProblem,
-    values: Floats,
-    noise: Noise,
-    used: Flags,
-    there: Equations | None = None,
+    problem: FitProblem, values: Floats, noise: Noise, used: Flags, there: Equations | None = None
 ) -> Floats:
     """
     Return the corrections by some of the rows alone, the noise being known.
@@ -468,12 +447,11 @@ def held_out_remainders(
     blocks : shape (N,)
         The block of each row.
     """
-    result = np.zeros((len(problem.q), 2, 3))
+    result = np.zeros((len(problem.given.q), 2, 3))
     equations = problem.equations(values)
     for k in np.unique(blocks):
         block = blocks == k
-        others = found.used & ~block
-        without = refined(problem, values, found.noise, others, equations)
+        without = refined(problem, values, found.noise, found.used & ~block, equations)
         result[block] = problem.remainders(without)[block]
     return result
 
@@ -547,16 +525,24 @@ def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Float
     return np.asarray(np.sqrt(np.sum(squares, axis=1)))
 
 
-def _median_noise(remainders: Floats) -> Noise:
-    sizes = np.median(np.linalg.norm(remainders, axis=2), axis=0) / length_quantile(0.5, 1)
-    return Noise(*np.maximum(sizes, NOISE_FLOOR).tolist())
+def huber_weights(distances: Floats, kinds: int) -> Floats:
+    """Return the weights (..., N) of Huber's estimate, of distances in deviations."""
+    huber = length_quantile(HUBER_QUANTILE, kinds)
+    return np.asarray(huber / np.maximum(distances, huber))
+
+
+def median_noise(lengths: Floats) -> Floats:
+    """Return the deviation (...,) of a number of three, by the median of lengths (..., N)."""
+    return np.asarray(
+        np.maximum(np.median(lengths, axis=-1) / length_quantile(0.5, 1), NOISE_FLOOR)
+    )
 
 
 def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
 ) -> tuple[Noise, Noise]:
     # The remainder over the number of rows that no parameter was fitted to, and that number.
-    kinds, count = problem.kinds, len(problem.q)
+    kinds, count = problem.kinds, len(problem.given.q)
     basis = rows[: 3 * kinds * count] @ inverse
     leverage = np.sum(basis.reshape(count, kinds, -1) ** 2, axis=(0, 2))
     free = 3 * np.sum(used) - leverage

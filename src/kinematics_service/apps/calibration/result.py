@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel import Floats, Integers
+from ...kernel import Floats
 from ...robot.file.parts.parameters import TABLE_GROUPS
 from ...robot.robot import Robot
 from ..checking.diagnosis import FrameDiagnosis
@@ -18,8 +18,7 @@ from .checking import in_words
 from .chosen_parameters import TouchedPoint
 from .explanations import RefusalCauses
 from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
-from .identified_table import IdentifiedTable
-from .knowledge import KNOWN, ParameterCombination
+from .identified_table import KNOWN, IdentifiedTable, ParameterCombination
 
 # Blocks of rows that are held out in turn.
 BLOCKS = 5
@@ -87,14 +86,12 @@ class Calibration(IdentifiedTable):
         X and Y of measured = X calibrated Y.
     base_starts, tool_starts : shape (sets, 4, 4)
         Base and tool that their corrections, along and about their own axes, begin at.
-    frames
-        The result of the frame check; None for positions.
     q : shape (N, n), rad or m
         Joint positions of the rows.
-    sets : shape (N,)
-        The set of each row; of touches the point.
     points
         Those that were touched, if the poses were measured by nothing else.
+    frames
+        The result of the frame check; None for positions.
     remarks
         Sentences on the data.
     refusals
@@ -124,10 +121,9 @@ class Calibration(IdentifiedTable):
     tool_offsets: Floats
     base_starts: Floats
     tool_starts: Floats
-    frames: FrameDiagnosis | None
     q: Floats
-    sets: Integers
     points: tuple[TouchedPoint, ...]
+    frames: FrameDiagnosis | None = None
     remarks: tuple[str, ...] = ()
     refusals: tuple[str, ...] = ()
     explained: RefusalCauses = RefusalCauses()
@@ -226,31 +222,24 @@ class Calibration(IdentifiedTable):
     @cached_property
     def without(self) -> FitErrors:
         """Return the errors of the rows that were used."""
-        return FitErrors(*(errors_of(one[self.used, 0], one[self.used, 1]) for one in self.left))
+        return self._errors(self.used)
 
     @cached_property
     def with_outliers(self) -> FitErrors:
         """Return the errors of all rows."""
-        return FitErrors(*(errors_of(one[:, 0], one[:, 1]) for one in self.left))
+        return self._errors(np.ones_like(self.used))
 
-    @property
-    def before(self) -> Errors:
-        """Return what remains with base and tool fitted alone, without outliers."""
-        return self.without.before
-
-    @property
-    def after(self) -> Errors:
-        """Return what remains with the corrections, without outliers."""
-        return self.without.after
+    def _errors(self, rows: Flags) -> FitErrors:
+        return FitErrors(*(errors_of(*np.swapaxes(one[rows], 0, 1)) for one in self.left))
 
     @property
     def held_out_before(self) -> Errors:
-        """Return `before` of rows that nothing was fitted to."""
+        """Return what remains with base and tool fitted alone, of rows left out of the fit."""
         return self.without.held_out_before
 
     @property
     def held_out(self) -> Errors:
-        """Return `after` of rows that nothing was fitted to."""
+        """Return what remains with the corrections, of rows left out of the fit."""
         return self.without.held_out
 
     @property
@@ -266,8 +255,5 @@ class Calibration(IdentifiedTable):
     @property
     def not_identifiable(self) -> tuple[str, ...]:
         """Return the parameters of the table that mostly stay where their prior has them."""
-        return tuple(
-            one.name
-            for one in self.parameters
-            if one.group in TABLE_GROUPS and not one.identifiable
-        )
+        table = (one for one in self.parameters if one.group in TABLE_GROUPS)
+        return tuple(one.name for one in table if not one.identifiable)

@@ -19,13 +19,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics, jacobian
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion, Part
 from ...kinematics.uncertainty.parameters import parameters_of, structural_rank
-from ...robot.file.parts.parameters import (
-    GROUPS,
-    LENGTH,
-    SIX,
-    ArmParameter,
-    end_parameters,
-)
+from ...robot.file.parts.parameters import GROUPS, LENGTH, SIX, ArmParameter, end_parameters
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from ..checking.diagnosis import LEAST
@@ -46,18 +40,17 @@ from .checking import (
 from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint, usual_motions
 from .explanations import truncated
 from .fitting import (
-    HUBER_QUANTILE,
     MAX_ROUNDS,
-    NOISE_FLOOR,
     STEP_TOLERANCE,
     FitProblem,
     Identified,
     KnownDistance,
     Noise,
-    length_quantile,
+    huber_weights,
+    median_noise,
     outlier_limit,
 )
-from .knowledge import ParameterCombination, combinations_of
+from .identified_table import ParameterCombination, combinations_of
 from .placing import STEPS
 
 # The group of the positions of points.
@@ -106,12 +99,11 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     own = (point == np.arange(np.max(point) + 1)[:, None]).astype(np.float64)
     tip = np.zeros((*at.shape[:-2], 3))
     points = np.stack([np.median(at[..., point == k, :], axis=-2) for k in range(len(own))], -2)
-    left, huber = points[..., point, :] - at, length_quantile(HUBER_QUANTILE, 1)
+    left = points[..., point, :] - at
     for _ in range(MAX_ROUNDS):
         before, distances = tip, np.linalg.norm(left, axis=-1)
-        noise = np.median(distances, axis=-1)[..., None] / length_quantile(0.5, 1)
-        noise = np.maximum(noise, NOISE_FLOOR)
-        weights = huber / np.maximum(distances / noise, huber)
+        noise = median_noise(distances)[..., None]
+        weights = huber_weights(distances / noise, 1)
         shares = own * weights[..., None, :]
         shares /= np.sum(shares, axis=-1, keepdims=True)
         mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
@@ -166,19 +158,17 @@ class SamePointParameters(ChosenParameters):
         if not np.all(np.isfinite(joints)):
             raise CalibrationError('joint positions must be finite')
         names = tuple(dict.fromkeys(marks))
+        point = np.array([names.index(one) for one in marks], dtype=np.int64)
         if not names:
-            raise CalibrationError(
-                f'no point is touched: at least {LEAST} poses at one are needed'
-            )
-        point = np.array([names.index(one) for one in marks])
+            raise CalibrationError(f'no point is touched: {LEAST} poses at one are needed')
         for k, name in enumerate(names):
             check_mark('point', name)
             own = joints[point == k]
             if len(own) < LEAST:
+                poses = '1 pose' if len(own) == 1 else f'{len(own)} poses'
                 raise CalibrationError(
-                    f'point {name} is touched from {len(own)} '
-                    f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and '
-                    f'some {2 * robot.dof} or more at each point identify most of an arm'
+                    f'point {name} is touched from {poses}: at least {LEAST} are needed, and some '
+                    f'{2 * robot.dof} or more at each point identify most of an arm'
                 )
             # An arm of three joints has no more than a few poses there.
             check_different(own, f'the {len(own)} poses at point {name}', least=2)
@@ -186,11 +176,8 @@ class SamePointParameters(ChosenParameters):
         self.chain = (arm := parameters_of(robot, gears)).chain
         nowhere = rigid_positions(np.zeros((len(marks), 3)))
         super().__init__(robot, Measured.of(joints, nowhere, True, point), (), arm.table)
-        points = (
-            ArmParameter(f'{name}.{axis}', POINTS, False, place=axis)
-            for name in names
-            for axis in SIX[:3]
-        )
+        axes = [(name, axis) for name in names for axis in SIX[:3]]
+        points = (ArmParameter(f'{name}.{axis}', POINTS, False, place=axis) for name, axis in axes)
         self.every = (*arm.table, *points, *end_parameters('tool', 0))
 
     def first(self, end: str, k: int) -> int:
@@ -220,18 +207,14 @@ class SamePointParameters(ChosenParameters):
             The touches are no matter of calibration.
         """
         tool = self.first('tool', 0)
-        start = started(
-            self.robot, self.given.q, self.given.sets, free={*range(tool, tool + 3)} <= {*chosen}
-        )
+        free = {*range(tool, tool + 3)} <= {*chosen}
+        self.start = start = started(self.robot, self.given.q, self.given.sets, free)
         if check:
             self._check_touches(start)
-            _check_distances(start, self.names, self.apart)
-        self.start = start
-        points = start.points
+            self._check_distances(start)
+        points, first = start.points, [self.first(POINTS, k) for k in range(len(self.names))]
         distances = tuple(
-            KnownDistance(
-                self.first(POINTS, i), self.first(POINTS, j), points[j] - points[i], distance
-            )
+            KnownDistance(first[i], first[j], points[j] - points[i], distance)
             for (i, j), distance in self.apart.items()
         )
         chains = [self._chain(k, start.tip) for k in range(len(self.names))]
@@ -244,12 +227,10 @@ class SamePointParameters(ChosenParameters):
 
     def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
         """Return what tells how badly touches fit with each mistake undone."""
-
-        def scores(changes: Sequence[Hypothesis]) -> Floats:
-            left = self._distances(np.stack([one.joints(self.given.q) for one in changes]))
-            return truncated((left / MOST.position) ** 2)
-
-        return scores
+        q, far = self.given.q, MOST.position
+        return lambda changes: truncated(
+            (self._distances(np.stack([one.joints(q) for one in changes])) / far) ** 2
+        )
 
     def _distances(self, joints: Floats) -> Floats:
         # Distances (H, N) from tips to points, m, by other joint positions (H, N, n).
@@ -270,6 +251,17 @@ class SamePointParameters(ChosenParameters):
                 'marked with wrong points' + explained_by_joints(robot, q, middle, self._distances)
             )
 
+    def _check_distances(self, start: TouchStart) -> None:
+        for (i, j), given in self.apart.items():
+            found = float(np.linalg.norm(start.points[j] - start.points[i]))
+            if abs(given - found) > NO_CALIBRATION:
+                thousandth = abs(given / 1000 - found) < NO_CALIBRATION
+                raise CalibrationError(
+                    f'points {self.names[i]} and {self.names[j]} are {length_in_words(found)} '
+                    f'apart by the touches, not {length_in_words(given)}: no table is off by as '
+                    f'much{"; are these millimetres?" if thousandth else ""}'
+                )
+
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
         # From the base frame to the tip; the correction of point k moves it the other way.
         description = self.robot.description
@@ -287,8 +279,7 @@ class SamePointParameters(ChosenParameters):
         """Return the number of directions that any touches of these points could tell."""
         q = seeded_poses(self.robot.limits, self.robot.prismatic)
         point = np.arange(len(q)) % len(self.names)
-        noise = Noise(LENGTH, 1.0)
-        return structural_rank(self._exact_jacobian(problem, noise, q, point))
+        return structural_rank(self._exact_jacobian(problem, Noise(LENGTH, 1.0), q, point))
 
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
@@ -296,15 +287,6 @@ class SamePointParameters(ChosenParameters):
         """Return the parameters that these touches do not tell apart."""
         J = self._exact_jacobian(problem, noise, self.given.q[used], self.given.sets[used])
         return combinations_of(J, problem.parameters)
-
-    def _scale_is_open(self, problem: FitProblem) -> bool:
-        # All lengths may grow by one factor, and no sliding joint measures one.
-        lengths = {
-            one.name
-            for one in self.every
-            if one.group == 'lengths' or (one.group == 'tool' and not one.angle)
-        }
-        return not (self.apart or any(self.robot.prismatic)) and lengths <= set(problem.names)
 
     def _exact_jacobian(
         self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
@@ -314,16 +296,16 @@ class SamePointParameters(ChosenParameters):
         touching, exact = _touching(self.robot, q, self.start.points[point], self.start.tip)
         if not np.any(exact):
             touching, exact = q, np.ones(len(q), dtype=bool)
-        there = replace(
-            problem,
+        rows = problem.given._replace(
             q=touching[exact],
             sets=point[exact],
             rates=np.zeros((int(np.sum(exact)), q.shape[1], 0)),
             poses=rigid_positions(self.start.points[point[exact]]),
         )
-        return usual_motions(there, noise, np.ones(len(there.q), dtype=bool))
+        there = replace(problem, given=rows)
+        return usual_motions(there, noise, np.ones(len(rows.q), dtype=bool))
 
-    def ends_of(self, problem: FitProblem, values: Floats) -> dict[str, Floats]:
+    def ends_of(self, problem: FitProblem, values: Floats) -> dict[str, Any]:
         """Return those of tip = X calibrated Y; X is the identity, the base that of the file."""
         ends = {name: own[:1] for name, own in super().ends_of(problem, values).items()}
         base = np.array([self.robot.description.base.motion.matrix])
@@ -350,72 +332,56 @@ class SamePointParameters(ChosenParameters):
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
         """Return sentences on what deviations do not say, and on rows that have a wrong name."""
-        points = np.array([one.position for one in self.points(problem, found)])
-        left = problem.remainders(found.values)[:, 0]
-        near = outlier_limit(1) * found.noise.position
-        result = [*super().remarks(problem, found)]
-        if self._scale_is_open(problem):
+        result, names = [*super().remarks(problem, found)], self.names
+        # All lengths may grow by one factor if nothing known or sliding measures one.
+        kinds = ('lengths', False), ('tool', False)
+        lengths = {one.name for one in self.every if (one.group, one.angle) in kinds}
+        known = self.apart or any(self.robot.prismatic)
+        if not known and lengths <= set(problem.names):
             result.append(
                 'The scale of the lengths is not identifiable: if arm, tip and points are all '
                 'larger by one factor, they touch in the same way; the priors decide the scale, '
                 'and a known distance between two points makes it identifiable'
             )
+        points = np.array([one.position for one in self.points(problem, found)])
+        own, left = self.given.sets, problem.remainders(found.values)[:, 0]
+        distances = np.linalg.norm(points - (points[own] - left)[:, None], axis=2)
+        nearest = np.argmin(distances, axis=1)
+        near = np.min(distances, axis=1) < outlier_limit(1) * found.noise.position
         for row in np.flatnonzero(~found.used)[:NAMES_IN_SENTENCE]:
-            own = int(self.given.sets[row])
-            distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)
-            other = int(np.argmin(distances))
-            if other != own and distances[other] < near:
-                names = self.names
-                result.append(f'Row {row} is marked {names[own]} but touches {names[other]}')
+            if nearest[row] != own[row] and near[row]:
+                touched = names[nearest[row]]
+                result.append(f'Row {row} is marked {names[own[row]]} but touches {touched}')
         return tuple(result)
-
-
-def _check_distances(
-    start: TouchStart, names: Sequence[str], apart: Mapping[tuple[int, int], float]
-) -> None:
-    for (i, j), given in apart.items():
-        found = float(np.linalg.norm(start.points[j] - start.points[i]))
-        if abs(given - found) > NO_CALIBRATION:
-            unit = ''
-            if abs(given / 1000 - found) < NO_CALIBRATION:
-                unit = '; are these millimetres?'
-            raise CalibrationError(
-                f'points {names[i]} and {names[j]} are {length_in_words(found)} apart by the '
-                f'touches, not {length_in_words(given)}: no table is off by as much{unit}'
-            )
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
     # Joint positions near q at which the tip is at its target, and whether it is, by damped steps
     # (Levenberg and Marquardt).
-    for _ in range(STEPS):
+    for _ in range(STEPS + 1):
         T, J = forward_kinematics(robot, q), jacobian(robot, q, at=tip)[:, :3]
         left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
+        exact = np.linalg.norm(left, axis=1) < TOUCHES
         squares = np.sum(left**2, axis=1) + np.finfo(float).eps
         inverse = np.linalg.inv(J @ np.swapaxes(J, 1, 2) + squares[:, None, None] * np.eye(3))
         step = np.einsum('nji,njk,nk->ni', J, inverse, left)
         longest = np.max(np.abs(step), axis=1, keepdims=True)
         q = q + step * np.minimum(1.0, STEP_LIMIT / np.maximum(longest, STEP_LIMIT))
-    T = forward_kinematics(robot, q)
-    left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
-    return q, np.linalg.norm(left, axis=1) < TOUCHES
+    return q, exact
 
 
 def _checked(
     apart: Mapping[tuple[str, str], float], names: Sequence[str]
 ) -> dict[tuple[int, int], float]:
     # By the numbers of the points.
-    result = {}
     for (one, other), distance in apart.items():
         for name in (one, other):
             if name not in names:
-                raise CalibrationError(
-                    f'no row touches point {name}; the points are {", ".join(names)}'
-                )
+                points = ', '.join(names)
+                raise CalibrationError(f'no row touches point {name}; the points are {points}')
         if one == other or not 0.0 < distance < np.inf:
             raise CalibrationError(
                 f'points {one} and {other} cannot be {distance:g} m apart: give two points and a '
                 'length above 0'
             )
-        result[names.index(one), names.index(other)] = distance
-    return result
+    return {(names.index(one), names.index(other)): far for (one, other), far in apart.items()}
