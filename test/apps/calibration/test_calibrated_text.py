@@ -11,6 +11,7 @@ from calibrated_arms import measured_arm
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.apps.calibration.corrections import corrected_robot
+from kinematics_service.apps.calibration.report import facts_of, sentences_of
 from kinematics_service.apps.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 
@@ -36,6 +37,17 @@ def calibrated(name, kind, frames):
     arm, found = found_of(name, kind)
     text = ks.bundled_robots()[name].read_text()
     return found, calibrated_text(found, text, arm.q, arm.poses, MADE_UP, frames)
+
+
+def test_the_file_has_the_sentences_of_the_report_on_what_was_found():
+    found, made = calibrated('ur5e', 'tolerance', 'robot')
+    head = made.partition('\nrobot:')[0]
+    facts = list(facts_of(found))
+    assert len(facts) >= 4 + len(found.combinations)
+    said = list(sentences_of(found))
+    for fact in facts:
+        assert f'\n# {fact}\n' in head
+        assert fact in said
 
 
 @pytest.mark.slow
