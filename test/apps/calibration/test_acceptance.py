@@ -194,6 +194,50 @@ def test_more_than_a_tenth_left_out_is_refused_beyond_the_limits_of_audit(off, a
     assert ks.calibrate(arm.robot, arm.q, poses).accepted
 
 
+@pytest.mark.parametrize(('size', 'no_better'), [(1.0, False), (0.0, True)])
+def test_a_calibration_that_is_no_better_than_the_table_says_so(size, no_better):
+    # An arm that is its table gains nothing: what is written must say it.
+    arm = measured_arm('ur5e', 20, NOISE, 3, size)
+    found = ks.calibrate(arm.robot, arm.q, arm.poses)
+    assert found.accepted
+    text = ks.bundled_robots()['ur5e'].read_text()
+    for lines in (sentences_of(found), certificate_of(found, text, arm).splitlines()):
+        (line,) = [one for one in lines if 'held-out' in one]
+        assert line.endswith('no better, within two standard deviations of the difference') == (
+            no_better
+        )
+    assert document_of(found, [])['no_better'] == no_better
+
+
+def certificate_of(found, text, arm):
+    return calibrated_text(found, text, arm.q, arm.poses, MADE_UP)
+
+
+def test_few_positions_again_and_again_do_not_judge_themselves():
+    arm = measured_arm('ur5e', 3, seed=1)
+    rows = np.repeat(np.arange(3), 14)
+    positions = arm.poses[rows, :3, 3]
+    positions += NOISE * np.random.default_rng(5).normal(size=positions.shape)
+    found = ks.calibrate(arm.robot, arm.q[rows], positions, check=False)
+    assert found.held_out.position_rms == pytest.approx(found.held_out_before.position_rms, 0.01)
+    (refusal,) = found.refusals
+    assert refusal.startswith('held-out positions do not judge the calibration: ')
+
+
+@pytest.mark.parametrize(('kind', 'least'), [('poses', 4), ('positions', 5)])
+def test_rows_that_do_no_more_than_place_base_and_tool_are_refused(kind, least):
+    # Beside one held out, two poses or three positions leave no number for the table.
+    for different, refused in ((least - 1, True), (least, False)):
+        arm = measured_arm('ur5e', different, seed=1)
+        rows = np.repeat(np.arange(different), 14)
+        poses = arm.poses[rows]
+        poses[:, :3, 3] += NOISE * np.random.default_rng(5).normal(size=(len(rows), 3))
+        found = ks.calibrate(
+            arm.robot, arm.q[rows], poses if kind == 'poses' else poses[:, :3, 3], check=False
+        )
+        assert (not found.accepted, found.only_worse) == (refused, refused)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ('name', 'seed', 'count', 'noise'),

@@ -2,6 +2,7 @@
 
 import functools
 
+import brute_force
 import numpy as np
 import pytest
 from arms import robot_of, without_known_poses
@@ -10,10 +11,12 @@ from calibrated_arms import measured_arm
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.apps.calibration.corrections import corrected_robot
+from kinematics_service.apps.calibration.report import facts_of, sentences_of
 from kinematics_service.apps.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of
 
 NOISE = 5e-5
+SIX_ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 MADE_UP = CalibrationOrigin('made up', '2026-01-01')
 # What is fitted, and by which tolerances.
 KINDS = {
@@ -34,6 +37,17 @@ def calibrated(name, kind, frames):
     arm, found = found_of(name, kind)
     text = ks.bundled_robots()[name].read_text()
     return found, calibrated_text(found, text, arm.q, arm.poses, MADE_UP, frames)
+
+
+def test_the_file_has_the_sentences_of_the_report_on_what_was_found():
+    found, made = calibrated('ur5e', 'tolerance', 'robot')
+    head = made.partition('\nrobot:')[0]
+    facts = list(facts_of(found))
+    assert len(facts) >= 4 + len(found.combinations)
+    said = list(sentences_of(found))
+    for fact in facts:
+        assert f'\n# {fact}\n' in head
+        assert fact in said
 
 
 @pytest.mark.slow
@@ -132,3 +146,25 @@ def test_a_calibrated_planar_arm_is_still_singular_where_it_was(name):
     singular = singular[np.isfinite(singular[:, 0])]
     assert len(singular) > 3
     assert np.all(ks.singularity(corrected, singular).distance < 0.03)
+
+
+def test_a_bent_arm_of_five_joints_is_regular_where_parallel_axes_made_it_singular():
+    # J is 6x5: its rank falls where two conditions hold. Three parallel axes meet both at once
+    # where the arm is straight; axes that are off by 1 mrad do not.
+    robot = robot_of('so101')
+    table = parameters_of(robot).table
+    q = np.random.default_rng(4).uniform(-1.0, 1.0, (40, robot.dof))
+    singular = ks.singularity(robot, q).nearest_singular
+    singular = singular[np.isfinite(singular[:, 0])][:20]
+    errors = 1e-3 * np.random.default_rng(0).normal(size=len(table))
+    corrected = corrected_robot(robot, table, errors)
+    tasks = [one.singularity.task for one in (robot, corrected)]
+    assert [(one.rows, one.generic_rank) for one in tasks] == [(SIX_ROWS, 5)] * 2
+    found = ks.singularity(corrected, singular)
+    away = found.distance > 0.03
+    assert 5 < np.sum(away) < 15
+    # By proof none is singular within the clearance, and by brute force none below the distance.
+    assert np.all(found.clearance[away] > 0.03)
+    true, _ = brute_force.nearest_singular(corrected, singular, known=24)
+    assert np.all(found.distance < 1.05 * np.minimum(true, 1.0))
+    assert np.all(true[away] > 0.95 * found.distance[away])

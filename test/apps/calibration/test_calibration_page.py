@@ -9,8 +9,13 @@ from calibrated_arms import BASE, measured_arm, touching_arm
 from chromium import chromium_tab
 
 import kinematics_service as ks
-from kinematics_service.apps.calibration.output.page import PageOrigin, page_of
-from kinematics_service.apps.calibration.output.plots import BOTTOM, HEIGHT, PointPlot
+from kinematics_service.apps.calibration.output.page import (
+    BOTTOM,
+    HEIGHT,
+    PageOrigin,
+    PointPlot,
+    page_of,
+)
 from kinematics_service.apps.calibration.report import not_nothing
 
 NOISE = 5e-5

@@ -17,8 +17,7 @@ from calibrated_arms import (
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.apps.calibration.corrections import corrected_robot
-from kinematics_service.apps.calibration.placed_camera import placed_camera
-from kinematics_service.apps.calibration.report import sentences_of
+from kinematics_service.apps.calibration.report import placed_camera, sentences_of
 from kinematics_service.apps.checking.hypotheses import quaternions_of
 from kinematics_service.errors import CalibrationError
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of

@@ -1,15 +1,28 @@
-"""Whether what was found is a calibration: what remains, and which rows were left out."""
+"""
+Whether what was found is a calibration: what remains, which rows were left out, single joints.
+
+Errors that depend on the position of a joint are found by a score test of one added parameter,
+its gear ratio, beside those that were fitted (Cook and Weisberg, Residuals and Influence in
+Regression, 1982, section 2.3.2).
+"""
 
 import math
 from collections.abc import Iterator
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
 
+from ...robot.file.parts.parameters import ANGLE, GEARS, LENGTH
+from ...robot.robot import Robot
+from ...typography import listed
 from ..checking.diagnosis import LEAST
-from ..checking.errors import EXPLAINED, Errors, PoseLimit, angle_in_words, length_in_words
+from ..checking.errors import EXPLAINED, PoseLimit, angle_in_words, length_in_words
 from ..checking.judgement import FrameLimits
 from ..recordings.readers.block import Flags
+from .checking import NAMES_IN_SENTENCE
+from .fitting import FitProblem, Identified, normal_scores, one_more
+from .identified_table import KNOWN
 from .result import Calibration
 
 # Largest share of rows that are outliers: more of them contradict the arm.
@@ -37,10 +50,8 @@ class JudgedFit(NamedTuple):
     @property
     def contradicting(self) -> Flags:
         """Return which of the rows left out are farther off (N,) than `limit`."""
-        return np.asarray(
-            ~self.found.used
-            & np.any(np.linalg.norm(self.found.remainders, axis=2) > self.limit, axis=1)
-        )
+        far = np.linalg.norm(self.found.remainders, axis=2) > self.limit
+        return np.asarray(~self.found.used & np.any(far, axis=1))
 
     @property
     def many_out(self) -> bool:
@@ -50,11 +61,21 @@ class JudgedFit(NamedTuple):
 
 def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
     """Return why what was found is no calibration, a sentence each; none if it is one."""
-    contradicted = list(_contradicted(fit))
-    every = bool(contradicted) or fit.many_out
-    errors = fit.found.with_outliers if every else fit.found.without
-    reasons = (*contradicted, *_remaining(fit, errors.after))
-    return reasons or ((fit.found.worse,) if fit.found.worse else ())
+    found, out, reasons = fit.found, fit.contradicting, list[str]()
+    if np.sum(out) > OUTLIER_SHARE * found.count:
+        reasons.append(
+            f'{np.sum(out)} of {found.count} {found.rows} contradict the arm: that is more than a '
+            'tenth, too many for outliers'
+        )
+    if by_joint := _by_joint(found, out):
+        reasons.append(by_joint)
+    errors = (found.with_outliers if reasons or fit.many_out else found.without).after
+    remaining = list(zip(errors.rms, fit.limit, (length_in_words, angle_in_words)))
+    for rms, limit, words in remaining[: 1 if found.positions else 2]:
+        if rms >= limit:
+            least = words(limit)
+            reasons.append(f'{words(rms)} remain (rms), where less than {least} is required')
+    return tuple(reasons) or ((found.worse,) if found.worse else ())
 
 
 def noise_remarks(fit: JudgedFit) -> Iterator[str]:
@@ -68,67 +89,76 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
         )
 
 
-def _contradicted(fit: JudgedFit) -> Iterator[str]:
-    left, count = int(np.sum(fit.contradicting)), fit.found.count
-    if left > OUTLIER_SHARE * count:
-        yield (
-            f'{left} of {count} {fit.found.rows} contradict the arm: that is more than a tenth, '
-            'too many for outliers'
-        )
-    if by_joint := _by_joint(fit):
-        yield by_joint
-
-
-def _remaining(fit: JudgedFit, errors: Errors) -> Iterator[str]:
-    limit = fit.limit
-    if errors.position_rms >= limit.position:
-        yield (
-            f'{length_in_words(errors.position_rms)} remain (rms), where less than '
-            f'{length_in_words(limit.position)} is required'
-        )
-    if not fit.found.positions and errors.rotation_rms >= limit.angle:
-        yield (
-            f'{angle_in_words(errors.rotation_rms)} remain (rms), where less than '
-            f'{angle_in_words(limit.angle)} is required'
-        )
-
-
-def _by_joint(fit: JudgedFit) -> str:
+def _by_joint(found: Calibration, out: Flags) -> str:
     # The rows that are highest, lowest or farthest from the middle in a joint, up to each one that
     # was left out: how many of them were left out, and how likely as many are by chance.
-    out = fit.contradicting
-    left, count = int(np.sum(out)), len(out)
+    left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < LEAST or left == count:
         return ''
-    likeliest = (TEST_LEVEL, '')
-    tests = 3 * fit.found.q.shape[1] * left
-    for j, name in enumerate(fit.found.robot.joint_names):
-        q, middle = fit.found.q[:, j], float(np.median(fit.found.q[:, j]))
-        words = length_in_words if fit.found.robot.prismatic[j] else angle_in_words
+    likeliest, tests = (TEST_LEVEL, ''), 3 * found.q.shape[1] * left
+    for name, slides, q in zip(found.robot.joint_names, found.robot.prismatic, found.q.T):
+        middle, words = float(np.median(q)), length_in_words if slides else angle_in_words
         for side, values in (('above', q), ('below', -q), ('away', np.abs(q - middle))):
             for value in np.unique(values[out]).tolist():
                 beyond = values >= value
-                chance = tests * _by_chance(
-                    count, left, int(np.sum(beyond)), int(np.sum(beyond & out))
-                )
+                drawn, both = int(np.sum(beyond)), int(np.sum(beyond & out))
+                chance = tests * _by_chance(count, left, drawn, both)
                 if chance < likeliest[0]:
-                    where = f'{side} {words(-value if side == "below" else value)}'
+                    where = f'{side} {words(value if side == "above" else -value)}'
                     if side == 'away':
                         where = f'{words(value)} or more from {words(middle)}'
-                    own = f'{int(np.sum(beyond & out))} of {int(np.sum(beyond))}'
-                    likeliest = chance, f'where joint {name} is {where}: {own}'
-    if not likeliest[1]:
-        return ''
-    return (
-        f'{fit.found.rows} contradict the arm {likeliest[1]} such {fit.found.rows} were left out'
-    )
+                    likeliest = chance, f'where joint {name} is {where}: {both} of {drawn}'
+    return likeliest[1] and f'{rows} contradict the arm {likeliest[1]} such {rows} were left out'
 
 
 def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
     # How likely as many or more of `left` among `count` are in a draw: hypergeometric.
-    every = math.comb(count, drawn)
-    most = min(left, drawn)
     ways = (
-        math.comb(left, k) * math.comb(count - left, drawn - k) for k in range(found, most + 1)
+        math.comb(left, k) * math.comb(count - left, drawn - k)
+        for k in range(found, min(left, drawn) + 1)
     )
-    return sum(ways) / every
+    return sum(ways) / math.comb(count, drawn)
+
+
+def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
+    """Yield sentences on joints of an arm all of whose table was fitted."""
+    yield from _nearly_still(robot, problem, found)
+    if not any(one.group == GEARS for one in problem.parameters):
+        yield from _by_gear(robot, problem, found)
+
+
+def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
+    # An axis that is off by a usual error e moves the tool by e times the motion of its joint: a
+    # distance of a turning axis (m), the direction of a sliding one (rad). The standard deviation
+    # of e is the noise over the norm of the motion; it is known if that is KNOWN times smaller.
+    q = problem.given.q[found.used]
+    seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
+    usual = np.where(robot.prismatic, float(ANGLE), LENGTH)
+    named = [
+        f'{robot.joint_names[j]} (by '
+        f'{(length_in_words if robot.prismatic[j] else angle_in_words)(float(np.ptp(q[:, j])))})'
+        for j in np.flatnonzero(usual * seen < KNOWN * found.noise.position)
+    ]
+    if named:
+        yield (
+            f'Joints that move too little for their axes to be seen beside the noise: '
+            f'{listed(named, NAMES_IN_SENTENCE)}; numbers of these axes mostly keep their '
+            'nominal values: let these joints move farther'
+        )
+
+
+def _by_gear(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
+    # The derivative by the gear ratio is that by the joint times its position.
+    moves = problem.moves_with_joints(found.values) * problem.given.q[:, None, None, :]
+    shown = np.any(moves != 0.0, axis=(0, 1, 2))
+    joints = np.flatnonzero(shown)
+    shares, deviations = one_more(problem, found, moves[..., joints])
+    scores = normal_scores(np.abs(np.divide(shares, deviations)), found.freedom)
+    best = int(np.argmax(scores))
+    # Two-sided, and for the best of all joints (Bonferroni).
+    if scores[best] > NormalDist().inv_cdf(1.0 - TEST_LEVEL / (2 * robot.dof)):
+        yield (
+            f'The errors depend on the position of joint {robot.joint_names[joints[best]]}, as '
+            f'if its gear ratio were off by {100 * shares[best]:.2g} % (score test of an added '
+            f'parameter, at {100 * TEST_LEVEL:g} %): --fit all fits gear ratios'
+        )

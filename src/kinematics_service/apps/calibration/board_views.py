@@ -226,15 +226,9 @@ def board_views(
             f'{len(found)} of {len(seen)} images tell where the board is: at least {LEAST} '
             f'are needed. {_named(left_out)}'
         )
-    poses, squares = zip(*(one[0] for one in found.values()))
-    return BoardViews(
-        intrinsics,
-        tuple(given[k] for k in found),
-        np.array(list(found)),
-        np.array(poses),
-        np.array(squares),
-        tuple(left_out),
-    )
+    poses, squares = (np.array(values) for values in zip(*(one[0] for one in found.values())))
+    corners, rows = tuple(given[k] for k in found), np.array(list(found))
+    return BoardViews(intrinsics, corners, rows, poses, squares, tuple(left_out))
 
 
 def _decided(

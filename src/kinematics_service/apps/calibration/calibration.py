@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, replace
-from functools import partial
 from typing import get_args
 
 import numpy as np
@@ -12,27 +11,17 @@ from ...errors import CalibrationError
 from ...kernel import Floats, Integers
 from ...kinematics.arguments import numbers_of, refused
 from ...kinematics.uncertainty.parameters import parameters_of
-from ...rigid_motion import inverses
 from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
 from ...robot.loops import refuse_loops
 from ...robot.robot import AnyRobot, as_robot
-from ..checking.diagnosis import FrameDiagnosis
-from ..checking.errors import Errors, errors_of
-from ..checking.hypotheses import Hypothesis, joint_hypotheses_of
-from ..recordings.readers.block import Flags
-from .acceptance import JudgedFit, noise_remarks, refusals_of
-from .camera import ON_TOOL, Camera, given_by_camera, wrong_size
-from .checking import (
-    REMARKED_DEVIATIONS,
-    Measured,
-    checked_offsets,
-    measured,
-    position_numbers,
-)
+from ..checking.hypotheses import Hypothesis
+from .acceptance import JudgedFit, joint_remarks, noise_remarks, refusals_of
+from .camera import Camera, given_by_camera, wrong_size
+from .checking import REMARKED_DEVIATIONS, Measured, checked_offsets, measured, position_numbers
 from .chosen_parameters import ChosenParameters, asks_for_gears
 from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
-from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of, scores_of_poses
+from .explanations import RefusalCauses, TriedCalibration, explained, mistakes_of
 from .fitting import (
     FitProblem,
     Identified,
@@ -41,14 +30,11 @@ from .fitting import (
     held_out_remainders,
     refined,
     weighted_jacobian,
-    with_covariance,
 )
 from .identified_table import CalibratedParameter
-from .joint_evidence import joint_remarks
-from .knowledge import KNOWN
 from .placing import Free
-from .result import BLOCKS, Calibration, FitErrors
-from .same_point import SamePointParameters, touches_of
+from .result import BLOCKS, Calibration
+from .same_point import SamePointParameters
 
 # Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
 DECIMALS = 13
@@ -159,21 +145,11 @@ def calibrate(
     (0.001, 30, 30)
     """
     robot = as_robot(robot)
-    known, priors = None if noise is None else _noise_of(noise), tolerances or {}
-    again = partial(
-        calibrate,
-        apart=apart,
-        camera=camera,
-        whitening=whitening,
-        own=own,
-        fit=fit,
-        fix=fix,
-        tolerances=tolerances,
-        noise=noise,
-    )
+    known, priors = _noise_of(noise), tolerances or {}
     if camera not in (None, *get_args(Camera)):
         raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
     refuse_loops(robot.description, 'the calibration')
+    names: ChosenParameters
     if same_point is not None:
         others = (poses, sets, qdot, approach, camera, sessions, loads, whitening)
         if any(one is not None for one in others):
@@ -181,142 +157,108 @@ def calibrate(
                 'same_point takes joint positions alone: no poses, sets, qdot, approach, camera, '
                 'sessions, loads'
             )
-        touched = touches_of(robot, q, same_point)
         progress('points')
-        arm = parameters_of(robot, asks_for_gears(fit))
-        points = SamePointParameters(robot, touched, arm, apart or {})
-        problem = points.touch_problem(points.fitted(fit, fix, priors), priors, check)
-        found = _fitted(points, problem, None, known, progress)[0]
-        if found.accepted or found.only_worse or not check:
-            return found
-        progress('explanations')
-        return _with_explanations(
-            found,
-            list(joint_hypotheses_of(robot, touched.q)),
-            points.scores,
-            lambda change: again(
-                robot, change.joints(touched.q), same_point=same_point, check=False
-            ),
-        )
-    if not (qdot is None or approach is None):
-        raise CalibrationError('give qdot where the arm moved, or approach where it stood still')
-    if poses is None or apart:
-        raise CalibrationError('give poses; or same_point, which alone takes distances')
-    if approach is None:
-        given = measured(robot, q, poses, sets, qdot)
+        gears = asks_for_gears(fit)
+        names = touches = SamePointParameters(robot, q, same_point, apart or {}, gears)
+        problem = touches.touch_problem(touches.fitted(fit, fix, priors), priors, check)
+        frames = None
     else:
-        half_behind = -0.5 * np.sign(numbers_of('approach', approach))
-        given = measured(robot, q, poses, sets, half_behind, BACKLASH)
-    if camera is not None:
-        given = given_by_camera(robot, given, camera, check)
-    for end in own:
-        if end not in ENDS:
-            raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
-    each = Free('base' in own, 'tool' in own)
-    given = with_conditions(robot, given, each.base, sessions, loads)
-    arm = parameters_of(robot, asks_for_gears(fit))
-    names = ChosenParameters(robot, given, tuple(own), arm.table)
-    fitted = names.fitted(fit, fix, priors)
-    free = Free('base' in names.groups(fitted), 'tool' in names.groups(fitted))
-    progress('frame check')
-    offsets, frames = checked_offsets(robot, given, free, each, check, read)
-    problem = names.problem(
-        names.chains(arm.chain, offsets),
-        given.poses,
-        fitted,
-        priors,
-        from_tool=camera == ON_TOOL,
-        whitening=whitening,
-    )
-    found, identified = _fitted(names, problem, frames, known, progress)
-    found = replace(found, camera=camera)
+        if not (qdot is None or approach is None):
+            raise CalibrationError(
+                'give qdot where the arm moved, or approach where it stood still'
+            )
+        if poses is None or apart:
+            raise CalibrationError('give poses; or same_point, which alone takes distances')
+        if approach is None:
+            given = measured(robot, q, poses, sets, qdot)
+        else:
+            half_behind = -0.5 * np.sign(numbers_of('approach', approach))
+            given = measured(robot, q, poses, sets, half_behind)._replace(moving=(BACKLASH,))
+        if camera is not None:
+            given = given_by_camera(robot, given, camera, check)
+        for end in own:
+            if end not in ENDS:
+                raise CalibrationError(f'own: {end!r} is not one of {", ".join(ENDS)}')
+        each = Free('base' in own, 'tool' in own)
+        given = with_conditions(robot, given, each.base, sessions, loads)
+        arm = parameters_of(robot, asks_for_gears(fit))
+        given = given._replace(whitening=whitening)
+        names = ChosenParameters(robot, given, tuple(own), arm.table)
+        fitted = names.fitted(fit, fix, priors)
+        groups = {names.every[k].group for k in fitted}
+        free = Free('base' in groups, 'tool' in groups)
+        progress('frame check')
+        offsets, frames = checked_offsets(robot, given, free, each, check, read)
+        chains = names.chains(arm.chain, offsets)
+        problem = names.problem(chains, given.poses, fitted, priors)
+    found, identified = _fitted(names, problem, known, progress)
+    found = replace(found, frames=frames, camera=camera)
     size = wrong_size(problem, identified) if camera is not None and check else None
-    if size is not None and not size.refused:
-        found = replace(found, remarks=(*found.remarks, size.sentence))
-    elif size is not None:
+    if size is not None and size.refused:
         return replace(found, refusals=(*found.refusals, size.sentence))
+    if size is not None:
+        found = replace(found, remarks=(*found.remarks, size.sentence))
     if found.accepted or found.only_worse or not check:
         return found
     progress('explanations')
 
-    def undone(change: Hypothesis) -> Calibration:
-        T = change.seen(given.poses)
-        B = T[:, :3, 3] if given.positions else T
-        B = inverses(T) if camera == ON_TOOL else B
-        q = change.joints(given.q)
-        return again(robot, q, B, sets=given.sets, check=False)
-
-    changes = mistakes_of(robot, given, read)
-    return _with_explanations(found, changes, scores_of_poses(robot, given, found.used), undone)
-
-
-def _noise_of(given: tuple[float, float]) -> Noise:
-    if numbers_of('noise', given).shape != (2,):
-        raise refused('noise', 'two numbers, m and rad', given)
-    return Noise(*given)
-
-
-def _with_explanations(
-    found: Calibration,
-    changes: Sequence[Hypothesis],
-    scores_of: Callable[[Sequence[Hypothesis]], Floats],
-    undone: Callable[[Hypothesis], Calibration],
-) -> Calibration:
     def outcome_of(change: Hypothesis) -> TriedCalibration:
-        one = undone(change)
+        one = calibrate(
+            robot,
+            **names.undone(change),
+            apart=apart,
+            camera=camera,
+            whitening=whitening,
+            own=own,
+            fit=fit,
+            fix=fix,
+            tolerances=tolerances,
+            noise=noise,
+            check=False,
+        )
         left = (one.without if one.accepted else one.with_outliers).after
         return TriedCalibration(one.accepted, left, len(one.outliers))
 
-    cause = found.frames.cause if found.frames else None
-    if cause is not None:
+    if frames is not None and frames.cause is not None:
         # A number of the table that a calibration finds, if it is not beyond its prior.
-        return replace(found, explained=RefusalCauses((cause.sentence,), True, True))
-    return replace(
-        found,
-        explained=explained(
-            changes, scores_of, outcome_of, found.with_outliers.after, found.positions
-        ),
-    )
+        causes = RefusalCauses((frames.cause.sentence,), True, True)
+    else:
+        changes, scores = mistakes_of(robot, names.given, read), names.scores_of(found.used)
+        left = found.with_outliers.after
+        causes = explained(changes, scores, outcome_of, left, found.positions)
+    return replace(found, explained=causes)
+
+
+def _noise_of(given: tuple[float, float] | None) -> Noise | None:
+    if given is not None and numbers_of('noise', given).shape != (2,):
+        raise refused('noise', 'two numbers, m and rad', given)
+    return None if given is None else Noise(*given)
 
 
 def _fitted(
     names: ChosenParameters,
     problem: FitProblem,
-    frames: FrameDiagnosis | None,
     instrument: Noise | None,
     progress: Callable[[str], None],
 ) -> tuple[Calibration, Identified]:
     robot, given = names.robot, names.given
-    found = with_covariance(
-        problem, find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
-    )
+    found = find_values(problem, instrument, lambda k: progress(f'round {k + 1}'))
     progress('cross-validation')
-    used = found.used
+    used, blocks = found.used, _blocks(problem)
     ends = problem.only(names.placed_groups)
     begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
+    # Joint positions beside the largest block that differ.
+    different = np.unique(position_numbers(given.q), return_index=True)[1]
+    beside = len(different) - np.max(np.bincount(blocks[different]))
+    fits = (ends, begin), (problem, found.values)
+    remaining = [one.remainders(values) for one, values in fits]
+    remaining += [held_out_remainders(*fit, found, blocks) for fit in fits]
     weighted = weighted_jacobian(problem, found.values, found.noise, used)
-    values = np.linalg.svd(weighted, compute_uv=False)
-    base, tool = names.ends_of(problem, found.values)
-    base_starts, tool_starts = names.starts_of(problem)
-    before, after = ends.remainders(begin), problem.remainders(found.values)
-    left = (
-        before,
-        after,
-        held_out_remainders(ends, begin, found, _blocks(ends)),
-        held_out_remainders(problem, found.values, found, _blocks(problem)),
-    )
-    without, with_outliers = (
-        FitErrors(*(_errors(one, rows) for one in left)) for rows in (used, np.ones_like(used))
-    )
+    numbers = np.stack([found.values, np.sqrt(np.diag(found.covariance)), problem.prior]).tolist()
     parameters = tuple(
-        CalibratedParameter(*astuple(one), *numbers)
-        for one, *numbers in zip(
-            problem.parameters,
-            found.values.tolist(),
-            np.sqrt(np.diag(found.covariance)).tolist(),
-            problem.prior.tolist(),
-        )
+        CalibratedParameter(*astuple(one), *own) for one, *own in zip(problem.parameters, *numbers)
     )
+    order = np.argsort(-found.distances, kind='stable')
     calibration = Calibration(
         robot=robot,
         calibrated=corrected_robot(robot, problem.parameters, np.round(found.values, DECIMALS)),
@@ -325,60 +267,38 @@ def _fitted(
         noise=found.noise,
         freedom=found.freedom,
         instrument=instrument,
-        count=len(given.q),
         positions=given.positions,
-        outliers=_outliers(found),
+        outliers=tuple(order[~used[order]].tolist()),
         distances=found.distances,
-        as_given=_errors(names.as_given(), used),
-        without=without,
-        with_outliers=with_outliers,
-        known=int(np.sum(values > KNOWN)),
+        left=np.stack([names.as_given(), *remaining]),
+        spare=int(3 * problem.kinds * beside - len(ends.parameters)),
         possible=names.possible(problem),
-        singular_values=np.asarray(values, dtype=np.float64),
+        singular_values=np.asarray(np.linalg.svd(weighted, compute_uv=False), np.float64),
         combinations=names.combinations(problem, found.noise, used),
-        base_offsets=base,
-        tool_offsets=tool,
-        base_starts=base_starts,
-        tool_starts=tool_starts,
-        refusals=(),
-        frames=frames,
-        remarks=(*_few_rows(given, found), *_far_corrections(parameters)),
+        **names.ends_of(problem, found.values),
         q=given.q.copy(),
-        sets=given.sets.copy(),
-        remainders_before=before,
-        remainders=after,
-        held_out_remainders=left[-1],
         points=names.points(problem, found),
     )
     whole = {one.name for one in names.table if one.group != GEARS} <= set(problem.names)
     judged = JudgedFit(calibration, whole)
-    remarks = (*calibration.remarks, *noise_remarks(judged), *names.remarks(problem, found))
-    if whole:
-        remarks = (*remarks, *joint_remarks(robot, problem, found))
-    return replace(calibration, refusals=refusals_of(judged), remarks=remarks), found
-
-
-def _errors(remainders: Floats, used: Flags) -> Errors:
-    return errors_of(remainders[used, 0], remainders[used, 1])
+    remarks = [*_few_rows(given, found), *_far_corrections(parameters), *noise_remarks(judged)]
+    remarks += names.remarks(problem, found)
+    remarks += joint_remarks(robot, problem, found) if whole else ()
+    return replace(calibration, refusals=refusals_of(judged), remarks=tuple(remarks)), found
 
 
 def _blocks(problem: FitProblem) -> Integers:
     # The block of each row. As many consecutive joint positions of each set are a block; a row
     # that repeats a position is in the block of the first one, or it would foretell that one.
-    numbers, begin = position_numbers(problem.q), 0
-    blocks = np.full(len(problem.q), -1)
+    numbers, begin = position_numbers(problem.given.q), 0
+    blocks = np.full(len(problem.given.q), -1)
     for k in range(len(problem.chains)):
-        own = np.unique(numbers[(problem.sets == k) & (blocks < 0)])
+        own = np.unique(numbers[(problem.given.sets == k) & (blocks < 0)])
         parts = np.array_split(own, min(BLOCKS, len(own))) if len(own) else []
         for number, part in enumerate(parts, begin):
             blocks[np.isin(numbers, part)] = number % BLOCKS
         begin += len(parts)
     return blocks
-
-
-def _outliers(found: Identified) -> tuple[int, ...]:
-    order = np.argsort(-found.distances, kind='stable')
-    return tuple(int(k) for k in order if not found.used[k])
 
 
 def _few_rows(given: Measured, found: Identified) -> Iterator[str]:

@@ -5,7 +5,6 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...errors import CalibrationError
-from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import inverses
 from ...robot.robot import Robot
@@ -26,33 +25,11 @@ LARGER = (
 LONGER = "the camera's focal length is some {} times that of its calibration file"
 
 
-def seen_poses(poses: Floats, positions: bool) -> Floats:
-    """
-    Return the poses (N, 4, 4) of the camera in the frame of the board, from those of the board, or
-    the other way round.
-
-    Raises
-    ------
-    CalibrationError
-        They are positions alone.
-    """
-    if positions:
-        raise CalibrationError(
-            'a camera on the tool is calibrated by poses of the board, not by positions alone'
-        )
-    return inverses(poses)
-
-
 class WrongSize(NamedTuple):
-    """What is not as large as it was given, in a sentence, and by which share."""
+    """What is not as large as it was given, in a sentence, and whether that is too much."""
 
     sentence: str
-    share: float
-
-    @property
-    def refused(self) -> bool:
-        """Return whether it is too much for a calibration."""
-        return abs(self.share) > REFUSED_SHARE
+    refused: bool
 
 
 def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
@@ -64,16 +41,19 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     """
     # Predicted: of an arm that only turns, the noise of measured ones would be told as a size.
     poses = problem.predicted(fit.values)
-    poses = inverses(poses) if problem.from_tool else poses
-    found = []
-    for what, axes in ((LARGER, (1.0, 1.0, 1.0)), (LONGER, (0.0, 0.0, 1.0))):
-        moves = np.zeros((len(poses), 2, 3, 1))
-        moves[:, 0, :, 0] = -poses[:, :3, 3] * axes
-        (share,), (deviation,) = one_more(problem, fit, problem.whitened(moves))
-        if abs(share) > max(REMARKED_DEVIATIONS * deviation, REMARKED_SHARE):
-            sentence = what.format(f'{1.0 + share:.3f}')
-            found.append((abs(share) / deviation, WrongSize(sentence, share)))
-    return max(found)[1] if found else None
+    poses = inverses(poses) if problem.given.from_tool else poses
+    moves = np.zeros((len(poses), 2, 3, 2))
+    moves[:, 0] = -poses[:, :3, 3, None] * np.array([(1.0, 1.0, 1.0), (0.0, 0.0, 1.0)]).T
+    sizes = zip((LARGER, LONGER), *one_more(problem, fit, problem.whitened(moves)))
+    found = [
+        (abs(share) / deviation, what, share)
+        for what, share, deviation in sizes
+        if abs(share) > max(REMARKED_DEVIATIONS * deviation, REMARKED_SHARE)
+    ]
+    if not found:
+        return None
+    _, what, share = max(found)
+    return WrongSize(what.format(f'{1.0 + share:.3f}'), abs(share) > REFUSED_SHARE)
 
 
 def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) -> Measured:
@@ -86,14 +66,14 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
         A camera on the tool has positions alone; or, where it is to be checked, the board is of
         another size by far.
     """
+    if camera == ON_TOOL and given.positions:
+        raise CalibrationError(
+            'a camera on the tool is calibrated by poses of the board, not by positions alone'
+        )
     if camera == ON_TOOL:
-        given = given._replace(poses=seen_poses(given.poses, given.positions))
-    if check and not given.positions:
-        _refuse_size(robot, given)
-    return given
-
-
-def _refuse_size(robot: Robot, given: Measured) -> None:
+        given = given._replace(poses=inverses(given.poses), from_tool=True)
+    if not check or given.positions:
+        return given
     A, B = forward_kinematics(robot, given.q), given.poses
     X, Y, left = offsets_of(A, B, False, Free())
     # s p_B = X A y: with the rotations, which no size changes, linear in s, y and X's translation.
@@ -109,3 +89,4 @@ def _refuse_size(robot: Robot, given: Measured) -> None:
         after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
         refuse_mistake(sentence, float(np.median(after)), float(np.median(left)))
+    return given

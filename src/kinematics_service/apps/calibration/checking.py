@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Callable, Mapping
-from functools import partial
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -13,7 +12,7 @@ from ...errors import CalibrationError, FramesError
 from ...kernel import Floats, Integers
 from ...kinematics.arguments import numbers_of
 from ...kinematics.forward import forward_kinematics
-from ...robot.file.parts.parameters import GEARS, LAG, ArmParameter
+from ...robot.file.parts.parameters import LAG, ArmParameter
 from ...robot.robot import Robot
 from ..checking.diagnosis import (
     LEAST,
@@ -22,7 +21,7 @@ from ..checking.diagnosis import (
     check_rotations,
     diagnose_frames,
 )
-from ..checking.errors import angle_in_words, length_in_words, time_in_words
+from ..checking.errors import angle_in_words, length_in_words
 from ..checking.hypotheses import (
     DEGREES,
     INVERSE,
@@ -92,6 +91,12 @@ class Measured(NamedTuple):
         Standard deviations before of placements and moving parameters, by name.
     remarks
         Sentences on the rows.
+    from_tool
+        Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
+        what stands still. Then what remains is of these.
+    whitening : shape (N, 3, 3) or (N, 6, 6)
+        What remaining positions, or these and rotations, are multiplied by where they are weighed,
+        so that their noise is the same along all axes and in all rows; None: it is so already.
     """
 
     q: Floats
@@ -104,20 +109,16 @@ class Measured(NamedTuple):
     placements: tuple[ArmParameter, ...] = ()
     priors: Mapping[str, float] = MappingProxyType({})
     remarks: tuple[str, ...] = ()
+    from_tool: bool = False
+    whitening: Floats | None = None
 
     @classmethod
     def of(
-        cls,
-        q: Floats,
-        poses: Floats,
-        positions: bool,
-        sets: Integers,
-        qdot: Floats | None = None,
-        along: ArmParameter = LAG,
+        cls, q: Floats, poses: Floats, positions: bool, sets: Integers, qdot: Floats | None = None
     ) -> 'Measured':
-        """Return measured poses of one session; joints move by qdot (N, n) with `along`."""
+        """Return measured poses of one session; joints move by qdot (N, n) with a lag."""
         rates = np.zeros((*q.shape, 0)) if qdot is None else qdot[:, :, None]
-        moving = () if qdot is None else (along,)
+        moving = () if qdot is None else (LAG,)
         return cls(q, poses, positions, sets, rates, moving, 0 * sets)
 
     @property
@@ -137,7 +138,6 @@ def measured(
     poses: npt.ArrayLike,
     sets: npt.ArrayLike | None,
     qdot: npt.ArrayLike | None = None,
-    along: ArmParameter = LAG,
 ) -> Measured:
     """
     Return measured poses as arrays that fit each other.
@@ -145,7 +145,7 @@ def measured(
     Parameters
     ----------
     qdot : shape (N, n)
-        How the joints move with the parameter `along`.
+        How the joints move with a lag.
 
     Raises
     ------
@@ -169,19 +169,24 @@ def measured(
     rates = None if qdot is None else numbers_of('qdot', qdot)
     if rates is not None and not (rates.shape == at.shape and np.all(np.isfinite(rates))):
         raise CalibrationError(f'qdot must be finite, of the shape {at.shape}')
-    result = Measured.of(at, T, positions, _sets(sets, count), rates, along)
-    for k in range(result.set_count if count else 1):
-        _check_set(robot, result.of_set(k))
-    return result
-
-
-def _sets(given: npt.ArrayLike | None, count: int) -> Integers:
-    # Of each pose the number of its set.
-    sets = np.zeros(count) if given is None else numbers_of('sets', given)
-    numbers = np.unique(sets)
-    if sets.shape != (count,) or np.any(numbers != np.arange(len(numbers))):
+    marks = np.zeros(count) if sets is None else numbers_of('sets', sets)
+    if marks.shape != (count,) or np.any(np.unique(marks, return_inverse=True)[1] != marks):
         raise CalibrationError(f'sets must be {count} whole numbers from 0 on, none left out')
-    return sets.astype(np.int64)
+    result = Measured.of(at, T, positions, marks.astype(np.int64), rates)
+    for k in range(result.set_count if count else 1):
+        own = result.of_set(k)
+        if len(own.q) < LEAST:
+            few = '1 pose is' if len(own.q) == 1 else f'{len(own.q)} poses are'
+            raise CalibrationError(
+                f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
+                'identify most of an arm'
+            )
+        try:
+            check_rotations(own.poses[:, :3, :3])
+        except FramesError as error:
+            raise CalibrationError(str(error)) from None
+        check_different(own.q, f'the {len(own.q)} poses')
+    return result
 
 
 def rigid_positions(points: Floats) -> Floats:
@@ -189,22 +194,6 @@ def rigid_positions(points: Floats) -> Floats:
     T = np.tile(np.eye(4), (len(points), 1, 1))
     T[:, :3, 3] = points
     return T
-
-
-def _check_set(robot: Robot, given: Measured) -> None:
-    count = len(given.q)
-    if count < LEAST:
-        few = '1 pose is' if count == 1 else f'{count} poses are'
-        raise CalibrationError(
-            f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
-            'identify most of an arm'
-        )
-    if not given.positions:
-        try:
-            check_rotations(given.poses[:, :3, :3])
-        except FramesError as error:
-            raise CalibrationError(str(error)) from None
-    check_different(given.q, f'the {count} poses')
 
 
 def check_mark(what: str, name: str) -> None:
@@ -275,15 +264,11 @@ def checked_offsets(
     CalibrationError
         The poses are off by a mistake that is no matter of calibration: the sentence names it.
     """
-    offsets = []
-    diagnosis = None
     sets = [given.of_set(k) for k in range(given.set_count)]
     A, B = [forward_kinematics(robot, one.q) for one in sets], [one.poses for one in sets]
-    for of_file, one in zip(A, sets):
-        offsets.append(offsets_of(of_file, one.poses, given.positions, free))
-        if check:
-            said = _checked(robot, one, offsets[-1], free, read)
-            diagnosis = diagnosis or said
+    offsets = [offsets_of(a, b, given.positions, free) for a, b in zip(A, B)]
+    found = [_checked(robot, one, at, free, read) for one, at in zip(sets, offsets) if check]
+    diagnosis = next((one for one in found if one is not None), None)
     return shared_offsets(A, B, offsets, given.positions, free, own), diagnosis
 
 
@@ -307,17 +292,30 @@ def _checked(
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
-            said = diagnosis.sentence
-            option = OPTIONS.get(cause.sentence, '')
+            said, option = diagnosis.sentence, OPTIONS.get(cause.sentence, '')
             if cause.sentence == LENGTHS_IN_MM and _is_in_metres(robot):
                 said = said.replace(said.partition(':')[0], IN_METRES.capitalize())
                 option = OPTIONS[IN_METRES]
             raise CalibrationError(f'the frame check comes first: {said}{option}')
-    if middle > NO_CALIBRATION:
-        left_by = partial(_left_of, robot, poses, free)
-        explained = explained_by_joints(robot, q, middle, left_by) if positions else ''
-        raise CalibrationError(_too_far_off(robot, middle, free) + explained)
-    return diagnosis
+    if middle <= NO_CALIBRATION:
+        return diagnosis
+
+    def left_of(joints: Floats) -> Floats:
+        A = forward_kinematics(robot, joints)
+        return offsets_of(A, np.broadcast_to(poses, A.shape), True, free).remainder
+
+    explained = explained_by_joints(robot, q, middle, left_of) if positions else ''
+    kept = ' and '.join(end for end, fitted in free._asdict().items() if not fitted)
+    ends = f'{kept} as in the robot file' if kept else 'base and tool fitted'
+    why = f'no robot {robot.name} is off by as much; it is another robot, or the poses do not '
+    why += 'belong to these joint positions'
+    if kept:
+        why = f'fit {kept} too, unless the poses are in the very frames of that file; then it is '
+        why += 'another robot'
+    raise CalibrationError(
+        f'half of the positions are more than {length_in_words(middle)} off, with {ends}: {why}'
+        f'{explained}'
+    )
 
 
 def explained_by_joints(
@@ -333,16 +331,15 @@ def explained_by_joints(
     left
         Returns what remains (H, N), m, by other joint positions (H, N, n).
     """
-    changes, tried = list(joint_hypotheses_of(robot, q)), []
-    at_once = max(1, ROWS_AT_ONCE // len(q))
-    for k in range(0, len(changes), at_once):
-        some = changes[k : k + at_once]
-        remains = np.median(left(np.stack([one.joints(q) for one in some])), axis=1).tolist()
-        tried += [(size, one.sentence) for size, one in zip(remains, some)]
-    best = min(tried)[0]
+    changes, at_once = list(joint_hypotheses_of(robot, q)), max(1, ROWS_AT_ONCE // len(q))
+    blocks = (changes[k : k + at_once] for k in range(0, len(changes), at_once))
+    remains = [left(np.stack([one.joints(q) for one in some])) for some in blocks]
+    sizes = np.median(np.concatenate(remains), axis=1).tolist()
+    tried = sorted(zip(sizes, (one.sentence for one in changes)))
+    best = tried[0][0]
     if best * DECISIVE > middle or best > NO_CALIBRATION:
         return ''
-    near = sorted(one for one in tried if one[0] <= AS_WELL * best)
+    near = [one for one in tried if one[0] <= AS_WELL * best]
     words = '; '.join(
         f'{sentence}: with that undone {length_in_words(size)} remain' for size, sentence in near
     )
@@ -354,40 +351,19 @@ def _is_in_metres(robot: Robot) -> bool:
     return robot.singularity.task.length**2 < 1000
 
 
-def _left_of(robot: Robot, poses: Floats, free: Free, q: Floats) -> Floats:
-    # What remains of positions (H, N), m, by joint positions (H, N, n).
-    A = forward_kinematics(robot, q)
-    return offsets_of(A, np.broadcast_to(poses, A.shape), True, free).remainder
-
-
-def _too_far_off(robot: Robot, middle: float, free: Free) -> str:
-    begin = f'half of the positions are more than {length_in_words(middle)} off, with'
-    kept = ' and '.join(end for end, fitted in free._asdict().items() if not fitted)
-    if kept:
-        return (
-            f'{begin} {kept} as in the robot file: fit {kept} too, unless the poses are in the '
-            'very frames of that file; then it is another robot'
-        )
-    return (
-        f'{begin} base and tool fitted: no robot {robot.name} is off by as much; it is another '
-        'robot, or the poses do not belong to these joint positions'
-    )
-
-
 def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free: Free) -> None:
-    mirrored, small, large = np.array(poses), np.array(poses), np.array(poses)
-    mirrored[:, 2, 3] *= -1.0
-    small[:, :3, 3] /= 1000
-    large[:, :3, 3] *= 1000 if _is_in_metres(robot) else 1
     axes = 'mirrored axes: one axis of the positions points the wrong way'
-    for sentence, joints, others in (
-        ('the positions are in millimetres, not metres', q, small),
-        (IN_METRES, q, large),
+    mirrored, large = np.diag([1.0, 1.0, -1.0]), 1000 if _is_in_metres(robot) else 1
+    for sentence, joints, scale in (
+        ('the positions are in millimetres, not metres', q, np.eye(3) / 1000),
+        (IN_METRES, q, large * np.eye(3)),
         (axes, q, mirrored),
-        (DEGREES, from_degrees(robot, q), poses),
+        (DEGREES, from_degrees(robot, q), np.eye(3)),
     ):
-        A = forward_kinematics(robot, joints)
-        left = float(np.median(offsets_of(A, others, True, free).remainder))
+        others = np.array(poses)
+        others[:, :3, 3] = poses[:, :3, 3] @ scale
+        found = offsets_of(forward_kinematics(robot, joints), others, True, free)
+        left = float(np.median(found.remainder))
         if middle > ALIKE and left < NO_CALIBRATION:
             refuse_mistake(sentence, left, middle)
 
@@ -414,24 +390,3 @@ def in_words(position: float, rotation: float, positions: bool) -> str:
     length = 'less than 1e-6 mm' if length == '0 mm' else length
     angle = 'less than 1e-6 deg' if angle == '0 deg' else angle
     return length if positions else f'{length}, {angle}'
-
-
-IN_WORDS: dict[str, Callable[[float], str]] = {
-    'rad': angle_in_words,
-    'm': length_in_words,
-    's': time_in_words,
-    '': lambda share: f'{100 * share:.3g} %',
-}
-
-
-def unit_of(parameter: ArmParameter) -> str:
-    """Return the SI unit of a parameter's numbers, empty of a share."""
-    plain = 'rad' if parameter.angle else 'm'
-    yields = 'rad/Nm' if parameter.angle else 'm/N'
-    return {LAG.group: 's', GEARS: '', COMPLIANCE: yields}.get(parameter.group, plain)
-
-
-def value_in_words(value: float, unit: str) -> str:
-    """Return a number in words: an angle, a length, a time, a share, or one of another unit."""
-    words = IN_WORDS.get(unit)
-    return f'{value:.3g} {unit}' if words is None else words(value)

@@ -1,6 +1,6 @@
 """The parameters of an arm measured in sets: which are fitted, from where, and what is told."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,12 +9,9 @@ import numpy as np
 from ...errors import CalibrationError, ParameterNotFoundError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
-from ...kinematics.uncertainty.corrected_chain import (
-    CorrectedChain,
-    CorrectingMotion,
-    motion_of,
-)
+from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion, motion_of
 from ...kinematics.uncertainty.parameters import placement, scaled_jacobian, structural_rank
+from ...rigid_motion import inverses
 from ...robot.file.parts.description import Tolerances
 from ...robot.file.parts.parameters import (
     BACKLASH,
@@ -29,10 +26,19 @@ from ...robot.file.parts.parameters import (
 )
 from ...robot.file.parts.tolerances import GEAR
 from ...robot.robot import Robot
+from ..checking.hypotheses import Hypothesis
 from ..recordings.readers.block import Flags
 from .checking import COMPLIANCE, PLACEMENT, ZEROS, Measured
-from .fitting import FitProblem, Identified, Noise, remainders_between, weighted_jacobian
-from .knowledge import ParameterCombination, combinations_of
+from .explanations import scores_of_poses
+from .fitting import (
+    FitProblem,
+    Identified,
+    KnownDistance,
+    Noise,
+    remainders_between,
+    weighted_jacobian,
+)
+from .identified_table import ParameterCombination, combinations_of
 from .placing import Offsets
 
 # Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a
@@ -90,17 +96,10 @@ class ChosenParameters:
         self.robot, self.given, self.own, self.table = robot, given, own, tuple(table)
         count = given.set_count
         self.ends = {end: count if end in own else 1 for end in ENDS}
-        self.every = (
-            *table,
-            *(
-                one
-                for end in ENDS
-                for k in range(self.ends[end])
-                for one in end_parameters(end, k)
-            ),
-            *given.placements,
-            *given.moving,
-        )
+        ends = [
+            one for end in ENDS for k in range(self.ends[end]) for one in end_parameters(end, k)
+        ]
+        self.every = (*table, *ends, *given.placements, *given.moving)
 
     def first(self, end: str, k: int) -> int:
         """Return where the corrections of the base or tool of set k begin."""
@@ -112,37 +111,32 @@ class ChosenParameters:
         self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
     ) -> list[int]:
         """Return which parameters are fitted, if all words are parameters or groups."""
+        known = (*self.words, EVERYTHING, *(one.name for one in self.every))
         for word in (*fit, *fix, *tolerances):
-            self._check(word)
-        asked = self.given.priors
+            if word not in known:
+                groups = ', '.join(known[: len(self.words) + 1])
+                names = ', '.join(known[len(self.words) + 1 :])
+                raise ParameterNotFoundError(
+                    f'{word!r} is no parameter of {self.robot.name}; accepted are the groups '
+                    f'{groups}, and {names}',
+                    word,
+                    known,
+                )
+
+        def is_among(one: ArmParameter, words: Sequence[str]) -> bool:
+            return bool({one.name, one.group, EVERYTHING} & set(words))
+
         chosen = [
             k
             for k, one in enumerate(self.every)
-            if (not fit or one.name in asked or {one.name, one.group, EVERYTHING} & set(fit))
-            and not {one.name, one.group, EVERYTHING} & set(fix)
-        ]
-        if self.given.positions:
+            if (not fit or one.name in self.given.priors or is_among(one, fit))
+            and not is_among(one, fix)
             # A point has no orientation.
-            chosen = [
-                k for k in chosen if self.every[k].group != 'tool' or not self.every[k].angle
-            ]
+            and not (self.given.positions and one.group == 'tool' and one.angle)
+        ]
         if not chosen:
             raise CalibrationError('fit, fix: nothing is left to be fitted')
         return chosen
-
-    def _check(self, word: str) -> None:
-        groups, names = (*self.words, EVERYTHING), [one.name for one in self.every]
-        if word not in groups and word not in names:
-            raise ParameterNotFoundError(
-                f'{word!r} is no parameter of {self.robot.name}; accepted are the groups '
-                f'{", ".join(groups)}, and {", ".join(names)}',
-                word,
-                (*groups, *names),
-            )
-
-    def groups(self, chosen: Sequence[int]) -> set[str]:
-        """Return the groups of parameters."""
-        return {self.every[k].group for k in chosen}
 
     def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
         """
@@ -169,70 +163,70 @@ class ChosenParameters:
         poses: Floats,
         chosen: Sequence[int],
         tolerances: Mapping[str, float],
-        **more: Any,
+        known_distances: tuple[KnownDistance, ...] = (),
     ) -> FitProblem:
         """Return the problem of chains, as `chains` has them, and of what they lead to."""
         parameters = tuple(self.every[k] for k in chosen)
         given, of_file = self.given, self.robot.description.tolerances
         session = given.sessions if given.placements else 0
-        priors = {**given.priors, **tolerances}
-        return FitProblem(
-            parameters,
-            np.array([prior_of(one, priors, of_file) for one in parameters]),
-            np.array(chosen),
-            len(self.every),
-            tuple(chains),
-            given.sets + given.set_count * session,
-            given.q,
-            poses,
-            given.positions,
-            given.rates,
-            **more,
+        priors, still = {**given.priors, **tolerances}, len(self.every) - len(given.moving)
+        rows = given._replace(
+            sets=given.sets + given.set_count * session,
+            poses=poses,
+            rates=given.rates[:, :, [k - still for k in chosen if k >= still]],
         )
+        before = np.array([prior_of(one, priors, of_file) for one in parameters])
+        columns, count = np.array(chosen), len(self.every)
+        return FitProblem(parameters, before, columns, count, tuple(chains), rows, known_distances)
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that any poses of this kind could tell."""
         # Sets beyond the first add a base or a tool of their own, which they tell.
-        J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.positions)[
+        J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)[
             :, problem.columns
         ]
         elsewhere = sum(not np.any(column) for column in J.T)
-        moving = problem.rates[:, :, problem.columns[problem.moving] - problem.first_rate]
-        idle = int(np.sum(~np.any(moving, axis=(0, 1))))
+        idle = int(np.sum(~np.any(problem.given.rates, axis=(0, 1))))
         return structural_rank(J) + elsewhere - idle
 
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
         """Return the parameters that these poses do not tell apart."""
-        # What can be told apart is so of the nominal arm and by usual errors, whatever the
-        # priors: corrections bring axes out of parallel by nothing that could be measured.
-        scales = np.array([one.scale for one in problem.parameters]) / problem.prior
-        zero = np.zeros(len(problem.parameters))
-        J = weighted_jacobian(problem, zero, noise, used) * scales
-        return combinations_of(J, problem.parameters)
+        return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
-    def ends_of(self, problem: FitProblem, values: Floats) -> tuple[Floats, Floats]:
-        """Return X and Y (sets, 4, 4) of measured = X calibrated Y."""
+    def ends_of(self, problem: FitProblem, values: Floats) -> dict[str, Any]:
+        """Return the offsets and the starts of base and tool, as `Calibration` has them."""
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
-        every, starts = problem.every(values), self.starts_of(problem)
-        base, tool = (
-            np.array([motion_of(every[self.first(end, k) :][:6]) for k in range(len(own))])
-            for end, own in zip(ENDS, starts)
+        chains, every = problem.chains[: self.given.set_count], problem.every(values)
+        bases, tools = (
+            np.array([motion_of(every[self.first(end, k) :][:6]) for k in range(len(chains))])
+            for end in ENDS
         )
-        return starts[0] @ base @ np.linalg.inv(B), np.linalg.inv(T) @ tool @ starts[1]
-
-    def starts_of(self, problem: FitProblem) -> tuple[Floats, Floats]:
-        """Return bases and tools (sets, 4, 4) that the corrections of the sets begin at."""
-        chains = problem.chains[: self.given.set_count]
-        base, tool = zip(*((one.still[0][0], one.still[-1][-1]) for one in chains))
-        return np.array(base), np.array(tool)
+        base_starts = np.array([one.still[0][0] for one in chains])
+        tool_starts = np.array([one.still[-1][-1] for one in chains])
+        return {
+            'base_offsets': base_starts @ bases @ np.linalg.inv(B),
+            'tool_offsets': np.linalg.inv(T) @ tools @ tool_starts,
+            'base_starts': base_starts,
+            'tool_starts': tool_starts,
+        }
 
     def as_given(self) -> Floats:
         """Return position (m) and rotation (rad) between file and measurement, (N, 2, 3)."""
         poses = forward_kinematics(self.robot, self.given.q)
         return remainders_between(self.given.poses, poses, self.given.positions)
+
+    def undone(self, change: Hypothesis) -> dict[str, Any]:
+        """Return the rows with a mistake undone, as `calibrate` takes them."""
+        T = change.seen(self.given.poses)
+        poses = T[:, :3, 3] if self.given.positions else inverses(T) if self.given.from_tool else T
+        return {'q': change.joints(self.given.q), 'poses': poses, 'sets': self.given.sets}
+
+    def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
+        """Return what tells how badly the rows fit with each mistake undone."""
+        return scores_of_poses(self.robot, self.given, used)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
         """Return the points that were touched, where nothing else was measured."""
@@ -246,10 +240,19 @@ class ChosenParameters:
             for name, _ in self.robot.description.tolerances.named
             if name not in names and not name.startswith(GEAR)
         ]
-        if not unused:
-            return self.given.remarks
-        unused_ = f'The tolerance of {", ".join(unused)} in the robot file is not used'
-        return (unused_, *self.given.remarks)
+        sentence = f'The tolerance of {", ".join(unused)} in the robot file is not used'
+        return (*([sentence] if unused else []), *self.given.remarks)
+
+
+def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
+    """
+    Return how rows of the nominal arm move by usual errors, in deviations of the noise.
+
+    What can be told apart is so whatever the priors are; corrections bring axes out of parallel by
+    nothing that could be measured. Of the equations only their triangle (P, P).
+    """
+    scales = np.array([one.scale for one in problem.parameters]) / problem.prior
+    return weighted_jacobian(problem, np.zeros(len(scales)), noise, used) * scales
 
 
 def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:

@@ -18,7 +18,15 @@ from ...kernel import Floats, Integers
 from ...kinematics.statics import joint_torques
 from ...robot.file.parts.parameters import ANGLE, LENGTH, SIX, ArmParameter
 from ...robot.robot import Robot
-from .checking import ALIKE, COMPLIANCE, PLACEMENT, ROUND_OFF, ZEROS, Measured, check_mark
+from .checking import (
+    COMPLIANCE,
+    PLACEMENT,
+    ROUND_OFF,
+    ZEROS,
+    Measured,
+    check_mark,
+    position_numbers,
+)
 
 # Standard deviations of compliances before, rad/Nm and m/N: those of soft gears.
 PLIANT = {True: 1e-4, False: 1e-5}
@@ -71,71 +79,58 @@ def with_conditions(
         are none.
     """
     q, n = given.q, robot.dof
-    number, names = np.zeros(len(q), dtype=np.int64), tuple[str, ...]()
-    priors, remarks = dict[str, float](), list[str]()
-    placements, moving = list[ArmParameter](), list[ArmParameter]()
-    rates = [given.rates]
+    number, remarks, placements = np.zeros(len(q), dtype=np.int64), list[str](), []
+    # Standard deviations of parameters that move joints, and how joints move with them.
+    moving, rates = dict[ArmParameter, float](), [given.rates]
     if sessions is not None:
-        names = _session_names(sessions, len(q))
+        names = tuple(dict.fromkeys(map(str, sessions)))
+        if len(sessions) != len(q):
+            raise CalibrationError(f'sessions must name the session of each of {len(q)} rows')
+        if len(names) == 1:
+            raise CalibrationError(
+                f'all rows are of one session, {names[0]!r}: there is no other to compare with'
+            )
+        for name in names:
+            check_mark('session', name)
         number = np.array([names.index(str(one)) for one in sessions])
         remarks += _elsewhere(q, number, [f'session {name}' for name in names], 'a drift')
         # If each set is of one session, its base is that of the session already.
         pairs = np.unique(np.stack([given.sets, number]), axis=1).shape[1]
-        placed = not (own_base and pairs == given.set_count)
+        six = () if own_base and pairs == given.set_count else SIX
         for k, name in enumerate(names[1:], 1):
-            if placed:
-                six = [ArmParameter(f'{name}.{one}', PLACEMENT, one in SIX[3:]) for one in SIX]
-                priors.update((one.name, PLACED[one.angle]) for one in six)
-                placements += six
-            own = _of_joints(robot, f'{name}.', ZEROS)
-            priors.update((one.name, DRIFT_SHARE * one.scale) for one in own)
-            moving += own
+            placements += [ArmParameter(f'{name}.{one}', PLACEMENT, one in SIX[3:]) for one in six]
+            for one in _of_joints(robot, f'{name}.', ZEROS):
+                moving[one] = DRIFT_SHARE * one.scale
             rates.append((number == k)[:, None, None] * np.eye(n))
     if loads is not None:
         masses, pull = _checked_loads(robot, len(q), loads)
         wrench = np.concatenate([masses[:, None] * pull, np.zeros((len(q), 3))], axis=1)
         torques = joint_torques(robot, q, wrench, at=np.asarray(loads.at))
         torques[np.abs(torques) < ROUND_OFF * np.max(masses) * STANDARD_GRAVITY] = 0.0
-        own = _of_joints(robot, 'compliance.', COMPLIANCE)
-        priors.update((one.name, PLIANT[one.angle]) for one in own)
-        moving += own
+        for one in _of_joints(robot, 'compliance.', COMPLIANCE):
+            moving[one] = PLIANT[one.angle]
         rates.append(torques[:, :, None] * np.eye(n))
         larger = (masses > np.mean(masses)).astype(np.int64)
         remarks += _elsewhere(q, larger, ['the smaller loads', 'the larger loads'], 'elasticity')
+    priors = {**moving, **{one: PLACED[one.angle] for one in placements}}
     return given._replace(
         rates=np.concatenate(rates, axis=2),
         moving=(*given.moving, *moving),
         placements=tuple(placements),
         sessions=number,
-        priors=priors,
+        priors={one.name: prior for one, prior in priors.items()},
         remarks=tuple(remarks),
     )
 
 
-def _of_joints(robot: Robot, prefix: str, group: str) -> list[ArmParameter]:
-    return [
-        ArmParameter(f'{prefix}{name}', group, not slides)
-        for name, slides in zip(robot.joint_names, robot.prismatic)
-    ]
-
-
-def _session_names(sessions: Sequence[object], count: int) -> tuple[str, ...]:
-    if len(sessions) != count:
-        raise CalibrationError(f'sessions must name the session of each of {count} rows')
-    names = tuple(dict.fromkeys(map(str, sessions)))
-    if len(names) == 1:
-        raise CalibrationError(
-            f'all rows are of one session, {names[0]!r}: there is no other to compare with'
-        )
-    for name in names:
-        check_mark('session', name)
-    return names
+def _of_joints(robot: Robot, prefix: str, group: str) -> Iterator[ArmParameter]:
+    for name, slides in zip(robot.joint_names, robot.prismatic):
+        yield ArmParameter(f'{prefix}{name}', group, not slides)
 
 
 def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, Floats]:
     # The masses, and the force on 1 kg in the base frame.
-    masses = np.array(loads.masses, dtype=np.float64)
-    at, down = (np.array(one, dtype=np.float64) for one in (loads.at, loads.gravity))
+    masses, at, down = (np.array(one, dtype=np.float64) for one in loads)
     if masses.shape != (count,) or not np.all(np.isfinite(masses)) or np.min(masses) < 0.0:
         raise CalibrationError(f'loads must be {count} masses in kg, finite and not below 0')
     if not (at.shape == down.shape == (3,) and np.all(np.isfinite([at, down])) and np.any(down)):
@@ -159,14 +154,11 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
 
 def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], what: str) -> Iterator[str]:
     # Names of marks most of whose joint positions no other mark has.
-    alone = []
-    for k, name in enumerate(names):
-        others = q[marks != k]
-        shared = [np.min(np.max(np.abs(others - row), axis=1)) < ALIKE for row in q[marks == k]]
-        if np.mean(shared) < 0.5:
-            alone.append(name)
+    numbers = position_numbers(q)
+    shared = (np.isin(numbers[marks == k], numbers[marks != k]) for k in range(len(names)))
+    alone = ', '.join(name for name, own in zip(names, shared) if np.mean(own) < 0.5)
     if alone:
         yield (
-            f'Most joint positions of {", ".join(alone)} were measured nowhere else: an error of '
-            f'the arm there looks like {what}; measure the same joint positions'
+            f'Most joint positions of {alone} were measured nowhere else: an error of the arm '
+            f'there looks like {what}; measure the same joint positions'
         )

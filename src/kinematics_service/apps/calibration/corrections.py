@@ -115,18 +115,14 @@ def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
 
 def rigid_motion(T: Floats, description: RobotDescription) -> RigidMotion:
     """Return a pose (4, 4) as the file writes it: x y z roll pitch yaw in its units."""
-    numbers = [
-        *(in_file_units(x, False, description) for x in T[:3, 3].tolist()),
-        *(in_file_units(x, True, description) for x in exact_rpy(T[:3, :3])),
-    ]
-    return RigidMotion(T, tuple(number_text(x) for x in numbers))
+    six = enumerate([*T[:3, 3].tolist(), *exact_rpy(T[:3, :3])])
+    return RigidMotion(T, tuple(number_text(in_file_units(x, k > 2, description)) for k, x in six))
 
 
 def in_file_units(value: float, angle: bool, description: RobotDescription) -> float:
     """Return a number of rad or m in the units of a file."""
-    if angle:
-        return round(math.degrees(value), DIGITS) if description.angle_unit == 'deg' else value
-    return round(1000 * value, DIGITS) if description.length_unit == 'mm' else value
+    unit = description.radians if angle else description.metres
+    return value if unit == 1.0 else round(value / unit, DIGITS)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,45 +136,31 @@ class _Corrections:
 
     def geared(self) -> RobotDescription:
         # With the share more that joints move in their rows.
-        shares = {
-            joint.variable: self.found[k, GEAR]
-            for k, joint in enumerate(self.description.joints)
-            if (k, GEAR) in self.found
-        }
-
-        def moved(motion: ElementaryMotion) -> ElementaryMotion:
-            argument = motion.argument
-            for variable, factor in argument.affine.coefficients:
-                if variable in shares:
-                    more = factor * shares[variable]
-                    argument = self._moved_more(argument, variable, more, motion.turns)
-            return replace(motion, argument=argument)
-
         def link(given: Link) -> Link:
             if isinstance(given, DhRow):
-                return replace(given, motions=tuple(map(moved, given.motions)))
+                return replace(given, motions=tuple(map(self._moved_more, given.motions)))
             if isinstance(given, ElementaryMotion):
-                return moved(given)
-            return given if given.joint is None else replace(given, joint=moved(given.joint))
+                return self._moved_more(given)
+            joint = given.joint
+            return given if joint is None else replace(given, joint=self._moved_more(joint))
 
         return replace(self.description, links=tuple(map(link, self.description.links)))
 
-    def _moved_more(
-        self, given: Expression, variable: str, more: float, turns: bool
-    ) -> Expression:
-        # With `more` of a variable added, in rad or m by its own unit.
-        description = self.description
-        joint = next(one for one in description.joints if one.variable == variable)
-        written = more
-        if not turns and joint.type == 'helical':  # a length by an angle
-            written = in_file_units(more, False, description)
-            written *= math.radians(1.0) if description.angle_unit == 'deg' else 1.0
-        coefficients = tuple(
-            (name, factor + more if name == variable else factor)
-            for name, factor in given.affine.coefficients
-        )
-        text = _sum(given, written, f'{number_text(abs(written))}*{variable}')
-        return Expression(text, replace(given.affine, coefficients=coefficients))
+    def _moved_more(self, motion: ElementaryMotion) -> ElementaryMotion:
+        description, argument = self.description, motion.argument
+        for k, joint in enumerate(description.joints):
+            factors = dict(argument.affine.coefficients)
+            more = self.of(k, GEAR) * factors.get(joint.variable, 0.0)
+            if not more:
+                continue
+            written = more
+            if not motion.turns and joint.type == 'helical':  # a length by an angle
+                written *= description.radians / description.metres
+            factors[joint.variable] += more
+            text = _sum(argument, written, f'{number_text(abs(written))}*{joint.variable}')
+            affine = replace(argument.affine, coefficients=tuple(factors.items()))
+            argument = Expression(text, affine)
+        return replace(motion, argument=argument)
 
     def links(self) -> tuple[tuple[Link, ...], tuple[int, ...]]:
         # The rows, and the row that each frame of the nominal table stands after.
@@ -188,11 +170,11 @@ class _Corrections:
         for k, link in enumerate(self.description.links):
             if isinstance(link, DhRow):
                 rows, turn = self._dh_rows(k, link, turn)
-                links += rows
             elif isinstance(link, ShapeRow):
-                links += self._shape_rows(k, link)
+                rows = self._shape_rows(k, link)
             else:
-                links += self._elementary_rows(k, link)
+                rows = self._elementary_rows(k, link)
+            links += rows
             # An extra row that is turned back in the next one has other axes than the nominal
             # frame.
             ends_at.append(len(links) - (1 if turn else 0))
@@ -214,11 +196,8 @@ class _Corrections:
         # The name of a number of row k, counted from 1, where corrections have added rows.
         row, convention = ends_at[k], self.description.convention
         if convention not in WITH_EXTRA:
-            own = (
-                n + 1
-                for n in range(ends_at[k - 1], row)
-                if isinstance(link := links[n], ElementaryMotion) and link.axis == word
-            )
+            rows = range(ends_at[k - 1], row)
+            own = (n + 1 for n in rows if getattr(links[n], 'axis', '') == word)
             return f'{word}{next(own, row)}'
         if not any(self.of(k - 1, place) for place in EXTRA_PLACES):
             return f'{word}{row}'
@@ -256,11 +235,8 @@ class _Corrections:
         return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0
 
     def _elementary_rows(self, k: int, link: ElementaryMotion) -> list[Link]:
-        extra: list[Link] = [
-            ElementaryMotion(axis, self._number(self.found[k, axis], axis[0] == 'R'))
-            for axis in ORDER
-            if (k, axis) in self.found
-        ]
+        numbers = ((axis, self.of(k, axis)) for axis in ORDER if (k, axis) in self.found)
+        extra = (ElementaryMotion(axis, self._number(x, axis[0] == 'R')) for axis, x in numbers)
         return [*extra, self._joint_added(link, k)]
 
     def _shape_rows(self, k: int, link: ShapeRow) -> list[Link]:
@@ -281,20 +257,15 @@ class _Corrections:
 
     def _turned(self, given: Expression, turn: float) -> Expression:
         # Quarter turns are written as such.
-        if turn == 0.0:
-            return given
         text = '90' if self.description.angle_unit == 'deg' else 'pi/2'
-        affine = replace(given.affine, constant=given.affine.constant + turn)
-        if given.text == '0':
-            return Expression(text if turn > 0.0 else f'-{text}', affine)
-        return Expression(_sum(given, turn, text), affine)
+        if turn and given.text == '0':
+            text = text if turn > 0.0 else f'-{text}'
+            return Expression(text, replace(given.affine, constant=given.affine.constant + turn))
+        return _shifted(given, turn, text)
 
     def _added(self, given: Expression, value: float, angle: bool) -> Expression:
-        if value == 0.0:
-            return given
         number = in_file_units(value, angle, self.description)
-        affine = replace(given.affine, constant=given.affine.constant + value)
-        return Expression(_sum(given, number, number_text(abs(number))), affine)
+        return _shifted(given, value, number_text(abs(number)))
 
     def _joint_added(self, joint: ElementaryMotion, k: int) -> ElementaryMotion:
         argument = self._added(joint.argument, self.of(k, 'own'), joint.axis[0] == 'R')
@@ -308,11 +279,17 @@ class _Corrections:
 
 def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:
     # A row with these quantities; others are zero.
-    motions = (
-        replace(motion, argument=cells.get(name, ZERO))
-        for name, motion in zip(like.names, like.motions)
-    )
+    pairs = zip(like.names, like.motions)
+    motions = (replace(motion, argument=cells.get(name, ZERO)) for name, motion in pairs)
     return replace(like, motions=tuple(motions))
+
+
+def _shifted(given: Expression, value: float, size: str) -> Expression:
+    # With a value in rad or m added, whose size is written so.
+    if value == 0.0:
+        return given
+    affine = replace(given.affine, constant=given.affine.constant + value)
+    return Expression(_sum(given, value, size), affine)
 
 
 def _sum(given: Expression, value: float, size: str) -> str:

@@ -86,9 +86,8 @@ def explained(
         Whether there are no orientations.
     """
     begin, *others = scores_of([Hypothesis('', ''), *changes]).tolist()
-    scores = np.array(others)
+    scores, found = np.array(others), []
     likeliest = np.argsort(scores, kind='stable')[:MISTAKE_TRIALS]
-    found = []
     for k in likeliest[scores[likeliest] < begin].tolist():
         try:
             found.append((changes[k].sentence, outcome_of(changes[k])))
@@ -96,22 +95,17 @@ def explained(
             continue  # with that undone the rows are refused before a fit
     found.sort(key=lambda one: (not one[1].accepted, one[1].left.position_rms))
     good = [one for one in found if one[1].accepted]
-    decided = bool(good) and all(
-        one.left.position_rms > AS_WELL * good[0][1].left.position_rms for _, one in good[1:]
+    rms = [one.left.position_rms for _, one in good]
+    decided = bool(good) and all(other > AS_WELL * rms[0] for other in rms[1:])
+    far, turned = left.position_rms / DECISIVE, max(left.rotation_rms, NOMINAL.angle)
+    better = [one for one in found if one[1].left.position_rms < far]
+    better = [one for one in better if one[1].left.rotation_rms <= turned]
+    sentences = (
+        f'{mistake}: with that undone {in_words(*one.left.rms, positions)} remain (rms), and '
+        f'{one.out or "none"} left out'
+        for mistake, one in (good[:1] if decided else good or better)
     )
-    better = [one for one in found if _far_better(one[1].left, left)]
-    chosen = good[:1] if decided else good or better
-    return RefusalCauses(tuple(_sentence(*one, positions) for one in chosen), decided, True)
-
-
-def _far_better(one: Errors, other: Errors) -> bool:
-    turned = max(other.rotation_rms, NOMINAL.angle)
-    return DECISIVE * one.position_rms < other.position_rms and one.rotation_rms <= turned
-
-
-def _sentence(mistake: str, outcome: TriedCalibration, positions: bool) -> str:
-    left = in_words(*outcome.left.rms, positions)
-    return f'{mistake}: with that undone {left} remain (rms), and {outcome.out or "none"} left out'
+    return RefusalCauses(tuple(sentences), decided, True)
 
 
 def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
@@ -121,8 +115,8 @@ def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
     A = forward_kinematics(robot, given.q)
     whole = hypotheses_of(ComparedData(robot, given.q, given.poses, read=read))
     # A table of another convention has other parameters: the frame check alone tries it.
-    joints_and_poses = (one for one in whole if one.robot is None)
-    return [*joints_and_poses, *order_hypotheses_of(given.poses, A, read)]
+    own = [one for one in whole if one.robot is None]
+    return own + list(order_hypotheses_of(given.poses, A, read))
 
 
 def scores_of_poses(
@@ -134,29 +128,21 @@ def scores_of_poses(
     Base and tool are those of rows that were used, of the set of which most were left out. Rows
     beyond what any calibration leaves count alike, however far they are.
     """
-    number = int(np.argmax(np.bincount(given.sets, weights=~used)))
-    rows = np.concatenate(
-        [
-            own[np.unique(np.linspace(0, len(own) - 1, SIFTED).astype(int))]
-            for own in (np.flatnonzero((given.sets == number) & flags) for flags in (used, ~used))
-            if len(own)
-        ]
-    )
+    set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
+    both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]
+    some = [np.unique(np.linspace(0, len(own) - 1, SIFTED).astype(int)) for own in both]
+    rows = np.concatenate([own[at] for own, at in zip(both, some) if len(own)])
     near = used[rows]
 
     def scores(changes: Sequence[Hypothesis]) -> Floats:
         A = forward_kinematics(robot, np.stack([one.joints(given.q)[rows] for one in changes]))
         B = np.stack([one.seen(given.poses)[rows] for one in changes])
-        if given.positions:
-            X, Y, _ = offsets_of(A[:, near], B[:, near], True, Free())
-        else:
-            X, Y = fit_offsets(A[:, near], B[:, near])[:2]
+        a, b = A[:, near], B[:, near]
+        X, Y, *_ = offsets_of(a, b, True, Free()) if given.positions else fit_offsets(a, b)
         lengths, angles = apart(B, X[:, None] @ A @ Y[:, None])
         units = np.array([one.unit for one in changes])
         squares = (units[:, None] * lengths / MOST.position) ** 2
-        if not given.positions:
-            squares += (angles / MOST.angle) ** 2
-        return truncated(squares)
+        return truncated(squares if given.positions else squares + (angles / MOST.angle) ** 2)
 
     return scores
 

@@ -9,7 +9,7 @@ small, the test and the deviations are those of Student's distribution; if the n
 instrument, f is infinite, and they are those of the normal distribution.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import NamedTuple, TypeAlias
@@ -22,6 +22,7 @@ from ...kinematics.uncertainty.triangle import triangle_of
 from ...rigid_motion import inverses, rotation_vector
 from ...robot.file.parts.parameters import ArmParameter
 from ..recordings.readers.block import Flags
+from .checking import Measured
 
 # Noise (m and rad) below this is round-off.
 NOISE_FLOOR = 1e-10
@@ -52,6 +53,8 @@ STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 # What remains (N, 2, 3), and how the poses move (N, 2, 3, P), as `FitProblem.equations` has them.
 Equations: TypeAlias = tuple[Floats, Floats]
+# Which rows are of a chain, this, all its corrections, and the joint positions in these rows.
+_ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
 
 
 class KnownDistance(NamedTuple):
@@ -81,23 +84,10 @@ class FitProblem:
         Where each stands among all corrections of the chains, `count` of them.
     chains
         From the frame of the poses to the tool, one for each set.
-    sets : shape (N,)
-        The set of each row.
-    q : shape (N, n), rad or m
-    poses : shape (N, 4, 4)
-    positions
-        Whether the poses are positions alone.
-    rates : shape (N, n, K)
-        How the joints move with each of the last K of all corrections, such as a lag, a backlash,
-        a drift or a compliance. The others are in the chains.
+    given
+        The rows; `sets` are those of the chains, and `rates` those of the last K parameters.
     known_distances
         Distances between corrected points.
-    from_tool
-        Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
-        what stands still. Then what remains is of these.
-    whitening : shape (N, 3, 3) or (N, 6, 6)
-        What remaining positions, or these and rotations, are multiplied by where they are weighed,
-        so that their noise is the same along all axes and in all rows; None: it is so already.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -105,14 +95,8 @@ class FitProblem:
     columns: Integers
     count: int
     chains: tuple[CorrectedChain, ...]
-    sets: Integers
-    q: Floats
-    poses: Floats
-    positions: bool
-    rates: Floats
+    given: Measured
     known_distances: tuple[KnownDistance, ...] = ()
-    from_tool: bool = False
-    whitening: Floats | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -122,17 +106,7 @@ class FitProblem:
     @property
     def kinds(self) -> int:
         """Return 2, positions and rotations, or 1 where there are positions alone."""
-        return 1 if self.positions else 2
-
-    @property
-    def first_rate(self) -> int:
-        """Return the index, among all corrections, of the first one that `rates` is about."""
-        return int(self.count - self.rates.shape[2])
-
-    @property
-    def moving(self) -> Integers:
-        """Return the indices, among the fitted parameters, of those that `rates` is about."""
-        return np.flatnonzero(self.columns >= self.first_rate)
+        return 1 if self.given.positions else 2
 
     def every(self, values: Floats) -> Floats:
         """Return all corrections, those that are not fitted being zero."""
@@ -140,17 +114,23 @@ class FitProblem:
         found[self.columns] = values
         return found
 
+    def _by_chain(self, values: Floats) -> Iterator[_ChainRows]:
+        driving = values[len(values) - self.given.rates.shape[2] :]
+        for k, chain in enumerate(self.chains):
+            own = self.given.sets == k
+            yield (
+                own,
+                chain,
+                self.every(values),
+                self.given.q[own] + self.given.rates[own] @ driving,
+            )
+
     def predicted(self, values: Floats) -> Floats:
         """Return the poses (N, 4, 4) with corrections (P,)."""
-        poses = np.empty_like(self.poses)
-        for k, chain in enumerate(self.chains):
-            own = self.sets == k
-            every = self.every(values)
-            poses[own] = poses_of(chain, every, self._joints(own, every))
+        poses = np.empty_like(self.given.poses)
+        for own, chain, every, q in self._by_chain(values):
+            poses[own] = poses_of(chain, every, q)
         return poses
-
-    def _joints(self, own: Flags, every: Floats) -> Floats:
-        return np.asarray(self.q[own] + self.rates[own] @ every[self.first_rate :])
 
     def remainders(self, values: Floats) -> Floats:
         """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
@@ -162,77 +142,80 @@ class FitProblem:
 
     def whitened(self, rows: Floats) -> Floats:
         """Return remainders, or how they move, (N, 2, 3, ...) as they are weighed."""
-        if self.whitening is not None:
+        if self.given.whitening is not None:
             six = np.array(rows).reshape(len(rows), 6, *rows.shape[3:])
-            own = six[:, : self.whitening.shape[1]]
-            own[:] = np.einsum('nij,nj...->ni...', self.whitening, own)
+            own = six[:, : self.given.whitening.shape[1]]
+            own[:] = np.einsum('nij,nj...->ni...', self.given.whitening, own)
             rows = six.reshape(rows.shape)
         return rows
 
     def _between(self, poses: Floats) -> Floats:
-        if self.from_tool:
-            return remainders_between(inverses(self.poses), inverses(poses), self.positions)
-        return remainders_between(self.poses, poses, self.positions)
+        if self.given.from_tool:
+            return remainders_between(
+                inverses(self.given.poses), inverses(poses), self.given.positions
+            )
+        return remainders_between(self.given.poses, poses, self.given.positions)
 
     def equations(self, values: Floats) -> Equations:
         """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P), as weighed."""
-        poses = np.empty_like(self.poses)
-        jacobian = np.empty((len(self.q), 6, len(self.columns)))
-        for k, chain in enumerate(self.chains):
-            own = self.sets == k
-            every = self.every(values)
-            change = pose_change(chain, every, self._joints(own, every))
+        poses = np.empty_like(self.given.poses)
+        jacobian = np.empty((len(self.given.q), 6, len(self.columns)))
+        driving = self.given.rates.shape[2]
+        for own, chain, every, q in self._by_chain(values):
+            change = pose_change(chain, every, q)
             poses[own], jacobian[own] = change.pose, change.jacobian[:, :, self.columns]
-            if len(self.moving):
-                rates = self.rates[own][:, :, self.columns[self.moving] - self.first_rate]
-                moved = self._moved(chain, own, every) @ rates
-                jacobian[np.ix_(own, np.arange(6), self.moving)] = moved
+            if driving:
+                jacobian[own, :, -driving:] = (
+                    _moved_by_joints(chain, every, q) @ self.given.rates[own]
+                )
         return self.whitened(self._between(poses)), self._as_weighed(poses, jacobian)
 
     def moves_with_joints(self, values: Floats) -> Floats:
         """Return how the poses move with each joint (N, 2, 3, n), as weighed."""
-        jacobian, every = np.empty((len(self.q), 6, self.q.shape[1])), self.every(values)
-        for k, chain in enumerate(self.chains):
-            own = self.sets == k
-            jacobian[own] = self._moved(chain, own, every)
+        jacobian = np.empty((len(self.given.q), 6, self.given.q.shape[1]))
+        for own, chain, every, q in self._by_chain(values):
+            jacobian[own] = _moved_by_joints(chain, every, q)
         return self._as_weighed(self.predicted(values), jacobian)
 
     def _as_weighed(self, poses: Floats, jacobian: Floats) -> Floats:
-        if self.from_tool:
+        if self.given.from_tool:
             jacobian = of_inverses(poses, jacobian)
         return self.whitened(jacobian.reshape(len(poses), 2, 3, -1))
 
-    def _moved(self, chain: CorrectedChain, own: Flags, every: Floats) -> Floats:
-        # How poses move with joints, (rows, 6, n), by central differences.
-        q, n = self._joints(own, every), self.q.shape[1]
-        at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
-        later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
-        R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
-        moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
-        return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1))
-
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
         """Return how known distances move (D, P) and what remains (D,), in their deviations."""
-        every = self.every(values)
-        rows = np.zeros((len(self.known_distances), self.count))
-        remainders = np.zeros(len(rows))
-        for row, (k, one) in zip(rows, enumerate(self.known_distances)):
+        every, count = self.every(values), len(self.known_distances)
+        rows, remainders = np.zeros((count, self.count)), np.zeros(count)
+        for k, one in enumerate(self.known_distances):
             first, second = (slice(at, at + 3) for at in (one.first, one.second))
             between = one.between + every[second] - every[first]
             length = float(np.linalg.norm(between))
-            row[second], row[first] = between / length, -between / length
+            rows[k, second], rows[k, first] = between / length, -between / length
             remainders[k] = one.distance - length
         return rows[:, self.columns] / DISTANCE_DEVIATION, remainders / DISTANCE_DEVIATION
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
         """Return the problem of these groups of parameters alone."""
         kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
+        still = len(self.parameters) - self.given.rates.shape[2]
+        rates = self.given.rates[:, :, [k - still for k in kept if k >= still]]
         return replace(
             self,
+            given=self.given._replace(rates=rates),
             parameters=tuple(self.parameters[k] for k in kept),
             prior=self.prior[kept],
             columns=self.columns[kept],
         )
+
+
+def _moved_by_joints(chain: CorrectedChain, every: Floats, q: Floats) -> Floats:
+    # How poses move with joints, (rows, 6, n), by central differences.
+    n = q.shape[1]
+    at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
+    later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
+    R = later[..., :3, :3] @ np.swapaxes(sooner[..., :3, :3], -1, -2)
+    moved = np.concatenate([(later - sooner)[..., :3, 3], rotation_vector(R)], axis=-1)
+    return np.asarray(np.moveaxis(moved / (2.0 * STEP), 0, -1))
 
 
 def of_inverses(poses: Floats, jacobian: Floats) -> Floats:
@@ -262,9 +245,9 @@ class Noise(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FoundValues:
+class Identified:
     """
-    Corrections, the noise and the outliers.
+    Corrections and how well they are known, the noise and the outliers.
 
     Attributes
     ----------
@@ -278,6 +261,8 @@ class FoundValues:
     freedom
         Degrees of freedom of the noise of positions, and of rotations: numbers of the rows beyond
         those that the parameters take up. Infinite if the noise is that of the instrument.
+    covariance : shape (P, P)
+        After the measurement, by the noise with Student's factor; it contains the priors.
     """
 
     values: Floats
@@ -285,19 +270,6 @@ class FoundValues:
     used: Flags
     distances: Floats
     freedom: Noise
-
-
-@dataclass(frozen=True, eq=False)
-class Identified(FoundValues):
-    """
-    Corrections and how well they are known.
-
-    Attributes
-    ----------
-    covariance : shape (P, P)
-        After the measurement, by the noise with Student's factor; it contains the priors.
-    """
-
     covariance: Floats
 
 
@@ -322,13 +294,6 @@ class _Equations:
         each = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
         return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
 
-    def rows(self, values: Floats, J: Floats) -> Floats:
-        # How rows, known distances and priors move with numbers in their deviations.
-        problem, count = self.problem, len(values)
-        rows = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
-        known = problem.distance_equations(values)[0] * problem.prior
-        return np.concatenate([rows.reshape(-1, count), known, np.eye(count)])
-
     def right(self, values: Floats, remainders: Floats) -> Floats:
         # What remains of rows, known distances and priors.
         problem = self.problem
@@ -339,9 +304,13 @@ class _Equations:
 
     def solved(self, values: Floats, there: Equations | None = None) -> _Step:
         # `there`: the equations of the problem at the values, if they are known.
-        remainders, J = self.problem.equations(values) if there is None else there
-        count = len(values)
-        rows, right = self.rows(values, J), self.right(values, remainders)
+        # Rows, known distances and priors move so with numbers in their deviations.
+        problem, count = self.problem, len(values)
+        remainders, J = problem.equations(values) if there is None else there
+        moves = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
+        known = problem.distance_equations(values)[0] * problem.prior
+        rows = np.concatenate([moves.reshape(-1, count), known, np.eye(count)])
+        right = self.right(values, remainders)
         triangle = triangle_of(np.column_stack([rows, right]))
         R = triangle[:count, :count]
         step = np.linalg.solve(R, triangle[:count, count])
@@ -351,20 +320,14 @@ class _Equations:
         return float(np.sum(self.right(values, remainders) ** 2))
 
 
-def robust_values(
-    problem: FitProblem,
-    noise: Noise | None = None,
-    progress: Callable[[int], None] = lambda round_: None,
-) -> Floats:
+def robust_values(problem: FitProblem, noise: Noise, progress: Callable[[int], None]) -> Floats:
     """Return the corrections (P,) of Huber's estimate; arguments are as of `find_values`."""
     values = np.zeros(len(problem.parameters))
-    huber = length_quantile(HUBER_QUANTILE, problem.kinds)
     remainders = problem.weighed(values)
     for k in range(MAX_ROUNDS):
         progress(k)
-        found = _at_least(noise, _median_noise(remainders))
-        distances = distances_of(problem, remainders, found)
-        weights = huber / np.maximum(distances, huber)
+        found = _robust_noise(noise, remainders)
+        weights = huber_weights(distances_of(problem, remainders, found), problem.kinds)
         step, remainders = _stepped(_Equations(problem, found, weights), values, remainders)
         values = values + step
         if np.all(np.abs(step) < STEP_TOLERANCE * problem.prior):
@@ -376,9 +339,9 @@ def find_values(
     problem: FitProblem,
     noise: Noise | None = None,
     progress: Callable[[int], None] = lambda round_: None,
-) -> FoundValues:
+) -> Identified:
     """
-    Return the corrections, the noise and the outliers of a problem.
+    Return the corrections, how well they are known, the noise and the outliers of a problem.
 
     Parameters
     ----------
@@ -387,9 +350,10 @@ def find_values(
     progress
         Is called with the number of each round.
     """
-    values, limit = robust_values(problem, noise, progress), outlier_limit(problem.kinds)
+    noise, limit = noise or Noise(0.0, 0.0), outlier_limit(problem.kinds)
+    values = robust_values(problem, noise, progress)
     remainders = problem.weighed(values)
-    found = _at_least(noise, _median_noise(remainders))
+    found = _robust_noise(noise, remainders)
     used = distances_of(problem, remainders, found) < limit
     for k in range(MAX_ROUNDS):
         progress(MAX_ROUNDS + k)
@@ -399,7 +363,7 @@ def find_values(
         remainders = problem.weighed(values)
         before = found
         evident, freedom = _evident_noise(problem, remainders, solved.rows, inverse, used)
-        found = _at_least(noise, evident)
+        found = Noise(*map(max, zip(noise, evident)))
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         accepted = normal_scores(distances, freedom) < limit
@@ -411,15 +375,9 @@ def find_values(
         if same and max(moved, changed) < STEP_TOLERANCE:
             break
     freedom = Noise(*(f if own <= e else np.inf for own, e, f in zip(found, evident, freedom)))
-    return FoundValues(values, found, used, distances, freedom)
-
-
-def with_covariance(problem: FitProblem, found: FoundValues) -> Identified:
-    """Return the corrections and how well they are known."""
-    noise = widened(found.noise, found.freedom)
-    inverse = np.linalg.inv(_Equations(problem, noise, found.used).solved(found.values).triangle)
-    covariance = np.outer(problem.prior, problem.prior) * (inverse @ inverse.T)
-    return Identified(**vars(found), covariance=covariance)
+    wide = _Equations(problem, widened(found, freedom), used).solved(values)
+    factor = problem.prior[:, None] * np.linalg.inv(wide.triangle)
+    return Identified(values, found, used, distances, freedom, factor @ factor.T)
 
 
 def normal_scores(distances: Floats, freedom: Noise) -> Floats:
@@ -435,8 +393,9 @@ def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances
 
 
-def _at_least(least: Noise | None, found: Noise) -> Noise:
-    return found if least is None else Noise(*map(max, zip(least, found)))
+def _robust_noise(least: Noise, remainders: Floats) -> Noise:
+    lengths = np.linalg.norm(remainders, axis=2).T
+    return Noise(*np.maximum(least, median_noise(lengths)).tolist())
 
 
 def widened(noise: Noise, freedom: Noise) -> Noise:
@@ -444,22 +403,14 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
     Return the standard deviations of errors whose noise is known by few numbers.
 
     They have a Student distribution: its variance is f / (f - 2) of the estimate (Gelman et al.,
-    Bayesian Data Analysis, section 3.2).
+    Bayesian Data Analysis, section 3.2), which is 1 if f is infinite.
     """
-    return Noise(*(own * _widening(f) for own, f in zip(noise, freedom)))
-
-
-def _widening(freedom: float) -> float:
-    # The root of f / (f - 2), which is 1 if f is infinite.
-    return float(np.sqrt(1.0 + 2.0 / (max(freedom, LEAST_STUDENT_FREEDOM) - 2.0)))
+    f = np.maximum(freedom, LEAST_STUDENT_FREEDOM)
+    return Noise(*(np.array(noise) * np.sqrt(1.0 + 2.0 / (f - 2.0))).tolist())
 
 
 def refined(
-    problem: FitProblem,
-    values: Floats,
-    noise: Noise,
-    used: Flags,
-    there: Equations | None = None,
+    problem: FitProblem, values: Floats, noise: Noise, used: Flags, there: Equations | None = None
 ) -> Floats:
     """
     Return the corrections by some of the rows alone, the noise being known.
@@ -477,7 +428,7 @@ def refined(
 
 
 def held_out_remainders(
-    problem: FitProblem, values: Floats, found: FoundValues, blocks: Integers
+    problem: FitProblem, values: Floats, found: Identified, blocks: Integers
 ) -> Floats:
     """
     Return what remains (N, 2, 3) of each block of rows, by corrections fitted to the others.
@@ -496,12 +447,11 @@ def held_out_remainders(
     blocks : shape (N,)
         The block of each row.
     """
-    result = np.zeros((len(problem.q), 2, 3))
+    result = np.zeros((len(problem.given.q), 2, 3))
     equations = problem.equations(values)
     for k in np.unique(blocks):
         block = blocks == k
-        others = found.used & ~block
-        without = refined(problem, values, found.noise, others, equations)
+        without = refined(problem, values, found.noise, found.used & ~block, equations)
         result[block] = problem.remainders(without)[block]
     return result
 
@@ -517,7 +467,7 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
 
 
 def one_more(
-    problem: FitProblem, found: FoundValues, moves: Floats
+    problem: FitProblem, found: Identified, moves: Floats
 ) -> tuple[list[float], list[float]]:
     """
     Return each of K corrections beside the fitted ones, and its standard deviation.
@@ -575,23 +525,29 @@ def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Float
     return np.asarray(np.sqrt(np.sum(squares, axis=1)))
 
 
-def _median_noise(remainders: Floats) -> Noise:
-    sizes = np.median(np.linalg.norm(remainders, axis=2), axis=0) / length_quantile(0.5, 1)
-    return Noise(*np.maximum(sizes, NOISE_FLOOR).tolist())
+def huber_weights(distances: Floats, kinds: int) -> Floats:
+    """Return the weights (..., N) of Huber's estimate, of distances in deviations."""
+    huber = length_quantile(HUBER_QUANTILE, kinds)
+    return np.asarray(huber / np.maximum(distances, huber))
+
+
+def median_noise(lengths: Floats) -> Floats:
+    """Return the deviation (...,) of a number of three, by the median of lengths (..., N)."""
+    return np.asarray(
+        np.maximum(np.median(lengths, axis=-1) / length_quantile(0.5, 1), NOISE_FLOOR)
+    )
 
 
 def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
 ) -> tuple[Noise, Noise]:
     # The remainder over the number of rows that no parameter was fitted to, and that number.
-    kinds, count = problem.kinds, len(problem.q)
-    basis = rows[: 3 * kinds * count].reshape(count, 3 * kinds, -1) @ inverse
-    leverage = np.sum(basis**2, axis=2).reshape(count, kinds, 3)
-    found, freedom = [], []
-    for kind in range(kinds):
-        free = 3 * np.sum(used) - np.sum(leverage[:, kind])
-        squares = float(np.sum(remainders[used, kind] ** 2))
-        least = USUAL_NOISE if free < NOISE_FREEDOM else NOISE_FLOOR
-        found.append(max(float(np.sqrt(squares / max(free, 1.0))), least))
-        freedom.append(max(float(free), UNKNOWN_NOISE_FREEDOM))
+    kinds, count = problem.kinds, len(problem.given.q)
+    basis = rows[: 3 * kinds * count] @ inverse
+    leverage = np.sum(basis.reshape(count, kinds, -1) ** 2, axis=(0, 2))
+    free = 3 * np.sum(used) - leverage
+    squares = np.sum(remainders[used, :kinds] ** 2, axis=(0, 2))
+    least = np.where(free < NOISE_FREEDOM, USUAL_NOISE, NOISE_FLOOR)
+    found = np.maximum(np.sqrt(squares / np.maximum(free, 1.0)), least).tolist()
+    freedom = np.maximum(free, UNKNOWN_NOISE_FREEDOM).tolist()
     return Noise(found[0], found[-1]), Noise(freedom[0], freedom[-1])

@@ -1,4 +1,4 @@
-"""The corrections of a table, and what they leave open of it."""
+"""The corrections of a table, what they leave open of it, and what poses tell only together."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,21 +12,27 @@ from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...kinematics.uncertainty.arm_errors import TableErrors, joint_screws, screws_in_frames
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of, poses_of
-from ...kinematics.uncertainty.parameters import parameters_of, placement
+from ...kinematics.uncertainty.parameters import NOTHING, parameters_of, placement
 from ...rigid_motion import apart, inverse
 from ...robot.chain import FrozenArrays
 from ...robot.file.parts.parameters import (
     ENDS,
     GEARS,
+    LAG,
     SIX,
     TABLE_GROUPS,
     ArmParameter,
     end_parameters,
 )
 from ...robot.robot import Robot
-from .checking import unit_of, value_in_words
-from .knowledge import KNOWN
+from ...typography import listed
+from ..checking.errors import angle_in_words, length_in_words, time_in_words
+from .checking import COMPLIANCE, NAMES_IN_SENTENCE
 
+# A direction is known where the poses tell it this much better than its prior does.
+KNOWN = 3.0
+# Coefficients below this share of the largest are round-off.
+SMALL = 1e-6
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 SAME = 1e-8
 
@@ -53,11 +59,15 @@ class CalibratedParameter(ArmParameter):
     @property
     def unit(self) -> str:
         """Return the SI unit of its numbers, empty of a share."""
-        return unit_of(self)
+        plain, yields = ('rad', 'rad/Nm') if self.angle else ('m', 'm/N')
+        return {LAG.group: 's', GEARS: '', COMPLIANCE: yields}.get(self.group, plain)
 
     def in_words(self, value: float) -> str:
         """Return a correction or a deviation of it in words, with the unit of its kind."""
-        return value_in_words(value, self.unit)
+        of_unit = {'rad': angle_in_words, 'm': length_in_words, 's': time_in_words}
+        if self.unit in of_unit:
+            return of_unit[self.unit](value)
+        return f'{value:.3g} {self.unit}' if self.unit else f'{100 * value:.3g} %'
 
     @property
     def may_be_zero(self) -> bool:
@@ -106,8 +116,14 @@ class IdentifiedTable(FrozenArrays):
         CalibrationError
             It has other poses at q (..., n) than were found.
         """
-        errors = calibrated_errors(robot, self)
-        check_arm(robot, self, q)
+        errors, own = calibrated_errors(robot, self), table_corrections(robot, self)
+        state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
+        off = apart(poses_of(own.chain, own.values, state.q), state.pose)
+        if np.max(off, initial=0.0) > SAME:
+            raise CalibrationError(
+                f'the calibration of {self.robot.name} is one of another arm: '
+                'give the calibrated robot'
+            )
         return errors
 
 
@@ -170,7 +186,11 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     """
     own = table_corrections(robot, found, ends)
     frames, screws = screws_in_frames(robot, own.chain, own.values)
-    factor = factor_of(found.covariance[np.ix_(own.fitted, own.fitted)])
+    # F of the covariance F F^T.
+    covariance = found.covariance[np.ix_(own.fitted, own.fitted)]
+    deviations = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(deviations, deviations))
+    factor = np.asarray(deviations[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
     of_gear = {gear.column: gear.joint for gear in own.chain.gears}
     rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
     columns = [own.columns[k] for k in rows]
@@ -187,27 +207,95 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     return TableErrors(*(np.concatenate(arrays) for arrays in zip(*parts)))
 
 
-def factor_of(covariance: Floats) -> Floats:
-    """Return F of a covariance F F^T (P, P)."""
-    deviations = np.sqrt(np.diag(covariance))
-    values, vectors = np.linalg.eigh(covariance / np.outer(deviations, deviations))
-    return np.asarray(deviations[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
-
-
-def check_arm(robot: Robot, found: IdentifiedTable, q: Floats) -> None:
+@dataclass(frozen=True)
+class ParameterCombination:
     """
-    Refuse a robot that does not have the calibrated poses at joint positions (..., n).
+    Parameters that no pose tells apart.
 
-    Raises
-    ------
-    CalibrationError
-        The calibration is one of another arm.
+    Attributes
+    ----------
+    names
+        Of the parameters.
+    determined
+        Number of their combinations that the poses determine.
+    coefficients
+        Of the only one, by rad and m, the first being 1; empty if there are several or none.
+    sentence
+        The same in words.
     """
-    own = table_corrections(robot, found)
-    state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
-    lengths, angles = apart(poses_of(own.chain, own.values, state.q), state.pose)
-    if max(np.max(lengths, initial=0.0), np.max(angles, initial=0.0)) > SAME:
-        raise CalibrationError(
-            f'the calibration of {found.robot.name} is one of another arm: '
-            'give the calibrated robot'
-        )
+
+    names: tuple[str, ...]
+    determined: int
+    coefficients: tuple[float, ...]
+    sentence: str
+
+
+def combinations_of(
+    J: Floats, parameters: Sequence[ArmParameter]
+) -> tuple[ParameterCombination, ...]:
+    """
+    Return the sets of parameters that poses do not tell apart.
+
+    Parameters
+    ----------
+    J : shape (rows, P)
+        How the poses move with usual errors of the parameters.
+    """
+    null = np.zeros((0, J.shape[1]))
+    if J.size:
+        # The directions that no row tells, up to round-off.
+        _, values, right = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
+        null = _reduced(right[int(np.sum(values > NOTHING * values[0])) :])
+    sets: list[set[int]] = []
+    for row in null:
+        own = set(np.flatnonzero(row).tolist())
+        for other in [one for one in sets if one & own]:
+            own |= other
+            sets.remove(other)
+        sets.append(own)
+    return tuple(_combination(sorted(own), null, parameters) for own in sorted(sets, key=min))
+
+
+def _reduced(null: Floats) -> Floats:
+    # Gauss-Jordan: each row begins with a parameter that no other row has.
+    rows, done = np.array(null), 0
+    for column in range(null.shape[1]):
+        if done == len(rows):
+            break
+        pivot = done + int(np.argmax(np.abs(rows[done:, column])))
+        if abs(rows[pivot, column]) < SMALL:
+            continue
+        rows[[done, pivot]] = rows[[pivot, done]]
+        rows[done] /= rows[done, column]
+        others = np.arange(len(rows)) != done
+        rows[others] -= rows[others, column : column + 1] * rows[done]
+        done += 1
+    rows[np.abs(rows) < SMALL] = 0.0
+    return rows
+
+
+def _combination(
+    own: Sequence[int], null: Floats, parameters: Sequence[ArmParameter]
+) -> ParameterCombination:
+    part = null[:, own]
+    part = part[np.any(part != 0.0, axis=1)]
+    chosen = [parameters[k] for k in own]
+    names = tuple(one.name for one in chosen)
+    determined, shown = len(own) - len(part), listed(names, NAMES_IN_SENTENCE)
+    if determined == 0:
+        return ParameterCombination(names, 0, (), f'not identifiable: {shown}')
+    if determined > 1:
+        sentence = f'only {determined} combinations of {shown} are identifiable'
+        return ParameterCombination(names, determined, (), sentence)
+    # What the poses see is at right angles to what they do not see.
+    seen = np.linalg.svd(part)[2][-1] / np.array([one.scale for one in chosen])
+    seen = seen / seen[0]
+    others = ' '.join(map(_term, seen[1:].tolist(), names[1:]))
+    sentence = f'only {names[0]} {others} is identifiable, not each of them'
+    return ParameterCombination(names, 1, tuple(seen.tolist()), sentence)
+
+
+def _term(coefficient: float, name: str) -> str:
+    size = abs(coefficient)
+    factor = '' if f'{size:.3g}' == '1' else f'{size:.3g} '
+    return f'{"-" if coefficient < 0.0 else "+"} {factor}{name}'

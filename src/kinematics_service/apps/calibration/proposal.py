@@ -27,7 +27,7 @@ from ...robot.loops import refuse_loops
 from ...robot.measures import Level
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ...robot.task import SEED, seeded_poses
-from .board_views import BoardViews
+from ..recordings.readers.block import Flags
 from .camera import ON_TOOL
 from .chosen_parameters import prior_of
 from .collecting import SECOND
@@ -75,33 +75,12 @@ class LineOfSight(NamedTuple):
     half_angle: float
     axis: npt.ArrayLike = (0.0, 0.0, 1.0)
 
-    def is_free(self, poses: Floats) -> npt.NDArray[np.bool_]:
+    def is_free(self, poses: Floats) -> Flags:
         """Return whether the point is in the cone of poses (N, 4, 4) of the tool, shape (N,)."""
         axis = np.asarray(self.axis, dtype=np.float64)
         ways = np.asarray(self.point) - poses[:, :3, 3]
         along = np.einsum('nij,j,ni->n', poses[:, :3, :3], axis / np.linalg.norm(axis), ways)
         return np.asarray(along >= np.cos(self.half_angle) * np.linalg.norm(ways, axis=1))
-
-
-class BoardInView(NamedTuple):
-    """A board that is wholly in the next images, too: a calibration `after` images, and these."""
-
-    after: Calibration
-    views: BoardViews
-
-    @classmethod
-    def of(cls, after: Calibration | None) -> 'BoardInView | None':
-        """Return that of a calibration; None if it is by no images."""
-        return None if after is None or after.views is None else cls(after, after.views)
-
-    def board(self, poses: Floats) -> Floats:
-        """Return the board in the frame of the camera, (N, 4, 4), from poses of the tool."""
-        measured = self.after.base_offsets[0] @ poses @ self.after.tool_offsets[0]
-        return inverses(measured) if self.after.camera == ON_TOOL else measured
-
-    def is_free(self, poses: Floats) -> npt.NDArray[np.bool_]:
-        """Return whether it is so at poses (N, 4, 4) of the tool in the base frame, (N,)."""
-        return self.views.are_in_view(self.board(poses))
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,23 +160,36 @@ def propose_poses(
         raise CalibrationError('poses to measure next are not proposed for touched points')
     if not 1 <= number_or_nan(count) <= MOST or count != int(count):
         raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
-    view = BoardInView.of(after)
+    by_images = after is not None and after.views is not None
     if among is None:
-        q = _candidates(robot) if view is None else _around(robot, view)
+        q = _candidates(robot) if after is None or not by_images else _around(robot, after)
+        rows = np.arange(len(q))
     else:
-        q = _given(robot, among)
-    rows = np.arange(len(q)) if among is None else _different(q)
-    for sight in (line_of_sight, view):
-        if sight is not None:
-            rows = rows[sight.is_free(forward_kinematics(robot, q[rows]))]
+        q = numbers_of('among', among)
+        if q.ndim != 2 or q.shape[1] != robot.dof or not np.all(np.isfinite(q)):
+            raise CalibrationError(
+                f'among: needs finite joint positions of {robot.name}, shape (M, {robot.dof}), '
+                f'not {q.shape}'
+            )
+        # The same position twice tells what it tells once.
+        rows = np.sort(np.unique(q, axis=0, return_index=True)[1])
+        if len(rows) > MOST_GIVEN:
+            rows = rows[np.linspace(0, len(rows) - 1, MOST_GIVEN).astype(int)]
+    if line_of_sight is not None:
+        rows = rows[line_of_sight.is_free(forward_kinematics(robot, q[rows]))]
+    if after is not None:
+        rows = rows[_has_board_in_view(after, forward_kinematics(robot, q[rows]))]
     if len(rows) < count:
         where = 'of those that are given' if among is not None else f'of {robot.name}'
         faces = '' if line_of_sight is None else ' from which the tool faces the point'
-        faces += '' if view is None else ' that have the board in the image'
+        faces += ' that have the board in the image' if by_images else ''
         raise CalibrationError(f'only {len(rows)} poses {where}{faces} can be proposed')
     q = q[rows]
     names, J, scales = _equations(robot, q, after, positions)
-    known = np.eye(len(names)) if after is None else _covariance(after, names, scales)
+    known = np.eye(len(names))
+    if after is not None:
+        own = after.fitted_of(names)[1]
+        known = after.covariance[np.ix_(own, own)] / np.outer(scales, scales)
     chosen = _chosen(J, np.asarray(np.linalg.inv(known), dtype=np.float64), count)
     left = _after(known, J[chosen].reshape(-1, len(names)))
     before, later = (scales * np.sqrt(np.diag(matrix)) for matrix in (known, left))
@@ -206,30 +198,11 @@ def propose_poses(
     return ProposedPoses(robot, q[chosen], names, before, later, of_given)
 
 
-def _given(robot: Robot, among: npt.ArrayLike) -> Floats:
-    q = numbers_of('among', among)
-    if q.ndim != 2 or q.shape[1] != robot.dof or not np.all(np.isfinite(q)):
-        raise CalibrationError(
-            f'among: needs finite joint positions of {robot.name}, shape (M, {robot.dof}), not '
-            f'{q.shape}'
-        )
-    return q
-
-
-def _different(q: Floats) -> npt.NDArray[np.intp]:
-    # The same position twice tells what it tells once.
-    rows = np.asarray(np.sort(np.unique(q, axis=0, return_index=True)[1]), dtype=np.intp)
-    if len(rows) <= MOST_GIVEN:
-        return rows
-    return np.asarray(rows[np.linspace(0, len(rows) - 1, MOST_GIVEN).astype(int)])
-
-
 def _candidates(robot: Robot) -> Floats:
     q = seeded_poses(robot.limits, robot.prismatic)
     # A turn more brings the tool nowhere else.
-    low, high = q.min(axis=0), q.max(axis=0)
-    low = np.where(robot.prismatic, low, np.maximum(low, -np.pi))
-    high = np.where(robot.prismatic, high, np.minimum(high, np.pi))
+    turn = np.where(robot.prismatic, np.inf, np.pi)
+    low, high = np.clip([q.min(axis=0), q.max(axis=0)], -turn, turn)
     share = (q - q.min(axis=0)) / np.ptp(q, axis=0)
     q = low + (MARGIN + (1.0 - 2.0 * MARGIN) * share) * (high - low)
     away = np.asarray(singularity(robot, q).level) == Level.OK
@@ -238,15 +211,28 @@ def _candidates(robot: Robot) -> Floats:
     return np.asarray(q[away])
 
 
-def _around(robot: Robot, view: BoardInView) -> Floats:
+def _board(after: Calibration, poses: Floats) -> Floats:
+    # The board in the frame of the camera, (N, 4, 4), from poses of the tool in the base frame.
+    measured = after.base_offsets[0] @ poses @ after.tool_offsets[0]
+    return inverses(measured) if after.camera == ON_TOOL else measured
+
+
+def _has_board_in_view(after: Calibration, poses: Floats) -> Flags:
+    # Whether the board is wholly in the next images, too; whatever was seen without images.
+    if after.views is None:
+        return np.ones(len(poses), dtype=bool)
+    return after.views.are_in_view(_board(after, poses))
+
+
+def _around(robot: Robot, after: Calibration) -> Floats:
     # Few positions of all have the board in the image: more of those near the ones that had it.
     random = np.random.default_rng(SEED)
-    q = view.after.q[random.integers(len(view.after.q), size=MOST_GIVEN)]
+    q = after.q[random.integers(after.count, size=MOST_GIVEN)]
     q = q + random.uniform(-1.0, 1.0, q.shape) * SPREAD * robot.singularity.task.column_scales
-    span = np.where(np.isfinite(np.ptp(robot.limits, axis=1)), np.ptp(robot.limits, axis=1), 0.0)
     low, high = robot.limits.T
-    inside = np.all((q > low + MARGIN * span) & (q < high - MARGIN * span), axis=1)
-    q = q[inside & view.is_free(forward_kinematics(robot, q))]
+    margin = MARGIN * np.where(np.isfinite(high - low), high - low, 0.0)
+    inside = np.all((q > low + margin) & (q < high - margin), axis=1)
+    q = q[inside & _has_board_in_view(after, forward_kinematics(robot, q))]
     return np.asarray(q[np.asarray(singularity(robot, q).level) == Level.OK])
 
 
@@ -257,37 +243,29 @@ def _equations(
     known = () if after is None else after.parameters
     arm = parameters_of(robot, any(one.group == GEARS for one in known))
     every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
+    names, count, noise = [one.name for one in every], len(arm.table), (NOISE, NOISE)
     base, tool = robot.description.base.motion.matrix, robot.description.tool.motion.matrix
-    table = len(arm.table)
-    noise = [NOISE, NOISE]
-    if after is not None:
-        positions, noise = after.positions, list(after.noise)
+    if after is None:
+        point = ('tool.rx', 'tool.ry', 'tool.rz') if positions else ()
+        kept = [k for k, name in enumerate(names) if name not in point]
+        of_file = robot.description.tolerances
+        scales = np.array([prior_of(every[k], {}, of_file) for k in kept])
+    else:
+        kept, fitted = after.fitted_of(names)
+        scales = np.array([known[k].prior for k in fitted])
+        positions, noise = after.positions, after.noise
         base, tool = after.base_offsets[0] @ base, tool @ after.tool_offsets[0]
-    chain = placement(arm.chain, base, tool, (table, table + len(SIX)))
+    chain = placement(arm.chain, base, tool, (count, count + len(SIX)))
     change = pose_change(chain, np.zeros(len(every)), q)
     J = change.jacobian
     if after is not None and after.camera == ON_TOOL:
         J = of_inverses(change.pose, J)
-    if view := BoardInView.of(after):
-        J = view.views.whitening_at(view.board(forward_kinematics(robot, q))) @ J
+    if after is not None and after.views is not None:
+        J = after.views.whitening_at(_board(after, forward_kinematics(robot, q))) @ J
+    J = J[:, : 3 if positions else 6, kept] * scales
     J[:, :3] /= noise[0]
     J[:, 3:] /= noise[1]
-    if after is None:
-        kept = [
-            k for k, one in enumerate(every) if not (positions and one.name.startswith('tool.r'))
-        ]
-        of_file = robot.description.tolerances
-        scales = np.array([prior_of(every[k], {}, of_file) for k in kept])
-    else:
-        kept, fitted = after.fitted_of([one.name for one in every])
-        scales = np.array([after.parameters[k].prior for k in fitted])
-    J = J[:, : 3 if positions else 6, kept] * scales
-    return tuple(every[k].name for k in kept), J, scales
-
-
-def _covariance(after: Calibration, names: tuple[str, ...], scales: Floats) -> Floats:
-    _, rows = after.fitted_of(names)
-    return after.covariance[np.ix_(rows, rows)] / np.outer(scales, scales)
+    return tuple(names[k] for k in kept), J, scales
 
 
 def _after(covariance: Floats, J: Floats) -> Floats:
@@ -300,12 +278,9 @@ def _after(covariance: Floats, J: Floats) -> Floats:
 
 
 def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
-    chosen: list[int] = []
-    M = information
+    chosen = list[int]()
     for _ in range(count):
-        best = _best(_gains(J, M), chosen)
-        chosen.append(best)
-        M = M + J[best].T @ J[best]
+        chosen.append(_best(J, information, chosen))
     value, exchanged = _value(J, information, chosen), True
     # The value is a function of the set alone and grows with each exchange: no set comes twice,
     # so the loop ends. Differences of gains alone are below round-off where M is ill-conditioned.
@@ -313,8 +288,7 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
         exchanged = False
         for place in range(count):
             others = chosen[:place] + chosen[place + 1 :]
-            best = _best(_gains(J, _measured(J, information, others)), others)
-            changed = [*others[:place], best, *others[place:]]
+            changed = [*others[:place], _best(J, information, others), *others[place:]]
             if (grown := _value(J, information, changed)) > value + GAIN:
                 chosen, value, exchanged = changed, grown, True
     return chosen
@@ -322,7 +296,7 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
 
 def _measured(J: Floats, information: Floats, chosen: Sequence[int]) -> Floats:
     # The information after poses are measured, in their order among all.
-    rows = J[sorted(chosen)].reshape(-1, len(information))
+    rows = J[np.array(sorted(chosen), dtype=np.int64)].reshape(-1, len(information))
     return np.asarray(information + rows.T @ rows)
 
 
@@ -330,11 +304,11 @@ def _value(J: Floats, information: Floats, chosen: Sequence[int]) -> float:
     return float(np.linalg.slogdet(_measured(J, information, chosen))[1])
 
 
-def _best(gains: Floats, others: Sequence[int]) -> int:
+def _best(J: Floats, information: Floats, others: Sequence[int]) -> int:
     # A pose that is measured once more tells nothing of what others would.
-    left = gains.copy()
-    left[np.array(others, dtype=np.int64)] = -np.inf
-    return int(np.argmax(left))
+    gains = _gains(J, _measured(J, information, others))
+    gains[np.array(others, dtype=np.int64)] = -np.inf
+    return int(np.argmax(gains))
 
 
 def _gains(J: Floats, M: Floats) -> Floats:
@@ -346,21 +320,22 @@ def _gains(J: Floats, M: Floats) -> Floats:
 
 def _order(q: Floats) -> list[int]:
     # From each pose to the nearest one that is left.
-    left = list(range(1, len(q)))
-    order = [0]
+    left, order = set(range(1, len(q))), [0]
     while left:
-        near = min(left, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]]))))
-        left.remove(near)
-        order.append(near)
+        order.append(min(left, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]])))))
+        left.remove(order[-1])
     return order
+
+
+def _written(q: Floats) -> list[str]:
+    return [f'{x:.{DIGITS}f}' for x in q.tolist()]
 
 
 def table_text(proposed: ProposedPoses) -> str:
     """Return a table (CSV), a row for each pose: stamp and positions by joint."""
-    names = [f'position.{name}' for name in proposed.robot.joint_names]
-    lines = [','.join(['stamp', *names])]
+    lines = [','.join(['stamp', *(f'position.{name}' for name in proposed.robot.joint_names)])]
     for time, q in zip(_times(proposed), proposed.q):
-        lines.append(','.join([f'{time:.3f}', *(f'{x:.{DIGITS}f}' for x in q)]))
+        lines.append(','.join([f'{time:.3f}', *_written(q)]))
     return '\n'.join([*lines, ''])
 
 
@@ -369,14 +344,10 @@ def trajectory_text(proposed: ProposedPoses) -> str:
     names = ', '.join(f'"{name}"' for name in proposed.robot.joint_names)
     lines = [f'joint_names: [{names}]', 'points:']
     for time, q in zip(_times(proposed), proposed.q):
-        positions = ', '.join(f'{x:.{DIGITS}f}' for x in q)
         for moment in (time, time + HOLD):
-            seconds = int(moment)
-            rest = round((moment - seconds) * SECOND)
-            lines.append(
-                f'  - {{positions: [{positions}], '
-                f'time_from_start: {{sec: {seconds}, nanosec: {rest}}}}}'
-            )
+            at = f'sec: {int(moment)}, nanosec: {round((moment - int(moment)) * SECOND)}'
+            positions = ', '.join(_written(q))
+            lines.append(f'  - {{positions: [{positions}], time_from_start: {{{at}}}}}')
     return '\n'.join([*lines, ''])
 
 

@@ -3,18 +3,18 @@
 import csv
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import CalibrationError, KinematicsError
 from ...estimation.estimator import Estimator, EstimatorSettings
 from ...kernel import Floats
+from ...rigid_motion import inverses
 from ...robot.robot import Robot
 from ..checking.diagnosis import LEAST_FOR_CAUSE, diagnose_frames
 from ..checking.errors import time_in_words
 from ..checking.joint_motion import SampledMotion
-from ..recordings.audit.frames import chosen_poses, matched
+from ..recordings.audit.frames import ChosenPoses, chosen_poses, matched
 from ..recordings.audit.ingest import Ingest
 from ..recordings.audit.neighbourhoods import joined
 from ..recordings.audit.reported_velocities import MotionColumns
@@ -25,7 +25,6 @@ from ..recordings.readers.source import RecordingSource, Selection
 from ..recordings.readers.stamp_format import StampFormat, stamp_format
 from ..recordings.readers.table_reader import table_of
 from .boards.board import BoardFinder, SeenCorners
-from .camera import seen_poses
 
 # The column that names the image of each row.
 IMAGE = 'image'
@@ -38,16 +37,12 @@ class MeasuredRecording:
 
     Attributes
     ----------
-    file, name
-        The file; topic or columns of the poses.
+    file
+        The file.
     q : shape (N, n), rad or m
     poses : shape (N, 4, 4)
     kind
         Of their orientations, as `PoseTrack` has it.
-    stamps : shape (N,), s
-        Since the first pose of the file.
-    motion
-        Joint positions (K, n) at times (K,), s since then; None if there are too few.
     rates : shape (N, n), rad/s or m/s
         Joint velocities; zero where they are not known.
     remarks
@@ -57,12 +52,9 @@ class MeasuredRecording:
     """
 
     file: str
-    name: str
     q: Floats
     poses: Floats
     kind: str
-    stamps: Floats
-    motion: tuple[Floats, Floats] | None
     rates: Floats
     remarks: tuple[str, ...]
     rows: Times | None = None
@@ -79,17 +71,22 @@ class MeasuredRecording:
 
 
 def read_measured(
-    file: Path, wanted: Selection, settings: EstimatorSettings, gap: float | None = None
+    file: Path, wanted: Selection, gap: float | None, on_tool: bool
 ) -> MeasuredRecording:
     """
-    Return the measured poses of a file.
+    Return the measured poses of a file, with the joint positions of their times.
+
+    If the frame check finds that the poses are behind the joint states, or ahead of them, the
+    joints are looked up that much earlier or later; poses at times without joints are left out.
 
     Parameters
     ----------
-    wanted, settings
-        As an audit takes them.
+    wanted
+        As an audit takes it.
     gap : s
         Largest time between the joint states around a pose; None: three usual intervals.
+    on_tool
+        Whether they are those of a board that stands still, seen by a camera on the tool.
 
     Raises
     ------
@@ -99,7 +96,7 @@ def read_measured(
         It has no poses, or no joint positions at their times.
     """
     with open_source(file, standing_poses(file, wanted)) as source:
-        states = _states(source, wanted.robot, settings)
+        states = _states(source, wanted)
         track = source.poses()
         remarks = [remark.text for remark in source.remarks]
     if track is None:
@@ -111,25 +108,41 @@ def read_measured(
         raise CalibrationError(f'{file}: {track.name}: {track.refused}')
     found = joined(wanted.robot, track, states)
     use, reason = matched(found, gap)
-    matching = np.flatnonzero(use)
-    if not len(matching):
+    if not np.any(use):
         raise CalibrationError(f'{file}: {track.name}: {reason or "there is no pose"}')
     chosen = chosen_poses(track, found, use)
     total = track.total or len(track.stamps)
-    if len(chosen.rows) < len(matching) or len(track.stamps) < total:
+    if len(chosen.rows) < np.sum(use) or len(track.stamps) < total:
         remarks.append(f'{len(chosen.rows):,} of {total:,} poses are used, evenly spread')
+    remarks += [*([reason] if reason else []), *track.doubts]
+    q, known = chosen.q, np.ones(len(chosen.q), dtype=bool)
+    rates = np.zeros_like(q)
+    if chosen.motion is not None:
+        motion = SampledMotion(*chosen.motion, wanted.robot.continuous)
+        joints = motion.at(chosen.stamps)
+        rates = np.where(joints.known[:, None], joints.rates, 0.0)
+        if lag := _lag_of(wanted.robot, chosen, track.kind, on_tool):
+            q, rates, known = motion.at(chosen.stamps + lag)
+            side = 'behind' if lag < 0.0 else 'ahead of'
+            far = time_in_words(abs(lag))
+            remarks.append(f'the poses are {far} {side} the joint states: undone')
+    rows = None if track.rows is None else track.rows[found.poses[chosen.rows]][known]
     return MeasuredRecording(
-        str(file),
-        track.name,
-        chosen.q,
-        chosen.poses,
-        track.kind,
-        chosen.stamps,
-        chosen.motion,
-        _rates(wanted.robot, chosen.motion, chosen.stamps),
-        (*remarks, *([reason] if reason else []), *track.doubts),
-        None if track.rows is None else track.rows[found.poses[chosen.rows]],
+        str(file), q[known], chosen.poses[known], track.kind, rates[known], tuple(remarks), rows
     )
+
+
+def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> float:
+    # The time (s) after which joints are where the poses have them, if the frame check says so.
+    q, poses, stamps, motion = chosen.q, chosen.poses, chosen.stamps, chosen.motion
+    if motion is None or kind == 'position' or len(q) < LEAST_FOR_CAUSE:
+        return 0.0
+    poses = inverses(poses) if on_tool else poses
+    try:
+        cause = diagnose_frames(robot, q, poses, stamps, motion=motion, read=kind).cause
+    except KinematicsError:
+        return 0.0  # the calibration says what is wrong
+    return cause.value or 0.0 if cause is not None and cause.key == 'time_lag' else 0.0
 
 
 def standing_poses(file: Path, wanted: Selection) -> Selection:
@@ -142,7 +155,7 @@ def standing_poses(file: Path, wanted: Selection) -> Selection:
     return wanted._replace(stamps=stamp_format('none'))
 
 
-def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -> Floats:
+def read_positions(file: Path, wanted: Selection) -> Floats:
     """
     Return the joint positions (N, n), rad or m, of a file; its poses do not count.
 
@@ -152,66 +165,16 @@ def read_positions(file: Path, wanted: Selection, settings: EstimatorSettings) -
         The file cannot be read.
     """
     with open_source(file, standing_poses(file, wanted)) as source:
-        return _states(source, wanted.robot, settings).q[:]
+        return _states(source, wanted).q[:]
 
 
-def _states(source: RecordingSource, robot: Robot, settings: EstimatorSettings) -> MotionColumns:
+def _states(source: RecordingSource, wanted: Selection) -> MotionColumns:
+    robot, settings = wanted.robot, EstimatorSettings(wanted.joint_prefix)
     ingest, states = Ingest(robot, Estimator(robot, settings)), MotionColumns(robot.dof)
     for known in map(ingest.take, source.blocks):
         if len(known):
             states.add(known.stamps, known.q, known.qdot, known.differenced)
     return states
-
-
-def _rates(robot: Robot, motion: tuple[Floats, Floats] | None, stamps: Floats) -> Floats:
-    if motion is None:
-        return np.zeros((len(stamps), robot.dof))
-    joints = SampledMotion(*motion, robot.continuous).at(stamps)
-    return np.where(joints.known[:, None], joints.rates, 0.0)
-
-
-def seen(given: MeasuredRecording) -> MeasuredRecording:
-    """
-    Return the poses the other way round, as `seen_poses` does.
-
-    Raises
-    ------
-    CalibrationError
-        They are positions alone.
-    """
-    return replace(given, poses=seen_poses(given.poses, given.positions))
-
-
-def without_lag(robot: Robot, given: MeasuredRecording) -> MeasuredRecording:
-    """
-    Return the poses with the joint positions of the time they were measured at.
-
-    Where the frame check finds that the poses are behind the joint states, or ahead of them, the
-    joints are looked up that much earlier or later; poses at times without joints are left out.
-    """
-    if given.motion is None or given.positions or len(given.q) < LEAST_FOR_CAUSE:
-        return given
-    try:
-        found = diagnose_frames(
-            robot, given.q, given.poses, given.stamps, motion=given.motion, read=given.kind
-        )
-    except KinematicsError:
-        return given  # the calibration says what is wrong
-    cause = found.cause
-    if cause is None or cause.key != 'time_lag' or cause.value is None:
-        return given
-    joints = SampledMotion(*given.motion, robot.continuous).at(given.stamps + cause.value)
-    side = 'behind' if cause.value < 0.0 else 'ahead of'
-    remark = f'the poses are {time_in_words(abs(cause.value))} {side} the joint states: undone'
-    return replace(
-        given,
-        q=joints.q[joints.known],
-        poses=given.poses[joints.known],
-        stamps=given.stamps[joints.known],
-        rates=joints.rates[joints.known],
-        remarks=(*given.remarks, remark),
-        rows=None if given.rows is None else given.rows[joints.known],
-    )
 
 
 def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
@@ -299,31 +262,13 @@ def read_touches(
     )
 
 
-class ImageRecording(NamedTuple):
-    """
-    Images of one table.
-
-    Attributes
-    ----------
-    q : shape (N, n), rad or m
-        Joint positions at which they were taken.
-    names, seen : N
-        Of the files; the corners of the board in each, or why there are none.
-    remarks
-        Sentences on what was left out.
-    """
-
-    q: Floats
-    names: tuple[str, ...]
-    seen: tuple[SeenCorners | str, ...]
-    remarks: tuple[str, ...]
-
-
 def read_images(
     file: Path, wanted: Selection, folder: Path, finder: BoardFinder
-) -> ImageRecording:
+) -> tuple[TouchRecording, tuple[SeenCorners | str, ...]]:
     """
-    Return the joint positions of a table and the board in the image that each row names.
+    Return the rows of a table with the names of images, and the corners of the board in each.
+
+    Instead of corners: why there are none.
 
     Raises
     ------
@@ -344,22 +289,21 @@ def read_images(
             f'{folder}: the board is found in mirror images alone: the images are mirrored, or '
             'the board is printed so'
         )
-    return ImageRecording(rows.q, tuple(one.name for one in files), seen, rows.remarks)
+    return replace(rows, points=tuple(one.name for one in files)), seen
 
 
 def _image(folder: Path, name: str) -> Path:
     # Of a name with its ending or without.
-    if (folder / name).is_file():
-        return folder / name
-    files = sorted(one for one in folder.iterdir() if one.stem == name)
-    if len(files) == 1:
-        return files[0]
+    exact = [folder / name] if (folder / name).is_file() else []
+    files = exact or sorted(one for one in folder.iterdir() if one.stem == name)
     if not files:
         raise CalibrationError(f'{folder}: there is no image {name!r}')
-    which = ', '.join(one.name for one in files)
-    raise CalibrationError(
-        f'{folder}: the image {name!r} may be {which}: write it with its ending'
-    )
+    if len(files) > 1:
+        which = ', '.join(one.name for one in files)
+        raise CalibrationError(
+            f'{folder}: the image {name!r} may be {which}: write it with its ending'
+        )
+    return files[0]
 
 
 def _column(file: Path, column: str) -> list[str]:

@@ -1,19 +1,21 @@
 """A calibration in plain sentences, in rows of a table, and as a document for programs."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ...kernel import Floats
 from ...printing import attributes
-from ...rigid_motion import roll_pitch_yaw
+from ...rigid_motion import inverse, roll_pitch_yaw
 from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ...typography import listed
-from ..checking.errors import length_in_words
-from .board_views import view_document
-from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words, value_in_words
+from ..checking.errors import angle_in_words, length_in_words
+from .board_views import view_document, view_sentences
+from .camera import ON_TOOL
+from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words
 from .identified_table import CalibratedParameter
-from .placed_camera import camera_sentences, placed_camera
 from .result import BLOCKS, Calibration
 
 OF_CONDITION = {
@@ -21,24 +23,24 @@ OF_CONDITION = {
     ZEROS: 'Drifts of the zeros of the joints, from the first session',
     COMPLIANCE: 'Compliances of the joints, by the torque of the load alone',
 }
-# What a document says of a parameter.
-OF_PARAMETER = (
-    *('name', 'group', 'unit', 'correction', 'deviation', 'prior'),
-    *('identifiable', 'may_be_zero'),
-)
+# What a document says of a parameter, of a combination, and of a camera or a board.
+OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
+OF_COMBINATION = ['names', 'determined', 'coefficients', 'sentence']
+OF_PLACED = ['name', 'frame', 'pose', 'deviation']
 
 
-def sentences_of(found: Calibration) -> Iterator[str]:
-    """Yield what was found, one sentence each."""
-    yield from _verdict(found)
+def facts_of(found: Calibration) -> Iterator[str]:
+    """Yield errors, noise and what is identifiable: sentences that a robot file has, too."""
     kind, row, rms = found.kind, found.row, found.rms_in_words
     yield (
-        f'{rms(found.before)} remain (rms) where only {found.placed} are fitted; with the '
-        f'calibrated table {rms(found.after)}'
+        f'{rms(found.without.before)} remain (rms) where only {found.placed} are fitted; with the '
+        f'calibrated table {rms(found.without.after)}'
     )
+    no_better = ': no better, within two standard deviations of the difference'
     yield (
         f'The errors of held-out {kind} ({BLOCKS} blocks of rows) are '
         f'{rms(found.held_out_before)} before, {rms(found.held_out)} after'
+        f'{no_better if found.no_better else ""}'
     )
     if found.outliers:
         every = found.with_outliers
@@ -59,6 +61,17 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         f'{found.known} independent combinations of the {len(found.parameters)} parameters are '
         f'identifiable from these {kind}; from any such {kind} at most {found.possible} are'
     )
+    for one in found.combinations:
+        yield one.sentence[0].upper() + one.sentence[1:]
+
+
+def sentences_of(found: Calibration) -> Iterator[str]:
+    """Yield what was found, one sentence each."""
+    yield from _verdict(found)
+    yield from facts_of(found)
+    together = {name for one in found.combinations for name in one.names}
+    if others := [name for name in found.not_identifiable if name not in together]:
+        yield f'Not identifiable: {", ".join(others)}; these mostly keep their nominal values'
     yield from _of_conditions(found)
     yield from camera_sentences(found)
     for point in found.points:
@@ -68,11 +81,6 @@ def sentences_of(found: Calibration) -> Iterator[str]:
             f'Point {point.name}, touched {point.count} times, is at {xyz} m in the base frame; '
             f'standard deviations {off}'
         )
-    for one in found.combinations:
-        yield one.sentence[0].upper() + one.sentence[1:]
-    together = {name for one in found.combinations for name in one.names}
-    if others := [name for name in found.not_identifiable if name not in together]:
-        yield f'Not identifiable: {", ".join(others)}; these mostly keep their nominal values'
     if found.outliers:
         yield _outliers(found)
     yield from _starts(found)
@@ -83,10 +91,10 @@ def _verdict(found: Calibration) -> Iterator[str]:
     if found.accepted:
         return
     yield f'This is no calibration: {"; ".join(found.refusals)}'
-    if found.explained.decided:
-        yield f'What explains it: {found.explained.sentences[0]}'
-    elif found.explained.sentences:
-        yield f'Tried, not decided: {"; ".join(found.explained.sentences)}'
+    causes = '; '.join(found.explained.sentences)
+    if causes:
+        how = 'What explains it' if found.explained.decided else 'Tried, not decided'
+        yield f'{how}: {causes}'
     elif found.explained.tried:
         yield 'No single mistake that was tried explains it'
 
@@ -113,26 +121,23 @@ def _of_conditions(found: Calibration) -> Iterator[str]:
 def _starts(found: Calibration) -> Iterator[str]:
     named = {one.name for one in found.parameters}
     frames = (
-        'frame 0 of the table, in the frame of the poses',
-        "the tool in the last row's frame",
+        (found.base_starts, 'frame 0 of the table, in the frame of the poses'),
+        (found.tool_starts, "the tool in the last row's frame"),
     )
-    for end, starts, frame in zip(ENDS, (found.base_starts, found.tool_starts), frames):
+    for end, (starts, frame) in zip(ENDS, frames):
         for k, T in enumerate(starts):
-            own = {one.name for one in end_parameters(end, k)} & named
-            if own:
-                xyz = ' '.join(f'{x:.5f}' for x in T[:3, 3])
-                rpy = ' '.join(f'{x:.3f}' for x in np.degrees(roll_pitch_yaw(T[:3, :3])))
+            if own := {one.name for one in end_parameters(end, k)} & named:
+                xyz, rpy = pose_numbers(T)
                 yield (
                     f'Corrections of the {min(own).partition(".")[0]} are along its axes, and '
-                    f'begin at {xyz} m, roll pitch yaw {rpy} deg: {frame}'
+                    f'begin at {" ".join(xyz)} m, roll pitch yaw {" ".join(rpy)} deg: {frame}'
                 )
 
 
 def _outliers(found: Calibration) -> str:
     rows = found.outliers
-    images = () if found.views is None else found.views.seen
-    names = {k: f'{k} {images[k].name}' if images else f'{k}' for k in rows}
-    named = [f'{names[k]} ({found.distances[k]:.0f} sigma)' for k in rows]
+    names = {k: f' {one.name}' for k, one in enumerate(found.views.seen if found.views else ())}
+    named = [f'{k}{names.get(k, "")} ({found.distances[k]:.0f} sigma)' for k in rows]
     what = 'outlier is' if len(rows) == 1 else 'outliers are'
     shown = listed(named, NAMES_IN_SENTENCE)
     return f'{len(rows)} {what} left out, counted from 0: {found.row} {shown}'
@@ -144,12 +149,8 @@ def cells_of(one: CalibratedParameter, found: Calibration) -> tuple[str, str, st
     alone = 'in a combination' if combined else 'not precise'
     alone = 'assumed' if one.group in TABLE_GROUPS else alone
     known = 'identifiable' if one.identifiable else alone
-    return one.name, *_numbers(one.correction, one.deviation, one.unit), known
-
-
-def _numbers(value: float, deviation: float, unit: str) -> tuple[str, str]:
-    sign = '+' if value > 0.0 else ''
-    return f'{sign}{value_in_words(value, unit)}', not_nothing(value_in_words(deviation, unit))
+    correction = f'{"+" if one.correction > 0.0 else ""}{one.in_words(one.correction)}'
+    return one.name, correction, not_nothing(one.in_words(one.deviation)), known
 
 
 def not_nothing(words: str) -> str:
@@ -164,28 +165,91 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
         'files': files,
         'poses': found.count,
         'positions_only': found.positions,
-        **attributes(found, 'accepted', 'refusals'),
+        **attributes(found, 'accepted', 'refusals', 'no_better', 'outliers', 'noise'),
+        **attributes(found, 'known', 'possible', 'singular_values', 'covariance', 'remarks'),
         'explained': attributes(found.explained, 'decided', 'sentences'),
-        'outliers': found.outliers,
-        'errors': {'as_given': found.as_given, **found.without._asdict()},
+        'errors': found.without,
         'errors_with_outliers': found.with_outliers,
-        **attributes(found, 'noise', 'known', 'possible', 'singular_values'),
-        'parameters': [attributes(one, *OF_PARAMETER) for one in found.parameters],
-        'covariance': found.covariance,
-        'combinations': [
-            attributes(one, 'names', 'determined', 'coefficients', 'sentence')
-            for one in found.combinations
-        ],
+        'parameters': [attributes(one, *OF_PARAMETER, 'may_be_zero') for one in found.parameters],
+        'combinations': [attributes(one, *OF_COMBINATION) for one in found.combinations],
         'points': [
             {**attributes(one, 'name', 'position', 'deviation'), 'touches': one.count}
             for one in found.points
         ],
         **attributes(found, 'base_offsets', 'tool_offsets', 'base_starts', 'tool_starts'),
         'frame_check': None if found.frames is None else found.frames.sentence,
-        'camera': [
-            attributes(one, 'name', 'frame', 'pose', 'deviation') for one in placed_camera(found)
-        ],
-        'images': found.views and view_document(found.views, found.held_out_remainders),
-        'remarks': found.remarks,
+        'camera': [attributes(one, *OF_PLACED) for one in placed_camera(found)],
+        'images': found.views and view_document(found.views, found.left[4]),
         'sentences': list(sentences_of(found)),
     }
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedThing:
+    """
+    The camera or the board.
+
+    Attributes
+    ----------
+    name, frame
+        What it is, and the frame of the robot file it stands in: tool or base.
+    pose : shape (4, 4)
+    deviation : shape (2, 3), m and rad
+        Standard deviations of its position and rotation along and about the axes of that frame.
+    """
+
+    name: str
+    frame: str
+    pose: Floats
+    deviation: Floats
+
+    @property
+    def sentence(self) -> str:
+        """Return it in words."""
+        xyz, rpy = (', '.join(numbers) for numbers in pose_numbers(self.pose))
+        lengths = ', '.join(map(length_in_words, self.deviation[0].tolist()))
+        angles = ', '.join(map(angle_in_words, self.deviation[1].tolist()))
+        return (
+            f'The {self.name} is at x, y, z {xyz} m, roll, pitch, yaw {rpy} deg in the '
+            f'{self.frame} frame; standard deviations {lengths}; {angles}'
+        )
+
+
+def pose_numbers(T: Floats) -> tuple[list[str], list[str]]:
+    """Return the position (m) and the roll, pitch and yaw (deg) of a pose, as written."""
+    rpy = np.degrees(roll_pitch_yaw(T[:3, :3]))
+    return [f'{x:.5f}' for x in T[:3, 3]], [f'{x:.3f}' for x in rpy]
+
+
+def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
+    """Return camera and board of the first set; none where no camera measured."""
+    if found.camera is None:
+        return ()
+    on_tool, still = ('camera', 'board') if found.camera == ON_TOOL else ('board', 'camera')
+    description = found.robot.description
+    tool, base = description.tool.motion.matrix, description.base.motion.matrix
+    of_tool = _deviation(found, 'tool', found.tool_starts[0], tool[:3, :3].T)
+    of_base = _deviation(found, 'base', inverse(found.base_starts[0]), base[:3, :3])
+    return (
+        PlacedThing(on_tool, 'tool', found.tool_offsets[0], of_tool),
+        PlacedThing(still, 'base', inverse(found.base_offsets[0]), of_base),
+    )
+
+
+def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
+    # The corrections move what is behind them: p = t + w x p. What is not fitted is known.
+    own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
+    moved = np.eye(6)
+    moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])
+    turned = np.kron(np.eye(2), R) @ moved[:, own]
+    covariance = turned @ found.covariance[np.ix_(columns, columns)] @ turned.T
+    return np.sqrt(np.diag(covariance)).reshape(2, 3)
+
+
+def camera_sentences(found: Calibration) -> Iterator[str]:
+    """Yield where camera and board are, and what the errors are of."""
+    yield from (one.sentence for one in placed_camera(found))
+    if found.camera is not None:
+        yield 'All errors are those of the board, as the camera sees it'
+    if found.views is not None:
+        yield from view_sentences(found.views, found.left[4], found.outliers)

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel import Floats, Integers
+from ...kernel import Floats
 from ...robot.file.parts.parameters import TABLE_GROUPS
 from ...robot.robot import Robot
 from ..checking.diagnosis import FrameDiagnosis
-from ..checking.errors import Errors, length_in_words
+from ..checking.errors import Errors, errors_of, length_in_words
 from ..recordings.readers.block import Flags
 from .board_views import BoardViews
 from .camera import Camera
@@ -18,8 +18,7 @@ from .checking import in_words
 from .chosen_parameters import TouchedPoint
 from .explanations import RefusalCauses
 from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
-from .identified_table import IdentifiedTable
-from .knowledge import ParameterCombination
+from .identified_table import KNOWN, IdentifiedTable, ParameterCombination
 
 # Blocks of rows that are held out in turn.
 BLOCKS = 5
@@ -31,12 +30,15 @@ class FitErrors(NamedTuple):
 
     Attributes
     ----------
+    as_given
+        Of the robot file as it is.
     before, after
         With base and tool fitted alone, and with the corrections.
     held_out_before, held_out
         The same of rows that nothing was fitted to: by cross-validation over blocks of rows.
     """
 
+    as_given: Errors
     before: Errors
     after: Errors
     held_out_before: Errors
@@ -62,46 +64,40 @@ class Calibration(IdentifiedTable):
         Its degrees of freedom; infinite if it is that of the instrument.
     instrument
         The same of the instrument, where it was given.
-    count, positions
-        Number of poses, and whether they are positions alone.
+    positions
+        Whether the poses are positions alone.
     outliers
         Rows that were left out, the farthest first.
     distances : shape (N,)
         The error of each row, in standard deviations of the noise.
-    as_given
-        Errors of the robot file as it is.
-    without, with_outliers
-        Errors of the rows that were used, and of all rows.
-    known, possible
-        Number of directions of the parameters that these poses tell better than the priors; and
-        that any poses of this kind could tell.
+    left : shape (5, N, 2, 3), m and rad
+        What remains of each row, as `FitErrors` has it: of the position, and a rotation vector; in
+        the frame of the poses.
+    spare
+        Numbers of the rows beside the largest held-out block, of different joint positions, beyond
+        those that place base and tool.
+    possible
+        Number of directions of the parameters that any poses of this kind could tell.
     singular_values : shape (P,)
-        How well, in units of the priors; descending.
+        How well these poses tell the directions, in units of the priors; descending.
     combinations
         Parameters that no pose tells apart, or not these.
     base_offsets, tool_offsets : shape (sets, 4, 4)
         X and Y of measured = X calibrated Y.
     base_starts, tool_starts : shape (sets, 4, 4)
         Base and tool that their corrections, along and about their own axes, begin at.
-    refusals
-        Reasons against the calibration, sentences; empty if it is accepted.
-    explained
-        Mistakes that would explain a refusal.
+    q : shape (N, n), rad or m
+        Joint positions of the rows.
+    points
+        Those that were touched, if the poses were measured by nothing else.
     frames
         The result of the frame check; None for positions.
     remarks
         Sentences on the data.
-    q : shape (N, n), rad or m
-        Joint positions of the rows.
-    sets : shape (N,)
-        The set of each row; of touches the point.
-    remainders_before, remainders : shape (N, 2, 3), m and rad
-        Errors of each row with base and tool fitted alone, and with the corrections: of the
-        position, and a rotation vector; in the frame of the poses.
-    held_out_remainders : shape (N, 2, 3), m and rad
-        The last of these of rows that nothing was fitted to.
-    points
-        Those that were touched, if the poses were measured by nothing else.
+    refusals
+        Reasons against the calibration, sentences; empty if it is accepted.
+    explained
+        Mistakes that would explain a refusal.
     camera
         The place of the camera that saw a board. On the tool `measured` is the camera in
         the frame of the board, and what remains is the board in the frame of the camera.
@@ -113,14 +109,11 @@ class Calibration(IdentifiedTable):
     noise: Noise
     freedom: Noise
     instrument: Noise | None
-    count: int
     positions: bool
     outliers: tuple[int, ...]
     distances: Floats
-    as_given: Errors
-    without: FitErrors
-    with_outliers: FitErrors
-    known: int
+    left: Floats
+    spare: int
     possible: int
     singular_values: Floats
     combinations: tuple[ParameterCombination, ...]
@@ -128,18 +121,14 @@ class Calibration(IdentifiedTable):
     tool_offsets: Floats
     base_starts: Floats
     tool_starts: Floats
-    refusals: tuple[str, ...]
-    frames: FrameDiagnosis | None
-    remarks: tuple[str, ...]
     q: Floats
-    sets: Integers
-    remainders_before: Floats
-    remainders: Floats
-    held_out_remainders: Floats
-    points: tuple[TouchedPoint, ...] = ()
+    points: tuple[TouchedPoint, ...]
+    frames: FrameDiagnosis | None = None
+    remarks: tuple[str, ...] = ()
+    refusals: tuple[str, ...] = ()
+    explained: RefusalCauses = RefusalCauses()
     camera: Camera | None = None
     views: BoardViews | None = None
-    explained: RefusalCauses = RefusalCauses()
 
     @property
     def accepted(self) -> bool:
@@ -151,19 +140,35 @@ class Calibration(IdentifiedTable):
         """
         Return that held-out rows are worse with the corrections; empty if they are not.
 
-        They are if the squares of their errors are larger by more than that of the noise.
+        They are if the squares of their errors are larger by more than that of the noise. So it
+        is, too, if the rows beside a held-out block do no more than place base and tool.
         """
-        before, after = (
-            one.position_rms for one in (self.without.held_out_before, self.without.held_out)
-        )
-        if after**2 <= before**2 + 3 * self.noise.position**2:
-            return ''
-        return (
-            f'the calibration makes other {self.kind} worse: held-out errors are '
-            f'{length_in_words(before)} with {self.placed} fitted alone, and '
-            f'{length_in_words(after)} with the calibrated table; measure more {self.kind}, far '
-            'apart (calibrate-propose), or fit less (--fit)'
-        )
+        kind, more = self.kind, f'measure more {self.kind}, far apart (calibrate-propose)'
+        before, after = self.held_out_before.position_rms, self.held_out.position_rms
+        if after**2 > before**2 + 3 * self.noise.position**2:
+            return (
+                f'the calibration makes other {kind} worse: held-out errors are '
+                f'{length_in_words(before)} with {self.placed} fitted alone, and '
+                f'{length_in_words(after)} with the calibrated table; {more}, or fit less (--fit)'
+            )
+        if self.spare <= 0:
+            return (
+                f'held-out {kind} do not judge the calibration: the different {kind} beside them '
+                f'do no more than place {self.placed}; {more}'
+            )
+        return ''
+
+    @property
+    def no_better(self) -> bool:
+        """
+        Return whether the corrections bring held-out rows no nearer than chance might.
+
+        So it is if the mean of the differences of the squares of their errors, before and after,
+        is below two of its standard deviations (paired test).
+        """
+        before, after = np.sum(self.left[3:, self.used, 0] ** 2, axis=2)
+        gains = before - after
+        return bool(np.mean(gains) < 2.0 * np.std(gains) / np.sqrt(len(gains)))
 
     @property
     def only_worse(self) -> bool:
@@ -171,16 +176,19 @@ class Calibration(IdentifiedTable):
         return self.refusals == (self.worse,)
 
     @property
+    def count(self) -> int:
+        """Return the number of rows."""
+        return len(self.q)
+
+    @property
     def used(self) -> Flags:
         """Return which rows (N,) were used: all but the outliers."""
         return ~np.isin(np.arange(self.count), self.outliers)
 
     @property
-    def kind(self) -> str:
-        """Return what was measured, in a word."""
-        if self.points:
-            return 'touches'
-        return 'positions' if self.positions else 'poses'
+    def rows(self) -> str:
+        """Return what rows are, in a word."""
+        return 'touches' if self.points else 'poses'
 
     @property
     def row(self) -> str:
@@ -188,9 +196,9 @@ class Calibration(IdentifiedTable):
         return 'touch' if self.points else 'pose'
 
     @property
-    def rows(self) -> str:
-        """Return what rows are, in a word."""
-        return 'touches' if self.points else 'poses'
+    def kind(self) -> str:
+        """Return what was measured, in a word."""
+        return 'positions' if self.positions and not self.points else self.rows
 
     @property
     def placed(self) -> str:
@@ -207,24 +215,37 @@ class Calibration(IdentifiedTable):
         return min(self.freedom) > UNKNOWN_NOISE_FREEDOM
 
     @property
-    def before(self) -> Errors:
-        """Return what remains with base and tool fitted alone, without outliers."""
-        return self.without.before
+    def known(self) -> int:
+        """Return the number of directions that these poses tell better than the priors."""
+        return int(np.sum(self.singular_values > KNOWN))
 
-    @property
-    def after(self) -> Errors:
-        """Return what remains with the corrections, without outliers."""
-        return self.without.after
+    @cached_property
+    def without(self) -> FitErrors:
+        """Return the errors of the rows that were used."""
+        return self._errors(self.used)
+
+    @cached_property
+    def with_outliers(self) -> FitErrors:
+        """Return the errors of all rows."""
+        return self._errors(np.ones_like(self.used))
+
+    def _errors(self, rows: Flags) -> FitErrors:
+        return FitErrors(*(errors_of(*np.swapaxes(one[rows], 0, 1)) for one in self.left))
 
     @property
     def held_out_before(self) -> Errors:
-        """Return `before` of rows that nothing was fitted to."""
+        """Return what remains with base and tool fitted alone, of rows left out of the fit."""
         return self.without.held_out_before
 
     @property
     def held_out(self) -> Errors:
-        """Return `after` of rows that nothing was fitted to."""
+        """Return what remains with the corrections, of rows left out of the fit."""
         return self.without.held_out
+
+    @property
+    def remainders(self) -> Floats:
+        """Return what remains of each row with the corrections, (N, 2, 3), m and rad."""
+        return np.asarray(self.left[2])
 
     @cached_property
     def corrections(self) -> dict[str, float]:
@@ -234,8 +255,5 @@ class Calibration(IdentifiedTable):
     @property
     def not_identifiable(self) -> tuple[str, ...]:
         """Return the parameters of the table that mostly stay where their prior has them."""
-        return tuple(
-            one.name
-            for one in self.parameters
-            if one.group in TABLE_GROUPS and not one.identifiable
-        )
+        table = (one for one in self.parameters if one.group in TABLE_GROUPS)
+        return tuple(one.name for one in table if not one.identifiable)

@@ -1,8 +1,12 @@
-"""A calibration written as a robot file: nominal numbers, corrections, and its certificate."""
+"""
+A calibration written as a robot file: nominal numbers, corrections, and its certificate.
+
+The section `uncertainty` is what the calibration left open.
+"""
 
 import json
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,9 +15,10 @@ import numpy as np
 from ...errors import CalibrationError, KinematicsError, RobotFileWriteError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
-from ...rigid_motion import exact_rpy, inverse
+from ...kinematics.uncertainty.arm_errors import named_errors
+from ...rigid_motion import inverse
 from ...robot.file.parts.description import RobotDescription
-from ...robot.file.parts.parameters import ENDS
+from ...robot.file.parts.parameters import ENDS, GEARS, ArmParameter
 from ...robot.file.reader import parse_robot
 from ...robot.file.writing.sections import (
     constants_section,
@@ -29,15 +34,29 @@ from ...typography import number_text
 from ...version import __version__
 from ..checking.errors import MOST
 from .camera import ON_TOOL
-from .checking import ROUND_OFF, in_words
-from .corrections import built_nearly, in_file_units, task_of, with_ends
-from .fitting import outlier_limit
-from .result import BLOCKS, Calibration
-from .uncertainty_text import uncertainty_section
+from .checking import ROUND_OFF
+from .corrections import (
+    built_nearly,
+    in_file_units,
+    of_joints_alone,
+    rigid_motion,
+    task_of,
+    with_ends,
+)
+from .fitting import outlier_limit, widened
+from .identified_table import calibrated_errors
+from .report import facts_of
+from .result import Calibration
 
 # Known poses written.
 KNOWN_POSES = 5
 LONGEST_SOURCE = 2000
+
+# Digits of L: poses that are known far better than each number still are by its products.
+DIGITS = 6
+# Smaller shares of a row are written as zero.
+NEGLIGIBLE = 1e-7
+OF_JOINTS = ('encoder_noise', 'encoder_resolution', 'backlash', 'velocity_noise')
 
 Frames = Literal['robot', 'measured']
 
@@ -94,10 +113,11 @@ def calibrated_text(
     description = found.robot.description
     robot = placed_robot(found, frames)
     factors = robot.description.singularity.factors
-    links = links_section(robot.description.links)
+    parts = description.source, f'calibrated from {origin.data}, {origin.date}'
+    source = '; '.join(part for part in parts if part)[:LONGEST_SOURCE]
     sections: dict[str, Sequence[str] | None] = {
-        'source': [f'source: {json.dumps(_source(description, origin), ensure_ascii=False)}'],
-        'links': links,
+        'source': [f'source: {json.dumps(source, ensure_ascii=False)}'],
+        'links': links_section(robot.description.links),
         'singularity': singularity_section(text, factors, task_of(found.robot) or ()),
     }
     if robot.description.points:
@@ -120,18 +140,14 @@ def calibrated_text(
 
 def _without_unused_constants(text: str, nominal: RobotDescription) -> str:
     # What base, tool or factors alone used. Each goes after those that are made of it.
-    before = set(_unused_constants(nominal))
-    while unused := [
-        k for k in _unused_constants(parse_robot(text, nominal.file)) if k not in before
-    ]:
-        text = with_sections(text, {'constants': constants_section(text, unused)})
+    def unused(description: RobotDescription) -> list[str]:
+        where = {one.where for one in description.warnings}
+        return [one.name for one in description.constants if f'constants.{one.name}' in where]
+
+    before = unused(nominal)
+    while more := [k for k in unused(parse_robot(text, nominal.file)) if k not in before]:
+        text = with_sections(text, {'constants': constants_section(text, more)})
     return text
-
-
-def _unused_constants(description: RobotDescription) -> list[str]:
-    names = [one.name for one in description.constants]
-    unused = {one.where for one in description.warnings}
-    return [name for name in names if f'constants.{name}' in unused]
 
 
 def placed_robot(found: Calibration, frames: Frames) -> Robot:
@@ -167,48 +183,24 @@ def certificate(
     """
     left_out = f', {len(found.outliers)} left out as outliers' if found.outliers else ''
     of_points = f' of {", ".join(one.name for one in found.points)}' if found.points else ''
-    kind, rms = found.kind, found.rms_in_words
-    ends = 'those of the nominal file' if frames == 'robot' else 'as measured'
-    facts = [f'NO CALIBRATION, written anyway: {one}' for one in found.refusals]
-    facts += [
+    no_factors = 'The singular factors of the nominal table do not hold here and are left out.'
+    nearly = 'The singular factors are those of the nominal table: approximate here, they name '
+    nearly += 'what is near and are not counted on for distances.'
+    facts = [
+        *(f'NO CALIBRATION, written anyway: {one}' for one in found.refusals),
         f'Calibrated by kinematics_service {__version__} on {origin.date}.',
-        f'data: {origin.data}, {found.count} {kind}{of_points}{left_out}',
-        f'error before ({found.placed} fitted): {rms(found.before)} rms; after: '
-        f'{rms(found.after)}',
-        f'error of held-out {kind} ({BLOCKS} blocks of rows): before '
-        f'{rms(found.held_out_before)}; after {rms(found.held_out)}',
-        f'noise{"" if found.noise_told else " (assumed)"}: '
-        f'{in_words(*found.noise, found.positions)} of each number of a {found.row}',
-        f'identifiable from these {kind}: {found.known} independent combinations of '
-        f'{len(found.parameters)} parameters; from any such {kind}: {found.possible}',
-        f'base and tool: {ends}',
-    ]
-    facts += [one.sentence for one in found.combinations]
-    facts += [
+        f'data: {origin.data}, {found.count} {found.kind}{of_points}{left_out}',
+        *facts_of(found),
+        f'Base and tool: {"those of the nominal file" if frames == "robot" else "as measured"}',
         'A number of the table is the nominal one and its correction. Rows without a joint that',
         'the nominal table does not have are extra angles between parallel axes.',
-        *_on_factors(found, robot),
     ]
-    return [f'# {fact}' for fact in facts]
-
-
-def _on_factors(found: Calibration, robot: Robot) -> list[str]:
-    if not found.robot.description.singularity.factors:
-        return []
     written = robot.description.singularity.factors
-    if not written:
-        return ['The singular factors of the nominal table do not hold here and are left out.']
-    if not any(one.approximate for one in written):
-        return []
-    return [
-        'The singular factors are those of the nominal table: approximate here, they name what is',
-        'near and are not counted on for distances.',
-    ]
-
-
-def _source(description: RobotDescription, origin: CalibrationOrigin) -> str:
-    calibrated = f'calibrated from {origin.data}, {origin.date}'
-    return '; '.join(part for part in (description.source, calibrated) if part)[:LONGEST_SOURCE]
+    if found.robot.description.singularity.factors and not written:
+        facts.append(no_factors)
+    elif any(one.approximate for one in written):
+        facts.append(nearly)
+    return [f'# {fact}' for fact in facts]
 
 
 def _known_poses(
@@ -230,37 +222,23 @@ def _known_poses(
     elif frames == 'robot':
         T = np.linalg.inv(X) @ T @ np.linalg.inv(Y)
 
-    def in_units(number: float, angle: bool) -> float:
-        return in_file_units(number, angle, robot.description)
-
-    def shown(numbers: Iterable[float], angles: Iterable[bool]) -> str:
-        return f'[{", ".join(map(number_text, map(in_units, numbers, angles)))}]'
-
-    what = 'the tip touched a point' if found.points else 'measured'
-    lines = [f'known_poses:  # {what}']
-    length, angle = _tolerances(found, _lever(found, poses[rows], frames))
-    bounds = f'xyz: {_rounded(in_units(length, False))}'
+    description = robot.description
+    length, angle = _tolerances(found, poses[rows], frames)
+    bounds = f'xyz: {_scaled(length, False, description, 2)}'
     if not found.positions:
-        bounds += f', rpy: {_rounded(in_units(angle, True))}'
+        bounds += f', rpy: {_scaled(angle, True, description, 2)}'
+    lines = [f'known_poses:  # {"the tip touched a point" if found.points else "measured"}']
     for joints, pose in zip(q[rows].tolist(), T):
-        entry = f'q: {shown(joints, ~robot.prismatic)}, '
-        entry += f'xyz: {shown(pose[:3, 3].tolist(), [False] * 3)}, '
-        if not found.positions:
-            entry += f'rpy: {shown(exact_rpy(pose[:3, :3]), [True] * 3)}, '
-        lines.append(f'  - {{{entry}tolerance: {{{bounds}}}}}')
+        turns = zip(joints, ~robot.prismatic)
+        at = [number_text(in_file_units(x, turn, description)) for x, turn in turns]
+        six = rigid_motion(pose, description).texts
+        entry = f'q: [{", ".join(at)}], xyz: [{", ".join(six[:3])}]'
+        entry += '' if found.positions else f', rpy: [{", ".join(six[3:])}]'
+        lines.append(f'  - {{{entry}, tolerance: {{{bounds}}}}}')
     return lines
 
 
-def _lever(found: Calibration, poses: Floats, frames: Frames) -> float:
-    # How far (m) from the camera what is written is of what was seen in it: a turn moves that.
-    if found.camera is None:
-        return 0.0
-    seen = np.linalg.norm(poses[:, :3, 3], axis=1).max() if found.camera == ON_TOOL else 0.0
-    beyond = inverse(found.tool_offsets[0])[:3, 3] if frames == 'robot' else np.zeros(3)
-    return float(seen + np.linalg.norm(beyond))
-
-
-def _tolerances(found: Calibration, lever: float) -> tuple[float, float]:
+def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
     # What the noise of the measurement makes of a pose, so that none of those used is beyond. It
     # is estimated by what remains: no more than a calibration leaves is noise.
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
@@ -268,8 +246,88 @@ def _tolerances(found: Calibration, lever: float) -> tuple[float, float]:
         limit * min(noise, max(most / limit, of_instrument))
         for noise, most, of_instrument in zip(found.noise, MOST, known)
     )
+    lever = 0.0
+    if found.camera is not None:
+        # How far from the camera what is written is of what was seen in it: a turn moves that.
+        seen = np.linalg.norm(poses[:, :3, 3], axis=1).max() if found.camera == ON_TOOL else 0.0
+        beyond = inverse(found.tool_offsets[0])[:3, 3] if frames == 'robot' else np.zeros(3)
+        lever = float(seen + np.linalg.norm(beyond))
     return max(math.hypot(length, lever * angle), ROUND_OFF), max(angle, ROUND_OFF)
 
 
-def _rounded(value: float) -> str:
-    return number_text(float(f'{value:.2g}'))
+def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[str]:
+    """
+    Return the lines of the section.
+
+    Parameters
+    ----------
+    found
+        The calibration.
+    robot
+        The arm as it is written.
+    ends
+        Whether base and tool are those of the measured poses: then they are among it.
+    """
+    description = robot.description
+    lines = ['uncertainty:']
+    joints = of_joints_alone(found.robot.description.uncertainty)
+    for key in OF_JOINTS if joints is not None else ():
+        values = getattr(joints, key.removeprefix('encoder_'))
+        if values is not None and any(values):
+            turning = zip(values, ~robot.prismatic)
+            texts = (_scaled(x, angle, description) for x, angle in turning)
+            lines.append(f'  {key}: [{", ".join(texts)}]')
+    noise = widened(found.noise, found.freedom)
+    floor = f'xyz: {_scaled(noise.position, False, description)}'
+    if not found.positions:
+        floor += f', rpy: {_scaled(noise.rotation, True, description)}'
+    lines.append(f'  floor: {{{floor}}}  # what the fit leaves of each number')
+    parameters, factor = named_factor(found, robot, ends)
+    if parameters:
+        lines.append('  covariance:  # of these numbers, L L^T: a row of L each')
+    for k, (one, row) in enumerate(zip(parameters, factor)):
+        least = NEGLIGIBLE * float(np.linalg.norm(row))
+        numbers = (x if abs(x) > least else 0.0 for x in row[: k + 1].tolist())
+        share = one.group == GEARS
+        texts = (_scaled(x, one.angle, None if share else description) for x in numbers)
+        lines.append(f'    {one.name}: [{", ".join(texts)}]')
+    return lines
+
+
+def named_factor(
+    found: Calibration, robot: Robot, ends: bool
+) -> tuple[tuple[ArmParameter, ...], Floats]:
+    """
+    Return numbers of a calibrated table, and L of their covariance L L^T, lower triangular.
+
+    The corrections of a calibration are those of the nominal table. Nearly all of them are numbers
+    of the calibrated one, if in other rows; what turns a row of two matrices is made of several.
+    """
+    errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
+    made_of = np.zeros((len(known.frames), len(errors.frames)))
+    for column, (frame, screw, gear) in enumerate(zip(errors.frames, errors.screws, errors.gears)):
+        there = (known.gears == gear) & (known.frames == frame)
+        same = there & (np.abs(known.screws - screw).max(axis=1) < ROUND_OFF)
+        free = np.flatnonzero(same & ~np.any(made_of, axis=1))
+        if len(free):
+            made_of[free[0], column] = 1.0
+        else:
+            own = np.flatnonzero(there)
+            made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
+    factor = made_of @ errors.factor
+    # A gear has a row for each screw of its joint, which are alike.
+    _, first = np.unique(known.of, return_index=True)
+    rows = first[np.any(made_of[first], axis=1)]
+    triangle = np.linalg.qr(factor[rows].T, mode='r')
+    signs = np.where(np.diag(triangle) < 0.0, -1.0, 1.0)
+    return tuple(known.parameters[known.of[k]] for k in rows), (signs[:, None] * triangle).T
+
+
+def _scaled(
+    value: float, angle: bool, description: RobotDescription | None, digits: int = DIGITS
+) -> str:
+    # In the units of the file, or as a share, with few digits.
+    unit = 1.0
+    if description is not None:
+        unit = description.radians if angle else description.metres
+    return number_text(float(f'{value / unit:.{digits}g}'))

@@ -7,9 +7,9 @@ with its tip and points larger by one factor touches as well: lengths are known 
 alone, unless the distance between two points is known.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,14 +18,8 @@ from ...errors import CalibrationError
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics, jacobian
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion, Part
-from ...kinematics.uncertainty.parameters import ArmParameters, structural_rank
-from ...robot.file.parts.parameters import (
-    GROUPS,
-    LENGTH,
-    SIX,
-    ArmParameter,
-    end_parameters,
-)
+from ...kinematics.uncertainty.parameters import parameters_of, structural_rank
+from ...robot.file.parts.parameters import GROUPS, LENGTH, SIX, ArmParameter, end_parameters
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from ..checking.diagnosis import LEAST
@@ -43,22 +37,20 @@ from .checking import (
     refuse_mistake,
     rigid_positions,
 )
-from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint
+from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint, usual_motions
 from .explanations import truncated
 from .fitting import (
-    HUBER_QUANTILE,
     MAX_ROUNDS,
-    NOISE_FLOOR,
     STEP_TOLERANCE,
     FitProblem,
     Identified,
     KnownDistance,
     Noise,
-    length_quantile,
+    huber_weights,
+    median_noise,
     outlier_limit,
-    weighted_jacobian,
 )
-from .knowledge import ParameterCombination, combinations_of
+from .identified_table import ParameterCombination, combinations_of
 from .placing import STEPS
 
 # The group of the positions of points.
@@ -72,14 +64,6 @@ FARTHEST_TURN = 4 * np.pi
 # A constant motion that turns the sign of translations: a correction of the point is the opposite
 # one of the tip.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
-
-
-class Touches(NamedTuple):
-    """Joint positions (N, n), rad or m; the number (N,) of the point touched; points' names."""
-
-    q: Floats
-    point: Integers
-    names: tuple[str, ...]
 
 
 class TouchStart(NamedTuple):
@@ -115,12 +99,11 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     own = (point == np.arange(np.max(point) + 1)[:, None]).astype(np.float64)
     tip = np.zeros((*at.shape[:-2], 3))
     points = np.stack([np.median(at[..., point == k, :], axis=-2) for k in range(len(own))], -2)
-    left, huber = points[..., point, :] - at, length_quantile(HUBER_QUANTILE, 1)
+    left = points[..., point, :] - at
     for _ in range(MAX_ROUNDS):
         before, distances = tip, np.linalg.norm(left, axis=-1)
-        noise = np.median(distances, axis=-1)[..., None] / length_quantile(0.5, 1)
-        noise = np.maximum(noise, NOISE_FLOOR)
-        weights = huber / np.maximum(distances / noise, huber)
+        noise = median_noise(distances)[..., None]
+        weights = huber_weights(distances / noise, 1)
         shares = own * weights[..., None, :]
         shares /= np.sum(shares, axis=-1, keepdims=True)
         mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
@@ -138,46 +121,22 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
     return TouchStart(points, tip, left)
 
 
-def touches_of(robot: Robot, q: npt.ArrayLike, same_point: Sequence[object]) -> Touches:
+class SamePointParameters(ChosenParameters):
     """
-    Return joint positions and points as arrays that fit each other.
+    The parameters of an arm whose tip touched points, and what these touches tell.
+
+    Parameters
+    ----------
+    q, same_point, apart
+        As `calibrate` takes them.
+    gears
+        Whether gear ratios are among the parameters.
 
     Raises
     ------
     CalibrationError
         Shapes do not fit, a number is not finite, a point has too few rows, or they are all alike.
     """
-    joints = np.array(q, dtype=np.float64)
-    count = len(same_point)
-    if joints.shape != (count, robot.dof):
-        raise CalibrationError(
-            f'q must have the shape (N, {robot.dof}) and same_point N names, '
-            f'not {joints.shape} and {count}'
-        )
-    if not np.all(np.isfinite(joints)):
-        raise CalibrationError('joint positions must be finite')
-    marks = [str(one) for one in same_point]
-    names = tuple(dict.fromkeys(marks))
-    if not names:
-        raise CalibrationError(f'no point is touched: at least {LEAST} poses at one are needed')
-    for name in names:
-        check_mark('point', name)
-    point = np.array([names.index(one) for one in marks])
-    for k, name in enumerate(names):
-        own = joints[point == k]
-        if len(own) < LEAST:
-            raise CalibrationError(
-                f'point {name} is touched from {len(own)} '
-                f'{"pose" if len(own) == 1 else "poses"}: at least {LEAST} are needed, and '
-                f'some {2 * robot.dof} or more at each point identify most of an arm'
-            )
-        # An arm of three joints has no more than a few poses there.
-        check_different(own, f'the {len(own)} poses at point {name}', least=2)
-    return Touches(joints, point, names)
-
-
-class SamePointParameters(ChosenParameters):
-    """The parameters of an arm whose tip touched points, and what these touches tell."""
 
     placed_groups = ('tool', POINTS)
     words = tuple(one for one in GROUPS if one not in ('base', 'lag', 'backlash'))
@@ -185,27 +144,45 @@ class SamePointParameters(ChosenParameters):
     def __init__(
         self,
         robot: Robot,
-        touches: Touches,
-        arm: ArmParameters,
+        q: npt.ArrayLike,
+        same_point: Sequence[object],
         apart: Mapping[tuple[str, str], float],
+        gears: bool,
     ) -> None:
-        self.touches, self.arm, self.apart = touches, arm, _checked(apart, touches.names)
-        poses = rigid_positions(np.zeros((len(touches.q), 3)))
-        given = Measured.of(touches.q, poses, True, touches.point)
-        super().__init__(robot, given, (), arm.table)
-        self.every = (
-            *arm.table,
-            *(
-                ArmParameter(f'{name}.{axis}', POINTS, False, place=axis)
-                for name in touches.names
-                for axis in SIX[:3]
-            ),
-            *end_parameters('tool', 0),
-        )
+        joints, marks = np.array(q, dtype=np.float64), [str(one) for one in same_point]
+        if joints.shape != (len(marks), robot.dof):
+            raise CalibrationError(
+                f'q must have the shape (N, {robot.dof}) and same_point N names, '
+                f'not {joints.shape} and {len(marks)}'
+            )
+        if not np.all(np.isfinite(joints)):
+            raise CalibrationError('joint positions must be finite')
+        names = tuple(dict.fromkeys(marks))
+        point = np.array([names.index(one) for one in marks], dtype=np.int64)
+        if not names:
+            raise CalibrationError(f'no point is touched: {LEAST} poses at one are needed')
+        for k, name in enumerate(names):
+            check_mark('point', name)
+            own = joints[point == k]
+            if len(own) < LEAST:
+                poses = '1 pose' if len(own) == 1 else f'{len(own)} poses'
+                raise CalibrationError(
+                    f'point {name} is touched from {poses}: at least {LEAST} are needed, and some '
+                    f'{2 * robot.dof} or more at each point identify most of an arm'
+                )
+            # An arm of three joints has no more than a few poses there.
+            check_different(own, f'the {len(own)} poses at point {name}', least=2)
+        self.marks, self.names, self.apart = marks, names, _checked(apart, names)
+        self.chain = (arm := parameters_of(robot, gears)).chain
+        nowhere = rigid_positions(np.zeros((len(marks), 3)))
+        super().__init__(robot, Measured.of(joints, nowhere, True, point), (), arm.table)
+        axes = [(name, axis) for name in names for axis in SIX[:3]]
+        points = (ArmParameter(f'{name}.{axis}', POINTS, False, place=axis) for name, axis in axes)
+        self.every = (*arm.table, *points, *end_parameters('tool', 0))
 
     def first(self, end: str, k: int) -> int:
         """Return where the corrections of point k, or those of the tool, begin."""
-        points = k if end == POINTS else len(self.touches.names)
+        points = k if end == POINTS else len(self.names)
         return len(self.table) + 3 * points
 
     def fitted(
@@ -213,7 +190,7 @@ class SamePointParameters(ChosenParameters):
     ) -> list[int]:
         """Return which parameters are fitted, if all words are right; the points always are."""
         for word in (*fit, *fix):
-            if word.rpartition('.')[0] in self.touches.names:
+            if word.rpartition('.')[0] in self.names:
                 raise CalibrationError(f'{word!r}: where the points are is always fitted')
         points = range(self.first(POINTS, 0), self.first('tool', 0))
         return sorted({*super().fitted(fit, fix, tolerances), *points})
@@ -229,35 +206,38 @@ class SamePointParameters(ChosenParameters):
         CalibrationError
             The touches are no matter of calibration.
         """
-        q, point, names = self.touches
-        tool = range(self.first('tool', 0), self.first('tool', 0) + 3)
-        start = started(self.robot, q, point, free=set(tool) <= set(chosen))
+        tool = self.first('tool', 0)
+        free = {*range(tool, tool + 3)} <= {*chosen}
+        self.start = start = started(self.robot, self.given.q, self.given.sets, free)
         if check:
             self._check_touches(start)
-            _check_distances(start, names, self.apart)
-        self.start = start
-        points = start.points
+            self._check_distances(start)
+        points, first = start.points, [self.first(POINTS, k) for k in range(len(self.names))]
         distances = tuple(
-            KnownDistance(
-                self.first(POINTS, i), self.first(POINTS, j), points[j] - points[i], distance
-            )
+            KnownDistance(first[i], first[j], points[j] - points[i], distance)
             for (i, j), distance in self.apart.items()
         )
-        chains = [self._chain(k, start.tip) for k in range(len(names))]
-        poses = rigid_positions(points[point])
-        return self.problem(chains, poses, chosen, tolerances, known_distances=distances)
+        chains = [self._chain(k, start.tip) for k in range(len(self.names))]
+        poses = rigid_positions(points[self.given.sets])
+        return self.problem(chains, poses, chosen, tolerances, distances)
+
+    def undone(self, change: Hypothesis) -> dict[str, Any]:
+        """Return the rows with a mistake undone, as `calibrate` takes them."""
+        return {'q': change.joints(self.given.q), 'same_point': self.marks}
+
+    def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
+        """Return what tells how badly touches fit with each mistake undone."""
+        q, far = self.given.q, MOST.position
+        return lambda changes: truncated(
+            (self._distances(np.stack([one.joints(q) for one in changes])) / far) ** 2
+        )
 
     def _distances(self, joints: Floats) -> Floats:
         # Distances (H, N) from tips to points, m, by other joint positions (H, N, n).
-        return started(self.robot, joints, self.touches.point).distances
-
-    def scores(self, changes: Sequence[Hypothesis]) -> Floats:
-        """Return how badly touches fit with each mistake of the joint positions undone."""
-        left = self._distances(np.stack([one.joints(self.touches.q) for one in changes]))
-        return truncated((left / MOST.position) ** 2)
+        return started(self.robot, joints, self.given.sets).distances
 
     def _check_touches(self, start: TouchStart) -> None:
-        robot, q, middle = self.robot, self.touches.q, float(np.median(start.distances))
+        robot, q, middle = self.robot, self.given.q, float(np.median(start.distances))
         if middle < ALIKE:
             return
         # Angles so small bring the tip to nearly one point, whatever was touched.
@@ -271,6 +251,17 @@ class SamePointParameters(ChosenParameters):
                 'marked with wrong points' + explained_by_joints(robot, q, middle, self._distances)
             )
 
+    def _check_distances(self, start: TouchStart) -> None:
+        for (i, j), given in self.apart.items():
+            found = float(np.linalg.norm(start.points[j] - start.points[i]))
+            if abs(given - found) > NO_CALIBRATION:
+                thousandth = abs(given / 1000 - found) < NO_CALIBRATION
+                raise CalibrationError(
+                    f'points {self.names[i]} and {self.names[j]} are {length_in_words(found)} '
+                    f'apart by the touches, not {length_in_words(given)}: no table is off by as '
+                    f'much{"; are these millimetres?" if thousandth else ""}'
+                )
+
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
         # From the base frame to the tip; the correction of point k moves it the other way.
         description = self.robot.description
@@ -278,34 +269,24 @@ class SamePointParameters(ChosenParameters):
         tool[:3, 3] += tool[:3, :3] @ tip
         moved = [CorrectingMotion(False, i, self.first(POINTS, k) + i) for i in range(3)]
         end = [CorrectingMotion(i > 2, i % 3, self.first('tool', 0) + i) for i in range(6)]
-        still = list(self.arm.chain.still)
+        still = list(self.chain.still)
         begin: list[Part] = [MIRROR, *moved, MIRROR @ description.base.motion.matrix]
         still[0] = (*begin, *still[0])
         still[-1] = (*still[-1], *end, tool)
-        return replace(self.arm.chain, still=tuple(still))
+        return replace(self.chain, still=tuple(still))
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that any touches of these points could tell."""
         q = seeded_poses(self.robot.limits, self.robot.prismatic)
-        point = np.arange(len(q)) % len(self.touches.names)
-        noise = Noise(LENGTH, 1.0)
-        return structural_rank(self._exact_jacobian(problem, noise, q, point))
+        point = np.arange(len(q)) % len(self.names)
+        return structural_rank(self._exact_jacobian(problem, Noise(LENGTH, 1.0), q, point))
 
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
         """Return the parameters that these touches do not tell apart."""
-        J = self._exact_jacobian(problem, noise, self.touches.q[used], self.touches.point[used])
+        J = self._exact_jacobian(problem, noise, self.given.q[used], self.given.sets[used])
         return combinations_of(J, problem.parameters)
-
-    def _scale_is_open(self, problem: FitProblem) -> bool:
-        # All lengths may grow by one factor, and no sliding joint measures one.
-        lengths = {
-            one.name
-            for one in self.every
-            if one.group == 'lengths' or (one.group == 'tool' and not one.angle)
-        }
-        return not (self.apart or any(self.robot.prismatic)) and lengths <= set(problem.names)
 
     def _exact_jacobian(
         self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
@@ -315,119 +296,92 @@ class SamePointParameters(ChosenParameters):
         touching, exact = _touching(self.robot, q, self.start.points[point], self.start.tip)
         if not np.any(exact):
             touching, exact = q, np.ones(len(q), dtype=bool)
-        there = replace(
-            problem,
+        rows = problem.given._replace(
             q=touching[exact],
             sets=point[exact],
             rates=np.zeros((int(np.sum(exact)), q.shape[1], 0)),
             poses=rigid_positions(self.start.points[point[exact]]),
         )
-        scales = np.array([one.scale for one in problem.parameters]) / problem.prior
-        zero = np.zeros(len(scales))
-        return weighted_jacobian(there, zero, noise, np.ones(len(there.q), dtype=bool)) * scales
+        there = replace(problem, given=rows)
+        return usual_motions(there, noise, np.ones(len(rows.q), dtype=bool))
 
-    def ends_of(self, problem: FitProblem, values: Floats) -> tuple[Floats, Floats]:
-        """Return X and Y (1, 4, 4) of tip = X calibrated Y; X is the identity."""
-        T = self.robot.description.tool.motion.matrix
-        correction = problem.every(values)[self.first('tool', 0) :][:3]
-        moved, tip = rigid_positions(np.array([correction, self.start.tip]))
-        return np.eye(4)[None], (np.linalg.inv(T) @ moved @ T @ tip)[None]
-
-    def starts_of(self, problem: FitProblem) -> tuple[Floats, Floats]:
-        """Return base and tool (1, 4, 4) that the corrections begin at; the base has none."""
-        base, tool = self.robot.description.base.motion.matrix, problem.chains[0].still[-1][-1]
-        return np.array([base]), np.array([tool])
+    def ends_of(self, problem: FitProblem, values: Floats) -> dict[str, Any]:
+        """Return those of tip = X calibrated Y; X is the identity, the base that of the file."""
+        ends = {name: own[:1] for name, own in super().ends_of(problem, values).items()}
+        base = np.array([self.robot.description.base.motion.matrix])
+        return {**ends, 'base_offsets': np.eye(4)[None], 'base_starts': base}
 
     def as_given(self) -> Floats:
         """Return how far the tip of the file is from the points, (N, 2, 3), m."""
-        left = started(self.robot, self.touches.q, self.touches.point, free=False).left
+        left = started(self.robot, self.given.q, self.given.sets, free=False).left
         return np.stack([left, np.zeros_like(left)], axis=1)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
         """Return where the points are."""
-        moved = problem.every(found.values)
-        deviations = problem.every(np.sqrt(np.diag(found.covariance)))
-        result = []
-        for k, name in enumerate(self.touches.names):
-            at = slice(self.first(POINTS, k), self.first(POINTS, k) + 3)
-            x, y, z = (self.start.points[k] + moved[at]).tolist()
-            dx, dy, dz = deviations[at].tolist()
-            count = int(np.sum(self.touches.point == k))
-            result.append(TouchedPoint(name, (x, y, z), (dx, dy, dz), count))
-        return tuple(result)
+        own = slice(self.first(POINTS, 0), self.first('tool', 0))
+        moved, deviations = (
+            problem.every(values)[own].reshape(-1, 3)
+            for values in (found.values, np.sqrt(np.diag(found.covariance)))
+        )
+        counts = np.bincount(self.given.sets).tolist()
+        numbers = zip((self.start.points + moved).tolist(), deviations.tolist(), counts)
+        return tuple(
+            TouchedPoint(name, (x, y, z), (dx, dy, dz), count)
+            for name, ((x, y, z), (dx, dy, dz), count) in zip(self.names, numbers)
+        )
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
         """Return sentences on what deviations do not say, and on rows that have a wrong name."""
-        points = np.array([one.position for one in self.points(problem, found)])
-        left = problem.remainders(found.values)[:, 0]
-        near = outlier_limit(1) * found.noise.position
-        result = [*super().remarks(problem, found)]
-        if self._scale_is_open(problem):
+        result, names = [*super().remarks(problem, found)], self.names
+        # All lengths may grow by one factor if nothing known or sliding measures one.
+        kinds = ('lengths', False), ('tool', False)
+        lengths = {one.name for one in self.every if (one.group, one.angle) in kinds}
+        known = self.apart or any(self.robot.prismatic)
+        if not known and lengths <= set(problem.names):
             result.append(
                 'The scale of the lengths is not identifiable: if arm, tip and points are all '
                 'larger by one factor, they touch in the same way; the priors decide the scale, '
                 'and a known distance between two points makes it identifiable'
             )
+        points = np.array([one.position for one in self.points(problem, found)])
+        own, left = self.given.sets, problem.remainders(found.values)[:, 0]
+        distances = np.linalg.norm(points - (points[own] - left)[:, None], axis=2)
+        nearest = np.argmin(distances, axis=1)
+        near = np.min(distances, axis=1) < outlier_limit(1) * found.noise.position
         for row in np.flatnonzero(~found.used)[:NAMES_IN_SENTENCE]:
-            own = int(self.touches.point[row])
-            distances = np.linalg.norm(points - (points[own] - left[row]), axis=1)
-            other = int(np.argmin(distances))
-            if other != own and distances[other] < near:
-                names = self.touches.names
-                result.append(f'Row {row} is marked {names[own]} but touches {names[other]}')
+            if nearest[row] != own[row] and near[row]:
+                touched = names[nearest[row]]
+                result.append(f'Row {row} is marked {names[own[row]]} but touches {touched}')
         return tuple(result)
-
-
-def _check_distances(
-    start: TouchStart, names: Sequence[str], apart: Mapping[tuple[int, int], float]
-) -> None:
-    for (i, j), given in apart.items():
-        found = float(np.linalg.norm(start.points[j] - start.points[i]))
-        if abs(given - found) > NO_CALIBRATION:
-            unit = ''
-            if abs(given / 1000 - found) < NO_CALIBRATION:
-                unit = '; are these millimetres?'
-            raise CalibrationError(
-                f'points {names[i]} and {names[j]} are {length_in_words(found)} apart by the '
-                f'touches, not {length_in_words(given)}: no table is off by as much{unit}'
-            )
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
     # Joint positions near q at which the tip is at its target, and whether it is, by damped steps
     # (Levenberg and Marquardt).
-    q = np.array(q)
-    left = np.full(targets.shape, np.inf)
-    for k in range(STEPS + 1):
-        T = forward_kinematics(robot, q)
+    for _ in range(STEPS + 1):
+        T, J = forward_kinematics(robot, q), jacobian(robot, q, at=tip)[:, :3]
         left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
-        distances = np.linalg.norm(left, axis=1)
-        if k == STEPS or np.all(distances < TOUCHES):
-            break
-        J = jacobian(robot, q, at=tip)[:, :3]
-        damped = J @ np.swapaxes(J, 1, 2) + (distances**2)[:, None, None] * np.eye(3)
-        damped += np.finfo(float).eps * np.eye(3)
-        step = (np.swapaxes(J, 1, 2) @ np.linalg.solve(damped, left[:, :, None]))[:, :, 0]
+        exact = np.linalg.norm(left, axis=1) < TOUCHES
+        squares = np.sum(left**2, axis=1) + np.finfo(float).eps
+        inverse = np.linalg.inv(J @ np.swapaxes(J, 1, 2) + squares[:, None, None] * np.eye(3))
+        step = np.einsum('nji,njk,nk->ni', J, inverse, left)
         longest = np.max(np.abs(step), axis=1, keepdims=True)
-        q += step * np.minimum(1.0, STEP_LIMIT / np.maximum(longest, STEP_LIMIT))
-    return q, np.linalg.norm(left, axis=1) < TOUCHES
+        q = q + step * np.minimum(1.0, STEP_LIMIT / np.maximum(longest, STEP_LIMIT))
+    return q, exact
 
 
 def _checked(
     apart: Mapping[tuple[str, str], float], names: Sequence[str]
 ) -> dict[tuple[int, int], float]:
     # By the numbers of the points.
-    result = {}
     for (one, other), distance in apart.items():
         for name in (one, other):
             if name not in names:
-                raise CalibrationError(
-                    f'no row touches point {name}; the points are {", ".join(names)}'
-                )
+                points = ', '.join(names)
+                raise CalibrationError(f'no row touches point {name}; the points are {points}')
         if one == other or not 0.0 < distance < np.inf:
             raise CalibrationError(
                 f'points {one} and {other} cannot be {distance:g} m apart: give two points and a '
                 'length above 0'
             )
-        result[names.index(one), names.index(other)] = distance
-    return result
+    return {(names.index(one), names.index(other)): far for (one, other), far in apart.items()}

@@ -23,7 +23,6 @@ from ..checking.errors import angle_in_words, length_in_words
 from ..checking.hypotheses import DEGREES, from_degrees
 from .calibration import calibrate
 from .checking import OPTIONS, ROUND_OFF, rigid_positions
-from .knowledge import ParameterCombination
 from .placing import Free, offsets_of
 from .result import Calibration
 
@@ -52,13 +51,10 @@ class JointZero(NamedTuple):
         if not self.correction:
             return f'{self.joint}: the zero is not known from these touches; it stays as it was'
         words = length_in_words if self.prismatic else angle_in_words
-        sign = '+' if self.correction > 0.0 else ''
-        limit = words(KNOWN[self.prismatic])
+        limit, sign = words(KNOWN[self.prismatic]), '+' if self.correction > 0.0 else ''
         begin = 'to be added is' if self.known else f'the zero is not known to {limit}:'
-        return (
-            f'{self.joint}: {begin} {sign}{words(self.correction)}, with a standard deviation of '
-            f'{words(self.deviation)}'
-        )
+        deviation = f'with a standard deviation of {words(self.deviation)}'
+        return f'{self.joint}: {begin} {sign}{words(self.correction)}, {deviation}'
 
 
 def calibrate_zeros(
@@ -100,15 +96,13 @@ def calibrate_zeros(
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
 
     touch = TOUCH if noise is None else noise[0]
-    whitening = _whitening(robot, q, points, touch, play) if play and approach is None else None
-
     # Zeros far off would be taken for another robot by a check that knows of none.
     fitted = partial(
         calibrate,
         robot,
         poses=points,
         approach=approach,
-        whitening=whitening,
+        whitening=_whitening(robot, q, points, touch, play) if approach is None else None,
         fit=fit,
         tolerances=before,
         check=False,
@@ -126,7 +120,11 @@ def calibrate_zeros(
     return fitted(q, check=True)
 
 
-def _whitening(robot: Robot, q: Floats, points: Floats, touch: float, play: float) -> Floats:
+def _whitening(
+    robot: Robot, q: Floats, points: Floats, touch: float, play: float
+) -> Floats | None:
+    if not play:
+        return None
     # By the covariance of where the tip is: of a touch, and of joints at one end of their play.
     A = forward_kinematics(robot, q)
     placed = offsets_of(A, rigid_positions(points), True, Free())
@@ -138,17 +136,12 @@ def _whitening(robot: Robot, q: Floats, points: Floats, touch: float, play: floa
 
 def _hidden(found: Calibration) -> tuple[str, ...]:
     # Offsets beside which base or tool may be anything: without them as much is explained.
-    groups = {one.name: one.group for one in found.parameters}
-
-    def offsets(one: ParameterCombination) -> list[str]:
-        return [name for name in one.names if groups[name] == 'offsets']
-
-    return tuple(
-        name
-        for one in found.combinations
-        if len(offsets(one)) <= len(one.names) - one.determined
-        for name in offsets(one)
-    )
+    offsets = {one.name for one in found.parameters if one.group == 'offsets'}
+    hidden = list[str]()
+    for one in found.combinations:
+        own = [name for name in one.names if name in offsets]
+        hidden += own if len(own) <= len(one.names) - one.determined else []
+    return tuple(hidden)
 
 
 def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
@@ -160,12 +153,8 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     """
     arm = parameters_of(found.robot)
     offsets = [one for one in arm.table if one.group == 'offsets']
-    moved = np.array(
-        [
-            screw.by_theta if one.angle else screw.by_d
-            for one, screw in zip(offsets, arm.chain.screws)
-        ]
-    )
+    screws = zip(offsets, arm.chain.screws)
+    moved = np.array([screw.by_theta if one.angle else screw.by_d for one, screw in screws])
     rows, columns = found.fitted_of([one.name for one in offsets])
     # What is not fitted stays: its row adds nothing, and no joint that moves it is known.
     by_rows = np.linalg.pinv(moved)
@@ -176,11 +165,8 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     deviations = np.sqrt(np.diag(covariance))
     limits = np.array(KNOWN)[np.array(found.robot.prismatic, dtype=np.int64)]
     known = ~stays & (deviations < limits)
-    numbers = zip(values.tolist(), deviations.tolist(), known.tolist())
-    return tuple(
-        JointZero(name, *own, bool(slides))
-        for name, own, slides in zip(found.robot.joint_names, numbers, found.robot.prismatic)
-    )
+    numbers = values.tolist(), deviations.tolist(), known.tolist(), found.robot.prismatic.tolist()
+    return tuple(JointZero(*one) for one in zip(found.robot.joint_names, *numbers))
 
 
 def zero_sentences(found: Calibration) -> list[str]:
@@ -193,10 +179,9 @@ def zero_sentences(found: Calibration) -> list[str]:
     for one in found.parameters:
         if one.name == BACKLASH.name:
             size, off = angle_in_words(one.correction), angle_in_words(one.deviation)
-            sentences.append(
-                f'The backlash of the joints is {size}, with a standard deviation of {off}'
-                if not one.may_be_zero
-                else f'A backlash of the joints is not told by these touches ({size}, with a '
-                f'standard deviation of {off})'
-            )
+            told = f'The backlash of the joints is {size}, with a standard deviation of {off}'
+            if one.may_be_zero:
+                told = 'A backlash of the joints is not told by these touches '
+                told += f'({size}, with a standard deviation of {off})'
+            sentences.append(told)
     return sentences

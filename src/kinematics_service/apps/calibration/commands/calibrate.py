@@ -1,9 +1,13 @@
 """The command `calibrate`: from the nominal table of an arm to this very one, by poses."""
 
-from typing import Annotated, NamedTuple, Optional
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, Optional
 
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
-from ..output.calibration_run import CalibrationRun, TermColumns
+from ....errors import CalibrationError
+from ..conditions import ToolLoads
+from ..reading import MeasuredRecording, cells_beside
 from .calibration_options import (
     FilesArgument,
     FitOptions,
@@ -14,8 +18,10 @@ from .calibration_options import (
     run_calibration,
 )
 
+# The word for sessions that are a file each.
+EACH_FILE = 'file'
 # Values of options that are not given: typer before 0.10 knows no None for three numbers.
-USUAL = TermColumns()
+ORIGIN, DOWN = (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)
 
 
 class ConditionOptions(NamedTuple):
@@ -31,18 +37,33 @@ class ConditionOptions(NamedTuple):
     load_at: Annotated[
         tuple[float, float, float],
         named('--load-at', 'Its centre of mass in the tool frame, m.', 'X Y Z', show_default='0'),
-    ] = USUAL.at
+    ] = ORIGIN
     gravity: Annotated[
         tuple[float, float, float],
         named('--gravity', 'Its pull in the base frame.', 'X Y Z', show_default='0 0 -1'),
-    ] = USUAL.gravity
+    ] = DOWN
 
-    @property
-    def columns(self) -> TermColumns:
-        """Return the columns of sessions and loads."""
-        if self.load is None and (self.load_at, self.gravity) != (USUAL.at, USUAL.gravity):
+    def check(self) -> None:
+        """Refuse what is said of a load if no column has one."""
+        if self.load is None and (self.load_at, self.gravity) != (ORIGIN, DOWN):
             raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
-        return TermColumns(*self)
+
+    def of(self, given: Sequence[MeasuredRecording]) -> dict[str, Any]:
+        """Return sessions and loads of the rows, as the library's `calibrate` takes them."""
+        sessions = loads = None
+        if self.sessions == EACH_FILE:
+            sessions = [Path(one.file).name for one in given for _ in one.q]
+        elif self.sessions is not None:
+            sessions = [cell for one in given for cell in cells_beside(one, self.sessions)]
+        if self.load is not None:
+            cells = [cell for one in given for cell in cells_beside(one, self.load)]
+            try:
+                loads = ToolLoads([float(cell) for cell in cells], self.load_at, self.gravity)
+            except ValueError as error:
+                raise CalibrationError(
+                    f'the column {self.load!r} has masses in kg: {error}'
+                ) from None
+        return {'sessions': sessions, 'loads': loads}
 
 
 @grouped
@@ -69,9 +90,10 @@ def calibrate(
     """
     arm, given = given_robot(robot), files or []
     written = outputs.checked(given)
-    reading, columns = poses.selection(arm, table), conditions.columns
+    reading = poses.selection(arm, table)
+    conditions.check()
     positions = reading.pose_format.kind == 'position'
-    run = CalibrationRun(arm, fitting.fitting(positions, not outputs.anyway, poses.own))
+    run = fitting.run(arm, positions, not outputs.anyway, poses.own)
     if not given:
         raise WrongUsage('give FILE with measured poses; calibrate-propose says which to measure')
     run_calibration(
@@ -79,5 +101,5 @@ def calibrate(
         robot,
         given,
         written,
-        lambda one: one.of_recordings(given, reading, poses.pose_gap, columns),
+        lambda one: one.of_recordings(given, reading, poses.pose_gap, conditions.of),
     )

@@ -3,7 +3,6 @@
 from typing import Annotated
 
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
-from ..output.calibration_run import CalibrationRun
 from .calibration_options import (
     CameraChoice,
     FilesArgument,
@@ -51,11 +50,11 @@ def calibrate_camera(
         raise WrongUsage('give FILE with poses of a board, or with names of images')
     finder = images.finder(given)
     positions = reading.pose_format.kind == 'position'
-    fitted = fitting.fitting(positions, not outputs.anyway, poses.own, camera=camera.value)
+    run = fitting.run(arm, positions, not outputs.anyway, poses.own, camera=camera.value)
     run_calibration(
-        CalibrationRun(arm, fitted),
+        run,
         robot,
         given,
         written,
-        lambda one: one.of_seen(given, reading, poses.pose_gap, images.images, finder),
+        lambda one: images.calibrated(one, given, reading, poses.pose_gap, finder),
     )

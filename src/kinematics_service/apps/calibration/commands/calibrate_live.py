@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Optional, TextIO
 
@@ -71,12 +72,12 @@ def calibrate_live(
     written = outputs.checked(())
     arm, seconds = given_robot(robot), options.seconds
     where = None if camera is None else camera.value
-    run = CalibrationRun(arm, fitting.fitting(False, not outputs.anyway, camera=where))
+    run = fitting.run(arm, False, not outputs.anyway, camera=where)
     if not 0.0 < seconds <= TIME_LIMIT:
         raise WrongUsage(f'--seconds: {seconds:g} is not above 0 and at most {TIME_LIMIT:,.0f} s')
     with named_errors(()):
         run.check_names()
-        heard = collected(arm, options, run.of_heard, written.stream, context.obj)
+        heard = collected(arm, options, partial(_of_heard, run), written.stream, context.obj)
     if isinstance(heard, int):
         raise typer.Exit(heard)
     if not len(heard.q):
@@ -86,10 +87,14 @@ def calibrate_live(
         )
 
     def calibrated(one: CalibrationRun) -> CalibratedPoses:
-        return CalibratedPoses(one.of_heard(heard), options[:2], (), heard.q, heard.poses)
+        return CalibratedPoses(_of_heard(one, heard), options[:2], (), heard.q, heard.poses)
 
     with kept_when_refused(arm, heard):
         run_calibration(run, robot, (), written, calibrated)
+
+
+def _of_heard(run: CalibrationRun, poses: CollectedPoses) -> Calibration:
+    return run.calibrated(poses.q, poses.rates, poses=poses.poses, camera=run.camera)
 
 
 def collected(

@@ -7,10 +7,9 @@ from typing import Annotated, Optional
 
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
 from ....errors import CalibrationError
-from ....estimation.estimator import EstimatorSettings
+from ....output_file import write_file
 from ....printing import working
-from ..output.calibration_run import CalibrationRun, WantedPoses, write_proposal
-from ..proposal import MOST, LineOfSight
+from ..proposal import MOST, LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import read_positions
 from .calibration_options import (
     CameraChoice,
@@ -80,19 +79,23 @@ def calibrate_propose(
         raise WrongUsage('--images needs --camera on-tool or fixed')
     positions, after = reading.pose_format.kind == 'position', None
     where = None if camera is None else camera.value
-    run = CalibrationRun(arm, fitting.fitting(positions, True, poses.own, camera=where))
+    run = fitting.run(arm, positions, True, poses.own, camera=where)
     if given:
         with named_errors(given), working('calibrating') as tell:
-            one = run._replace(tell=tell)
-            after = one.of_seen(given, reading, poses.pose_gap, images.images, finder).found
+            run = run._replace(tell=tell)
+            after = images.calibrated(run, given, reading, poses.pose_gap, finder).found
             if not (after.accepted or after.only_worse):
                 refused = '; '.join(after.refusals)
                 raise CalibrationError(f'this is no calibration to go on from: {refused}')
-    settings = EstimatorSettings(reading.joint_prefix)
     # Joint positions alone are read: poses are still to be measured.
-    alone = reading._replace(pose_topic=None)
-    chosen = None if among is None else read_positions(among, alone, settings)
-    write_proposal(arm, WantedPoses(count, chosen, sight), plans, positions, after)
+    chosen = None if among is None else read_positions(among, reading._replace(pose_topic=None))
+    proposed = propose_poses(arm, count, after, positions, among=chosen, line_of_sight=sight)
+    for file in plans:
+        text = table_text if file.suffix.lower() == '.csv' else trajectory_text
+        write_file(file, text(proposed))
+        print(f'wrote {file}: {count} poses')
+    if not plans:
+        print(table_text(proposed), end='')
 
 
 def _sight(text: str) -> LineOfSight:

@@ -4,8 +4,12 @@ import re
 from collections.abc import Sequence
 from typing import Annotated, Optional
 
+import numpy as np
+
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
-from ..output.calibration_run import CalibrationRun
+from ..checking import rigid_positions
+from ..output.calibration_run import CalibratedPoses, CalibrationRun, origin_of
+from ..reading import read_touches
 from .calibration_options import (
     FilesArgument,
     FitOptions,
@@ -49,12 +53,20 @@ def calibrate_touch(
     """
     arm, given = given_robot(robot), files or []
     written, reading, apart = outputs.checked(given), table.selection(arm), _distances(distance)
-    run = CalibrationRun(arm, fitting.fitting(True, not outputs.anyway))
+    run = fitting.run(arm, True, not outputs.anyway)
     if not given:
         raise WrongUsage('give FILE, a table of touches')
-    run_calibration(
-        run, robot, given, written, lambda one: one.of_touches(given, reading, point, apart)
-    )
+
+    def calibrated(one: CalibrationRun) -> CalibratedPoses:
+        rows = [read_touches(file, reading, point) for file in given]
+        q = np.concatenate([one.q for one in rows])
+        marks = [mark for one in rows for mark in one.points]
+        found = one.calibrated(q, same_point=marks, apart=apart)
+        points = {one.name: one.position for one in found.points}
+        poses = rigid_positions(np.array([points[mark] for mark in marks]))
+        return CalibratedPoses(found, *origin_of(rows), q, poses)
+
+    run_calibration(run, robot, given, written, calibrated)
 
 
 def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:

@@ -7,14 +7,21 @@ from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, Optional
 
+import numpy as np
+
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
 from ....output_file import say_written, write_file
+from ....printing import attributes
 from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...recordings.commands.frame_options import given_limit
-from ..output.calibration_run import CalibrationRun
+from ..checking import rigid_positions
+from ..output.calibration_run import CalibratedPoses, CalibrationRun, origin_of
 from ..output.servo_file import read_servos, servos_text
 from ..output.sheet import SHEETS
+from ..reading import read_touches
+from ..zeros import calibrate_zeros as calibrated_zeros
+from ..zeros import zero_sentences, zeros_of
 from .calibrate_touch import POINT, PointOption
 from .calibration_options import (
     FilesArgument,
@@ -93,14 +100,26 @@ def calibrate_zeros(
         write_file(outputs.html, paper.page)
         say_written(outputs.html, sys.stdout)
         return
-    fitting = FitOptions(None, fix, None, noise).fitting(True, not outputs.anyway)
-    data = run_calibration(
-        CalibrationRun(arm, fitting),
-        robot,
-        given,
-        written,
-        lambda one: one.of_sheet(given, reading, point, paper, play),
-    )
+
+    def calibrated(one: CalibrationRun) -> CalibratedPoses:
+        rows = [read_touches(file, reading, point) for file in given]
+        points = np.array([paper.point(name) for one in rows for name in one.points])
+        came = [one.approach for one in rows if one.approach is not None]
+        q, (names, remarks) = np.concatenate([one.q for one in rows]), origin_of(rows)
+        found = calibrated_zeros(
+            arm,
+            q,
+            points,
+            approach=np.concatenate(came) if len(came) == len(rows) else None,
+            play=play,
+            progress=one.tell,
+            **attributes(one, 'fix', 'noise', 'check'),
+        )
+        remarks, places = [*zero_sentences(found), *remarks], rigid_positions(points)
+        return CalibratedPoses(found, names, remarks, q, places, zeros_of(found))
+
+    run = FitOptions(None, fix, None, noise).run(arm, True, not outputs.anyway)
+    data = run_calibration(run, robot, given, written, calibrated)
     if servos is not None:
         write_file(motors[1], servos_text(servos, data.zeros))
         say_written(motors[1], written.stream)

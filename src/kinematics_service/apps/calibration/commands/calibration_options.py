@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple, Optional, get_type_hints
@@ -14,22 +15,25 @@ import typer
 from ....cli.options import WrongUsage, named, refuse_unwritable
 from ....errors import CalibrationError, ParameterNotFoundError
 from ....printing import working
+from ....rigid_motion import inverses
 from ....robot.file.parts.parameters import ENDS
 from ....robot.robot import Robot
 from ...recordings.commands.frame_options import LONGEST_GAP, given_limit
 from ...recordings.commands.recording_options import TableWords, given_selection
 from ...recordings.readers.open_file import TABLES
 from ...recordings.readers.source import Selection
+from ..board_views import board_views
 from ..boards.board import Board, BoardFinder
 from ..boards.intrinsics import read_intrinsics
+from ..camera import ON_TOOL
 from ..output.calibration_run import (
     CalibratedPoses,
     CalibrationOutputs,
     CalibrationRun,
-    Fitting,
     write_report,
     write_robot_file,
 )
+from ..reading import read_images
 from ..robot_text import Frames
 
 BOARD = re.compile(r'(\d{1,3})x(\d{1,3}),([^,]+),([^,]+),\s*(DICT_\w+)(,\s*legacy)?')
@@ -130,14 +134,16 @@ class FitOptions(NamedTuple):
         named('--noise', 'Standard deviation of the instrument: 2mm,0.3deg.', 'LIMIT'),
     ] = None
 
-    def fitting(self, positions: bool, check: bool, own: str = 'base', **more: Any) -> Fitting:
-        """Return what is fitted, and by what knowledge."""
+    def run(
+        self, robot: Robot, positions: bool, check: bool, own: str = 'base', **more: Any
+    ) -> CalibrationRun:
+        """Return the calibrations of an arm: what is fitted, and by what knowledge."""
         words = given_words(self.fit or '')
         if self.fit is not None and not words:
             raise WrongUsage('--fit names nothing; without it all but gears are fitted')
         limit = None if self.tolerance is None else given_limit('--tolerance', self.tolerance)
-        noise = given_noise(self.noise, positions)
-        return Fitting(words, given_words(self.fix), given_words(own), limit, noise, check, **more)
+        noise, fix = given_noise(self.noise, positions), given_words(self.fix)
+        return CalibrationRun(robot, words, fix, given_words(own), limit, noise, check, **more)
 
 
 class OutputOptions(NamedTuple):
@@ -204,6 +210,31 @@ class ImageOptions(NamedTuple):
         if len(files) != 1 or files[0].suffix.lower() not in TABLES:
             raise WrongUsage('--images takes one FILE, a table (.csv) with a column `image`')
         return BoardFinder(given_board(self.board), read_intrinsics(self.intrinsics))
+
+    def calibrated(
+        self,
+        run: CalibrationRun,
+        files: Sequence[Path],
+        reading: Selection,
+        gap: float | None,
+        finder: BoardFinder | None,
+    ) -> CalibratedPoses:
+        """Return the calibration from poses of a board, or from images if `finder` is given."""
+        if self.images is None or finder is None or run.camera is None:
+            return run.of_recordings(files, reading, gap)
+        run.tell('images')
+        given, seen = read_images(files[0], reading, self.images, finder)
+        camera = run.camera
+        views = board_views(run.arm, given.q, seen, given.points, finder.camera, camera)
+        run, q = run._replace(noise=run.noise or views.instrument), given.q[views.rows]
+        try:
+            found = run.calibrated(q, poses=views.poses, camera=camera, whitening=views.whitening)
+        except CalibrationError as error:
+            doubt = f'. And {views.doubt}' if views.doubt else ''
+            raise CalibrationError(f'{error}{doubt}') from None
+        poses = inverses(views.poses) if camera == ON_TOOL else views.poses
+        found = replace(found, views=views)
+        return CalibratedPoses(found, [str(files[0])], given.remarks, q, poses)
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:

@@ -7,19 +7,23 @@ from html import escape
 
 import numpy as np
 
-from ....kernel import Floats
+from ....kernel import Floats, Integers
 from ....page import document, facts, resource, table
 from ....robot.file.parts.parameters import TABLE_GROUPS
 from ....version import __version__
-from ...checking.errors import Errors
-from ..identified_table import CalibratedParameter
-from ..knowledge import KNOWN
+from ...recordings.audit.report import charts
+from ...recordings.audit.report.charts import ValueScale, nice_ticks, shown
+from ..identified_table import KNOWN, CalibratedParameter
 from ..report import cells_of, not_nothing, sentences_of
 from ..result import Calibration
-from .plots import NARROW, PointPlot
 
 # Rows drawn at most.
 MOST = 1000
+# Sizes of a plot and its margins, px.
+WIDTH, NARROW, HEIGHT = 720, 440, 220
+LEFT, RIGHT, TOP, BOTTOM = 64, 12, 10, 34
+# Decades of a logarithmic axis at most.
+PLOT_DECADES = 4
 # The bars of deviations show this many decades below the prior.
 DECADES = 3
 
@@ -37,8 +41,15 @@ class PageOrigin:
 def page_of(found: Calibration, origin: PageOrigin) -> str:
     """Return the page as HTML."""
     title = f'Calibration of {found.robot.name}'
+    rows = [
+        ('data', escape(', '.join(origin.files))),
+        ('', f'{found.count:,} {found.kind}'),
+        ('robot file', escape(origin.robot)),
+        ('date', escape(origin.date)),
+        ('version', f'kinematics_service {__version__}'),
+    ]
     body = [
-        f'<h1>{escape(title)}</h1>\n{_header(found, origin)}',
+        f'<h1>{escape(title)}</h1>\n{facts(rows)}',
         _verdict(found, origin),
         '<h2>Errors</h2>\n',
         _errors(found),
@@ -47,26 +58,13 @@ def page_of(found: Calibration, origin: PageOrigin) -> str:
         '<h2>What is known, and how well</h2>\n',
         _parameters(found),
         _directions(found),
-        f'<p class="soft">kinematics_service {__version__}.</p>\n',
     ]
     return document(title, body, resource(__package__, 'page.css'))
 
 
-def _header(found: Calibration, origin: PageOrigin) -> str:
-    rows = [
-        ('data', escape(', '.join(origin.files))),
-        ('', f'{found.count:,} {found.kind}'),
-        ('robot file', escape(origin.robot)),
-        ('date', escape(origin.date)),
-        ('version', f'kinematics_service {__version__}'),
-    ]
-    return facts(rows)
-
-
 def _verdict(found: Calibration, origin: PageOrigin) -> str:
     first, *others = (*sentences_of(found), *origin.remarks)
-    better = found.held_out.position_rms < found.held_out_before.position_rms
-    level = 'ERROR' if not found.accepted else 'OK' if better else 'WARN'
+    level = 'ERROR' if not found.accepted else 'WARN' if found.no_better else 'OK'
     items = ''.join(f'<li>{escape(one)}.</li>' for one in others)
     return (
         f'<section class="verdict {level}"><p class="first">{escape(first)}.'
@@ -75,79 +73,55 @@ def _verdict(found: Calibration, origin: PageOrigin) -> str:
 
 
 def _errors(found: Calibration) -> str:
-    fitted = found.placed
-    named: Sequence[tuple[str, Errors]] = (
-        ('as given', found.as_given),
-        (f'{fitted} fitted alone', found.before),
-        ('calibrated', found.after),
-        (f'held out, {fitted} fitted alone', found.held_out_before),
-        ('held out, calibrated', found.held_out),
-    )
+    alone = f'{found.placed} fitted alone'
+    names = ('as given', alone, 'calibrated', f'held out, {alone}', 'held out, calibrated')
+    named = list(zip(names, found.without))
     if found.outliers:
         every = found.with_outliers
-        named = (
-            *named,
-            ('calibrated, with those left out', every.after),
-            ('held out, calibrated, with those left out', every.held_out),
-        )
+        for k, one in ((2, every.after), (4, every.held_out)):
+            named.append((f'{names[k]}, with those left out', one))
     headers = [found.kind, 'position rms', 'largest', 'orientation rms', 'largest']
     count = 3 if found.positions else len(headers)
     rows = ([escape(name), *map(not_nothing, one.cells())][:count] for name, one in named)
     return table(headers[:count], rows, range(1, count))
 
 
-def _rows(found: Calibration) -> Floats:
+def _rows(found: Calibration) -> Integers:
     return np.unique(np.linspace(0, found.count - 1, MOST).astype(int))
 
 
-def _series(found: Calibration, rows: Floats, kind: int) -> list[tuple[str, Floats]]:
-    scale = np.degrees(1.0) if kind else 1000
-    return [
-        (style, scale * np.linalg.norm(one[rows, kind], axis=1))
-        for style, one in (('before', found.remainders_before), ('after', found.remainders))
-    ]
+def _series(found: Calibration, rows: Integers, kind: int) -> list[tuple[str, Floats]]:
+    sizes = np.linalg.norm(found.left[1:3, rows, kind], axis=2)
+    return list(zip(('before', 'after'), sizes * (np.degrees(1.0) if kind else 1000)))
 
 
 def _by_pose(found: Calibration) -> str:
-    rows = _rows(found)
-    rings = [k for k, row in enumerate(rows.tolist()) if row in found.outliers]
-    row = found.row
-    kinds = [('error of the position', 'mm', 0), ('error of the orientation', 'deg', 1)]
-    text = ''.join(
-        PointPlot(
-            f'{title} by {row}',
-            unit,
-            f'{row}, counted from 0',
-            rows.astype(float),
-            _series(found, rows, kind),
-            rings,
-        ).html()
-        for title, unit, kind in kinds[: 1 if found.positions else 2]
-    )
-    if rings:
+    rows, row = _rows(found), found.row
+    rings, x = np.flatnonzero(np.isin(rows, found.outliers)), rows.astype(float)
+    text = ''
+    for kind, (name, unit) in enumerate((('position', 'mm'), ('orientation', 'deg'))):
+        if kind == 0 or not found.positions:
+            title, series = f'error of the {name} by {row}', _series(found, rows, kind)
+            text += PointPlot(title, unit, f'{row}, counted from 0', x, series, rings).html()
+    if len(rings):
         text += '<p class="soft">A ring is around each outlier, which is left out.</p>\n'
     return text
 
 
 def _by_joint(found: Calibration) -> str:
     rows = np.setdiff1d(_rows(found), found.outliers)
-    series = _series(found, rows, 0)
-    text = []
-    for j, name in enumerate(found.robot.joint_names):
-        slides = found.robot.prismatic[j]
-        x = found.q[rows, j] * (1.0 if slides else math.degrees(1.0))
-        unit = 'm' if slides else 'deg'
-        text.append(
-            PointPlot(name, 'error of the position, mm', unit, x, series, width=NARROW).html()
-        )
-    return f'<h2>Errors by joint position</h2>\n<div class="joints">{"".join(text)}</div>\n'
+    series, title = _series(found, rows, 0), 'error of the position, mm'
+    text = ''
+    for name, slides, q in zip(found.robot.joint_names, found.robot.prismatic, found.q[rows].T):
+        unit, x = ('m', q) if slides else ('deg', np.degrees(q))
+        text += PointPlot(name, title, unit, x, series, width=NARROW).html()
+    return f'<h2>Errors by joint position</h2>\n<div class="joints">{text}</div>\n'
 
 
 def _parameters(found: Calibration) -> str:
     groups = (*TABLE_GROUPS, *dict.fromkeys(one.group for one in found.parameters))
-    ordered = sorted(found.parameters, key=lambda one: groups.index(one.group))
     rows = []
-    for one in ordered:
+    for one in sorted(found.parameters, key=lambda one: groups.index(one.group)):
         name, *cells = cells_of(one, found)
         rows.append([escape(name), escape(one.group), *map(escape, cells), _bar(one)])
     headers = ['parameter', 'group', 'correction', 'deviation', '', 'prior, deviation, correction']
@@ -188,3 +162,76 @@ def _directions(found: Calibration) -> str:
         [('after', values)],
     )
     return plot.html().replace('></span>after</span>', '></span>direction</span>')
+
+
+@dataclass(frozen=True, eq=False)
+class PointPlot:
+    """
+    Points over a linear axis, their values on a logarithmic one.
+
+    Attributes
+    ----------
+    title, unit, across
+        What the values are, in which unit, and what the axis below counts.
+    x : shape (N,)
+    series
+        Values (N,) by style: before, after.
+    rings : shape (M,)
+        Rows that a ring is drawn around: outliers.
+    width
+        Of the drawing, whose texts are larger where it is less.
+    """
+
+    title: str
+    unit: str
+    across: str
+    x: Floats
+    series: Sequence[tuple[str, Floats]]
+    rings: Sequence[int] | Integers = ()
+    width: int = WIDTH
+
+    def html(self) -> str:
+        """Return the figure."""
+        values = np.concatenate([one for _, one in self.series])
+        high, least = float(np.max(values)) or 1.0, float(np.min(values))
+        up = ValueScale(0.5 * max(least, high * 10.0**-PLOT_DECADES), 2.0 * high, log=True)
+        begin, end = float(np.min(self.x)), float(np.max(self.x))
+        room = (end - begin) / 50 or 0.5
+        along = ValueScale(begin - room, end + room, log=False)
+
+        def columns(x: Floats) -> list[float]:
+            share = 1.0 - along.at_all(x) / charts.HEIGHT
+            return list((LEFT + (self.width - LEFT - RIGHT) * share).tolist())
+
+        def rows(y: Floats) -> list[float]:
+            return list((TOP + (HEIGHT - BOTTOM - TOP) * up.at_all(y) / charts.HEIGHT).tolist())
+
+        right, ticks, marks = self.width - RIGHT, up.ticks(), nice_ticks(along.low, along.high, 8)
+        parts = [
+            f'<line class="grid" x1="{LEFT}" x2="{right}" y1="{y:.1f}" y2="{y:.1f}"/>'
+            f'<text class="end" x="{LEFT - 6}" y="{y + 4:.1f}">{shown(tick)}</text>'
+            for tick, y in zip(ticks, rows(np.array(ticks)))
+        ]
+        parts += [
+            f'<text class="middle" x="{x:.1f}" y="{HEIGHT - 18}">{shown(tick)}</text>'
+            for tick, x in zip(marks, columns(np.array(marks)))
+        ]
+        rings, first = np.array(self.rings, dtype=np.int64), self.series[0][1]
+        circles = [(style, 2.4, self.x, own) for style, own in self.series]
+        for style, radius, x_of, y_of in [*circles, ('outlier', 5, self.x[rings], first[rings])]:
+            parts += [
+                f'<circle class="{style}" cx="{x:.1f}" cy="{y:.1f}" r="{radius}"/>'
+                for x, y in zip(columns(x_of), rows(y_of))
+            ]
+        keys = ''.join(
+            f'<span class="key"><span class="swatch {style}"></span>{style}</span>'
+            for style, _ in self.series
+        )
+        below = '; points on the lower edge are below it' if least < up.low else ''
+        title = escape(self.title)
+        return (
+            f'<figure><figcaption><b>{title}</b>, {escape(self.unit)}{below}{keys}</figcaption>'
+            f'<div class="wide"><svg class="drawing" viewBox="0 0 {self.width} {HEIGHT}" '
+            f'role="img" aria-label="{title}">{"".join(parts)}<text class="end" x="{right}" '
+            f'y="{HEIGHT - 3}">{escape(self.across)}</text></svg></div></figure>\n'
+        )
