@@ -3,27 +3,22 @@
 import math
 from array import array
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
-from geometry_msgs.msg import (
-    AccelStamped,
-    Pose,
-    PoseArray,
-    PoseStamped,
-    PoseWithCovarianceStamped,
-    TwistStamped,
-    TwistWithCovarianceStamped,
-    VelocityStamped,
-    WrenchStamped,
-)
-from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
+import numpy.typing as npt
+from geometry_msgs.msg import Pose, PoseArray, VelocityStamped
+from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
 
 from ... import kernel
+from ...estimation.estimator import StreamQuantity
+from ...estimation.joint_accelerations import JointAccelerations
+from ...estimation.joint_efforts import JointEfforts
+from ...estimation.null_space_basis import NullSpaceBasis
 from ...kernel import Floats, Integers, PoseErrors
 from ...kinematics.acceleration import acceleration_of
 from ...kinematics.forward import BASE, in_axes_of
-from ...kinematics.null_space import self_motion_of
 from ...kinematics.singularity import measured
 from ...kinematics.statics import WrenchEstimate, wrench_of
 from ...kinematics.tool_state import ToolState
@@ -35,7 +30,8 @@ from ..parameters.settings import ROW_LABELS, NodeSettings
 from .messages import StateReport
 
 
-class Copied(NamedTuple):
+@dataclass(frozen=True, eq=False)  # arrays have no single truth value
+class Copied:
     """
     Numbers that are copied from a state's row, or from its measures.
 
@@ -45,14 +41,22 @@ class Copied(NamedTuple):
         Their columns; negative ones count from the end.
     of_measures
         Whether these are columns of the measures.
+    of_motion
+        Whether there are such numbers only if the velocities are known.
     """
 
     columns: Integers
     of_measures: bool = False
+    of_motion: bool = False
 
-    def of(self, report: StateReport) -> Floats:
-        """Return the numbers of a report."""
+    depth: ClassVar[int] = kernel.JACOBIAN
+    quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
+
+    def of(self, report: StateReport) -> Floats | None:
+        """Return the numbers of a report; None if it has none."""
         state = report.answer.state
+        if self.of_motion and not state.moving:
+            return None
         row = measured(state).measures if self.of_measures else state.row
         assert row is not None
         return row[self.columns]
@@ -67,52 +71,114 @@ class Copied(NamedTuple):
 NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # of a message that is a stamp
 
 
-class WithCovariance(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class WithCovariance:
     """
     Numbers that are copied from a state's row, and the covariance of what they say behind them.
 
     Attributes
     ----------
     copied
-        The numbers.
+        The numbers. The covariance is that of the twist if they are of the motion; otherwise it
+        is that of the pose.
     errors
         What may be off in the arm.
-    of_twist
-        Whether the covariance is that of the twist; otherwise it is that of the pose.
     """
 
     copied: Copied
     errors: PoseErrors
-    of_twist: bool = False
 
-    def of(self, report: StateReport) -> Floats:
-        """Return the numbers of a report."""
-        found = covariances(self.errors, report.answer.state, BASE)[int(self.of_twist)]
-        return np.concatenate([self.copied.of(report), found.ravel()])
+    depth: ClassVar[int] = kernel.ALL_FRAMES
+    quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
+
+    @property
+    def of_motion(self) -> bool:
+        """Return whether there are such numbers only if the velocities are known."""
+        return self.copied.of_motion
+
+    def of(self, report: StateReport) -> Floats | None:
+        """Return the numbers of a report; None if it has none."""
+        numbers = self.copied.of(report)
+        if numbers is None:
+            return None
+        found = covariances(self.errors, report.answer.state, BASE)[int(self.of_motion)]
+        return np.concatenate([numbers, found.ravel()])
 
     def sources(self, row: int, measures: int) -> Integers:
         """Return their columns in a row, where the covariances stand beyond the measures."""
-        begin = row + measures + (36 if self.of_twist else 0)
+        begin = row + measures + (36 if self.of_motion else 0)
         return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])
 
 
-class Computed(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Computed:
     """
-    Numbers that are computed from a state; `of` returns those of a report, None if it has none.
+    Numbers that are computed from a state.
+
+    Attributes
+    ----------
+    of
+        Returns the numbers of a report, of any shape; None if it has none.
+    depth
+        What the kernel must have computed of the state.
+    quantities
+        The kinds of quantities in the answer that it needs.
     """
 
-    of: Callable[[StateReport], Floats | None]
+    of: Callable[[StateReport], npt.ArrayLike | None]
+    depth: int = kernel.JACOBIAN
+    quantities: tuple[type[StreamQuantity], ...] = ()
 
 
-Numbers = Copied | WithCovariance | Computed
+@dataclass(frozen=True, eq=False)
+class Built:
+    """
+    A message that is built as a whole.
+
+    Attributes
+    ----------
+    message
+        Returns the message of a report.
+    depth
+        As in `Computed`.
+    period : ns
+        Least difference of stamps between two messages.
+    """
+
+    message: Callable[[StateReport], Any]
+    depth: int
+    period: int
+
+    quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
+
+
+def flat(numbers: npt.ArrayLike) -> Floats:
+    """Return numbers of any shape as a vector."""
+    return np.asarray(numbers, dtype=np.float64).ravel()
+
+
+Content = Copied | WithCovariance | Computed | Built
+# Of the settings; None if the robot file has not what the topic needs.
+ContentOf = Callable[[NodeSettings], Content | None]
+SILENT = Computed(lambda report: None)  # of a topic that an arm has, but no number for it
 
 
 Template = Callable[[NodeSettings], Any]
 
 
-def stamped(kind: Any, frame: Callable[[NodeSettings], str]) -> Template:
-    """Return the template of a message with a header, whose frame follows from the settings."""
-    return lambda settings: kind(header=Header(frame_id=frame(settings)))
+def in_base_frame(kind: Any) -> Template:
+    """Return the template of a message in the base frame."""
+    return lambda settings: kind(header=Header(frame_id=settings.base_frame))
+
+
+def in_tool_frame(kind: Any) -> Template:
+    """Return the template of a message at the tool's origin and in its axes."""
+    return lambda settings: kind(header=Header(frame_id=settings.tool_frame))
+
+
+def in_twist_frame(kind: Any) -> Template:
+    """Return the template of a message in the axes of the twist."""
+    return lambda settings: kind(header=Header(frame_id=_twist_frame(settings)))
 
 
 def matrix_message(*dimensions: tuple[str, int]) -> Float64MultiArray:
@@ -126,24 +192,17 @@ def matrix_message(*dimensions: tuple[str, int]) -> Float64MultiArray:
     return message
 
 
-def computed(of: Callable[[StateReport], Floats | None]) -> Callable[[NodeSettings], Numbers]:
+def computed(
+    of: Callable[[StateReport], npt.ArrayLike | None],
+    *quantities: type[StreamQuantity],
+    depth: int = kernel.JACOBIAN,
+) -> ContentOf:
     """Return that numbers are computed, whatever the settings are."""
-    return lambda settings: Computed(of)
+    return lambda settings: Computed(of, depth, quantities)
 
 
 def _twist_frame(settings: NodeSettings) -> str:
     return settings.base_frame if settings.twist_frame == BASE else settings.tool_frame
-
-
-pose_template = stamped(PoseStamped, lambda settings: settings.base_frame)
-pose_with_covariance_template = stamped(
-    PoseWithCovarianceStamped, lambda settings: settings.base_frame
-)
-twist_template = stamped(TwistStamped, _twist_frame)
-twist_with_covariance_template = stamped(TwistWithCovarianceStamped, _twist_frame)
-acceleration_template = stamped(AccelStamped, _twist_frame)
-# The wrench that the tool exerts, at the tool's origin and in its axes.
-wrench_template = stamped(WrenchStamped, lambda settings: settings.tool_frame)
 
 
 def velocity_template(settings: NodeSettings) -> VelocityStamped:
@@ -153,11 +212,6 @@ def velocity_template(settings: NodeSettings) -> VelocityStamped:
         body_frame_id=settings.tool_frame,
         reference_frame_id=settings.base_frame,
     )
-
-
-def scalar_template(settings: NodeSettings) -> Float64:
-    """Return a measure."""
-    return Float64()
 
 
 def jacobian_template(settings: NodeSettings) -> Float64MultiArray:
@@ -187,7 +241,7 @@ def pose_numbers(settings: NodeSettings) -> Copied:
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
 
-def jacobian_numbers(settings: NodeSettings) -> Numbers:
+def jacobian_numbers(settings: NodeSettings) -> Content:
     """
     Return where J comes from, row-major, in the axes and row order that are set, shape (6 n,).
     """
@@ -203,21 +257,23 @@ def jacobian_numbers(settings: NodeSettings) -> Numbers:
     return Computed(numbers)
 
 
-def twist_numbers(settings: NodeSettings) -> Numbers:
+def twist_numbers(settings: NodeSettings) -> Copied | Computed:
     """Return where J qdot comes from, in the axes that are set, shape (6,)."""
     if settings.twist_frame == BASE:
-        return Copied(kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6))
+        columns = kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6)
+        return Copied(columns, of_motion=True)
+    return Computed(_twist_in_tool_axes)
 
-    def numbers(report: StateReport) -> Floats:
-        state = report.answer.state
-        return in_axes_of(state.pose, state.twist[:, None])[:, 0]
 
-    return Computed(numbers)
+def _twist_in_tool_axes(report: StateReport) -> Floats | None:
+    state = report.answer.state
+    return in_axes_of(state.pose, state.twist[:, None])[:, 0] if state.moving else None
 
 
 def acceleration(report: StateReport) -> Floats | None:
     """Return J qddot + dJ/dt qdot in the axes of the twist, shape (6,); None if not known."""
-    settings, state, qddot = report.settings, report.answer.state, report.answer.qddot
+    settings, state = report.settings, report.answer.state
+    qddot = report.answer.quantities.get(JointAccelerations)
     if qddot is None:
         return None
     found = acceleration_of(state, settings.robot.point(settings.of), qddot)
@@ -237,7 +293,8 @@ def wrench_estimate(report: StateReport) -> WrenchEstimate | None:
     Return what the joint efforts of a report say of the wrench, in the axes of the tool and at its
     origin; None where an effort is not known, or one is too large.
     """
-    state, torques, servo = report.answer.state, report.answer.torques, report.settings.servo
+    state, servo = report.answer.state, report.settings.servo
+    torques = report.answer.quantities.get(JointEfforts)
     if torques is None:
         return None
     J = in_axes_of(state.pose, state.jacobian)
@@ -249,23 +306,18 @@ def _self_motions(settings: NodeSettings) -> int:
     return settings.robot.dof - settings.robot.singularity.task.generic_rank
 
 
-def of_null_space(
-    part: Callable[[ToolState, Floats], Floats],
-) -> Callable[[NodeSettings], Numbers | None]:
+def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
     """Return that numbers follow from a basis of the self-motions, of arms that have some."""
 
     def numbers(report: StateReport) -> Floats | None:
-        basis = report.answer.null_space
+        basis = report.answer.quantities.get(NullSpaceBasis)
         return None if basis is None else part(report.answer.state, basis)
 
-    return lambda settings: Computed(numbers) if _self_motions(settings) else None
+    content = Computed(numbers, quantities=(NullSpaceBasis,))
+    return lambda settings: content if _self_motions(settings) else None
 
 
-null_space_numbers = of_null_space(lambda state, basis: basis.ravel())
-self_motion_numbers = of_null_space(self_motion_of)
-
-
-def pose_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
+def pose_with_covariance_numbers(settings: NodeSettings) -> Content | None:
     """
     Return where position, quaternion x y z w and covariance (36,) of the tool's pose come from.
 
@@ -277,7 +329,7 @@ def pose_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
     return WithCovariance(pose_numbers(settings), errors)
 
 
-def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
+def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
     """
     Return where J qdot and its covariance (36,) come from, in the axes that are set.
 
@@ -288,23 +340,26 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Numbers | None:
         return None
     twist = twist_numbers(settings)
     if isinstance(twist, Copied):
-        return WithCovariance(twist, errors, of_twist=True)
+        return WithCovariance(twist, errors)
 
-    def numbers(report: StateReport) -> Floats:
+    def numbers(report: StateReport) -> Floats | None:
+        velocity = twist.of(report)
+        if velocity is None:
+            return None
         found = covariances(errors, report.answer.state, TOOL)[1]
-        return np.concatenate([twist.of(report), found.ravel()])
+        return np.concatenate([velocity, found.ravel()])
 
-    return Computed(numbers)
+    return Computed(numbers, kernel.ALL_FRAMES)
 
 
-def measure_numbers(measure: Measure) -> Callable[[NodeSettings], Numbers | None]:
-    """Return the column of a measure; None for an arm that does not have it."""
+def measure_numbers(measure: Measure) -> ContentOf:
+    """Return the column of a measure; nothing for an arm that does not have it."""
 
-    def numbers(settings: NodeSettings) -> Numbers | None:
+    def numbers(settings: NodeSettings) -> Content:
         robot = settings.robot
         unsearched = measure.name == 'distance' and why_unsearched(robot.dof)
         if unsearched or measure.of_square and not robot.singularity.task.square:
-            return None
+            return SILENT
         return Copied(np.array([measure.column]), of_measures=True)
 
     return numbers
@@ -318,9 +373,9 @@ def link_frames_template(settings: NodeSettings) -> PoseArray:
 
 def link_frames(report: StateReport) -> Floats:
     """
-    Return position and quaternion x y z w of every frame of the table, shape (7 frames,).
+    Return position and quaternion x y z w of every frame of the table, shape (frames, 7).
     """
     frames = np.ascontiguousarray(report.answer.state.link_frames)
     quaternions_xyzw = np.empty((len(frames), 4))
     kernel.quaternions(frames, quaternions_xyzw)
-    return np.concatenate([frames[:, :3, 3], quaternions_xyzw], axis=1).ravel()
+    return np.concatenate([frames[:, :3, 3], quaternions_xyzw], axis=1)

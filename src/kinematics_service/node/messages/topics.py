@@ -3,7 +3,6 @@ The topics a node publishes for each accepted message: one row each, in the orde
 """
 
 import copy
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,37 +23,36 @@ from std_msgs.msg import Float64, Float64MultiArray
 from visualization_msgs.msg import MarkerArray
 
 from ... import kernel
-from ...estimation.estimator import Estimator, EstimatorOutput
+from ...estimation.joint_accelerations import JointAccelerations
+from ...estimation.joint_efforts import JointEfforts
+from ...kinematics.null_space import self_motion_of
 from ...robot.measures import MEASURES
 from ..parameters.settings import NodeSettings
 from .messages import StateReport
 from .output_messages import (
     NO_NUMBERS,
-    Numbers,
+    Built,
+    ContentOf,
+    Template,
     acceleration,
-    acceleration_template,
     computed,
+    in_base_frame,
+    in_tool_frame,
+    in_twist_frame,
     jacobian_numbers,
     jacobian_template,
     link_frames,
     link_frames_template,
     measure_numbers,
-    null_space_numbers,
     null_space_template,
+    of_null_space,
     pose_numbers,
-    pose_template,
     pose_with_covariance_numbers,
-    pose_with_covariance_template,
-    scalar_template,
-    self_motion_numbers,
     self_motion_template,
     twist_numbers,
-    twist_template,
     twist_with_covariance_numbers,
-    twist_with_covariance_template,
     velocity_template,
     wrench,
-    wrench_template,
 )
 
 # Reliable where every publisher offers that; room for a second at 1 kHz in which the process does
@@ -114,43 +112,30 @@ ANSWERS = (
 @dataclass(frozen=True)
 class OutputTopic:
     """
-    A topic: its name, message type, and how its messages come about.
+    A topic that answers every joint state.
 
     Attributes
     ----------
-    template, numbers
-        Functions of the settings that return the message without stamp and numbers, and the
-        numbers of a state that go into it; None if an arm has none.
-    build
-        Instead of both: returns the message of a report, or None.
-    of_motion
-        Whether there is a message only if the velocities are known.
-    depth
-        What the kernel must have computed.
-    period : ns
-        Least difference of stamps between two messages; 0: every report.
+    name, type
+        Its name and message type.
+    content
+        A function of the settings that says what a message is made of; None if the robot file has
+        not what it needs, and there is no such topic.
+    template
+        A function of the settings that returns the message without stamp and numbers.
     of
         The point it is about; empty for the tool.
-    by_file
-        Whether it is offered only where the robot file gives its numbers.
-    of_effort
-        Whether the efforts of the joint states have to be read for it.
-    completed
-        Adds to every answer what the topic needs besides, while somebody listens.
     """
 
     name: str
     type: Any
-    template: Callable[[NodeSettings], Any] | None = None
-    numbers: Callable[[NodeSettings], Numbers | None] = lambda settings: None
-    build: Callable[[StateReport], Any] | None = None
-    of_motion: bool = False
-    depth: int = kernel.JACOBIAN
-    period: int = 0
+    content: ContentOf
+    template: Template | None = None
     of: str = ''
-    by_file: bool = False
-    of_effort: bool = False
-    completed: Callable[[Estimator, EstimatorOutput], EstimatorOutput] | None = None
+
+    def blank(self, settings: NodeSettings) -> Any:
+        """Return the message without stamp and numbers."""
+        return self.type() if self.template is None else self.template(settings)
 
 
 def _markers(report: StateReport) -> Any:
@@ -160,87 +145,64 @@ def _markers(report: StateReport) -> Any:
     return markers_message(report)
 
 
-def _clearance(report: StateReport) -> Any:
-    # Not among the numbers of a state: it takes ten times as long as all of them.
-    return Float64(data=float(report.singularity.clearance))
-
-
 TOPICS = (
-    OutputTopic(POSE, PoseStamped, pose_template, pose_numbers),
-    OutputTopic('~/jacobian', Float64MultiArray, jacobian_template, jacobian_numbers),
-    OutputTopic('~/jacobian/stamp', Time, lambda settings: Time(), lambda settings: NO_NUMBERS),
-    OutputTopic('~/twist', TwistStamped, twist_template, twist_numbers, of_motion=True),
-    OutputTopic('~/velocity', VelocityStamped, velocity_template, twist_numbers, of_motion=True),
+    OutputTopic(POSE, PoseStamped, pose_numbers, in_base_frame(PoseStamped)),
+    OutputTopic('~/jacobian', Float64MultiArray, jacobian_numbers, jacobian_template),
+    OutputTopic('~/jacobian/stamp', Time, lambda settings: NO_NUMBERS),
+    OutputTopic('~/twist', TwistStamped, twist_numbers, in_twist_frame(TwistStamped)),
+    OutputTopic('~/velocity', VelocityStamped, twist_numbers, velocity_template),
     OutputTopic(
         '~/acceleration',
         AccelStamped,
-        acceleration_template,
-        computed(acceleration),
-        of_motion=True,
-        completed=Estimator.with_accelerations,
+        computed(acceleration, JointAccelerations),
+        in_twist_frame(AccelStamped),
     ),
     OutputTopic(
-        '~/wrench',
-        WrenchStamped,
-        wrench_template,
-        computed(wrench),
-        of_effort=True,
-        completed=Estimator.with_torques,
+        '~/wrench', WrenchStamped, computed(wrench, JointEfforts), in_tool_frame(WrenchStamped)
     ),
     OutputTopic(
         '~/pose_with_covariance',
         PoseWithCovarianceStamped,
-        pose_with_covariance_template,
         pose_with_covariance_numbers,
-        depth=kernel.ALL_FRAMES,
-        by_file=True,
+        in_base_frame(PoseWithCovarianceStamped),
     ),
     OutputTopic(
         '~/twist_with_covariance',
         TwistWithCovarianceStamped,
-        twist_with_covariance_template,
         twist_with_covariance_numbers,
-        of_motion=True,
-        depth=kernel.ALL_FRAMES,
-        by_file=True,
+        in_twist_frame(TwistWithCovarianceStamped),
     ),
     *(
-        OutputTopic(
-            f'~/singularity/{measure.name}', Float64, scalar_template, measure_numbers(measure)
-        )
+        OutputTopic(f'~/singularity/{measure.name}', Float64, measure_numbers(measure))
         for measure in reversed(MEASURES.values())  # the distance last
     ),
     OutputTopic(
         '~/null_space',
         Float64MultiArray,
+        of_null_space(lambda state, basis: basis),
         null_space_template,
-        null_space_numbers,
-        by_file=True,
-        completed=Estimator.with_null_space,
     ),
     OutputTopic(
         '~/null_space/away',
         Float64MultiArray,
+        of_null_space(self_motion_of),
         self_motion_template,
-        self_motion_numbers,
-        by_file=True,
-        completed=Estimator.with_null_space,
     ),
-    OutputTopic('~/singularity/clearance', Float64, build=_clearance),
+    # Not among the numbers of a state: it takes ten times as long as all of them.
+    OutputTopic(
+        '~/singularity/clearance', Float64, computed(lambda report: report.singularity.clearance)
+    ),
     OutputTopic(
         '~/link_frames',
         PoseArray,
+        computed(link_frames, depth=kernel.ALL_FRAMES),
         link_frames_template,
-        computed(link_frames),
-        depth=kernel.ALL_FRAMES,
     ),
     # Markers are for viewers: some fifty of them are a hundred times the work of a pose.
     OutputTopic(
         '~/markers',
         MarkerArray,
-        build=_markers,
-        depth=kernel.ALL_FRAMES,
-        period=33_000_000,
+        lambda settings: Built(_markers, kernel.ALL_FRAMES, period=33_000_000),
     ),
 )
 
@@ -256,11 +218,8 @@ OF_POINTS = tuple(
 
 def topics_of(settings: NodeSettings) -> tuple[OutputTopic, ...]:
     """Return the topics of a node: those of the tool, then those of each point."""
-    of_tool = (
-        topic for topic in TOPICS if not topic.by_file or topic.numbers(settings) is not None
-    )
     return (
-        *of_tool,
+        *(topic for topic in TOPICS if topic.content(settings) is not None),
         *(
             replace(topic, name=topic.name.replace('~', f'~/{point}'), of=point)
             for point in settings.points
