@@ -39,6 +39,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 import kinematics_service as ks
+from kinematics_service import kernel
 from kinematics_service.node.messages.message_layout import MessageLayout
 from kinematics_service.node.messages.output_messages import Built
 
@@ -364,15 +365,18 @@ def test_pose_goes_out_before_the_jacobian_and_message_k_belongs_to_pose_k(arm):
 
 
 class Counting(NamedTuple):
-    """Numbers of a topic that note when they are asked for."""
+    """Content of a topic that notes when its numbers are asked for."""
 
-    numbers: Any
+    content: Any
     name: str
     asked: list[str]
 
+    depth = kernel.ALL_FRAMES
+    quantities = ()
+
     def of(self, report):
         self.asked.append(self.name)
-        return self.numbers.of(report)
+        return self.content.of(report)
 
 
 @BOTH_TRANSPORTS
@@ -381,7 +385,7 @@ def test_a_topic_nobody_listens_to_is_not_built(arm):
     asked = []
     outputs = one.node._outputs
     outputs.channels = [
-        c._replace(numbers=Counting(c.numbers, c.topic.name, asked)) for c in outputs.channels
+        c._replace(content=Counting(c.content, c.topic.name, asked)) for c in outputs.channels
     ]
     for _ in range(3):
         one.answer(Q)

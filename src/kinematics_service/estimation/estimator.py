@@ -88,7 +88,7 @@ class EstimatorOutput(NamedTuple):
 
 class StreamQuantity(ABC):
     """
-    Numbers that follow from the stream of messages and not from one state, while a topic needs them.
+    Numbers that follow from the last messages and not from one state, while a topic needs them.
 
     Parameters
     ----------
