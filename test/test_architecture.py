@@ -128,6 +128,7 @@ RULES = {
             'node/',
             'apps/demo/',
             'apps/calibration/calibration_session.py',
+            'apps/pictures/view/node_facts.py',
             'apps/pictures/view/view_listener.py',
             'apps/pictures/view/view_outputs.py',
             'apps/pictures/view/view_session.py',
