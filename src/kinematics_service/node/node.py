@@ -271,8 +271,7 @@ class KinematicsNode(Node):
         if active.quantities:
             outcome = self._estimator.with_quantities(outcome, message, active.quantities)
         self._latest = outcome
-        if self._reference.is_there:
-            self._reference.note(outcome)
+        self._reference.note(outcome)
         # Publishing wakes subscribers, who take this core: other work is cheaper before it. A
         # warning comes after the pose it is about.
         warned = None

@@ -3,6 +3,6 @@ From the nominal table to one very robot: `calibrate`, its variants, and the nod
 
 Measured poses (`reading.py`, `boards/`, or live: `collecting.py`) are checked (`checking.py`), the
 corrections of the table are fitted (`fitting.py`), and accepted or not (`acceptance.py`).
-`output/` writes the new robot file, a page and plots. `second_source.py` is what the node says of
-poses that arrive while it runs.
+`output/` writes the new robot file, a page and plots. `second_source_watch.py` compares poses that
+arrive while the node runs.
 """
