@@ -5,8 +5,8 @@ from array import array
 
 import numpy as np
 
+from kinematics_service.node.messages.content import Built, flat
 from kinematics_service.node.messages.message_layout import MessageLayout
-from kinematics_service.node.messages.output_messages import Built, flat
 
 
 def built(topic, report):

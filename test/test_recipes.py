@@ -356,12 +356,10 @@ assert abs(found - 0.5 * reach / 4.0) < 1e-12, found
 
 def add_topic(package, name, function, content, sentence):
     """Follow the recipe of a topic."""
-    messages, topics = 'node/messages/output_messages.py', 'node/messages/topics.py'
-    package.insert(messages, function, before='\n\ndef link_frames_template(')
-    imported = re.search(r'def (\w+)', function)[1]
-    package.insert(topics, f'    {imported},\n', before='    twist_numbers,\n')
+    file = 'node/messages/output_topics.py'
+    package.insert(file, function, before='\n\ndef link_frames_template(')
     row = f"    OutputTopic('{name}', Float64, {content}),\n"
-    package.insert(topics, row, before='    *(\n        OutputTopic(')
+    package.insert(file, row, before='    *(\n        OutputTopic(')
     package.insert(
         'docs/sentences.py', f"    '{name}': '{sentence}',\n", before="    '~/link_frames'"
     )
@@ -377,11 +375,11 @@ def test_a_topic(package, ros_domain, name):
         recipe |= files_of('A topic of several messages', 'travel')
         package.write('estimation/travel.py', TRAVEL)
         add_topic(package, name, LONGEST_TRAVEL, 'computed(longest_travel, Travel)', sentence)
-        imported = 'from ...estimation.travel import Travel\n'
-        for file in ('node/messages/output_messages.py', 'node/messages/topics.py'):
-            package.insert(
-                file, imported, after='from ...estimation.joint_efforts import JointEfforts\n'
-            )
+        package.insert(
+            'node/messages/output_topics.py',
+            'from ...estimation.travel import Travel\n',
+            after='from ...estimation.joint_efforts import JointEfforts\n',
+        )
     else:
         recipe |= files_of('A topic with parameters')
         package.insert(

@@ -16,9 +16,9 @@ from std_msgs.msg import Header
 import kinematics_service as ks
 from kinematics_service.estimation import cdr
 from kinematics_service.node.messages import message_layout
+from kinematics_service.node.messages.content import Built
 from kinematics_service.node.messages.message_layout import MessageLayout
-from kinematics_service.node.messages.output_messages import Built
-from kinematics_service.node.messages.topics import TOPICS
+from kinematics_service.node.messages.output_topics import TOPICS
 from kinematics_service.node.parameters.settings import defaults, settings_from
 
 SECOND = 1_000_000_000

@@ -40,8 +40,8 @@ from visualization_msgs.msg import MarkerArray
 
 import kinematics_service as ks
 from kinematics_service import kernel
+from kinematics_service.node.messages.content import Built
 from kinematics_service.node.messages.message_layout import MessageLayout
-from kinematics_service.node.messages.output_messages import Built
 
 # Sums of a few dozen products in double precision.
 ROUND_OFF = 1e-12

@@ -17,11 +17,11 @@ import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput
 from kinematics_service.estimation.joint_state_form import SerializedSample
+from kinematics_service.node.messages.content import SILENT, Built
 from kinematics_service.node.messages.joint_state_reader import JointStateReader
 from kinematics_service.node.messages.message_layout import MessageLayout
 from kinematics_service.node.messages.messages import StateReport
-from kinematics_service.node.messages.output_messages import SILENT, Built
-from kinematics_service.node.messages.topics import TOPICS
+from kinematics_service.node.messages.output_topics import TOPICS
 from kinematics_service.node.outputs import Channel, filled_by_the_kernel
 from kinematics_service.node.parameters.settings import settings_from
 from kinematics_service.node.parameters.table import PARAMETERS

@@ -14,10 +14,11 @@ from .. import kernel
 from ..estimation.estimator import EstimatorOutput, StreamQuantity
 from ..kernel import OutgoingMessages, OutgoingTable
 from ..kinematics.singularity import measured
+from .messages.content import SILENT, Built, Content, Copied, WithCovariance, flat
 from .messages.message_layout import MessageLayout
 from .messages.messages import StateReport, transform_message
-from .messages.output_messages import SILENT, Built, Content, Copied, WithCovariance, flat
-from .messages.topics import OUTPUT_QOS, OutputTopic, overridable, topics_of
+from .messages.output_topics import OutputTopic, topics_of
+from .messages.topics import OUTPUT_QOS, overridable
 from .parameters.settings import NodeSettings
 from .point_states import PointStates
 from .stamp_grid import StampGrid

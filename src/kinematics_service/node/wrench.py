@@ -12,7 +12,7 @@ from ..estimation.status_text import StatusText, direction_in_words
 from ..kernel import Floats
 from ..robot.measures import Level
 from .messages.messages import StateReport
-from .messages.output_messages import wrench_estimate
+from .messages.output_topics import wrench_estimate
 from .messages.topics import SERVICE_QOS, WRENCH_ZERO
 
 KINDS = ('force along', 'torque about')

@@ -444,7 +444,8 @@ def test_without_viser_the_command_says_how_to_get_it():
 
 def topics_of_the_node():
     topics = pytest.importorskip('kinematics_service.node.messages.topics')
-    names = {topic.name for topic in topics.TOPICS} | {topics.WARNING, topics.DIAGNOSTICS}
+    output_topics = pytest.importorskip('kinematics_service.node.messages.output_topics')
+    names = {topic.name for topic in output_topics.TOPICS} | {topics.WARNING, topics.DIAGNOSTICS}
     resolved = {name.replace('~', '/kinematics') for name in names}
     return resolved | {'/kinematics/markers', '/robot_description'}
 
@@ -478,8 +479,8 @@ def test_the_foxglove_layout_names_topics_and_panels_that_are_there():
 
 
 def test_the_fields_the_foxglove_layout_plots_are_there():
-    topics = pytest.importorskip('kinematics_service.node.messages.topics')
-    types = {t.name.replace('~', '/kinematics'): t.type for t in topics.TOPICS}
+    output_topics = pytest.importorskip('kinematics_service.node.messages.output_topics')
+    types = {t.name.replace('~', '/kinematics'): t.type for t in output_topics.TOPICS}
     layout = json.loads((CONFIG / 'foxglove.json').read_text(encoding='utf-8'))
     for name, panel in layout['configById'].items():
         for path in panel.get('paths', []) if name.startswith('Plot') else []:

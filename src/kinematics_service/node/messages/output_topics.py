@@ -1,167 +1,59 @@
-"""The answers: for each the message without stamp and numbers, and the numbers that it takes."""
+"""
+The topics a node publishes for each accepted message: one row each, in the order they go out.
+
+A row names functions that say what its messages are made of, and what is the same in all of them.
+"""
 
 import math
 from array import array
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from geometry_msgs.msg import Pose, PoseArray, VelocityStamped
-from std_msgs.msg import Float64MultiArray, Header, MultiArrayDimension
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import (
+    AccelStamped,
+    Pose,
+    PoseArray,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TwistStamped,
+    TwistWithCovarianceStamped,
+    VelocityStamped,
+    WrenchStamped,
+)
+from std_msgs.msg import Float64, Float64MultiArray, Header, MultiArrayDimension
+from visualization_msgs.msg import MarkerArray
 
 from ... import kernel
-from ...estimation.estimator import StreamQuantity
 from ...estimation.joint_accelerations import JointAccelerations
 from ...estimation.joint_efforts import JointEfforts
 from ...estimation.null_space_basis import NullSpaceBasis
-from ...kernel import Floats, Integers, PoseErrors
+from ...kernel import Floats
 from ...kinematics.acceleration import acceleration_of
 from ...kinematics.forward import BASE, in_axes_of
-from ...kinematics.singularity import measured
+from ...kinematics.null_space import self_motion_of
 from ...kinematics.statics import WrenchEstimate, wrench_of
 from ...kinematics.tool_state import ToolState
 from ...kinematics.uncertainty.arm_errors import errors_of_file
 from ...kinematics.uncertainty.pose_covariance import covariances
-from ...robot.measures import Measure, why_unsearched
+from ...robot.measures import MEASURES, Measure, why_unsearched
 from ...robot.points import TOOL
 from ..parameters.settings import ROW_LABELS, NodeSettings
+from .content import (
+    NO_NUMBERS,
+    SILENT,
+    Built,
+    Computed,
+    Content,
+    ContentOf,
+    Copied,
+    WithCovariance,
+    computed,
+)
 from .messages import StateReport
-
-
-@dataclass(frozen=True, eq=False)  # arrays have no single truth value
-class Copied:
-    """
-    Numbers that are copied from a state's row, or from its measures.
-
-    Attributes
-    ----------
-    columns
-        Their columns; negative ones count from the end.
-    of_measures
-        Whether these are columns of the measures.
-    of_motion
-        Whether there are such numbers only if the velocities are known.
-    """
-
-    columns: Integers
-    of_measures: bool = False
-    of_motion: bool = False
-
-    depth: ClassVar[int] = kernel.JACOBIAN
-    quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
-
-    def of(self, report: StateReport) -> Floats | None:
-        """Return the numbers of a report; None if it has none."""
-        state = report.answer.state
-        if self.of_motion and not state.moving:
-            return None
-        row = measured(state).measures if self.of_measures else state.row
-        assert row is not None
-        return row[self.columns]
-
-    def sources(self, row: int, measures: int) -> Integers:
-        """
-        Return their columns in a row of so many numbers and, beyond its end, in the measures.
-        """
-        return self.columns + row if self.of_measures else self.columns % row
-
-
-NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # of a message that is a stamp
-
-
-@dataclass(frozen=True, eq=False)
-class WithCovariance:
-    """
-    Numbers that are copied from a state's row, and the covariance of what they say behind them.
-
-    Attributes
-    ----------
-    copied
-        The numbers. The covariance is that of the twist if they are of the motion; otherwise it
-        is that of the pose.
-    errors
-        What may be off in the arm.
-    """
-
-    copied: Copied
-    errors: PoseErrors
-
-    depth: ClassVar[int] = kernel.ALL_FRAMES
-    quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
-
-    @property
-    def of_motion(self) -> bool:
-        """Return whether there are such numbers only if the velocities are known."""
-        return self.copied.of_motion
-
-    def of(self, report: StateReport) -> Floats | None:
-        """Return the numbers of a report; None if it has none."""
-        numbers = self.copied.of(report)
-        if numbers is None:
-            return None
-        found = covariances(self.errors, report.answer.state, BASE)[int(self.of_motion)]
-        return np.concatenate([numbers, found.ravel()])
-
-    def sources(self, row: int, measures: int) -> Integers:
-        """Return their columns in a row, where the covariances stand beyond the measures."""
-        begin = row + measures + (36 if self.of_motion else 0)
-        return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])
-
-
-@dataclass(frozen=True, eq=False)
-class Computed:
-    """
-    Numbers that are computed from a state.
-
-    Attributes
-    ----------
-    of
-        Returns the numbers of a report, of any shape; None if it has none.
-    depth
-        What the kernel must have computed of the state.
-    quantities
-        The kinds of quantities in the answer that it needs.
-    """
-
-    of: Callable[[StateReport], npt.ArrayLike | None]
-    depth: int = kernel.JACOBIAN
-    quantities: tuple[type[StreamQuantity], ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class Built:
-    """
-    A message that is built as a whole.
-
-    Attributes
-    ----------
-    message
-        Returns the message of a report.
-    depth
-        As in `Computed`.
-    period : ns
-        Least difference of stamps between two messages.
-    """
-
-    message: Callable[[StateReport], Any]
-    depth: int
-    period: int
-
-    quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
-
-
-def flat(numbers: npt.ArrayLike) -> Floats:
-    """Return numbers of any shape as a vector."""
-    return np.asarray(numbers, dtype=np.float64).ravel()
-
-
-Content = Copied | WithCovariance | Computed | Built
-# Of the settings; None if the robot file has not what the topic needs.
-ContentOf = Callable[[NodeSettings], Content | None]
-SILENT = Computed(lambda report: None)  # of a topic that an arm has, but no number for it
-
+from .topics import POSE
 
 Template = Callable[[NodeSettings], Any]
 
@@ -190,15 +82,6 @@ def matrix_message(*dimensions: tuple[str, int]) -> Float64MultiArray:
         for k, (label, size) in enumerate(dimensions)
     ]
     return message
-
-
-def computed(
-    of: Callable[[StateReport], npt.ArrayLike | None],
-    *quantities: type[StreamQuantity],
-    depth: int = kernel.JACOBIAN,
-) -> ContentOf:
-    """Return that numbers are computed, whatever the settings are."""
-    return lambda settings: Computed(of, depth, quantities)
 
 
 def _twist_frame(settings: NodeSettings) -> str:
@@ -379,3 +262,122 @@ def link_frames(report: StateReport) -> Floats:
     quaternions_xyzw = np.empty((len(frames), 4))
     kernel.quaternions(frames, quaternions_xyzw)
     return np.concatenate([frames[:, :3, 3], quaternions_xyzw], axis=1)
+
+
+@dataclass(frozen=True)
+class OutputTopic:
+    """
+    A topic that answers every joint state.
+
+    Attributes
+    ----------
+    name, type
+        Its name and message type.
+    content
+        A function of the settings that says what a message is made of; None if the robot file has
+        not what it needs, and there is no such topic.
+    template
+        A function of the settings that returns the message without stamp and numbers.
+    of
+        The point it is about; empty for the tool.
+    """
+
+    name: str
+    type: Any
+    content: ContentOf
+    template: Template | None = None
+    of: str = ''
+
+    def blank(self, settings: NodeSettings) -> Any:
+        """Return the message without stamp and numbers."""
+        return self.type() if self.template is None else self.template(settings)
+
+
+def _markers(report: StateReport) -> Any:
+    # Imported when somebody subscribes: the node itself needs no scene.
+    from .markers import markers_message
+
+    return markers_message(report)
+
+
+TOPICS = (
+    OutputTopic(POSE, PoseStamped, pose_numbers, in_base_frame(PoseStamped)),
+    OutputTopic('~/jacobian', Float64MultiArray, jacobian_numbers, jacobian_template),
+    OutputTopic('~/jacobian/stamp', Time, lambda settings: NO_NUMBERS),
+    OutputTopic('~/twist', TwistStamped, twist_numbers, in_twist_frame(TwistStamped)),
+    OutputTopic('~/velocity', VelocityStamped, twist_numbers, velocity_template),
+    OutputTopic(
+        '~/acceleration',
+        AccelStamped,
+        computed(acceleration, JointAccelerations),
+        in_twist_frame(AccelStamped),
+    ),
+    OutputTopic(
+        '~/wrench', WrenchStamped, computed(wrench, JointEfforts), in_tool_frame(WrenchStamped)
+    ),
+    OutputTopic(
+        '~/pose_with_covariance',
+        PoseWithCovarianceStamped,
+        pose_with_covariance_numbers,
+        in_base_frame(PoseWithCovarianceStamped),
+    ),
+    OutputTopic(
+        '~/twist_with_covariance',
+        TwistWithCovarianceStamped,
+        twist_with_covariance_numbers,
+        in_twist_frame(TwistWithCovarianceStamped),
+    ),
+    *(
+        OutputTopic(f'~/singularity/{measure.name}', Float64, measure_numbers(measure))
+        for measure in reversed(MEASURES.values())  # the distance last
+    ),
+    OutputTopic(
+        '~/null_space',
+        Float64MultiArray,
+        of_null_space(lambda state, basis: basis),
+        null_space_template,
+    ),
+    OutputTopic(
+        '~/null_space/away',
+        Float64MultiArray,
+        of_null_space(self_motion_of),
+        self_motion_template,
+    ),
+    # Not among the numbers of a state: it takes ten times as long as all of them.
+    OutputTopic(
+        '~/singularity/clearance', Float64, computed(lambda report: report.singularity.clearance)
+    ),
+    OutputTopic(
+        '~/link_frames',
+        PoseArray,
+        computed(link_frames, depth=kernel.ALL_FRAMES),
+        link_frames_template,
+    ),
+    # Markers are for viewers: some fifty of them are a hundred times the work of a pose.
+    OutputTopic(
+        '~/markers',
+        MarkerArray,
+        lambda settings: Built(_markers, kernel.ALL_FRAMES, period=33_000_000),
+    ),
+)
+
+
+# What there is of a point besides the tool.
+OF_POINTS = tuple(
+    topic
+    for topic in TOPICS
+    if topic.name
+    in (POSE, '~/jacobian', '~/jacobian/stamp', '~/twist', '~/acceleration', '~/wrench')
+)
+
+
+def topics_of(settings: NodeSettings) -> tuple[OutputTopic, ...]:
+    """Return the topics of a node: those of the tool, then those of each point."""
+    return (
+        *(topic for topic in TOPICS if topic.content(settings) is not None),
+        *(
+            replace(topic, name=topic.name.replace('~', f'~/{point}'), of=point)
+            for point in settings.points
+            for topic in OF_POINTS
+        ),
+    )
