@@ -116,7 +116,7 @@ def messages(robot, source, count=3):
         sample = JointSample(
             robot.joint_names, [0.3 + moved] * 3, [0.1 + 0.02 * k] * 3, at, at, at
         )
-        answer = one.with_quantities(one.take(sample), sample, [JointAccelerations])
+        answer = one.take(sample, quantities=[JointAccelerations])
         yield answer.quantities[JointAccelerations]
 
 

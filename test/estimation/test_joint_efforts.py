@@ -24,8 +24,7 @@ class Heard:
         self.at += 1
         q, at = [0.1, 0.2], self.at
         sample = JointSample(ROBOT.joint_names, q, (), at, at, at, efforts)
-        answer = self.estimator.take(sample)
-        answer = self.estimator.with_quantities(answer, sample, [JointEfforts])
+        answer = self.estimator.take(sample, quantities=[JointEfforts])
         return answer.quantities[JointEfforts]
 
 
@@ -59,6 +58,6 @@ def test_bytes_have_the_efforts_of_the_message():
     message.effort, message.header.stamp.sec = [9.0, 2.0, 1.0], 7
     data, estimator = serialize_message(message), Estimator(ROBOT, EstimatorSettings())
     sample = SerializedSample(form_of(data), data, SECOND)
-    answer = estimator.with_quantities(estimator.take(sample), sample, [JointEfforts])
+    answer = estimator.take(sample, quantities=[JointEfforts])
     assert answer.stamp == 7 * SECOND
     assert answer.quantities[JointEfforts].tolist() == [1.0, 2.0]

@@ -396,6 +396,7 @@ class Estimator:
         message: JointMessage,
         depth: int = kernel.ALL_FRAMES,
         answers: OutgoingMessages | None = None,
+        quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
         Return the new state a message makes, with its measures there, or why it makes none.
@@ -411,6 +412,8 @@ class Estimator:
             `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if the link frames are needed.
         answers
             Messages to be filled with the answer to bytes.
+        quantities
+            The kinds of quantities that the answer is to have.
         """
         robot = self.robot
         row = np.empty(robot.chain.single_widths[depth])
@@ -420,7 +423,12 @@ class Estimator:
             return outcome.refusal
         moving = outcome.velocity_source != 'none'
         state = ToolState(robot, row, moving, None, measures)
-        return EstimatorOutput(state, message.time, outcome.velocity_source)
+        answer = EstimatorOutput(state, message.time, outcome.velocity_source)
+        if not quantities:
+            return answer
+        joints = self._joints
+        found = {kind: self.quantity(kind).take(answer, message, joints) for kind in quantities}
+        return answer._replace(quantities=found)
 
     def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """
@@ -520,16 +528,6 @@ class Estimator:
         if kind not in self._quantities:
             self._quantities[kind] = kind(self.robot, self.settings)
         return cast(_StreamQuantity, self._quantities[kind])
-
-    def with_quantities(
-        self, answer: EstimatorOutput, message: JointMessage, kinds: Sequence[type[StreamQuantity]]
-    ) -> EstimatorOutput:
-        """Return the answer to the last message with quantities of these kinds."""
-        return answer._replace(
-            quantities={
-                kind: self.quantity(kind).take(answer, message, self._joints) for kind in kinds
-            }
-        )
 
     def _counted_on(
         self, sample: JointSample, ours: OurJoints

@@ -241,7 +241,9 @@ class KinematicsNode(Node):
             return True
         try:
             active = self._outputs.active()
-            outcome = self._estimator.take(message, active.depth, active.messages)
+            outcome = self._estimator.take(
+                message, active.depth, active.messages, active.quantities
+            )
             if outcome is None:
                 return False
             if self._estimator.counts.get(RESETS, 0) != self._resets:
@@ -268,8 +270,6 @@ class KinematicsNode(Node):
     ) -> None:
         # Publishes the consequences of a message.
         arrival = message.arrival
-        if active.quantities:
-            outcome = self._estimator.with_quantities(outcome, message, active.quantities)
         self._latest = outcome
         self._reference.note(outcome)
         # Publishing wakes subscribers, who take this core: other work is cheaper before it. A
