@@ -10,11 +10,10 @@ from sensor_msgs.msg import JointState
 from ..errors import WireError
 from ..estimation.estimator import JointMessage
 from ..estimation.input_checks import MESSAGE_LIMIT, SIZE_LIMIT
+from ..estimation.joint_sample import JointSample
 from ..estimation.joint_state_form import JointStateForm, SerializedSample
 from .best_subscription import BestSubscription
 from .messages.joint_state_reader import JointStateReader
-from .messages.message_check import read_message
-from .messages.messages import sample_of
 from .messages.topics import JOINT_STATES_QOS
 
 
@@ -76,14 +75,10 @@ class Input:
             self.recent.append((arrival, data))
 
     def _on_message(self, data: bytes) -> None:
-        self._keep(data, time.monotonic_ns())
+        arrival = time.monotonic_ns()
+        self._keep(data, arrival)
         self.subscription.fit(len(data))
-        try:
-            message = read_message(data, JointState)
-        except WireError as error:
-            self._refuse(str(error))
-            return
-        self._take(sample_of(message, self._clock))
+        self._read(self._reader.read_officially, data, arrival)
 
     def _on_bytes(self, data: bytes) -> None:
         arrival = time.monotonic_ns()
@@ -96,8 +91,11 @@ class Input:
             if form is not self._form and self._take(SerializedSample(form, data, arrival)):
                 self._form = form
                 return
+        self._read(self._reader.read, data, arrival)
+
+    def _read(self, read: Callable[[bytes], JointSample], data: bytes, arrival: int) -> None:
         try:
-            sample = self._reader.read(data)
+            sample = read(data)
         except WireError as error:
             self._refuse(str(error))
             return

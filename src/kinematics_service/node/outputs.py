@@ -23,8 +23,6 @@ from .parameters.settings import NodeSettings
 from .point_states import PointStates
 from .stamp_grid import StampGrid
 
-Sends = tuple[tuple[Callable[[bytes], None], Callable[[], bytes]], ...]
-
 
 class Channel(NamedTuple):
     """
@@ -87,9 +85,6 @@ class ActiveTopics(NamedTuple):
         For each channel its message among them, or None.
     quantities
         The kinds of quantities that every answer needs besides.
-    sends
-        If all channels have one: pairs of a function that publishes and one that returns the
-        bytes, for unknown velocities and for known ones.
     """
 
     channels: tuple[Channel, ...]
@@ -97,7 +92,6 @@ class ActiveTopics(NamedTuple):
     messages: OutgoingMessages | None
     filled: tuple[memoryview | None, ...]
     quantities: tuple[type[StreamQuantity], ...]
-    sends: tuple[Sends, Sends] | None
 
 
 def filled_by_the_kernel(
@@ -138,12 +132,6 @@ def filled_by_the_kernel(
     of_twist = any(one.of_motion for one in uncertain)
     of_pose = not all(one.of_motion for one in uncertain)
     return OutgoingMessages(table, errors, of_pose, of_twist), views
-
-
-def _is_sent(channel: Channel, moving: bool) -> bool:
-    # Whether a message that the kernel fills is sent of a state whose velocities are known or not.
-    content = channel.content
-    return moving or not (isinstance(content, (Copied, WithCovariance)) and content.of_motion)
 
 
 class Outputs:
@@ -201,18 +189,7 @@ class Outputs:
         depth = max((content.depth for content in contents), default=kernel.JACOBIAN)
         messages, filled = filled_by_the_kernel(channels, self._settings, depth)
         quantities = dict.fromkeys(kind for content in contents for kind in content.quantities)
-        sends = None
-        if not self._settings.publish_tf and None not in filled:
-            at_rest, moving = (
-                tuple(
-                    (channel.publish_bytes, data.tobytes)
-                    for channel, data in zip(channels, filled)
-                    if data is not None and _is_sent(channel, moves)
-                )
-                for moves in (False, True)
-            )
-            sends = at_rest, moving
-        return ActiveTopics(channels, depth, messages, filled, tuple(quantities), sends)
+        return ActiveTopics(channels, depth, messages, filled, tuple(quantities))
 
     def publish(self, answer: EstimatorOutput, active: ActiveTopics, is_filled: bool) -> None:
         """
@@ -227,14 +204,11 @@ class Outputs:
         is_filled
             Whether the kernel has filled the messages with this answer.
         """
-        if is_filled and active.sends is not None:
-            for publish, data in active.sends[answer.state.moving]:
-                publish(data())
-            return
         reports: dict[str, StateReport] = {}
+        moving = answer.state.moving
         for channel, message in zip(active.channels, active.filled):
             if is_filled and message is not None:
-                if _is_sent(channel, answer.state.moving):
+                if moving or not channel.content.of_motion:
                     channel.publish_bytes(message.tobytes())
                 continue
             of = channel.topic.of

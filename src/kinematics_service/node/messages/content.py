@@ -116,6 +116,8 @@ class Computed:
     depth: int = kernel.JACOBIAN
     quantities: tuple[type[StreamQuantity], ...] = ()
 
+    of_motion: ClassVar[bool] = False
+
 
 @dataclass(frozen=True, eq=False)
 class Built:
@@ -136,6 +138,7 @@ class Built:
     depth: int
     period: int
 
+    of_motion: ClassVar[bool] = False
     quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
 
 
