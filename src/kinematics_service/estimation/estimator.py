@@ -110,7 +110,7 @@ class StreamQuantity(ABC):
         self, answer: EstimatorOutput, message: 'JointMessage', joints: NamedJoints
     ) -> Floats | None:
         """
-        Return the numbers after a message; None where they are not known.
+        Return the numbers after a message; None if they are not known.
 
         Parameters
         ----------
@@ -189,7 +189,7 @@ JUMPS = 4
 
 class MessageOutcome(NamedTuple):
     """
-    What the kernel has found about a message.
+    The kernel's finding about a message.
 
     Attributes
     ----------
@@ -210,7 +210,7 @@ _UNREAD = MessageOutcome()
 _NOT_COMPUTABLE = RefusedMessage(
     TOO_LARGE, 'positions or velocities are too large to compute with'
 )
-# By what `kernel.observe` returns.
+# The keys are what `kernel.observe` returns.
 _OUTCOMES = {
     kernel.SAID_WITHOUT_VELOCITIES: MessageOutcome('none'),
     kernel.SAID_WITH_VELOCITIES: MessageOutcome('message'),

@@ -43,7 +43,7 @@ class JointAccelerations(StreamQuantity):
     def take(
         self, answer: EstimatorOutput, message: JointMessage, joints: NamedJoints
     ) -> Floats | None:
-        """Return the accelerations, rad/s^2 or m/s^2; None where they are not known."""
+        """Return the accelerations, rad/s^2 or m/s^2; None if they are not known."""
         if answer.velocity_source != 'message':
             self._count[:] = 0
             return None

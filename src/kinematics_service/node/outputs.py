@@ -39,7 +39,7 @@ class Channel(NamedTuple):
     grid
         Thins out a topic that not every report goes to.
     content, layout
-        What goes into its messages, and where; no layout if messages are built as a whole.
+        The content of its messages and its place; no layout if messages are built as a whole.
     as_bytes
         Whether its messages go out as bytes that are filled here.
     """

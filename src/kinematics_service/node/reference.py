@@ -48,7 +48,7 @@ class Reference:
     Attributes
     ----------
     watch
-        What the app knows of the second source, since its first pose.
+        The app's memory of the second source; None before its first pose.
     """
 
     def __init__(

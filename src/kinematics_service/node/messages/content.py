@@ -1,4 +1,4 @@
-"""What the messages of a topic are made of: numbers that are copied or computed, or all of it."""
+"""The content of a topic: numbers that the kernel copies, numbers that are computed, or a message."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -107,7 +107,7 @@ class Computed:
     of
         Returns the numbers of a report, of any shape; None if it has none.
     depth
-        What the kernel must have computed of the state.
+        How much of the state the kernel must have computed.
     quantities
         The kinds of quantities in the answer that it needs.
     """
@@ -148,9 +148,9 @@ def flat(numbers: npt.ArrayLike) -> Floats:
 
 
 Content = Copied | WithCovariance | Computed | Built
-# Of the settings; None if the robot file has not what the topic needs.
+# A function of the settings; None if the robot file lacks what the topic needs.
 ContentOf = Callable[[NodeSettings], Content | None]
-SILENT = Computed(lambda report: None)  # of a topic that an arm has, but no number for it
+SILENT = Computed(lambda report: None)  # an arm without the number
 
 
 def computed(

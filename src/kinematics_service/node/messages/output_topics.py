@@ -1,7 +1,7 @@
 """
 The topics a node publishes for each accepted message: one row each, in the order they go out.
 
-A row names functions that say what its messages are made of, and what is the same in all of them.
+A row names the function that returns its content, and one that returns its blank message.
 """
 
 import math
@@ -274,8 +274,8 @@ class OutputTopic:
     name, type
         Its name and message type.
     content
-        A function of the settings that says what a message is made of; None if the robot file has
-        not what it needs, and there is no such topic.
+        A function of the settings that returns the content; None if the robot file lacks what it
+        needs: then the topic is not offered.
     template
         A function of the settings that returns the message without stamp and numbers.
     of
