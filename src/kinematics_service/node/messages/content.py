@@ -1,4 +1,4 @@
-"""The content of a topic: numbers that the kernel copies, numbers that are computed, or a message."""
+"""The content of a topic: numbers that are copied or computed, or a message built as a whole."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
