@@ -118,3 +118,12 @@ def test_a_removed_app_takes_its_commands_along(tmp_path, app):
     _, text = commands(without(tmp_path, app), '--help')[0]
     listed = {line.split()[0] for line in text.partition('Commands:')[2].splitlines()[1:]}
     assert listed == {command for command in COMMANDS if APPS.get(command) != app}
+
+
+@pytest.mark.ros
+def test_without_recordings_the_demo_replays_none(tmp_path, ros_domain):
+    folder = without(tmp_path, 'recordings', 'calibration', 'pictures')
+    (folder / 'some.csv').write_text('')
+    ((code, said),) = commands(folder, 'demo --replay some.csv')
+    assert code == 1
+    assert '--replay: the app recordings, which reads it, was removed' in said

@@ -1,6 +1,6 @@
 """
-Modules of apps that the core asks for, by their task. The core imports no app: it finds commands
-by the table in `cli/commands.py`, and these modules by the table here.
+Modules of apps that others ask for, by their task. The core imports no app, and an app few
+others: they find commands by the table in `cli/commands.py`, and these modules by the table here.
 """
 
 import os
@@ -12,6 +12,7 @@ APP_MODULES = {
     'check': 'checking.commands.check',
     'factory calibration': 'calibration.factory',
     'second source': 'calibration.second_source_watch',
+    'recording': 'recordings.readers.recording',
     # What a notebook shows of a result.
     'html': 'pictures.notebook',
     'latex': 'formulas.derive.output.notebook',

@@ -756,6 +756,18 @@ def test_with_closed_loops_the_nearest_of_all_that_are_known_is_found(name):
     assert not np.any(too_far & (true < 0.05))
 
 
+@pytest.mark.parametrize('name', ['excavator', 'four_bar_arm'])
+def test_with_closed_loops_what_is_found_is_a_pose_and_singular(name):
+    # Where a branch of the loops ends, they do not close beyond it.
+    robot = robot_of(name)
+    low, high = np.clip(robot.limits, -math.pi, math.pi).T
+    q = np.random.default_rng(3).uniform(low, high, (300, robot.dof))
+    called = ks.singularity(robot, q[closes_at(robot.chain, q)]).nearest_singular
+    called = called[np.isfinite(called[:, 0])]
+    assert len(called) > 50
+    assert np.max([ks.singularity(robot, pose).distance for pose in called]) < 1e-4
+
+
 @pytest.mark.parametrize('error', [1e-6, 1e-5, 1e-4, 1e-3])
 def test_a_pose_that_is_called_singular_is_so_when_it_is_asked_again(error):
     robot = with_errors(IIWA_ROWS, error, 1)

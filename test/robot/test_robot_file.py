@@ -18,6 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import kinematics_service as ks
 from kinematics_service.errors import Fault, KinematicsError, RobotFileError
 from kinematics_service.kinematics.forward import jacobian
 from kinematics_service.robot.bundled import bundled_robots, find_robot_file
@@ -818,3 +819,32 @@ def test_a_name_with_spaces_is_that_of_joint_states():
         'arm.yaml',
     ).joints
     assert (joint.name, joint.variable) == ('Revolute 2', 'q2')
+
+
+def planar(links, alpha, task=''):
+    """Return a planar arm whose axes are tilted by an angle (rad)."""
+    joints = [f'{{name: j{k}, variable: q{k}, type: revolute}}' for k in range(1, links + 1)]
+    rows = [f'{{theta: q{k}, d: 0, a: 0.4, alpha: {alpha}}}' for k in range(1, links + 1)]
+    return ks.robot_from_text(
+        f'robot: planar\nconvention: standard\nsource: a test\n{task}\n'
+        f'joints: [{", ".join(joints)}]\nlinks: [{", ".join(rows)}]\n'
+    )
+
+
+@pytest.mark.parametrize('links', [2, 3])
+@pytest.mark.parametrize('alpha', [1e-6, 1e-3, -5e-3])
+def test_rows_that_count_by_a_tilt_of_axes_alone_are_named(links, alpha):
+    rows = 'x, y' if links == 2 else 'x, y, rz'
+    (doubt,) = planar(links, alpha).description.warnings
+    assert doubt.where == 'singularity'
+    assert f'write task: [{rows}], or task: [x, y, z] if these are meant' in doubt.message
+    # Whichever is written, nothing is left to ask.
+    for task in (rows, 'x, y, z'):
+        robot = planar(links, alpha, f'singularity: {{task: [{task}]}}')
+        assert robot.singularity.task.rows == tuple(task.split(', '))
+        assert not robot.description.warnings
+
+
+@pytest.mark.parametrize('alpha', [0.0, 0.3, -1.2])
+def test_rows_that_joints_move_are_not_asked_about(alpha):
+    assert not planar(2, alpha).description.warnings

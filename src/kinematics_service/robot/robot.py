@@ -224,6 +224,9 @@ def build_robot(description: RobotDescription, in_letters: bool = False) -> Robo
         singularity = singularity_model(description, chain)
     except KinematicsError as error:
         raise RobotFileError((Fault(description.file, 1, 'singularity', str(error)),)) from None
+    if barely_moved := singularity.task.barely_moved:
+        doubt = Fault(description.file, 0, 'singularity', barely_moved)
+        description = replace(description, warnings=(*description.warnings, doubt))
     return Robot(
         name=description.name,
         source=description.source,

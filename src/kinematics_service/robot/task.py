@@ -24,6 +24,10 @@ SEED = 20240523
 # round-off.
 MOVED, ROUND_OFF = 1e-9, 1e-14
 
+# A row that every joint moves by less than this share of the largest entry of J is moved because
+# axes are not quite parallel: by 0.57 deg at most.
+BARELY_MOVED = 0.01
+
 # Poses at which joints are found that cancel, each pose in a way of its own.
 CLEAREST = 20
 
@@ -57,6 +61,8 @@ class Task(FrozenArrays):
     row_scales : shape (m,), column_scales : shape (n,)
         What a unit of each row, in m, and of each joint, in rad, counts: the length for angular
         rows and for prismatic joints.
+    plain_rows
+        The default rows if rows that are barely moved did not count: as `rows`, for most arms.
     """
 
     rows: tuple[str, ...]
@@ -68,6 +74,7 @@ class Task(FrozenArrays):
     rotation: Floats
     row_scales: Floats
     column_scales: Floats
+    plain_rows: tuple[str, ...] = ()
 
     @cached_property
     def kernel_rows(self) -> TaskRows:
@@ -80,6 +87,19 @@ class Task(FrozenArrays):
     def square(self) -> bool:
         """Return whether J_t is square, so that it has a determinant."""
         return len(self.rows) == len(self.column_scales)
+
+    @property
+    def barely_moved(self) -> str:
+        """Return in a sentence which rows count by a tilt of axes alone; empty if none does."""
+        if self.plain_rows == self.rows:
+            return ''
+        tilted = ' '.join(name for name in self.rows if name not in self.plain_rows)
+        plain, rows = (', '.join(names) for names in (self.plain_rows, self.rows))
+        return (
+            f'joints move the rows {tilted} by less than {BARELY_MOVED:.0%} of the others, yet '
+            'they count: if axes are parallel, write their angles exactly; else write '
+            f'task: [{plain}], or task: [{rows}] if these are meant'
+        )
 
     @property
     def structurally_deficient(self) -> bool:
@@ -143,11 +163,11 @@ def least_motion(chain: Chain) -> float:
     return max(MOVED * moved, ROUND_OFF * still)
 
 
-def _moved(J: Floats, least: float) -> list[bool]:
+def _moved(J: Floats, least: float, share: float = MOVED) -> list[bool]:
     # Which rows of J some pose moves; `least` is none of a linear one.
     largest = np.max(np.abs(J), axis=(0, 2))
     linear, angular = np.max(largest[:3]), np.max(largest[3:])
-    none = [max(MOVED * linear, least)] * 3 + [MOVED * angular] * 3
+    none = [max(share * linear, least)] * 3 + [share * angular] * 3
     return [bool(size > limit) for size, limit in zip(largest, none)]
 
 
@@ -209,8 +229,8 @@ def find_task(
     # Scaled as the kernel scales it, so that ranks do not depend on the size of the arm.
     J = J * np.repeat([1.0, length], 3)[:, None] * column_scales
     moved = _moved(J, least)
-    if rows is None:
-        rows = _default_rows(J, moved)
+    plain_rows = rows or _default_rows(J, _moved(J, least, BARELY_MOVED))
+    rows = rows or _default_rows(J, moved)
     indices = [ROW_NAMES.index(name) for name in rows]
     if not any(moved[i] for i in indices):
         asked = ' '.join(rows) or 'tool'
@@ -229,6 +249,7 @@ def find_task(
         rotation=rotation,
         row_scales=row_scales,
         column_scales=column_scales,
+        plain_rows=plain_rows,
     )
 
 

@@ -505,6 +505,23 @@ def test_proposed_poses_go_on_from_what_is_known():
             ks.propose_poses(arm.robot, count)
 
 
+@pytest.mark.timeout(60)
+def test_poses_are_proposed_after_a_few_poses_along_a_motion():
+    # Directions are measured to 1e-9 rad while numbers are unknown: the information's condition
+    # is 1e20, and the gains of two exchanges were positive in turn without end.
+    arm, random = measured_arm('ur5e', 1), np.random.default_rng(5)
+    t = np.arange(27) / 10.0
+    swing = np.sin([0.9, 0.7, 1.1, 1.3, 0.8, 1.2] * t[:, None] + np.arange(6))
+    q = [0.2, -1.2, 1.3, -1.0, 1.0, 0.3] + 1.1 * swing
+    poses = truly(arm, q)
+    poses[:, :3, 3] += NOISE * random.normal(size=(27, 3))
+    found = ks.calibrate(arm.robot, q, poses)
+    assert found.known < found.possible
+    proposed = ks.propose_poses(arm.robot, 3, found)
+    assert len(np.unique(proposed.q, axis=0)) == 3
+    assert np.prod(proposed.after / proposed.before) < 0.1
+
+
 @pytest.mark.parametrize('name', ['panda', 'scara_hsr065', 'rrp_elementary', 'planar_2r'])
 def test_every_kind_of_arm_gets_proposals(name):
     proposed = ks.propose_poses(robot_of(name), 3, positions=name == 'panda')

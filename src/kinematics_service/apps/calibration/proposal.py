@@ -306,19 +306,28 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
         best = _best(_gains(J, M), chosen)
         chosen.append(best)
         M = M + J[best].T @ J[best]
-    exchanged = True
-    while exchanged:  # each exchange gains, so that it ends
+    value, exchanged = _value(J, information, chosen), True
+    # The value is a function of the set alone and grows with each exchange: no set comes twice,
+    # so the loop ends. Differences of gains alone are below round-off where M is ill-conditioned.
+    while exchanged:
         exchanged = False
         for place in range(count):
-            old = chosen[place]
-            without = M - J[old].T @ J[old]
-            gains = _gains(J, without)
-            best = _best(gains, chosen[:place] + chosen[place + 1 :])
-            if gains[best] > gains[old] + GAIN:
-                chosen[place] = best
-                M = without + J[best].T @ J[best]
-                exchanged = True
+            others = chosen[:place] + chosen[place + 1 :]
+            best = _best(_gains(J, _measured(J, information, others)), others)
+            changed = [*others[:place], best, *others[place:]]
+            if (grown := _value(J, information, changed)) > value + GAIN:
+                chosen, value, exchanged = changed, grown, True
     return chosen
+
+
+def _measured(J: Floats, information: Floats, chosen: Sequence[int]) -> Floats:
+    # The information after poses are measured, in their order among all.
+    rows = J[sorted(chosen)].reshape(-1, len(information))
+    return np.asarray(information + rows.T @ rows)
+
+
+def _value(J: Floats, information: Floats, chosen: Sequence[int]) -> float:
+    return float(np.linalg.slogdet(_measured(J, information, chosen))[1])
 
 
 def _best(gains: Floats, others: Sequence[int]) -> int:

@@ -10,6 +10,8 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rich.console import Console, RenderableType
 
+from ...app_modules import app_module
+from ...errors import RecordingError
 from ...kinematics.trajectory import TRAJECTORIES
 from ...node.messages.topics import COMMAND
 from ...node.node import KinematicsNode
@@ -18,7 +20,6 @@ from ...node.process.spin import Spinner
 from ...node.steady_time import steady_timer
 from ...robot.measure_units import measure_units
 from ...stop_signals import StopSignal
-from ..recordings.readers.recording import read_recording
 from .demo_listener import DemoListener
 from .demo_report import PlainReport, invitation, motion_in_words, summary
 from .demo_screen import screen
@@ -111,7 +112,10 @@ def _arm(
     robot, names = node.settings.robot, node.settings.joint_names
     command = COMMAND.replace('~', node.get_fully_qualified_name())
     if replay is not None:
-        recording = read_recording(Path(replay), robot)
+        recordings = app_module('recording')
+        if recordings is None:
+            raise RecordingError('--replay: the app recordings, which reads it, was removed')
+        recording = recordings.read_recording(Path(replay), robot)
         rows, seconds = len(recording.stamps), recording.due[-1]
         words = f'{robot.name} replays {rows} joint states of {seconds:.1f} s from {replay}'
         moments, period = moments_of_recording(recording), period_of_recording(recording)

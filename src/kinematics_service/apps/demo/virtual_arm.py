@@ -3,9 +3,10 @@
 import time
 from array import array
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
+import numpy.typing as npt
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
@@ -14,7 +15,6 @@ from ...kinematics.motion import Trajectory
 from ...node.messages.messages import time_message
 from ...node.messages.topics import JOINT_STATES
 from ...node.steady_time import steady_timer
-from ..recordings.readers.recording import Recording
 
 # Joint states per second along a path.
 RATE = 50.0
@@ -23,6 +23,18 @@ LATE = 0.5
 QUEUE = 1000
 # Shortest period (s): joint states of a faster recording are published several at once.
 SHORTEST = 0.001
+
+
+class RecordedStates(Protocol):
+    """Joint states of a recording: stamps (N,), ns, and when each is due, (N,), s."""
+
+    stamps: npt.NDArray[np.int64]
+    positions: Floats
+    velocities: Floats | None
+
+    @property
+    def due(self) -> Floats:
+        """Return when each row is due after the first, shape (N,), s."""
 
 
 class TimedJointState(NamedTuple):
@@ -43,13 +55,13 @@ def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[TimedJ
         k += 1
 
 
-def period_of_recording(recording: Recording) -> float:
+def period_of_recording(recording: RecordedStates) -> float:
     """Return the period of looks for joint states of a recording that are due, in s."""
     steps = np.diff(recording.due)
     return min(max(float(np.median(steps)), SHORTEST), 1.0 / RATE) if steps.size else 1.0 / RATE
 
 
-def moments_of_recording(recording: Recording) -> Iterator[TimedJointState]:
+def moments_of_recording(recording: RecordedStates) -> Iterator[TimedJointState]:
     """Yield the joint states of a recording, with its own stamps."""
     velocities = recording.velocities
     for k, due in enumerate(recording.due.tolist()):

@@ -23,9 +23,11 @@ from .rank_equations import RankEquations
 DAMPING = 0.5
 # A smaller part of a step is not tried: to find that no loop closes takes the time of 50 steps.
 MIN_STEP_RATIO = 0.1
-# Converged: rest of the way to the flat position, rad. The position itself is not evaluated: no
-# pose closes there.
+# Converged: rest of the way to the flat position, rad.
 FLAT_TOLERANCE = 1e-4
+# The motion found ends before the flat position by this, rad, or by ten times as much until the
+# loops close: a branch may end there.
+END_BEFORE = 1e-7
 # Steps: the rest of the way shrinks to 0.75 at worst, where D falls evenly.
 FLAT_STEPS = 30
 
@@ -112,8 +114,8 @@ def _descend(
             goal[j] = d[j] + step[j]
         length = rank_equations.length_of(goal, n)
         if max(onto, slide - FLAT_TOLERANCE * length) <= FLAT_TOLERANCE:
-            arrays.copy(d, n, goal)
-            return length
+            _move_before(equations, origin, length, goal, d)
+            return rank_equations.length_of(d, n)
         while True:
             for j in range(n):
                 goal[j] = d[j] + share * step[j]
@@ -126,6 +128,20 @@ def _descend(
         if length > limit:
             return places.INFINITY
     return places.INFINITY
+
+
+def _move_before(
+    equations: RankEquations, origin: Flat, length: float, goal: Flat, d: Flat
+) -> None:
+    # Move to the end of a motion of some length, as far as the loops close; else stay at d.
+    n, before = equations.n, END_BEFORE
+    while before < length and before <= FLAT_TOLERANCE:
+        for j in range(n):
+            goal[j] *= 1.0 - before / length
+        if equations.move_to(origin, goal):
+            arrays.copy(d, n, goal)
+            return
+        before *= 10.0
 
 
 def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
