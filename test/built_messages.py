@@ -5,18 +5,20 @@ from array import array
 
 import numpy as np
 
+from kinematics_service.node.messages.content import Built, flat
 from kinematics_service.node.messages.message_layout import MessageLayout
 
 
 def built(topic, report):
     """Return the message of a topic, as a node without bytes builds it; None for none."""
-    if topic.build is not None:
-        return topic.build(report)
-    numbers = topic.numbers(report.settings)
-    if numbers is None or topic.of_motion and not report.answer.state.moving:
+    content = topic.content(report.settings)
+    if isinstance(content, Built):
+        return content.message(report)
+    numbers = None if content is None else content.of(report)
+    if numbers is None:
         return None
-    layout = MessageLayout(topic.template(report.settings))
-    return layout.message(report.answer.stamp, numbers.of(report))
+    layout = MessageLayout(topic.blank(report.settings))
+    return layout.message(report.answer.stamp, flat(numbers))
 
 
 def bits(value):

@@ -97,7 +97,7 @@ OF_APPS = {
 # Lines of code, without docstrings, comments and blanks: of the core with the kernel, of an app.
 CORE_LINES, APP_LINES = 30_000, 8_000
 # What is larger today; a row shrinks with its area, and goes.
-TOO_LARGE = {'core': 32_450, 'apps/formulas': 8_340}
+TOO_LARGE = {'core': 32_160, 'apps/formulas': 8_340}
 # They lead into the house: from them every room may be entered.
 DOORS = ('__init__.py', '__main__.py')
 
@@ -123,6 +123,7 @@ RULES = {
             'node/',
             'apps/demo/',
             'apps/calibration/calibration_session.py',
+            'apps/pictures/view/node_facts.py',
             'apps/pictures/view/view_listener.py',
             'apps/pictures/view/view_outputs.py',
             'apps/pictures/view/view_session.py',

@@ -89,8 +89,8 @@ def test_the_analyzer_finds_the_statuses_of_the_node(arm):
 
 
 def test_the_curves_of_plotjuggler_are_numbers_of_the_node():
-    topics = pytest.importorskip('kinematics_service.node.messages.topics')
-    kinds = {one.name.replace('~', '/kinematics'): one.type for one in topics.TOPICS}
+    output_topics = pytest.importorskip('kinematics_service.node.messages.output_topics')
+    kinds = {one.name.replace('~', '/kinematics'): one.type for one in output_topics.TOPICS}
     layout = ElementTree.parse(CONFIG / 'plotjuggler.xml').getroot()
     curves = [curve.get('name') for curve in layout.iter('curve')]
     assert len(curves) == len(set(curves)) > 8

@@ -35,9 +35,10 @@ def rows(text):
 
 def test_every_topic_stands_in_its_table_with_its_type(made):
     topics = pytest.importorskip('kinematics_service.node.messages.topics')
+    output_topics = pytest.importorskip('kinematics_service.node.messages.output_topics')
     cells = {row[0].strip('`'): row[1] for row in rows(made['topics']())}
     told = {name: re.match(r'\*\w+/(\w+)\*: .', cell)[1] for name, cell in cells.items()}
-    expected = {topic.name: topic.type.__name__ for topic in topics.TOPICS}
+    expected = {topic.name: topic.type.__name__ for topic in output_topics.TOPICS}
     expected |= {
         topics.WARNING: 'DiagnosticStatus',
         topics.DIAGNOSTICS: 'DiagnosticArray',

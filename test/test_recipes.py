@@ -247,56 +247,150 @@ def test_a_measure_is_a_topic(package, ros_domain):
 
 SPEED = """
 
-def speed_numbers(settings: NodeSettings) -> Numbers:
-    \"\"\"Take the speed of the tool, m/s.\"\"\"
-    return Computed(lambda report: np.linalg.norm(report.answer.state.twist[:3], keepdims=True))
+def speed(report: StateReport) -> float | None:
+    \"\"\"Return the speed of the tool, m/s; None if the velocities are not known.\"\"\"
+    state = report.answer.state
+    return float(np.linalg.norm(state.twist[:3])) if state.moving else None
 """
-SPEED_OF_A_NODE = """
+TRAVEL = '''"""How far each joint has moved."""
+
+import numpy as np
+
+from ..kernel import Floats
+from .estimator import EstimatorOutput, JointMessage, StreamQuantity
+from .joint_memory import NamedJoints
+
+
+class Travel(StreamQuantity):
+    """How far each joint has moved since somebody listens, shape (n,), rad or m."""
+
+    _total: Floats | None = None
+
+    def take(
+        self, answer: EstimatorOutput, message: JointMessage, joints: NamedJoints
+    ) -> Floats | None:
+        """Return the sums of the steps."""
+        q = answer.state.q.copy()
+        total = np.zeros_like(q) if self._total is None else self._total + np.abs(q - self._q)
+        self._q, self._total = q, total
+        return total
+'''
+LONGEST_TRAVEL = """
+
+def longest_travel(report: StateReport) -> float | None:
+    \"\"\"Return how far the joint has moved that has moved farthest, rad or m.\"\"\"
+    travel = report.answer.quantities.get(Travel)
+    return None if travel is None else float(travel.max())
+"""
+SHARE = """
+
+def share_of_speed(report: StateReport) -> float | None:
+    \"\"\"Return the speed of the tool as a share of the largest; None if it is not known.\"\"\"
+    state, largest = report.answer.state, report.settings.values['speed.largest']
+    return float(np.linalg.norm(state.twist[:3]) / largest) if state.moving else None
+"""
+LARGEST_SPEED = """    Parameter(
+        'speed.largest', 2.0, 'The speed of the tool that `~/share` is 1 at.', range=(1e-3, 1e3)
+    ),
+"""
+ONE_TOPIC_OF_A_NODE = """
 import math, time
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 from kinematics_service.node.node import KinematicsNode
 
-context = Context()
-rclpy.init(args=['recipe'], context=context)
-node, peer = KinematicsNode('planar_2r', context=context), Node('peer', context=context)
-heard = []
-peer.create_subscription(Float64, '/kinematics/speed', heard.append, 10)
-publisher = peer.create_publisher(JointState, 'joint_states', 10)
-executor = SingleThreadedExecutor(context=context)
-executor.add_node(node)
-executor.add_node(peer)
-message = JointState(name=['q1', 'q2'], position=[0.1, 0.7], velocity=[0.5, 0.0])
-end = time.monotonic() + 60.0
-while not heard and time.monotonic() < end:
-    message.header.stamp = peer.get_clock().now().to_msg()
-    publisher.publish(message)
-    executor.spin_once(timeout_sec=0.05)
+def heard_after(topic, messages, enough, parameters=()):
+    context = Context()
+    rclpy.init(args=['recipe'], context=context)
+    node, peer = KinematicsNode('planar_2r', context=context), Node('peer', context=context)
+    for result in node.set_parameters(parameters):
+        assert result.successful, result.reason
+    heard = []
+    peer.create_subscription(Float64, f'/kinematics/{topic}', heard.append, 10)
+    publisher = peer.create_publisher(JointState, 'joint_states', 10)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+    executor.add_node(peer)
+    end = time.monotonic() + 60.0
+    for q in messages:
+        message = JointState(name=['q1', 'q2'], position=[q, 0.7], velocity=[0.5, 0.0])
+        message.header.stamp = peer.get_clock().now().to_msg()
+        publisher.publish(message)
+        executor.spin_once(timeout_sec=0.05)
+        if enough(heard) or time.monotonic() > end:
+            break
+    assert enough(heard), heard
+    return [message.data for message in heard]
+
+def at_rest():
+    while True:
+        yield 0.1
+
 # A turn about the first axis: the speed is the distance to it, times 0.5.
 reach = math.sqrt(2.0 + 2.0 * math.cos(0.7))
-assert heard and abs(heard[0].data - 0.5 * reach) < 1e-12, heard
 """
+TOPIC_KINDS = {
+    '~/speed': """
+(found,) = heard_after('speed', at_rest(), len)[:1]
+assert abs(found - 0.5 * reach) < 1e-12, found
+""",
+    '~/travel': """
+first, *others = heard_after('travel', (0.1 * (k % 2) for k in range(10**6)), lambda h: len(h) > 5)
+assert first == 0.0
+steps = [later - earlier for earlier, later in zip([first, *others], others)]
+assert all(abs(step / 0.1 - round(step / 0.1)) < 1e-9 for step in steps), steps
+assert others[-1] > 0.3, others
+""",
+    '~/share': """
+largest = Parameter('speed.largest', value=4.0)
+(found,) = heard_after('share', at_rest(), len, [largest])[:1]
+assert abs(found - 0.5 * reach / 4.0) < 1e-12, found
+""",
+}
 
 
-def test_a_topic(package, ros_domain):
-    pytest.importorskip('rclpy')
-    file = 'node/messages/output_messages.py'
-    package.insert(file, SPEED, before='\n\ndef link_frames_template(')
-    file = 'node/messages/topics.py'
-    package.insert(file, '    speed_numbers,\n', before='    twist_template,\n')
-    row = "    OutputTopic('~/speed', Float64, scalar_template, speed_numbers, of_motion=True),\n"
+def add_topic(package, name, function, content, sentence):
+    """Follow the recipe of a topic."""
+    file = 'node/messages/output_topics.py'
+    package.insert(file, function, before='\n\ndef link_frames_template(')
+    row = f"    OutputTopic('{name}', Float64, {content}),\n"
     package.insert(file, row, before='    *(\n        OutputTopic(')
-    sentence = "    '~/speed': 'how fast the tool moves',\n"
-    package.insert('docs/sentences.py', sentence, before="    '~/link_frames'")
-    assert package.edited == files_of('A topic')
-    program = f'{SPEED_OF_A_NODE}{FROM_CODE}{TOPICS_OF_A_NODE}'
+    package.insert(
+        'docs/sentences.py', f"    '{name}': '{sentence}',\n", before="    '~/link_frames'"
+    )
+
+
+@pytest.mark.parametrize('name', TOPIC_KINDS)
+def test_a_topic(package, ros_domain, name):
+    pytest.importorskip('rclpy')
+    sentence, recipe = f'what {name[2:]} means', files_of('A topic')
+    if name == '~/speed':
+        add_topic(package, name, SPEED, 'computed(speed)', sentence)
+    elif name == '~/travel':
+        recipe |= files_of('A topic of several messages', 'travel')
+        package.write('estimation/travel.py', TRAVEL)
+        add_topic(package, name, LONGEST_TRAVEL, 'computed(longest_travel, Travel)', sentence)
+        package.insert(
+            'node/messages/output_topics.py',
+            'from ...estimation.travel import Travel\n',
+            after='from ...estimation.joint_efforts import JointEfforts\n',
+        )
+    else:
+        recipe |= files_of('A topic with parameters')
+        package.insert(
+            'node/parameters/table.py', LARGEST_SPEED, before="    Parameter('publish_tf', "
+        )
+        add_topic(package, name, SHARE, 'computed(share_of_speed)', sentence)
+    assert package.edited == recipe
+    program = f'{ONE_TOPIC_OF_A_NODE}{TOPIC_KINDS[name]}{FROM_CODE}{TOPICS_OF_A_NODE}'
     published, _, table = package.python('-c', program).partition('\n')
-    assert any(topic.endswith('/speed') for topic in published.split())
-    assert '| `~/speed` | *std_msgs/Float64*: how fast the tool moves |' in table
+    assert any(topic.endswith(name[1:]) for topic in published.split())
+    assert f'| `{name}` | *std_msgs/Float64*: {sentence} |' in table
 
 
 COMMAND = '''"""The command `joints`: the joints of a robot."""

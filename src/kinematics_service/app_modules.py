@@ -11,7 +11,7 @@ from typing import Any
 APP_MODULES = {
     'check': 'checking.commands.check',
     'factory calibration': 'calibration.factory',
-    'second source': 'calibration.second_source',
+    'second source': 'calibration.second_source_watch',
     'recording': 'recordings.readers.recording',
     # What a notebook shows of a result.
     'html': 'pictures.notebook',

@@ -13,6 +13,7 @@ from sensor_msgs.msg import JointState
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings, RefusedMessage
+from kinematics_service.estimation.joint_state_form import SerializedSample
 from kinematics_service.kinematics.singularity import singularity_of
 from kinematics_service.node.messages.joint_state_reader import JointStateReader
 
@@ -71,7 +72,7 @@ def read_first(reader, estimator, data, arrival):
 
 def from_bytes(reader, estimator, data, arrival):
     for form in reader.forms(len(data)):
-        outcome = estimator.take_bytes(form, data, arrival)
+        outcome = estimator.take(SerializedSample(form, data, arrival))
         if outcome is not None:
             return outcome, True
     return read_first(reader, estimator, data, arrival), False
@@ -131,7 +132,7 @@ def test_bytes_of_another_form_change_nothing():
 
     before = memory()
     for other in (bytes(wrong), data[:-1], data + b'\0', b''):
-        assert estimator.take_bytes(form, other, 1) is None
+        assert estimator.take(SerializedSample(form, other, 1)) is None
     assert memory() == before
-    assert estimator.take_bytes(form, data, 1).stamp == 5 * SECOND
+    assert estimator.take(SerializedSample(form, data, 1)).stamp == 5 * SECOND
     assert kernel.NOT_THIS_FORM < 0

@@ -23,7 +23,7 @@ from kinematics_service import kernel
 from kinematics_service.estimation.cdr import STAMP_AT, CdrWriter
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
-from kinematics_service.estimation.joint_state_form import form_of
+from kinematics_service.estimation.joint_state_form import SerializedSample, form_of
 from kinematics_service.kinematics.inverse.problem.plan import plan_for
 from kinematics_service.kinematics.inverse.problem.problem import IkProblem
 from kinematics_service.kinematics.inverse.problem.screws import screws_of
@@ -273,8 +273,9 @@ def bytes_of_messages(robot: Robot, random: np.random.Generator):
             numbers[0] = np.inf
         data = joint_state_bytes(names, stamp, numbers)
         with np.errstate(all='ignore'):
-            estimator.take_bytes(form, data, SECOND * k, answers=uncertain if k % 2 else answers)
-        estimator.take_bytes(form, b'O' + data[1:], SECOND * k)
+            sample = SerializedSample(form, data, SECOND * k)
+            estimator.take(sample, answers=uncertain if k % 2 else answers)
+        estimator.take(SerializedSample(form, b'O' + data[1:], SECOND * k))
     answer = ks.evaluate(robot, np.full(n, 0.3), measured=True, depth=kernel.ALL_FRAMES)
     for stamp in (0, 5 * SECOND + 3, -1, 2**62):
         kernel.fill_messages(answers, stamp, answer.row, answer.measures)

@@ -29,7 +29,7 @@ CLOSE = 1e-9
 
 def report_of(robot, q, qdot=None):
     state = ks.evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
-    answer = EstimatorOutput(state, state.quaternion_xyzw, STAMP, 'message')
+    answer = EstimatorOutput(state, STAMP, 'message')
     return StateReport(answer, settings_from(defaults(robot), robot))
 
 

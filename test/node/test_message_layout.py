@@ -13,14 +13,18 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
+import kinematics_service as ks
 from kinematics_service.estimation import cdr
 from kinematics_service.node.messages import message_layout
+from kinematics_service.node.messages.content import Built
 from kinematics_service.node.messages.message_layout import MessageLayout
-from kinematics_service.node.messages.topics import TOPICS
+from kinematics_service.node.messages.output_topics import TOPICS
+from kinematics_service.node.parameters.settings import defaults, settings_from
 
 SECOND = 1_000_000_000
-FILLED = [topic for topic in TOPICS if topic.template is not None]
-TYPES = {topic.template: topic for topic in FILLED}.values()
+BUILT = '~/markers'
+FILLED = [topic for topic in TOPICS if topic.name != BUILT]
+TYPES = {(topic.type, topic.template): topic for topic in FILLED}.values()
 
 
 def settings_of(n, text, order='linear_first', twist_frame='base', names=None):
@@ -54,11 +58,11 @@ def check(layout, random):
     assert layout.is_official()
 
 
-def test_every_published_message_but_the_markers_and_the_clearance_is_filled():
+def test_every_published_message_but_the_markers_is_filled():
     # What costs far more than its message is computed for who listens, and built.
-    built = [topic.name for topic in TOPICS if topic.template is None]
-    assert built == ['~/singularity/clearance', '~/markers']
-    assert {topic.name for topic in FILLED} >= {'~/pose', '~/jacobian', '~/link_frames'}
+    settings = settings_from(defaults(robot := ks.load_robot('puma560')), robot)
+    contents = {topic.name: topic.content(settings) for topic in TOPICS}
+    assert [name for name, content in contents.items() if isinstance(content, Built)] == [BUILT]
 
 
 @pytest.mark.parametrize('topic', TYPES, ids=lambda topic: topic.name)
@@ -66,7 +70,7 @@ def test_frames_of_every_length(topic):
     random = np.random.default_rng(5)
     for text in range(10):
         for frame in ('base', 'tool'):
-            check(MessageLayout(topic.template(settings_of(6, text, twist_frame=frame))), random)
+            check(MessageLayout(topic.blank(settings_of(6, text, twist_frame=frame))), random)
 
 
 @pytest.mark.parametrize('order', ['linear_first', 'angular_first'])
@@ -76,7 +80,7 @@ def test_one_to_twelve_joints_with_names_of_every_length(name, order):
     random = np.random.default_rng(6)
     for n in range(1, 13):
         for length in range(9):
-            layout = MessageLayout(topic.template(settings_of(n, length, order)))
+            layout = MessageLayout(topic.blank(settings_of(n, length, order)))
             assert layout.count == (6 * n if 'jacobian' in name else 7 * (n + 1))
             if length < 3 or n == 6:
                 check(layout, random)
@@ -89,7 +93,7 @@ def test_texts_that_are_not_ascii():
     for topic in TYPES:
         settings = settings_of(3, 3, names=['é', 'ジョイント', 'q_3'])
         settings.base_frame = 'süß'
-        check(MessageLayout(topic.template(settings)), random)
+        check(MessageLayout(topic.blank(settings)), random)
 
 
 def pose_layout(frame='base_link'):

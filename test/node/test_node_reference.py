@@ -70,7 +70,7 @@ class SecondSource:
             self.one.node._health.say()
             # It computes: whoever asks on takes the processor from it, the more the longer it
             # takes.
-            self.one.node._reference._thread.join()
+            self.one.node._reference.watch.thread.join()
             statuses = [s for a in self.arrays for s in a.status if s.name.endswith('frames')]
             kept = next((s for s in statuses if 'poses' in values_of(s) and suits(s)), None)
             self.arrays.clear()

@@ -16,10 +16,12 @@ from sensor_msgs.msg import JointState
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput
+from kinematics_service.estimation.joint_state_form import SerializedSample
+from kinematics_service.node.messages.content import SILENT, Built
 from kinematics_service.node.messages.joint_state_reader import JointStateReader
 from kinematics_service.node.messages.message_layout import MessageLayout
 from kinematics_service.node.messages.messages import StateReport
-from kinematics_service.node.messages.topics import TOPICS
+from kinematics_service.node.messages.output_topics import TOPICS
 from kinematics_service.node.outputs import Channel, filled_by_the_kernel
 from kinematics_service.node.parameters.settings import settings_from
 from kinematics_service.node.parameters.table import PARAMETERS
@@ -60,13 +62,13 @@ def channels_of(settings):
     # One for each topic, without a publisher.
     channels = []
     for topic in TOPICS:
-        numbers = topic.numbers(settings)
-        there = topic.template is not None and numbers is not None
-        layout = MessageLayout(topic.template(settings)) if there else None
+        content = topic.content(settings) or SILENT
+        there = not isinstance(content, Built)
+        layout = MessageLayout(topic.blank(settings)) if there else None
         channels.append(
             Channel(
                 *(None, None, None, topic, None),
-                numbers=numbers,
+                content=content,
                 layout=layout,
                 as_bytes=there and layout.is_official(),
             )
@@ -81,7 +83,7 @@ def answers(settings, messages, depth, joint_states):
         data = serialize_message(message)
         reader.read(data)
         (form,) = reader.forms(len(data))
-        answer = estimator.take_bytes(form, data, k, depth, messages)
+        answer = estimator.take(SerializedSample(form, data, k), depth, messages)
         assert isinstance(answer, EstimatorOutput), answer
         yield answer
 
@@ -116,7 +118,7 @@ def test_every_message_says_what_the_built_message_says(name, moving):
             topic = channel.topic
             expected = built(topic, report)
             if expected is None:
-                assert topic.of_motion
+                assert channel.content.of_motion
                 assert not moving
                 continue
             said = deserialize_message(message.tobytes(), topic.type)
@@ -183,7 +185,7 @@ def test_an_arm_without_a_determinant_has_no_message_of_it():
     for name, square in (('panda', False), ('puma560', True)):
         settings = settings_of(robot_of(name))
         topic = next(topic for topic in TOPICS if topic.name.endswith('determinant'))
-        assert (topic.numbers(settings) is not None) == square
+        assert (topic.content(settings) is not SILENT) == square
 
 
 def test_a_refused_message_leaves_the_answers_as_they_were():
@@ -202,7 +204,7 @@ def test_a_refused_message_leaves_the_answers_as_they_were():
         reader.read(data)
         (form,) = reader.forms(len(data))
         filled = data_of()
-        answer = estimator.take_bytes(form, data, stamp, kernel.ALL_FRAMES, messages)
+        answer = estimator.take(SerializedSample(form, data, stamp), kernel.ALL_FRAMES, messages)
         assert isinstance(answer, EstimatorOutput) == taken
         assert (data_of() == filled) == (not taken)
     assert data_of() != before

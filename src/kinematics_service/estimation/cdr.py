@@ -24,6 +24,7 @@ WHOLE, DOUBLE = 4, 8
 LITTLE, BIG = struct.Struct('<I'), struct.Struct('>I')
 # A stamp: seconds, which may be negative, and nanoseconds.
 STAMP = struct.Struct('<iI')
+SECOND = 1_000_000_000  # ns
 STAMP_AT = BODY
 
 

@@ -4,10 +4,12 @@ The estimator: the one object with memory between a JointState message and the s
 
 import array
 import math
+from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from types import MappingProxyType
+from typing import NamedTuple, TypeVar, cast
 
 import numpy as np
 
@@ -15,18 +17,15 @@ from .. import kernel
 from ..errors import JointVectorError
 from ..kernel import Floats, IncomingForm, NearestSearch, OurJoints, OutgoingMessages
 from ..kinematics.closure import why_not_closed
-from ..kinematics.null_space import basis_of
 from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
 from ..robot.measures import Level
 from ..robot.robot import Robot
 from .alarm import Alarm
 from .integration import Integration
-from .joint_accelerations import JointAccelerations
-from .joint_efforts import JointEfforts
 from .joint_memory import MessageJoints, NamedJoints, joint_names
 from .joint_sample import JointSample
-from .joint_state_form import JointStateForm
+from .joint_state_form import JointStateForm, SerializedSample
 
 VELOCITY_SOURCES = ('auto', 'message', 'difference')
 
@@ -66,28 +65,62 @@ class EstimatorOutput(NamedTuple):
     ----------
     state
         Pose, Jacobian, frames, and the twist where the velocities are known.
-    quaternion_xyzw : shape (4,)
-        Orientation, of unit length, its sign continuous from answer to answer.
     stamp : ns
         Stamp of the message that made it; time of its receipt if it has no stamp.
     velocity_source
         `message`, `difference`, or `none`.
-    qddot : shape (n,), rad/s^2 or m/s^2, or None
-        Joint accelerations, where they have been asked for and are known.
-    null_space : shape (n, k), or None
-        Basis of the joint motions that leave the task's rows at rest, where it has been asked for;
-        continuous from answer to answer.
-    torques : shape (n,), N m or N, or None
-        Joint efforts less their bias, where they have been asked for and are all known.
+    quantities
+        The quantities that were asked for; None for one that is not known.
     """
 
     state: ToolState
-    quaternion_xyzw: Floats
     stamp: int
     velocity_source: str
-    qddot: Floats | None = None
-    null_space: Floats | None = None
-    torques: Floats | None = None
+    quantities: Mapping[type['StreamQuantity'], Floats | None] = MappingProxyType({})
+
+    @property
+    def quaternion_xyzw(self) -> Floats:
+        """
+        Return the orientation, of unit length, its sign continuous from answer to answer.
+        """
+        return self.state.continuous_quaternion_xyzw
+
+
+class StreamQuantity(ABC):
+    """
+    Numbers that follow from the last messages and not from one state, while a topic needs them.
+
+    Parameters
+    ----------
+    robot
+        The arm.
+    settings
+        How messages become states.
+    """
+
+    def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
+        self.robot, self.settings = robot, settings
+
+    def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
+        """Apply other settings, or another arm whose joints have the same names."""
+        self.robot, self.settings = robot, settings
+
+    @abstractmethod
+    def take(
+        self, answer: EstimatorOutput, message: 'JointMessage', joints: NamedJoints
+    ) -> Floats | None:
+        """
+        Return the numbers after a message; None if they are not known.
+
+        Parameters
+        ----------
+        answer
+            The state that the message makes.
+        message
+            The message.
+        joints
+            What is known of each joint.
+        """
 
 
 class AcceptedMessage(NamedTuple):
@@ -110,6 +143,10 @@ class AcceptedMessage(NamedTuple):
     qdot: Floats | None
     stamp: int
     velocity_source: str
+
+
+JointMessage = JointSample | SerializedSample
+_StreamQuantity = TypeVar('_StreamQuantity', bound=StreamQuantity)
 
 
 class RefusedMessage(NamedTuple):
@@ -149,19 +186,49 @@ LARGEST = kernel.LARGEST
 # Number of disagreements within joint_memory.DISPUTE_WINDOW from which on a joint is in dispute.
 JUMPS = 4
 
-# Source of the velocities, by the outcome of `kernel.observe` if there is a state.
-_SOURCES = ('none', 'message', 'difference')
-_REFUSALS = {
-    kernel.NOT_NEWER: RefusedMessage(DROPPED),
-    kernel.INCOMPLETE: RefusedMessage(WAITING),
-    kernel.NOT_COMPUTABLE: RefusedMessage(
-        TOO_LARGE, 'positions or velocities are too large to compute with'
-    ),
+
+class MessageOutcome(NamedTuple):
+    """
+    The kernel's finding about a message.
+
+    Attributes
+    ----------
+    velocity_source
+        `message`, `difference` or `none`, if the message makes a state; else empty.
+    refusal
+        Why it makes no state; None also for bytes that have to be read by another reader.
+    starts_anew
+        Whether its stamp stepped back so far that every joint was forgotten.
+    """
+
+    velocity_source: str = ''
+    refusal: RefusedMessage | None = None
+    starts_anew: bool = False
+
+
+_UNREAD = MessageOutcome()
+_NOT_COMPUTABLE = RefusedMessage(
+    TOO_LARGE, 'positions or velocities are too large to compute with'
+)
+# The keys are what `kernel.observe` returns.
+_OUTCOMES = {
+    kernel.SAID_WITHOUT_VELOCITIES: MessageOutcome('none'),
+    kernel.SAID_WITH_VELOCITIES: MessageOutcome('message'),
+    kernel.SAID_WITH_DIFFERENCES: MessageOutcome('difference'),
+    kernel.NOT_NEWER: MessageOutcome(refusal=RefusedMessage(DROPPED)),
+    kernel.INCOMPLETE: MessageOutcome(refusal=RefusedMessage(WAITING)),
+    kernel.NOT_COMPUTABLE: MessageOutcome(refusal=_NOT_COMPUTABLE),
+    kernel.NOT_CLOSED: MessageOutcome(refusal=RefusedMessage(NOT_CLOSED)),
 }
+_OUTCOMES |= {
+    kernel.STARTED_ANEW + code: outcome._replace(starts_anew=True)
+    for code, outcome in _OUTCOMES.items()
+}
+# Such bytes are read once more: into a sample, of which a sentence can say what is wrong.
+_OUTCOMES |= {kernel.NOT_THIS_FORM: _UNREAD, kernel.BAD_POSITION: _UNREAD}
 _NOTHING = np.empty(0)
 # Forms of streams kept.
 FORMS = 16
-_DOUBLES = 'd'
 
 
 class Estimator:
@@ -181,8 +248,6 @@ class Estimator:
     ----------
     counts
         Number of messages by what became of them.
-    efforts
-        Of the joints, as far as they have been asked for.
     integration
         What has been counted on from velocities alone.
     """
@@ -194,9 +259,7 @@ class Estimator:
         self._joints = self._new_joints()
         self._search = NearestSearch(robot.singularity.arm)
         self._alarm = Alarm()
-        self._null_space: Floats | None = None
         self._is_open = False
-        self._prepare()
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
         """Apply another arm or other settings; joints that keep their names keep their states."""
@@ -209,7 +272,8 @@ class Estimator:
         same_names = joint_names(robot, settings.joint_prefix) == former.names
         if same_names and former.fits(robot):
             former.configure(robot, self._source, settings.timeout)
-            self._accelerations.configure(settings.acceleration_window, settings.timeout)
+            for quantity in self._quantities.values():
+                quantity.configure(robot, settings)
             self._forms.clear()
         else:
             self._joints = self._new_joints()
@@ -217,8 +281,6 @@ class Estimator:
         if not moves_alike:
             self._joints.is_new_tool = True
             self._alarm = Alarm()
-            self._null_space = None
-        self._prepare()
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
         """
@@ -231,7 +293,7 @@ class Estimator:
             state = evaluate(self.robot, *known)
         except JointVectorError:
             return None
-        return answer._replace(state=state, quaternion_xyzw=state.row[-kernel.ROW_TAIL :])
+        return answer._replace(state=state)
 
     @property
     def _source(self) -> int:
@@ -241,22 +303,9 @@ class Estimator:
         settings = self.settings
         # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
-        self.efforts = JointEfforts(self.robot.dof)
+        self._quantities: dict[type[StreamQuantity], StreamQuantity] = {}
         self.integration = Integration(self.robot)
-        self._accelerations = JointAccelerations(
-            self.robot.dof, settings.acceleration_window, settings.timeout
-        )
         return NamedJoints(self.robot, settings.joint_prefix, self._source, settings.timeout)
-
-    def _prepare(self) -> None:
-        # The values `take_bytes` needs for each message, looked up once.
-        robot = self.robot
-        self._arguments = (
-            self._search,
-            self._joints,
-            robot.chain.single_widths,
-            robot.singularity.measure_places.width,
-        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -343,83 +392,125 @@ class Estimator:
         return say
 
     def take(
-        self, sample: JointSample, depth: int = kernel.ALL_FRAMES
-    ) -> EstimatorOutput | RefusedMessage:
-        """
-        Return the new state a sample makes, with its measures there, or why it makes none.
-
-        Parameters
-        ----------
-        sample
-            The message.
-        depth
-            `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if the link frames are needed.
-        """
-        row = np.empty(self.robot.chain.single_widths[depth])
-        outcome = self._observe(sample, row)
-        if isinstance(outcome, RefusedMessage):
-            return outcome
-        measures = np.empty(self.robot.singularity.measure_places.width)
-        kernel.measure_one(self._search, row, measures)
-        moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
-        state = ToolState(self.robot, row, moving, None, measures)
-        return EstimatorOutput(
-            state, row[-kernel.ROW_TAIL :], sample.stamp or sample.received, _SOURCES[outcome]
-        )
-
-    def take_bytes(
         self,
-        form: JointStateForm,
-        data: bytes,
-        arrival: int,
+        message: JointMessage,
         depth: int = kernel.ALL_FRAMES,
         answers: OutgoingMessages | None = None,
+        quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
-        Return what `take` returns for a serialized message.
+        Return the new state a message makes, with its measures there, or why it makes none.
 
-        None for bytes of another form, for a message without a stamp, and for one that needs a
-        message of refusal: then nothing was done, and the caller reads it and gives it to `take`.
+        None for bytes that have to be read into a sample: of another form, without a stamp, or to
+        be refused with a sentence. Then nothing was done.
 
         Parameters
         ----------
-        form, data, arrival
-            The message, the form it should have, and the time of its arrival (steady clock, ns).
+        message
+            The message, as a sample or as its bytes.
         depth
-            As in `take`.
+            `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if the link frames are needed.
         answers
-            Messages to be filled with the answer.
+            Messages to be filled with the answer to bytes.
+        quantities
+            The kinds of quantities that the answer is to have.
         """
+        robot = self.robot
+        row = np.empty(robot.chain.single_widths[depth])
+        measures = np.empty(robot.singularity.measure_places.width)
+        outcome = self._observe(message, row, measures, answers)
+        if not outcome.velocity_source:
+            return outcome.refusal
+        moving = outcome.velocity_source != 'none'
+        state = ToolState(robot, row, moving, None, measures)
+        answer = EstimatorOutput(state, message.time, outcome.velocity_source)
+        if not quantities:
+            return answer
+        joints = self._joints
+        found = {kind: self.quantity(kind).take(answer, message, joints) for kind in quantities}
+        return answer._replace(quantities=found)
+
+    def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
+        """
+        Return the joints that are known after a sample, or why it makes no new state.
+
+        This is the part of `take` with a memory; a recording passes it message by message, and the
+        kernel in one batch.
+        """
+        chain = self.robot.chain
+        # A row without a pose, unless it decides whether loops close.
+        pose = 0 if chain.loops else chain.widths[kernel.POSE]
+        row = np.empty(chain.single_widths[kernel.POSE] - pose)
+        outcome = self._observe(sample, row)
+        if outcome.refusal is not None:
+            return outcome.refusal
+        joints = ToolState(self.robot, row, outcome.velocity_source != 'none')
+        return AcceptedMessage(joints.q, joints.qdot, sample.time, outcome.velocity_source)
+
+    def _observe(
+        self,
+        message: JointMessage,
+        row: Floats,
+        measures: Floats | None = None,
+        answers: OutgoingMessages | None = None,
+    ) -> MessageOutcome:
+        # Takes a message into the memory by its reader, fills the row, and counts the message.
+        if isinstance(message, SerializedSample):
+            assert measures is not None
+            outcome = self._read_bytes(message, row, measures, answers)
+        else:
+            outcome = self._read_sample(message, row, measures)
+        if outcome.starts_anew:
+            self.counts[RESETS] += 1
+        if outcome.velocity_source:
+            self.counts[ACCEPTED] += 1
+            self._is_open = False
+        elif outcome.refusal is not None:
+            refusal = self._explained(outcome.refusal)
+            self.counts[refusal.reason] += 1
+            return MessageOutcome(refusal=refusal)
+        return outcome
+
+    def _read_bytes(
+        self,
+        message: SerializedSample,
+        row: Floats,
+        measures: Floats,
+        answers: OutgoingMessages | None,
+    ) -> MessageOutcome:
+        form, data, arrival = message
         try:
             incoming = self._forms[form]
         except KeyError:
             incoming = self._keep(form)
         if incoming is None:
-            return None
-        search, memory, widths, width = self._arguments
-        row, measures = np.empty(widths[depth]), np.empty(width)
-        outcome: int = kernel.observe_bytes(
-            search,
-            memory,
-            incoming,
-            data,
-            arrival,
-            row,
-            measures,
-            answers,
-        )
-        if outcome == kernel.NOT_THIS_FORM or outcome == kernel.BAD_POSITION:
-            return None
-        if outcome >= kernel.STARTED_ANEW:
-            self.counts[RESETS] += 1
-            outcome -= kernel.STARTED_ANEW
-        if outcome > kernel.SAID_WITH_DIFFERENCES:
-            return self._refused(outcome)
-        self.counts[ACCEPTED] += 1
-        self._is_open = False
-        moving = outcome != kernel.SAID_WITHOUT_VELOCITIES
-        state = ToolState(self.robot, row, moving, None, measures)
-        return EstimatorOutput(state, row[-kernel.ROW_TAIL :], incoming.stamp, _SOURCES[outcome])
+            return _UNREAD
+        memory, search = self._joints, self._search
+        return _OUTCOMES[
+            kernel.observe_bytes(search, memory, incoming, data, arrival, row, measures, answers)
+        ]
+
+    def _read_sample(
+        self, sample: JointSample, row: Floats, measures: Floats | None
+    ) -> MessageOutcome:
+        named, refusal = self._joints.joints_in(sample.names), None
+        if self.settings.integrate_velocities and named.ours.count:
+            sample, refusal = self._counted_on(sample, named.ours)
+        refusal = refusal or self._shape_refusal(sample, named)
+        if refusal is not None:
+            return MessageOutcome(refusal=refusal)
+        positions, velocities = doubles(sample.positions), doubles(sample.velocities)
+        arm, memory, times = self.robot.singularity.arm, self._joints, sample.times
+        outcome = _OUTCOMES[
+            kernel.observe(arm, memory, named.ours, positions, velocities, *times, row)
+        ]
+        if outcome is _UNREAD:
+            return MessageOutcome(refusal=self._bad_position(named.ours, positions))
+        if sample.stamp == 0:
+            self.counts[NOT_STAMPED] += 1
+        if measures is not None and outcome.velocity_source:
+            kernel.measure_one(self._search, row, measures)
+        return outcome
 
     def _keep(self, form: JointStateForm) -> IncomingForm | None:
         ours, duplicates = self._joints.joints_in(form.names)
@@ -432,93 +523,11 @@ class Estimator:
         self._forms[form] = incoming
         return incoming
 
-    @property
-    def acceleration_delay(self) -> float:
-        """Return by how much the last joint accelerations were late, s."""
-        return self._accelerations.delay
-
-    def with_accelerations(self, answer: EstimatorOutput) -> EstimatorOutput:
-        """
-        Return the answer to the last message with its joint accelerations, where they are known.
-
-        They are of velocities that messages report: differences of positions differ by the noise
-        of these over the square of the time between them.
-        """
-        if answer.velocity_source != 'message':
-            self._accelerations.forget()
-            return answer
-        columns = self._joints.columns
-        qddot = self._accelerations.take(columns.stamp, columns.velocity)
-        return answer._replace(qddot=qddot)
-
-    def hear_efforts(self, names: Sequence[str], efforts: Sequence[float] | Floats) -> None:
-        """Note the efforts of a message with these names that has been answered."""
-        ours = self._joints.joints_in(names).ours
-        self.efforts.take(ours, len(names), _doubles(efforts))
-
-    def with_torques(self, answer: EstimatorOutput) -> EstimatorOutput:
-        """Return an answer with the joint efforts less their bias, where all are known."""
-        return answer._replace(torques=self.efforts.torques())
-
-    def with_null_space(self, answer: EstimatorOutput) -> EstimatorOutput:
-        """Return an answer with the basis of its null space that is nearest to the last one."""
-        basis = basis_of(self.robot.singularity.task, answer.state.jacobian, self._null_space)
-        self._null_space = basis
-        return answer._replace(null_space=basis)
-
-    def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
-        """
-        Return the joints that are known after a sample, or why it makes no new state.
-
-        This is the part of `take` with a memory; a recording passes it message by message, and the
-        kernel in one batch.
-        """
-        n, chain = self.robot.dof, self.robot.chain
-        # Whether loops close decides, too.
-        tail = 2 * n + kernel.ROW_TAIL
-        row = np.empty(chain.single_widths[kernel.POSE] if chain.loops else tail)
-        outcome = self._observe(sample, row)
-        if isinstance(outcome, RefusedMessage):
-            return outcome
-        joints = row[-tail:]
-        qdot = None if outcome == kernel.SAID_WITHOUT_VELOCITIES else joints[n : 2 * n]
-        return AcceptedMessage(
-            joints[:n], qdot, sample.stamp or sample.received, _SOURCES[outcome]
-        )
-
-    def _observe(self, sample: JointSample, row: Floats) -> int | RefusedMessage:
-        # One of the first three outcomes of `kernel.observe`, or a refusal; counted.
-        named, refusal = self._joints.joints_in(sample.names), None
-        if self.settings.integrate_velocities and named.ours.count:
-            sample, refusal = self._counted_on(sample, named.ours)
-        refusal = refusal or self._shape_refusal(sample, named)
-        if refusal is None:
-            positions, velocities = _doubles(sample.positions), _doubles(sample.velocities)
-            outcome: int = kernel.observe(
-                self.robot.singularity.arm,
-                self._joints,
-                named.ours,
-                positions,
-                velocities,
-                sample.stamp,
-                sample.received,
-                sample.arrival,
-                row,
-            )
-            if sample.stamp == 0 and outcome != kernel.BAD_POSITION:
-                self.counts[NOT_STAMPED] += 1
-            if outcome >= kernel.STARTED_ANEW:
-                self.counts[RESETS] += 1
-                outcome -= kernel.STARTED_ANEW
-            if outcome <= kernel.SAID_WITH_DIFFERENCES:
-                self.counts[ACCEPTED] += 1
-                self._is_open = False
-                return outcome
-            if outcome in _REFUSALS or outcome == kernel.NOT_CLOSED:
-                return self._refused(outcome)
-            refusal = self._bad_position(named.ours, positions)
-        self.counts[refusal.reason] += 1
-        return refusal
+    def quantity(self, kind: type[_StreamQuantity]) -> _StreamQuantity:
+        """Return a quantity with its memory, which begins when it is first asked for."""
+        if kind not in self._quantities:
+            self._quantities[kind] = kind(self.robot, self.settings)
+        return cast(_StreamQuantity, self._quantities[kind])
 
     def _counted_on(
         self, sample: JointSample, ours: OurJoints
@@ -526,19 +535,17 @@ class Estimator:
         if len(sample.positions):
             self.integration.forget(ours.table[0])
             return sample, None
-        velocities = _doubles(sample.velocities)
+        velocities = doubles(sample.velocities)
         if fast := self.integration.too_fast(velocities, self.names, ours):
             return sample, RefusedMessage(TOO_FAST, fast)
         found = self.integration.positions(sample, velocities, self._joints, ours)
         return (sample if found is None else sample._replace(positions=found)), None
 
-    def _refused(self, outcome: int) -> RefusedMessage:
-        if outcome == kernel.NOT_COMPUTABLE:
+    def _explained(self, refusal: RefusedMessage) -> RefusedMessage:
+        if refusal is _NOT_COMPUTABLE:
             # The lengths of an arm made in Python can overflow; such a position must not be kept.
             kernel.forget(self._joints)
-        refusal = self._not_closed() if outcome == kernel.NOT_CLOSED else _REFUSALS[outcome]
-        self.counts[refusal.reason] += 1
-        return refusal
+        return self._not_closed() if refusal.reason == NOT_CLOSED else refusal
 
     def _not_closed(self) -> RefusedMessage:
         # Said once: to look for it takes a hundred times as long as a message.
@@ -576,9 +583,9 @@ class Estimator:
         raise AssertionError('the kernel found a position that is not finite or too large')
 
 
-def _doubles(numbers: Sequence[float] | Floats) -> Floats:
-    # In the only layout the kernel takes; arrays that have it are not copied.
-    if type(numbers) is array.array and numbers.typecode == _DOUBLES:
+def doubles(numbers: Sequence[float] | Floats) -> Floats:
+    """Return numbers in the only layout the kernel takes; arrays that have it are not copied."""
+    if type(numbers) is array.array and numbers.typecode == 'd':
         return np.asarray(numbers)
     if as_the_kernel_takes_it(numbers):
         return numbers

@@ -14,7 +14,8 @@ import numpy as np
 from ..kernel import LARGEST, Floats, Integers
 from ..robot.robot import Robot
 from . import motion_checks
-from .joint_state_columns import SECOND, Flags, columns_of
+from .cdr import SECOND
+from .joint_state_columns import Flags, columns_of
 from .motion_checks import POSITION_TOLERANCE, SAMPLE_MINIMUM
 
 # Messages that are kept for the checks: a second at 1 kHz.

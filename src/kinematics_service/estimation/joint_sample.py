@@ -34,3 +34,13 @@ class JointSample(NamedTuple):
     received: int
     arrival: int
     efforts: Sequence[float] | Floats = ()
+
+    @property
+    def time(self) -> int:
+        """Return the stamp, or the time of receipt if the message has none, ns."""
+        return self.stamp or self.received
+
+    @property
+    def times(self) -> tuple[int, int, int]:
+        """Return stamp, receipt and arrival, ns."""
+        return self.stamp, self.received, self.arrival

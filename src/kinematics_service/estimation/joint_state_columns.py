@@ -11,12 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ..kernel import Floats, Integers
-from .cdr import STAMP_AT
+from .cdr import SECOND, STAMP_AT
 from .joint_state_form import form_of, ros1_form_of
 
 Flags: TypeAlias = npt.NDArray[np.bool_]
-
-SECOND = 1_000_000_000  # ns
 
 
 class MessageColumns(NamedTuple):

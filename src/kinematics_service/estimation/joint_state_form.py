@@ -17,6 +17,7 @@ from ..kernel import Bytes, Floats, IncomingForm, OurJoints
 from .cdr import (
     DOUBLE,
     ENCAPSULATION_SAYS,
+    SECOND,
     STAMP,
     STAMP_AT,
     CdrReader,
@@ -77,6 +78,39 @@ class JointStateForm:
 def doubles_of(data: bytes) -> Floats:
     """Return bytes as doubles of this machine's memory; read-only."""
     return np.frombuffer(data, np.float64) if data else _EMPTY
+
+
+class SerializedSample(NamedTuple):
+    """
+    A serialized JointState that is expected to be of a form, with the names of that form.
+
+    Attributes
+    ----------
+    form, data
+        The form, and the bytes.
+    arrival : ns
+        Time of receipt, steady clock.
+    """
+
+    form: JointStateForm
+    data: bytes
+    arrival: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the joint names."""
+        return self.form.names
+
+    @property
+    def time(self) -> int:
+        """Return the stamp, ns."""
+        seconds, nanoseconds = STAMP.unpack_from(self.data, STAMP_AT)
+        return seconds * SECOND + nanoseconds  # type: ignore[no-any-return]
+
+    @property
+    def efforts(self) -> Floats:
+        """Return the joint efforts, N m or N; read-only."""
+        return doubles_of(self.data[self.form.efforts])
 
 
 class JointStateFields(NamedTuple):

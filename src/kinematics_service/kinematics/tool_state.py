@@ -93,6 +93,13 @@ class ToolState(NamedTuple):
         return self.row[..., kernel.QUATERNION_AT : kernel.QUATERNION_AT + 4]
 
     @property
+    def continuous_quaternion_xyzw(self) -> Floats:
+        """
+        Return the same orientation of one pose, of the sign that continues its motion, shape (4,).
+        """
+        return self.row[-kernel.ROW_TAIL :]
+
+    @property
     def jacobian(self) -> Floats:
         """
         Return J in base axes, reference point the tool's origin, shape (..., 6, n).

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..estimation import estimator
 from ..estimation.input_checks import JointMessages, arrival_jitter, input_faults, zeros_of
+from ..estimation.joint_accelerations import JointAccelerations
 from ..estimation.status_text import StatusText
 from ..robot.measures import Level
 from ..typography import counted
@@ -111,7 +112,7 @@ def input_status(
 ) -> StatusText:
     """Return level, sentence and values of the input of an arm."""
     level, sentence = _verdict(arm, subscription.topic_name, heard, warnings)
-    counts, work, delay = heard.counts, heard.work, arm.acceleration_delay
+    counts, work, delay = heard.counts, heard.work, arm.quantity(JointAccelerations).delay
     rate = heard.news[estimator.ACCEPTED] / heard.interval if heard.interval > 0.0 else 0.0
     rejected = sum(counts[reason] for reason in REJECTED)
     age, lost = arm.age(heard.arrival), subscription.lost

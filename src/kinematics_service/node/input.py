@@ -8,13 +8,12 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from ..errors import WireError
+from ..estimation.estimator import JointMessage
 from ..estimation.input_checks import MESSAGE_LIMIT, SIZE_LIMIT
 from ..estimation.joint_sample import JointSample
-from ..estimation.joint_state_form import JointStateForm
+from ..estimation.joint_state_form import JointStateForm, SerializedSample
 from .best_subscription import BestSubscription
 from .messages.joint_state_reader import JointStateReader
-from .messages.message_check import read_message
-from .messages.messages import sample_of
 from .messages.topics import JOINT_STATES_QOS
 
 
@@ -31,10 +30,8 @@ class Input:
     transport
         `bytes` or `messages`.
     take
-        Called with each sample.
-    take_bytes
-        Called first with a serialized message, its form and its arrival; returns whether it took
-        the message, which otherwise is read and given to `take`.
+        Called with each message: if its form is known, with its bytes, which it may leave to be
+        read into a sample; returns whether it took the message.
     refuse
         Called with a sentence if bytes are no JointState.
 
@@ -51,11 +48,10 @@ class Input:
         node: Node,
         topic: str,
         transport: str,
-        take: Callable[[JointSample], None],
-        take_bytes: Callable[[JointStateForm, bytes, int], bool],
+        take: Callable[[JointMessage], bool],
         refuse: Callable[[str], None],
     ) -> None:
-        self._take, self._take_bytes, self._refuse = take, take_bytes, refuse
+        self._take, self._refuse = take, refuse
         self._clock = node.get_clock()
         self._reader = JointStateReader()
         self._form: JointStateForm | None = None  # of the last message
@@ -79,28 +75,27 @@ class Input:
             self.recent.append((arrival, data))
 
     def _on_message(self, data: bytes) -> None:
-        self._keep(data, time.monotonic_ns())
+        arrival = time.monotonic_ns()
+        self._keep(data, arrival)
         self.subscription.fit(len(data))
-        try:
-            message = read_message(data, JointState)
-        except WireError as error:
-            self._refuse(str(error))
-            return
-        self._take(sample_of(message, self._clock))
+        self._read(self._reader.read_officially, data, arrival)
 
     def _on_bytes(self, data: bytes) -> None:
         arrival = time.monotonic_ns()
         self._keep(data, arrival)
         form = self._form
-        if form is not None and self._take_bytes(form, data, arrival):
+        if form is not None and self._take(SerializedSample(form, data, arrival)):
             return
         self.subscription.fit(len(data))
         for form in self._reader.forms(len(data)):
-            if form is not self._form and self._take_bytes(form, data, arrival):
+            if form is not self._form and self._take(SerializedSample(form, data, arrival)):
                 self._form = form
                 return
+        self._read(self._reader.read, data, arrival)
+
+    def _read(self, read: Callable[[bytes], JointSample], data: bytes, arrival: int) -> None:
         try:
-            sample = self._reader.read(data)
+            sample = read(data)
         except WireError as error:
             self._refuse(str(error))
             return

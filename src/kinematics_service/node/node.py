@@ -13,9 +13,16 @@ from rclpy.time_source import CLOCK_TOPIC
 from std_srvs.srv import Trigger
 
 from ..errors import RefusedTargetError
-from ..estimation.estimator import RESETS, UNREADABLE, Estimator, EstimatorOutput, RefusedMessage
-from ..estimation.joint_sample import JointSample
-from ..estimation.joint_state_form import JointStateForm, doubles_of
+from ..estimation.estimator import (
+    RESETS,
+    UNREADABLE,
+    Estimator,
+    EstimatorOutput,
+    JointMessage,
+    RefusedMessage,
+)
+from ..estimation.joint_efforts import JointEfforts
+from ..estimation.joint_state_form import SerializedSample
 from ..estimation.status_text import StatusText, singularity_status, stale_status
 from ..kinematics.singularity import Singularity, singularity_of
 from ..robot.measures import Level
@@ -125,7 +132,7 @@ class KinematicsNode(Node):
             lambda: self._latest.velocity_source if self._latest else 'none',
             lambda: self.silent,
         )
-        self._wrench = WrenchBias(self, self._estimator, lambda: self._outputs.active().of_effort)
+        self._wrench = WrenchBias(self, self._estimator, self._hears_efforts)
         self._own.listen(self._take_settings)
         self._reload = Reload(self, self._own, self._take_settings)
         if self._own.description is not None:
@@ -144,7 +151,7 @@ class KinematicsNode(Node):
         self._description = DescriptionPublisher(self, self.settings)
         self._targets = Targets(self, self.settings, self._present)
         self._scaling = Scaling(self, self.settings, self._present)
-        self._input = Input(self, topic, transport, self._on_sample, self._on_bytes, self._refuse)
+        self._input = Input(self, topic, transport, self._take, self._refuse)
         self.create_service(Trigger, DESCRIBE, self._describe, qos_profile=SERVICE_QOS)
 
     def create_subscription(
@@ -226,62 +233,45 @@ class KinematicsNode(Node):
 
     def _refuse(self, sentence: str) -> None:
         self._estimator.counts[UNREADABLE] += 1
-        self._follow(RefusedMessage(UNREADABLE, sentence), 0, self._outputs.active(), False)
+        self._reject(RefusedMessage(UNREADABLE, sentence))
 
-    def _on_sample(self, sample: JointSample) -> None:
-        if self.silent:
-            return
-        try:
-            active = self._outputs.active()
-            outcome = self._estimator.take(sample, active.depth)
-            if active.of_effort and isinstance(outcome, EstimatorOutput):
-                self._estimator.hear_efforts(sample.names, sample.efforts)
-            self._follow(outcome, sample.arrival, active, False)
-        except Exception as error:  # no message of a robot may stop the node
-            self._internal_error(error)
-        self._health.work.add(time.monotonic_ns() - sample.arrival)
-
-    def _on_bytes(self, form: JointStateForm, data: bytes, arrival: int) -> bool:
+    def _take(self, message: JointMessage) -> bool:
+        # Answers a message; returns whether it was taken, which bytes are not by every reader.
         if self.silent:
             return True
         try:
             active = self._outputs.active()
-            outcome = self._estimator.take_bytes(
-                form, data, arrival, active.depth, active.messages
+            outcome = self._estimator.take(
+                message, active.depth, active.messages, active.quantities
             )
             if outcome is None:
                 return False
-            if active.of_effort and isinstance(outcome, EstimatorOutput):
-                self._estimator.hear_efforts(form.names, doubles_of(data[form.efforts]))
-            self._follow(outcome, arrival, active, True)
+            if self._estimator.counts.get(RESETS, 0) != self._resets:
+                self._start_anew()
+            if isinstance(outcome, RefusedMessage):
+                self._reject(outcome)
+            else:
+                self._follow(outcome, message, active)
         except Exception as error:  # no message of a robot may stop the node
             self._internal_error(error)
-        self._health.work.add(time.monotonic_ns() - arrival)
+        self._health.work.add(time.monotonic_ns() - message.arrival)
         return True
+
+    def _reject(self, refused: RefusedMessage) -> None:
+        if refused.sentence and self._throttle.passes(refused.reason):
+            self.get_logger().warning(f'joint state rejected: {refused.sentence}')
 
     def _internal_error(self, error: Exception) -> None:
         self._estimator.counts[INTERNAL_ERROR] += 1
         self._throttle.internal_error(self, 'a message', error)
 
     def _follow(
-        self,
-        outcome: EstimatorOutput | RefusedMessage,
-        arrival: int,
-        active: ActiveTopics,
-        is_filled: bool,
+        self, outcome: EstimatorOutput, message: JointMessage, active: ActiveTopics
     ) -> None:
         # Publishes the consequences of a message.
-        if self._estimator.counts.get(RESETS, 0) != self._resets:
-            self._start_anew()
-        if isinstance(outcome, RefusedMessage):
-            if outcome.sentence and self._throttle.passes(outcome.reason):
-                self.get_logger().warning(f'joint state rejected: {outcome.sentence}')
-            return
-        for complete in active.completed:
-            outcome = complete(self._estimator, outcome)
+        arrival = message.arrival
         self._latest = outcome
-        if self._reference.is_there:
-            self._reference.note(outcome)
+        self._reference.note(outcome)
         # Publishing wakes subscribers, who take this core: other work is cheaper before it. A
         # warning comes after the pose it is about.
         warned = None
@@ -294,7 +284,7 @@ class KinematicsNode(Node):
         wanted = active.channels or self._settings.publish_tf
         try:
             if wanted and self._grid.passes(outcome.stamp, self._settings.period):
-                self._outputs.publish(outcome, active, is_filled)
+                self._outputs.publish(outcome, active, isinstance(message, SerializedSample))
         finally:
             if warned is not None:  # the alarm counts it as published
                 self._warn(*warned)
@@ -366,9 +356,12 @@ class KinematicsNode(Node):
             found['frames'] = frames
         if doubts := self._settings.doubts:
             found['parameters'] = StatusText(Level.WARN, '; '.join(doubts), ())
-        if self._outputs.active().of_effort and self._latest is not None:
+        if self._hears_efforts() and self._latest is not None:
             found['wrench'] = self._wrench.status(StateReport(self._latest, self._settings))
         return found
+
+    def _hears_efforts(self) -> bool:
+        return JointEfforts in self._outputs.active().quantities
 
     # Parameters
 

@@ -11,18 +11,17 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 
 from .. import kernel
-from ..estimation.estimator import Estimator, EstimatorOutput
+from ..estimation.estimator import EstimatorOutput, StreamQuantity
 from ..kernel import OutgoingMessages, OutgoingTable
 from ..kinematics.singularity import measured
+from .messages.content import SILENT, Built, Content, Copied, WithCovariance, flat
 from .messages.message_layout import MessageLayout
 from .messages.messages import StateReport, transform_message
-from .messages.output_messages import Copied, Numbers, WithCovariance
-from .messages.topics import OUTPUT_QOS, OutputTopic, overridable, topics_of
+from .messages.output_topics import OutputTopic, topics_of
+from .messages.topics import OUTPUT_QOS, overridable
 from .parameters.settings import NodeSettings
 from .point_states import PointStates
 from .stamp_grid import StampGrid
-
-Sends = tuple[tuple[Callable[[bytes], None], Callable[[], bytes]], ...]
 
 
 class Channel(NamedTuple):
@@ -39,9 +38,8 @@ class Channel(NamedTuple):
         The publisher, and the row of the topic.
     grid
         Thins out a topic that not every report goes to.
-    numbers, layout
-        The numbers that go into its messages, and their positions; None if messages are built, and
-        if there are none.
+    content, layout
+        The content of its messages and its place; no layout if messages are built as a whole.
     as_bytes
         Whether its messages go out as bytes that are filled here.
     """
@@ -51,30 +49,24 @@ class Channel(NamedTuple):
     publisher: Publisher
     topic: OutputTopic
     grid: StampGrid
-    numbers: Numbers | None = None
+    content: Content = SILENT
     layout: MessageLayout | None = None
     as_bytes: bool = False
 
     def send(self, report: StateReport) -> None:
         """Publish a report's message on this topic, if it has one."""
-        topic, stamp = self.topic, report.answer.stamp
-        if topic.period and not self.grid.passes(stamp, topic.period):
+        content, layout, stamp = self.content, self.layout, report.answer.stamp
+        if isinstance(content, Built):
+            if self.grid.passes(stamp, content.period):
+                self.publisher.publish(content.message(report))
             return
-        if topic.build is not None:
-            message = topic.build(report)
-            if message is not None:
-                self.publisher.publish(message)
-            return
-        at_rest = topic.of_motion and not report.answer.state.moving
-        if self.numbers is None or self.layout is None or at_rest:
-            return
-        numbers = self.numbers.of(report)
-        if numbers is None:
+        numbers = content.of(report)
+        if numbers is None or layout is None:
             return
         if self.as_bytes:
-            self.publish_bytes(self.layout.bytes_of(stamp, numbers))
+            self.publish_bytes(layout.bytes_of(stamp, flat(numbers)))
         else:
-            self.publisher.publish(self.layout.message(stamp, numbers))
+            self.publisher.publish(layout.message(stamp, flat(numbers)))
 
 
 class ActiveTopics(NamedTuple):
@@ -91,22 +83,15 @@ class ActiveTopics(NamedTuple):
         The messages that the kernel fills; None for none.
     filled
         For each channel its message among them, or None.
-    completed
-        What adds to every answer that is needed besides.
-    of_effort
-        Whether the efforts of the joint states are needed.
-    sends
-        If all channels have one: pairs of a function that publishes and one that returns the
-        bytes, for unknown velocities and for known ones.
+    quantities
+        The kinds of quantities that every answer needs besides.
     """
 
     channels: tuple[Channel, ...]
     depth: int
     messages: OutgoingMessages | None
     filled: tuple[memoryview | None, ...]
-    completed: tuple[Callable[[Estimator, EstimatorOutput], EstimatorOutput], ...]
-    of_effort: bool
-    sends: tuple[Sends, Sends] | None
+    quantities: tuple[type[StreamQuantity], ...]
 
 
 def filled_by_the_kernel(
@@ -123,9 +108,9 @@ def filled_by_the_kernel(
     stamps, targets, sources = [], [], []
     uncertain = []
     for channel in channels:
-        layout, numbers = channel.layout, channel.numbers
+        layout, content = channel.layout, channel.content
         by_the_kernel = not channel.topic.of and channel.as_bytes
-        if not (by_the_kernel and layout and isinstance(numbers, (Copied, WithCovariance))):
+        if not (by_the_kernel and layout and isinstance(content, (Copied, WithCovariance))):
             filled.append(None)
             continue
         begin = len(data)
@@ -134,9 +119,9 @@ def filled_by_the_kernel(
         of_stamp, of_numbers = layout.offsets(begin)
         stamps.append(of_stamp)
         targets.append(of_numbers)
-        sources.append(numbers.sources(row, measures))
-        if isinstance(numbers, WithCovariance):
-            uncertain.append(numbers)
+        sources.append(content.sources(row, measures))
+        if isinstance(content, WithCovariance):
+            uncertain.append(content)
     if not data:
         return None, (None,) * len(filled)
     table = OutgoingTable(
@@ -144,8 +129,8 @@ def filled_by_the_kernel(
     )
     views = tuple(None if place is None else table.data[place].data for place in filled)
     errors = uncertain[0].errors if uncertain else None
-    of_twist = any(one.of_twist for one in uncertain)
-    of_pose = not all(one.of_twist for one in uncertain)
+    of_twist = any(one.of_motion for one in uncertain)
+    of_pose = not all(one.of_motion for one in uncertain)
     return OutgoingMessages(table, errors, of_pose, of_twist), views
 
 
@@ -200,24 +185,11 @@ class Outputs:
         return active
 
     def _subscribed(self, channels: tuple[Channel, ...]) -> ActiveTopics:
-        depth = max((channel.topic.depth for channel in channels), default=kernel.JACOBIAN)
+        contents = [channel.content for channel in channels]
+        depth = max((content.depth for content in contents), default=kernel.JACOBIAN)
         messages, filled = filled_by_the_kernel(channels, self._settings, depth)
-        completed = dict.fromkeys(
-            channel.topic.completed for channel in channels if channel.topic.completed
-        )
-        sends = None
-        if not self._settings.publish_tf and None not in filled:
-            at_rest, moving = (
-                tuple(
-                    (channel.publish_bytes, data.tobytes)
-                    for channel, data in zip(channels, filled)
-                    if data is not None and (moves or not channel.topic.of_motion)
-                )
-                for moves in (False, True)
-            )
-            sends = at_rest, moving
-        of_effort = any(channel.topic.of_effort for channel in channels)
-        return ActiveTopics(channels, depth, messages, filled, tuple(completed), of_effort, sends)
+        quantities = dict.fromkeys(kind for content in contents for kind in content.quantities)
+        return ActiveTopics(channels, depth, messages, filled, tuple(quantities))
 
     def publish(self, answer: EstimatorOutput, active: ActiveTopics, is_filled: bool) -> None:
         """
@@ -232,14 +204,11 @@ class Outputs:
         is_filled
             Whether the kernel has filled the messages with this answer.
         """
-        if is_filled and active.sends is not None:
-            for publish, data in active.sends[answer.state.moving]:
-                publish(data())
-            return
         reports: dict[str, StateReport] = {}
+        moving = answer.state.moving
         for channel, message in zip(active.channels, active.filled):
             if is_filled and message is not None:
-                if answer.state.moving or not channel.topic.of_motion:
+                if moving or not channel.content.of_motion:
                     channel.publish_bytes(message.tobytes())
                 continue
             of = channel.topic.of
@@ -262,12 +231,12 @@ class Outputs:
         # Adds the layout for the settings in force, which is checked if messages go out as bytes.
         topic = channel.topic
         settings = self._settings.points[topic.of] if topic.of else self._settings
-        numbers = topic.numbers(settings)
-        if topic.template is None or numbers is None:
-            return channel._replace(numbers=None, layout=None, as_bytes=False)
-        layout = MessageLayout(topic.template(settings))
+        content = topic.content(settings) or SILENT
+        if isinstance(content, Built):
+            return channel._replace(content=content)
+        layout = MessageLayout(topic.blank(settings))
         if channel.layout is not None and channel.layout.data == layout.data:
-            return channel._replace(numbers=numbers)  # it has been checked
+            return channel._replace(content=content)  # it has been checked
         as_bytes = self._transport == 'bytes'
         if as_bytes and not self._is_official(topic.type, layout):
             as_bytes = False
@@ -277,7 +246,7 @@ class Outputs:
                     f'{channel.publisher.topic_name}: the serializer of ROS writes other bytes '
                     'than expected; messages are serialized one by one, which is slower'
                 )
-        return channel._replace(numbers=numbers, layout=layout, as_bytes=as_bytes)
+        return channel._replace(content=content, layout=layout, as_bytes=as_bytes)
 
     def _is_official(self, kind: Any, layout: MessageLayout) -> bool:
         form = kind, layout.data  # all scalars have the same

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from .. import kernel
 from ..estimation.estimator import EstimatorOutput
 from ..kernel import Floats
 from ..kinematics.tool_state import evaluate_point
@@ -29,9 +28,9 @@ class PointStates:
             The answer about the tool.
         """
         state = evaluate_point(robot, robot.point(of), answer.state.q, answer.state.qdot)
-        quaternion_xyzw = state.row[-kernel.ROW_TAIL :]
+        quaternion_xyzw = state.continuous_quaternion_xyzw
         last = self._last.get(of)
         if last is not None and np.dot(last, quaternion_xyzw) < 0.0:
             quaternion_xyzw *= -1.0
         self._last[of] = quaternion_xyzw
-        return answer._replace(state=state, quaternion_xyzw=quaternion_xyzw)
+        return answer._replace(state=state)

@@ -7,11 +7,12 @@ from rclpy.node import Node
 from std_srvs.srv import Trigger
 
 from ..estimation.estimator import Estimator
+from ..estimation.joint_efforts import JointEfforts
 from ..estimation.status_text import StatusText, direction_in_words
 from ..kernel import Floats
 from ..robot.measures import Level
 from .messages.messages import StateReport
-from .messages.output_messages import wrench_estimate
+from .messages.output_topics import wrench_estimate
 from .messages.topics import SERVICE_QOS, WRENCH_ZERO
 
 KINDS = ('force along', 'torque about')
@@ -38,7 +39,7 @@ class WrenchBias:
         node.create_service(Trigger, WRENCH_ZERO, self._zero, qos_profile=SERVICE_QOS)
 
     def _unknown(self) -> str:
-        unknown = np.isnan(self._estimator.efforts.efforts)
+        unknown = np.isnan(self._estimator.quantity(JointEfforts).efforts)
         names = [name for name, is_unknown in zip(self._estimator.names, unknown) if is_unknown]
         return ', '.join(names)
 
@@ -46,7 +47,7 @@ class WrenchBias:
         if not self._is_heard():
             response.message = 'no effort was read: nobody listens to ~/wrench'
             return response
-        count = self._estimator.efforts.take_bias()
+        count = self._estimator.quantity(JointEfforts).take_bias()
         response.success = count > 0
         response.message = (
             f'the bias is the mean of {count} messages; it holds near this pose: gravity and '
@@ -59,7 +60,7 @@ class WrenchBias:
     def status(self, report: StateReport) -> StatusText:
         """Return what the wrench of a report is, and which part of it the joints do not feel."""
         name, kind = report.settings.robot.name, RAW
-        if self._estimator.efforts.bias is not None:
+        if self._estimator.quantity(JointEfforts).bias is not None:
             kind = EXTERNAL
         unknown, found = self._unknown(), wrench_estimate(report)
         values = [('robot', name), ('kind', kind), ('joints without effort', unknown)]

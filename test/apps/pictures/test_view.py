@@ -22,6 +22,7 @@ from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.apps.pictures.view.gauges import gauges_of, headline, joint_readings
 from kinematics_service.apps.pictures.view.panel import (
     facts_html,
     gauges_html,
@@ -32,7 +33,6 @@ from kinematics_service.kinematics.loop_links import carried_rows
 from kinematics_service.kinematics.singular_poses import singular_poses
 from kinematics_service.node.drawing.axes import axes_of
 from kinematics_service.node.drawing.ellipsoids import ellipsoid_of, ellipsoid_scales
-from kinematics_service.node.drawing.gauges import gauges_of, headline, joint_readings
 from kinematics_service.node.drawing.observation import observe
 from kinematics_service.node.drawing.scene import (
     AHEAD,
@@ -444,7 +444,8 @@ def test_without_viser_the_command_says_how_to_get_it():
 
 def topics_of_the_node():
     topics = pytest.importorskip('kinematics_service.node.messages.topics')
-    names = {topic.name for topic in topics.TOPICS} | {topics.WARNING, topics.DIAGNOSTICS}
+    output_topics = pytest.importorskip('kinematics_service.node.messages.output_topics')
+    names = {topic.name for topic in output_topics.TOPICS} | {topics.WARNING, topics.DIAGNOSTICS}
     resolved = {name.replace('~', '/kinematics') for name in names}
     return resolved | {'/kinematics/markers', '/robot_description'}
 
@@ -478,8 +479,8 @@ def test_the_foxglove_layout_names_topics_and_panels_that_are_there():
 
 
 def test_the_fields_the_foxglove_layout_plots_are_there():
-    topics = pytest.importorskip('kinematics_service.node.messages.topics')
-    types = {t.name.replace('~', '/kinematics'): t.type for t in topics.TOPICS}
+    output_topics = pytest.importorskip('kinematics_service.node.messages.output_topics')
+    types = {t.name.replace('~', '/kinematics'): t.type for t in output_topics.TOPICS}
     layout = json.loads((CONFIG / 'foxglove.json').read_text(encoding='utf-8'))
     for name, panel in layout['configById'].items():
         for path in panel.get('paths', []) if name.startswith('Plot') else []:

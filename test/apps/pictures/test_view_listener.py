@@ -12,8 +12,8 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 import kinematics_service as ks
+from kinematics_service.apps.pictures.view.gauges import gauges_of
 from kinematics_service.apps.pictures.view.view_listener import ViewListener
-from kinematics_service.node.drawing.gauges import gauges_of
 from kinematics_service.node.drawing.scene import scene_of
 from kinematics_service.robot.measures import Level
 

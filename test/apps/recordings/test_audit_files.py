@@ -486,7 +486,7 @@ def test_what_is_written_is_what_the_nodes_builders_write(tmp_path, capsys, stor
     from built_messages import built
 
     from kinematics_service.node.messages.messages import StateReport, status_message
-    from kinematics_service.node.messages.topics import TOPICS
+    from kinematics_service.node.messages.output_topics import TOPICS
     from kinematics_service.node.parameters.settings import defaults, settings_from
 
     robot = robot_of('ur3e')

@@ -20,7 +20,6 @@ from ..checking.errors import PoseLimit
 from ..checking.judgement import FrameLimits
 from ..checking.other_robots import OtherRobot, left_by, other_robot
 from .collecting import CollectedPoses
-from .collecting import PoseCollector as PoseCollector
 from .zero_jump import NEWEST, JumpDetector, Watched
 
 # Poses of the first diagnosis, and new ones before the next while something is wrong.

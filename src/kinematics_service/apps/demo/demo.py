@@ -17,7 +17,6 @@ from ...node.messages.topics import COMMAND
 from ...node.node import KinematicsNode
 from ...node.process.session import FAULT, FINE, destroy, helper_node, run_session
 from ...node.process.spin import Spinner
-from ...node.process.standard_output import StandardOutput
 from ...node.steady_time import steady_timer
 from ...robot.measure_units import measure_units
 from ...stop_signals import StopSignal
@@ -25,6 +24,7 @@ from .demo_listener import DemoListener
 from .demo_report import PlainReport, invitation, motion_in_words, summary
 from .demo_screen import screen
 from .live_table import live
+from .standard_output import StandardOutput
 from .virtual_arm import (
     VirtualArm,
     moments_of_recording,

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from ...kinematics.motion import Trajectory
 from ...kinematics.singularity import singularity
 from ...node.messages.readings import WarningReading, pose_of, scale_of, warned_of
-from ...node.process.standard_output import StandardOutput
 from ...printing import plain
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
 from ...typography import listed
 from .demo_listener import DemoListener
 from .live_table import number
+from .standard_output import StandardOutput
 
 COMMAND = 'python -m kinematics_service'
 # Variables that must be the same in another terminal.

@@ -25,12 +25,12 @@ from ...node.process.session import (
     tell,
 )
 from ...node.process.spin import Spinner
-from ...node.process.standard_output import StandardOutput
 from ...node.steady_time import steady_timer
 from ...printing import json_text
 from ...stop_signals import StopSignal
 from .echo_topics import ECHO_TOPICS, diagnostics_of
 from .live_table import coloured, live
+from .standard_output import StandardOutput
 
 # Missing messages are explained after this time, s.
 EXPLAIN_AFTER = 5.0

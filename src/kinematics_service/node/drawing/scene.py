@@ -15,7 +15,7 @@ import numpy as np
 from ...estimation.status_text import NEGLIGIBLE, direction_in_words, flat_position
 from ...kernel import Floats
 from ...kinematics.loop_links import carried_rows, linked_frames
-from ...kinematics.singularity import flat_loop, nearest_factor
+from ...kinematics.singularity import flat_loop, nearest_factor, none_found
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .axes import RowAxis
@@ -233,3 +233,10 @@ def factor_name(seen: Observation) -> str:
     """Return the name of the singular factor that is nearest to zero, empty if there is none."""
     k = nearest_factor(seen.robot, seen.singularity)
     return '' if k is None else seen.robot.singularity.factors.called(k)
+
+
+def distance_text(seen: Observation) -> str:
+    """Return the distance to a singular pose with its unit, or that none was found."""
+    distance = seen.singularity.distance
+    shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
+    return none_found(seen.singularity) or shown

@@ -19,9 +19,8 @@ from ... import kernel
 from ...kernel import Floats
 from ...robot.measures import Level
 from ..drawing import scene as look
-from ..drawing.gauges import distance_text
 from ..drawing.observation import observation_of
-from ..drawing.scene import Scene, scene_of
+from ..drawing.scene import Scene, distance_text, scene_of
 from .messages import StateReport, time_message
 
 Colour = tuple[int, int, int]

@@ -15,9 +15,9 @@ from builtin_interfaces.msg import Time
 from rclpy.serialization import deserialize_message, serialize_message
 
 from ... import kernel
-from ...estimation.cdr import DOUBLE, WHOLE, CdrWriter
+from ...estimation.cdr import DOUBLE, SECOND, WHOLE, CdrWriter
 from ...kernel import LARGEST_SECOND, Bytes, Floats, OutgoingMessages, OutgoingTable
-from .messages import SECOND, set_time
+from .messages import set_time
 
 # Stamps that show a wrong offset or a forgotten clamp: a usual one, one before the epoch, and
 # those beyond the range of a message.

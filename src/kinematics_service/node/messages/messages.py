@@ -15,6 +15,7 @@ from rclpy.clock import Clock
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
+from ...estimation.cdr import SECOND
 from ...estimation.estimator import EstimatorOutput
 from ...estimation.joint_sample import JointSample
 from ...estimation.status_text import StatusText
@@ -28,7 +29,6 @@ LEVELS = (
     DiagnosticStatus.ERROR,
     DiagnosticStatus.STALE,
 )
-SECOND = 1_000_000_000
 
 
 class StateReport(NamedTuple):

@@ -20,7 +20,7 @@ from ...kinematics.inverse.self_motion.best_posture import BestPosture, best_pos
 from ...robot.robot import Robot
 from ..parameters.settings import NodeSettings
 from .messages import time_message
-from .output_messages import matrix_message
+from .output_topics import matrix_message
 from .readings import TWIST, in_base_axes, matrix_of, numbers_of
 
 # A quaternion printed with three digits is still a rotation; (0, 0, 0, 0) is not.

@@ -5,6 +5,7 @@ from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from importlib.util import find_spec
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...errors import KinematicsError, RobotFileError, SettingsError
@@ -89,6 +90,8 @@ class NodeSettings:
         For each point with topics of its own the settings whose tool frame it is.
     doubts
         Sentences on parameters whose numbers may be in mm or degrees.
+    values
+        The value of each parameter, for what has no field here.
     of
         The point they are of; `tool` for the tool.
     """
@@ -118,6 +121,7 @@ class NodeSettings:
     scale_rule: ServoRule | None
     points: Mapping[str, 'NodeSettings']
     doubts: tuple[str, ...]
+    values: Mapping[str, Any]
     of: str = TOOL
 
     @property
@@ -256,6 +260,7 @@ def settings_from(
         scale_rule=_scale_rule(values, judged),
         points={},
         doubts=tuple(_doubts(values, robot)),
+        values=MappingProxyType(dict(values)),
     )
     return replace(settings, points=_points(points, robot, settings))
 

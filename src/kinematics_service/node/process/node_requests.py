@@ -19,7 +19,7 @@ from ..messages.graph import kinematics_nodes
 from ..messages.topics import RELOAD
 from ..parameters.settled_file import PATIENCE
 from . import session
-from .node_facts import TRY, call_service
+from .service_calls import TRY, call_service
 from .spin import Spinner
 
 # Longest wait for the discovery of a service, s.

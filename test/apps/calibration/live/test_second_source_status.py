@@ -1,5 +1,6 @@
 """The status of a second source that is useless, silent, or of another arm."""
 
+import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -43,7 +44,7 @@ class Watched:
 
     def __init__(self, monkeypatch):
         self.now, self.lines = 0.0, []
-        monkeypatch.setattr(reference.time, 'monotonic', lambda: self.now)
+        monkeypatch.setattr(time, 'monotonic', lambda: self.now)
         log = SimpleNamespace(warning=self.lines.append, info=self.lines.append)
         topic = SimpleNamespace(topic_name='/tracker')
         node = SimpleNamespace(create_subscription=lambda *a, **k: topic, get_logger=lambda: log)
@@ -65,7 +66,8 @@ class Watched:
                 self.reference._on_pose(message)
             if round(self.now * rate) % rate == 0:
                 status = self.reference.status_text()
-                if thread := self.reference._thread:
+                watch = self.reference.watch
+                if watch and (thread := watch.thread):
                     thread.join()
         return status
 
@@ -109,5 +111,5 @@ def test_joint_states_that_end_are_no_difference_of_clocks(monkeypatch):
 def test_no_more_poses_are_counted_than_asked_for(monkeypatch):
     one = Watched(monkeypatch)
     one.run(12.0)
-    one.reference._examined = None
-    assert one.reference._compared().sentence.startswith('20 of 20')
+    one.reference.watch._examined = None
+    assert one.reference.watch.status(LIMITS, '').sentence.startswith('20 of 20')

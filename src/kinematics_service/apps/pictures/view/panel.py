@@ -17,11 +17,11 @@ from ....estimation.status_text import (
 )
 from ....kernel import Floats
 from ....kinematics.singularity import flat_loop
-from ....node.drawing.gauges import Gauge, JointReading, gauges_of, headline, joint_readings
 from ....node.drawing.observation import Observation
 from ....node.drawing.scene import LEVEL_COLOURS, Scene, short_names
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES, Level
+from .gauges import Gauge, JointReading, gauges_of, headline, joint_readings
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 # Level colours as backgrounds ask for this colour of text.

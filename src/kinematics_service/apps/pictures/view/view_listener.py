@@ -22,10 +22,10 @@ from ....node.drawing.observation import Observation, observation_of
 from ....node.messages.graph import kinematics_nodes
 from ....node.messages.messages import sample_of, time_message
 from ....node.messages.topics import DESCRIBE, JOINT_STATES, JOINT_STATES_QOS, OUTPUT_QOS, WARNING
-from ....node.process.node_facts import NodeFacts, ask_node
 from ....node.process.session import destroy, helper_node
 from ....node.process.spin import Spinner
 from ....robot.robot import Robot
+from .node_facts import NodeFacts, ask_node
 from .view_outputs import FRESH, ViewOutputs
 
 # Longest time (s) without an update of the page when messages come faster than they can be taken.

@@ -7,11 +7,11 @@ from rclpy.context import Context
 from ....errors import KinematicsError
 from ....kernel import Floats
 from ....node.drawing.observation import Observation
-from ....node.process.node_facts import NodeFacts
 from ....node.process.session import FINE, NODE_NAMES, WRONG_USAGE, is_name, run_session, tell
 from ....robot.robot import Robot, load_robot
 from ....stop_signals import StopSignal
 from .address import Address
+from .node_facts import NodeFacts
 from .run import ArmSource, run_page
 from .view_listener import ViewListener
 

@@ -10,15 +10,14 @@ from rcl_interfaces.srv import GetParameters
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from ...errors import KinematicsError
-from ...kernel import Floats
-from ...rigid_motion import exact_rpy, pose_of
-from ...robot.measures import Thresholds
-from ...robot.robot import Robot, with_singularity, with_tool
-from ..messages.topics import DESCRIBE, WARNING
+from ....errors import KinematicsError
+from ....kernel import Floats
+from ....node.messages.topics import DESCRIBE, WARNING
+from ....node.process.service_calls import TRIES, TRY, call_service
+from ....rigid_motion import exact_rpy, pose_of
+from ....robot.measures import Thresholds
+from ....robot.robot import Robot, with_singularity, with_tool
 
-# Number of calls of a service that exists, and time to wait for each answer (s).
-TRIES, TRY = 5, 1.0
 # Tools that differ by less are one: they have come through a text (m and rad).
 SAME_TOOL = 1e-9
 
@@ -141,37 +140,3 @@ def ask_node(node: Node, executor: Any, source: str, timeout: float) -> NodeFact
         )
     except (ValueError, KeyError, TypeError):  # a service of that name of another program
         return None
-
-
-def call_service(
-    node: Node,
-    executor: Any,
-    kind: Any,
-    service: str,
-    request: Any,
-    deadline: float,
-    longest: float = TRY,
-) -> Any:
-    """
-    Return the response of a service; None if it is not there at `deadline`, or does not answer.
-
-    A response is lost while the node has not yet discovered its client, so the call is repeated if
-    no answer comes within `longest` (s).
-    """
-    client = node.create_client(kind, service)
-    try:
-        while not client.service_is_ready():
-            if time.monotonic() > deadline:
-                return None
-            executor.spin_once(timeout_sec=0.05)
-        for _ in range(TRIES):
-            future = client.call_async(request)
-            end = time.monotonic() + longest
-            while not future.done() and time.monotonic() < end:
-                executor.spin_once(timeout_sec=0.05)
-            if future.done():
-                return future.result()
-            client.remove_pending_request(future)
-        return None
-    finally:
-        node.destroy_client(client)

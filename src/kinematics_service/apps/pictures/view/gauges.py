@@ -5,10 +5,10 @@ The values of gauges: how near a singular pose is, how soon it comes, and each j
 import math
 from typing import NamedTuple
 
-from ...kinematics.singularity import none_found, watched_value
-from ...robot.measures import MEASURES, Level
-from .observation import Observation
-from .scene import factor_name
+from ....kinematics.singularity import watched_value
+from ....node.drawing.observation import Observation
+from ....node.drawing.scene import distance_text, factor_name
+from ....robot.measures import MEASURES, Level
 
 # A gauge is full at this multiple of the warning threshold, or at this time (s).
 FULL = 5.0
@@ -130,13 +130,6 @@ def _scale_gauges(seen: Observation) -> tuple[Gauge, ...]:
 
 def _is_distance(seen: Observation) -> bool:
     return seen.robot.singularity.thresholds.measure == 'distance'
-
-
-def distance_text(seen: Observation) -> str:
-    """Return the distance to a singular pose with its unit, or that none was found."""
-    distance = seen.singularity.distance
-    shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
-    return none_found(seen.singularity) or shown
 
 
 def _time_gauge(seen: Observation) -> Gauge:

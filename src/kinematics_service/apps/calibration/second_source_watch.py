@@ -1,0 +1,129 @@
+"""
+Watch a second source of poses in a running node: a frame check, then a test for jumps.
+
+Once poses fit the robot file, each new one is tested for a jump of a joint's zero, of base, tool
+or lag (`zero_jump.py`). While they do not fit, the newest are diagnosed.
+"""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+
+from ...estimation.status_text import StatusText
+from ...kernel import Floats
+from ...node.parameters.settings import ReferenceLimits
+from ...robot.measures import Level
+from ...robot.robot import Robot
+from .collecting import PoseCollector
+from .second_source import FIRST, Examined, examined, frames_status
+
+# Poses kept in step with the joints, at most.
+MOST = 256
+# The joints' path is kept in steps of this (ns), and this number of them, to find a lag.
+WAY_STEP, WAY = 10_000_000, 6_000
+# The status is WARN if no pose arrived, or none was used, for this time, s.
+PATIENCE = 5.0
+# Stamps that differ by more (s) are of two clocks: no source of poses is as late.
+CLOCK_DIFFERENCE = 1.0
+
+
+class SecondSourceWatch:
+    """
+    Collects poses of a second source with the joint positions at their stamps, and compares them.
+
+    Both must have the same clock. The work has a thread of its own: it takes 20 ms for a diagnosis
+    and 1 ms for a new pose.
+
+    Parameters
+    ----------
+    robot
+        Returns the arm in force.
+    topic
+        The name of the topic that the poses come from.
+
+    Attributes
+    ----------
+    is_examined
+        Whether poses have been compared.
+    thread
+        The last comparison.
+    """
+
+    def __init__(self, robot: Callable[[], Robot], topic: str) -> None:
+        self._robot, self._topic = robot, topic
+        self._poses = PoseCollector(robot(), MOST)
+        self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
+        self._noted_at, self._used_at = 0.0, time.monotonic()
+        self._arrived = self._unmatched = 0
+        self._ahead = 0.0
+        self.thread: threading.Thread | None = None
+        self._examined: Examined | None = None
+
+    @property
+    def is_examined(self) -> bool:
+        """Return whether poses have been compared."""
+        return self._examined is not None
+
+    def note_pose(self, stamp: int, pose: Floats) -> None:
+        """Take a pose (4, 4) with its stamp (ns)."""
+        now, poses = time.monotonic(), self._poses
+        poses.note_pose(stamp, pose)
+        self._arrived += 1
+        is_stale = not self._way or now - self._noted_at > CLOCK_DIFFERENCE
+        self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
+        is_matched = poses.different > 0 and poses.unmatched == self._unmatched
+        if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
+            # Without joint states, no pose can be used: the status `input` says so.
+            self._used_at, self._arrived = now, 0
+        self._unmatched = poses.unmatched
+
+    def note_state(self, stamp: int, q: Floats) -> None:
+        """Take joint positions (n,); a pose is compared once those around it are known."""
+        self._noted_at = time.monotonic()
+        self._poses.note_state(stamp, q)
+        if not self._way or stamp - self._way[-1][0] >= WAY_STEP:
+            self._way.append((stamp, q))
+
+    def status(self, limits: ReferenceLimits, refused: str) -> StatusText:
+        """Return the status; `refused` says why a pose was refused, if one was."""
+        found = self._compared(limits, refused)
+        if why := self._why_unused(refused):
+            last = f'{why}; the last result is: {found.sentence}'
+            return StatusText(max(Level.WARN, found.level), last, found.values)
+        return found
+
+    def _why_unused(self, refused: str) -> str:
+        # Why no pose was used of late; empty if one was.
+        if (silence := time.monotonic() - self._used_at) < PATIENCE:
+            return ''
+        if not self._arrived:
+            why = f'no pose of the second source for {silence:.0f} s'
+            return f'{why}; one was refused: {refused}' if refused else why
+        arrived = f'{self._arrived} poses arrived, none was used'
+        if abs(self._ahead) < CLOCK_DIFFERENCE:
+            return f'{arrived}: no joint states are within 0.1 s of their stamps'
+        side = f'{abs(self._ahead):.0f} s {"after" if self._ahead > 0.0 else "before"}'
+        return (
+            f'{arrived}: their stamps are {side} those of the joint states: synchronize the clocks'
+        )
+
+    def _compared(self, limits: ReferenceLimits, refused: str) -> StatusText:
+        # The last result.
+        count = self._poses.different
+        busy = self.thread is not None and self.thread.is_alive()
+        if count > FIRST and not busy and (new := self._poses.taken()).stamps:
+            known = self._robot(), limits, self._examined, new, list(self._way)
+
+            def examine() -> None:
+                self._examined = examined(*known)
+
+            self.thread = threading.Thread(target=examine, daemon=True)
+            self.thread.start()
+        if self._examined is not None:
+            # Judged each time: the limits may have changed.
+            return frames_status(self._examined, limits)
+        if refused:
+            return StatusText(Level.WARN, f'pose of {self._topic} refused: {refused}', ())
+        text = f'{min(count, FIRST)} of {FIRST} different poses collected'
+        return StatusText(Level.OK, text, ())

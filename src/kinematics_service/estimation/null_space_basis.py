@@ -1,0 +1,30 @@
+"""The null space of the task at each state, by a basis that turns no more than it must."""
+
+from ..kernel import Floats
+from ..kinematics.null_space import basis_of
+from ..robot.robot import Robot
+from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity
+from .joint_memory import NamedJoints
+
+
+class NullSpaceBasis(StreamQuantity):
+    """
+    The joint motions that leave the task's rows at rest, shape (n, k), of each basis the nearest
+    to the last one.
+    """
+
+    _last: Floats | None = None
+
+    def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
+        """Apply other settings; the null space of an arm that moves otherwise begins anew."""
+        if robot.chain is not self.robot.chain:
+            self._last = None
+        super().configure(robot, settings)
+
+    def take(
+        self, answer: EstimatorOutput, message: JointMessage, joints: NamedJoints
+    ) -> Floats | None:
+        """Return the basis."""
+        state = answer.state
+        self._last = basis_of(state.robot.singularity.task, state.jacobian, self._last)
+        return self._last

@@ -1,0 +1,43 @@
+"""Calls of the services of another node."""
+
+import time
+from typing import Any
+
+from rclpy.node import Node
+
+# Number of calls of a service that exists, and time to wait for each answer (s).
+TRIES, TRY = 5, 1.0
+
+
+def call_service(
+    node: Node,
+    executor: Any,
+    kind: Any,
+    service: str,
+    request: Any,
+    deadline: float,
+    longest: float = TRY,
+) -> Any:
+    """
+    Return the response of a service; None if it is not there at `deadline`, or does not answer.
+
+    A response is lost while the node has not yet discovered its client, so the call is repeated if
+    no answer comes within `longest` (s).
+    """
+    client = node.create_client(kind, service)
+    try:
+        while not client.service_is_ready():
+            if time.monotonic() > deadline:
+                return None
+            executor.spin_once(timeout_sec=0.05)
+        for _ in range(TRIES):
+            future = client.call_async(request)
+            end = time.monotonic() + longest
+            while not future.done() and time.monotonic() < end:
+                executor.spin_once(timeout_sec=0.05)
+            if future.done():
+                return future.result()
+            client.remove_pending_request(future)
+        return None
+    finally:
+        node.destroy_client(client)
