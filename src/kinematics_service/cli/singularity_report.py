@@ -178,8 +178,7 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
         'joints against each other' if near else 'weakest motion',
         joints_in_words(robot.joint_names, singularity.joint_motion),
     )
-    if singularity.rate is not None:
-        yield 'along qdot', _motion_words(robot, singularity)
+    yield 'along qdot', _motion_words(robot, singularity)
 
 
 def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
@@ -221,12 +220,14 @@ def _distance_words(robot: Robot, singularity: Singularity) -> str:
 
 def _motion_words(robot: Robot, singularity: Singularity) -> str:
     measure = MEASURES[robot.singularity.thresholds.measure].words
-    time = singularity.time_to_warning
+    time, rate = singularity.time_to_warning, singularity.rate
+    if time is None or rate is None:
+        return ''
     if time == 0.0:
         when = 'beyond its WARN threshold now'
     elif time > LONG:
         when = 'not approaching its WARN threshold'
     else:
         when = f'WARN in {time:.3g} s'
-    rate = 0.0 if abs(singularity.rate) < STEADY else singularity.rate
+    rate = 0.0 if abs(rate) < STEADY else rate
     return f'{measure} changes by {rate:.3g} per second: {when}'

@@ -10,7 +10,7 @@ import numpy as np
 
 from ....kernel import Floats
 from ....kinematics.inverse.result import IkFamily, IkResult
-from ....kinematics.singularity import Singularity, singularity
+from ....kinematics.singularity import Singularities, singularity
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES
 from ....robot.robot import Robot
@@ -96,7 +96,7 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
     return draw
 
 
-def _away(near: Singularity, k: int) -> str:
+def _away(near: Singularities, k: int) -> str:
     distance = float(near.distance[k])
     farther = MEASURES['distance'].farther(distance)
     return f'singular: {farther}' if farther else f'distance to singularity {distance:.3f} rad'

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ....estimation.status_text import StatusText
 from ....kernel import Floats
-from ....kinematics.singularity import Singularity
+from ....kinematics.singularity import Singularities
 from ....kinematics.tool_state import ToolState
 from ....robot.measures import MEASURES
 from ....robot.robot import Robot
@@ -139,5 +139,5 @@ class TimelineBatch(NamedTuple):
     known: KnownJoints
     state: ToolState
     quaternion_xyzw: Floats
-    singularity: Singularity
+    singularity: Singularities
     warnings: list[PublishedWarning]

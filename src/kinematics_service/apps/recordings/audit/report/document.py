@@ -235,6 +235,7 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
     moving = ~np.any(np.isnan(qdot), axis=1)
     signs = np.where(timeline.turned[rows], -1.0, 1.0)
     measures = {name: getattr(singularity, name) for name in MEASURES}
+    time = singularity.time_to_warning
     return {
         'thinned': len(rows) < len(timeline),
         'message': timeline.messages[rows],
@@ -247,7 +248,7 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
         'twist': np.where(moving[:, None], state.twist, np.nan),
         **attributes(singularity, 'distance'),
         **{name: values for name, values in measures.items() if values is not None},
-        'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
+        'time_to_warning': np.where(moving, np.nan if time is None else time, np.nan),
         'factor_names': audit.robot.singularity.factors.names,
         'factor_motions': factors,
         'level': [Level(int(level)).name for level in timeline.levels[rows]],
