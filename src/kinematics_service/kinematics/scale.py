@@ -106,7 +106,7 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     proved: npt.NDArray[np.bool_]
 
 
-# Of a batch.
+# The result of a batch.
 MotionScales: TypeAlias = MotionScale[Floats, npt.NDArray[np.str_]]
 
 

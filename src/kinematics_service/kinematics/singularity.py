@@ -290,7 +290,7 @@ def _read_only(vector: Floats) -> Floats:
     return vector
 
 
-# Of a batch.
+# The result of a batch.
 Singularities: TypeAlias = Singularity[Floats, Integers, Integers, Floats]
 
 
