@@ -75,7 +75,7 @@ class Derivation:
     names: Names
     jacobian_open: sympy.Matrix
     methods: Mapping[str, int]
-    coupling: sympy.Matrix
+    coupling: sympy.Matrix | None
     loops: tuple[LoopEquations, ...]
     singular_set: SingularSet
     exact: 'Exact' = field(repr=False)
@@ -297,7 +297,9 @@ def derive(
     if loops:
         found_set: SingularSet | None = _closed_set(exact, loops, tell)
     else:
-        found_set = _singular_set(exact, tell) or _singular_set(_in_half_angles(exact), tell)
+        found_set = _singular_set(exact, tell) or _singular_set(
+            exact_of(robot, names, parts=2), tell
+        )
     assert found_set is not None  # with half angles every family is one
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
@@ -321,16 +323,6 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
     determinant = Determinant(square, rows, expression, columns=robot.variables, minors=1)
     dependent = robot.singularity.task.dependent_joints
     return SingularSet(determinant, (), (), robot.singularity.task.generic_rank, dependent, False)
-
-
-def _in_half_angles(exact: Exact) -> Exact:
-    robot = exact.sampler.robot
-    arithmetic = arithmetic_of(robot.description, exact.arithmetic.names, parts=2)
-    frames = frames_of(robot.description, arithmetic)
-    writer = writer_of(frames, arithmetic)
-    J = ways.geometric(frames, arithmetic)
-    sampler = replace(exact.sampler, arithmetic=arithmetic, frames=frames, J=J)
-    return Exact(arithmetic, frames, writer, sampler, J)
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
@@ -415,16 +407,17 @@ class DeterminantFactors(NamedTuple):
         return [FamilySearch(sampler, (sampler,)).numbers(value) for value in self.values]
 
 
-def exact_of(robot: Robot) -> Exact:
+def exact_of(robot: Robot, names: Names | None = None, parts: int = 1) -> Exact:
     """
-    Return the arithmetic of an open arm.
+    Return the arithmetic of an open arm, of its joint angles or of halves of them (`parts` 2).
 
     Raises
     ------
     DerivationError
         An angle is not a fraction of a joint's, or the pose is too long.
     """
-    arithmetic = arithmetic_of(robot.description, names_of(robot.description, None))
+    names = names or names_of(robot.description, None)
+    arithmetic = arithmetic_of(robot.description, names, parts)
     frames = frames_of(robot.description, arithmetic)
     J = ways.geometric(frames, arithmetic)
     sampler = sampler_of(robot, arithmetic, frames, J)

@@ -29,10 +29,10 @@ class Family:
         Where all of these are 0 every value of that joint is a solution; empty: nowhere.
     """
 
-    variable: sympy.Symbol
+    variable: sympy.Symbol | None
     solutions: tuple[sympy.Expr, ...]
     condition: sympy.Basic | None
-    free: tuple[sympy.Symbol, ...]
+    free: tuple[sympy.Expr, ...]
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
     return Family(best.variable, shifted, condition, free)
 
 
-def _divided(angle: sympy.Expr, multiple: int) -> sympy.Expr:
+def _divided(angle: sympy.Expr, multiple: sympy.Expr) -> sympy.Expr:
     return sympy.Add(*(part / multiple for part in sympy.Add.make_args(angle)))
 
 
@@ -116,7 +116,7 @@ def _common_turn(value: Laurent, arithmetic: Arithmetic) -> tuple[int, ...]:
     return next(iter(turns)) if len(turns) == 1 else (0,) * n
 
 
-def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[sympy.Expr, ...], sympy.Expr]:
+def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[sympy.Expr, ...], sympy.Basic | None]:
     rest = writer.expression(solved.rest)
     if solved.slides:
         slope = writer.expression(solved.cosine)

@@ -232,7 +232,7 @@ def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
     return _keep_coeff(content, found, sign=True)
 
 
-def _nothing_shared(terms: Sequence[sympy.Expr]) -> sympy.Expr:
+def _nothing_shared(terms: Sequence[sympy.Expr]) -> sympy.Expr | None:
     # The sum as `sympy.gcd_terms` returns it where no factor is in every term, which is seen in
     # a tenth of its time; else None.
     pairs = [term.as_coeff_Mul() for term in terms]

@@ -289,7 +289,7 @@ def _family(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
 
 def _solutions(derivation: Derivation, family: Family) -> Iterator[Block]:
     theta = family.variable and derivation.in_angles(family.variable)
-    if theta != family.variable:
+    if theta is not None and theta != family.variable:
         (theta,) = theta.free_symbols
         offset = derivation.angles[theta] - family.variable
         for solution in family.solutions:
