@@ -4,7 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from ....robot.measures import Level
 from .between_points import FINEST, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, SECOND, Block, Times
 from .source import RecordingSource, Remark, Selection
-
-if TYPE_CHECKING:
-    from trajectory_msgs.msg import JointTrajectory
 
 # Trajectories of one topic follow each other with a pause longer than any timeout (ns).
 PAUSE = 3_600 * SECOND
@@ -171,7 +168,7 @@ def _check_keys(point: Mapping[str, Values], where: str) -> None:
             raise RecordingError(f'{where}: unknown key {key[:60]!r}{hint}{choice(OF_POINT)}')
 
 
-def trajectory_of_message(message: 'JointTrajectory') -> PlannedTrajectory:
+def trajectory_of_message(message: Any) -> PlannedTrajectory:
     """Return the trajectory of a JointTrajectory message."""
     names = tuple(map(str, message.joint_names))
     points = message.points
