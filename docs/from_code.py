@@ -234,10 +234,11 @@ def _value(entry: Any, key: str) -> str:
         entries.Pair: 'two numbers',
         entries.Triple: 'three numbers',
         entries.Words: 'list of words',
-        Any: '',
     }
     hints = get_type_hints(entry, include_extras=True)
     hint = hints[key if key in hints else f'{key}_']
+    if not hasattr(hint, '__metadata__'):  # a part of its own
+        return ''
     if hint in kinds:
         return kinds[hint]
     try:

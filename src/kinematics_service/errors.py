@@ -108,6 +108,10 @@ class ExpressionError(KinematicsError, ValueError):
     """A text that is not an accepted expression."""
 
 
+# In words, or by dimensions, some of them letters: (6, 4), ('N', 6).
+Shape = str | tuple[int | str, ...]
+
+
 class ArgumentError(KinematicsError, ValueError):
     """
     An argument that a function of the library cannot take.
@@ -123,7 +127,7 @@ class ArgumentError(KinematicsError, ValueError):
     """
 
     def __init__(
-        self, message: str, argument: str = '', expected: Sequence[Any] = (), given: Any = None
+        self, message: str, argument: str = '', expected: Sequence[Shape] = (), given: Any = None
     ) -> None:
         self.argument, self.expected, self.given = argument, tuple(expected), given
         super().__init__(message)
@@ -144,7 +148,7 @@ class JointVectorError(ArgumentError):
         self,
         message: str,
         argument: str = '',
-        expected: Sequence[Any] = (),
+        expected: Sequence[Shape] = (),
         given: Any = None,
         row: int | None = None,
     ) -> None:
@@ -166,7 +170,7 @@ class LoopError(JointVectorError):
         self,
         message: str,
         argument: str = '',
-        expected: Sequence[Any] = (),
+        expected: Sequence[Shape] = (),
         given: Any = None,
         row: int | None = None,
         loop: str = '',

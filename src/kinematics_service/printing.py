@@ -5,16 +5,22 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 from rich.console import Console, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from .kernel import Floats
+
+# What `json_text` writes: arrays become lists, and named tuples objects.
+Json: TypeAlias = (
+    None | bool | int | float | str | npt.NDArray[Any] | Sequence['Json'] | Mapping[str, 'Json']
+)
 
 # Without a terminal no line is broken: a program reads the output.
 UNBROKEN = 10_000
@@ -104,7 +110,7 @@ def numbers(values: Floats, decimals: int = 6) -> str:
     return '  '.join(text.rjust(width) for text in texts)
 
 
-def json_text(document: dict[str, Any]) -> str:
+def json_text(document: Mapping[str, Json]) -> str:
     """
     Return strict JSON: arrays as lists, named tuples as objects, and null for numbers that are
     infinite or NaN.

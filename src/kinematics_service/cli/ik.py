@@ -230,8 +230,9 @@ def _document(
                 }
                 for family in result.families
             ],
-            'nearest': nearest
-            and attributes(nearest, 'q', 'residual', 'position_error', 'rotation_error'),
+            'nearest': None
+            if nearest is None
+            else attributes(nearest, 'q', 'residual', 'position_error', 'rotation_error'),
         }
     )
 

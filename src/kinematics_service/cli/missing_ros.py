@@ -1,7 +1,7 @@
 """ROS where it is needed, and what is said where it cannot be imported."""
 
 from importlib import import_module
-from typing import Any
+from types import ModuleType
 
 from .ros_variables import refuse_ros_variables
 
@@ -23,7 +23,7 @@ def is_ours(error: ImportError) -> bool:
     return (error.name or '').startswith(__package__.partition('.')[0])
 
 
-def ros_module(name: str) -> Any:
+def ros_module(name: str) -> ModuleType:
     """
     Return a module that needs ROS, by its name in the package.
 

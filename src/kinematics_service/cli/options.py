@@ -5,6 +5,7 @@ import re
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import EllipsisType
 from typing import Annotated, Any, Optional
 
 import numpy as np
@@ -72,7 +73,7 @@ JsonOption = Annotated[bool, named('--json', 'Print one JSON object, in SI units
 def option(
     words: str,
     metavar: str | None = None,
-    default: Any = None,
+    default: str | float | EllipsisType | None = None,
     name: str | None = None,
     shown: str | bool = True,
     least: float | None = None,

@@ -3,7 +3,6 @@
 import math
 import textwrap
 from collections.abc import Iterator
-from typing import Any
 
 from rich.text import Text
 
@@ -17,7 +16,7 @@ from ..estimation.status_text import (
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, flat_loop, none_found
 from ..kinematics.tool_state import ToolState
-from ..printing import Output, attributes, facts, heading, number, numbers, plain, table
+from ..printing import Json, Output, attributes, facts, heading, number, numbers, plain, table
 from ..robot.file.parts.loop_groups import group_in_words
 from ..robot.measures import MEASURES, Level, Measure, Thresholds
 from ..robot.robot import Robot
@@ -68,18 +67,18 @@ def beyond_limits(robot: Robot, q: Floats) -> list[str]:
     return [name for name, out in zip(robot.joint_names, outside) if out]
 
 
-def arm_json(robot: Robot) -> dict[str, Any]:
+def arm_json(robot: Robot) -> dict[str, Json]:
     """Return what every document about poses of an arm begins with."""
     return {'robot': robot.name, **attributes(robot, 'base_frame', 'tool_frame', 'joint_names')}
 
 
-def state_json(state: ToolState) -> dict[str, Any]:
+def state_json(state: ToolState) -> dict[str, Json]:
     """Return the arm, where its joints are, and which of them are beyond their limits."""
     beyond = beyond_limits(state.robot, state.q)
     return {**arm_json(state.robot), 'q': state.q, 'beyond_limits': beyond}
 
 
-def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Any]:
+def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Json]:
     """Return the measures under the keys of `JSON_KEYS`."""
     moving = ('lost_direction', 'joint_motion', 'way_out', 'rate', 'time_to_warning')
     return {
@@ -178,8 +177,7 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
         'joints against each other' if near else 'weakest motion',
         joints_in_words(robot.joint_names, singularity.joint_motion),
     )
-    if singularity.rate is not None:
-        yield 'along qdot', _motion_words(robot, singularity)
+    yield 'along qdot', _motion_words(robot, singularity)
 
 
 def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
@@ -221,12 +219,14 @@ def _distance_words(robot: Robot, singularity: Singularity) -> str:
 
 def _motion_words(robot: Robot, singularity: Singularity) -> str:
     measure = MEASURES[robot.singularity.thresholds.measure].words
-    time = singularity.time_to_warning
+    time, rate = singularity.time_to_warning, singularity.rate
+    if time is None or rate is None:
+        return ''
     if time == 0.0:
         when = 'beyond its WARN threshold now'
     elif time > LONG:
         when = 'not approaching its WARN threshold'
     else:
         when = f'WARN in {time:.3g} s'
-    rate = 0.0 if abs(singularity.rate) < STEADY else singularity.rate
+    rate = 0.0 if abs(rate) < STEADY else rate
     return f'{measure} changes by {rate:.3g} per second: {when}'

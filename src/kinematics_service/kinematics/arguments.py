@@ -4,21 +4,21 @@ import contextlib
 import math
 from collections.abc import Iterable, Sequence
 from numbers import Integral, Real
-from typing import Any
+from typing import SupportsFloat, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import ArgumentError
+from ..errors import ArgumentError, Shape
 from ..kernel import Floats
 from ..robot.task import ROW_NAMES
 
 
 def numbers_of(
     name: str,
-    given: object,
+    given: npt.ArrayLike | None,
     refusal: type[ArgumentError] = ArgumentError,
-    expected: Sequence[Any] = ('(...)',),
+    expected: Sequence[Shape] = ('(...)',),
     shapes: str = '',
 ) -> Floats:
     """
@@ -41,14 +41,14 @@ def refused(
     return refusal(f'{name} must be {expected}, not {given!r:.80}', name, [expected], given)
 
 
-def seed_of(seed: Any) -> int:
+def seed_of(seed: SupportsIndex) -> int:
     """Return a seed of random numbers, or raise an ArgumentError."""
     if not isinstance(seed, Integral) or seed < 0:
         raise refused('seed', 'a whole number from 0 on', seed)
     return int(seed)
 
 
-def random_from(seed: Any) -> np.random.Generator:
+def random_from(seed: SupportsIndex) -> np.random.Generator:
     """Return the random numbers of a seed, or raise an ArgumentError."""
     return np.random.default_rng(seed_of(seed))
 
@@ -99,7 +99,7 @@ def shape_together(
     raise refusal(sentence, names[1], [expected], other)
 
 
-def number_or_nan(value: object) -> float:
+def number_or_nan(value: SupportsFloat) -> float:
     """Return a number, and what is in no range, nan, for what is none."""
     if isinstance(value, float):  # what it is nearly always; the general question takes longer
         return value

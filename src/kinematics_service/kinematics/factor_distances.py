@@ -1,16 +1,20 @@
 """The named factors of a robot file at a pose."""
 
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic
 
 import numpy as np
 
 from ..kernel import Floats
 from ..robot.factors import motions_to_zeros
+from .one_or_many import Index
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 
 @dataclass(frozen=True, eq=False)
-class FactorMeasures:
+class FactorMeasures(Generic[Index]):
     """
     The named factors of the robot file at a pose; see `Singularity.factors`.
 
@@ -49,16 +53,17 @@ class FactorMeasures:
         return motions_to_zeros(self.results, self.column_scales[..., None, :])
 
     @property
-    def nearest(self) -> Any:
+    def nearest(self) -> Index:
         """
         Return the index of the factor nearest to its zero: an int for one pose, shape (...) for
         many.
         """
-        index = self.estimates.argmin(axis=-1)
-        return index if index.ndim else int(index)
+        found = self.estimates.argmin(axis=-1)
+        index: Index = found if found.ndim else found.item()
+        return index
 
 
-def same_values(one: Any, other: Any) -> bool:
+def same_values(one: 'DataclassInstance', other: 'DataclassInstance') -> bool:
     """Return whether the fields of two results hold the same values; NaN is the same as NaN."""
 
     def same(a: Any, b: Any) -> bool:

@@ -10,7 +10,7 @@ It is no safety function: it knows positions and speeds as they are reported.
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -24,8 +24,9 @@ from ..robot.robot import AnyRobot, Robot, as_robot
 from .arguments import check_positive, refused
 from .clearance import clearances
 from .forward import twist
+from .one_or_many import Number, Text
 from .servo_rule import ServoRule, servo_shares
-from .singularity import Singularity, singularity
+from .singularity import Singularities, singularity
 from .singularity_rates import AT_REST
 from .tool_state import ToolState, evaluate, velocities_of
 
@@ -65,7 +66,7 @@ class Constraint(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class MotionScale(FrozenArrays):
+class MotionScale(FrozenArrays, Generic[Number, Text]):
     """
     How much of a joint motion may be kept, and why not all of it; no safety function.
 
@@ -93,16 +94,20 @@ class MotionScale(FrozenArrays):
         may be ahead that was not found. False for every motion of closed loops.
     """
 
-    value: Any
-    cause: Any
-    of: Any
-    margin: Any
-    time_left: Any
+    value: Number
+    cause: Text
+    of: Text
+    margin: Number
+    time_left: Number
     constraints: tuple[Constraint, ...]
     values: Floats
     margins: Floats
     times: Floats
     proved: npt.NDArray[np.bool_]
+
+
+# The result of a batch.
+MotionScales: TypeAlias = MotionScale[Floats, npt.NDArray[np.str_]]
 
 
 class _Shares(NamedTuple):
@@ -129,7 +134,7 @@ def scale(
     horizon: float = 0.1,
     reduced: bool = False,
     rule: ServoRule | None = None,
-) -> MotionScale:
+) -> MotionScale[Any, Any]:
     """
     Return how much of the joint velocities may be kept, and what asks for less.
 
@@ -195,7 +200,7 @@ def scale(
     return _scale(found, _proved(robot, state, rates, braking))
 
 
-def _scale(found: list[_Shares], proved: npt.NDArray[np.bool_]) -> MotionScale:
+def _scale(found: list[_Shares], proved: npt.NDArray[np.bool_]) -> MotionScale[Any, Any]:
     constraints = tuple(constraint for one in found for constraint in one.constraints)
     values, margins, times = (
         np.concatenate([one[k] for one in found], axis=-1) for k in (1, 2, 3)
@@ -323,7 +328,7 @@ def _proved(
     return proved
 
 
-def _seen_from(robot: Robot, q: Floats) -> tuple[Singularity, npt.NDArray[np.bool_]]:
+def _seen_from(robot: Robot, q: Floats) -> tuple[Singularities, npt.NDArray[np.bool_]]:
     # The poses (N, n) at which the closed loops close, and which these are: a search that misses
     # a flat position lets the motion go too far.
     closes = np.ones(len(q), bool)

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import kernel
-from ..kernel import Floats
+from ..kernel import Floats, Integers
 from ..notebook import as_html
 from ..robot.measure_places import MeasurePlaces
 from ..robot.measures import MEASURES, Level, why_unsearched
@@ -17,11 +17,12 @@ from ..robot.robot import AnyRobot, Robot, as_robot
 from . import singularity_rates as measure_rates
 from .clearance import clearances
 from .factor_distances import FactorMeasures, same_values
+from .one_or_many import Grade, Index, Number, Pose
 from .tool_state import ToolState, evaluate
 
 
 @dataclass(frozen=True, eq=False)
-class Singularity:
+class Singularity(Generic[Number, Index, Grade, Pose]):
     """
     The measures of J_t, the task's rows of the Jacobian; numbers for one pose, arrays for a batch.
 
@@ -76,35 +77,36 @@ class Singularity:
         the determinants of their closure; otherwise None.
     """
 
-    determinant: Any
-    manipulability: Any
-    condition_number: Any
-    smallest_singular_value: Any
+    determinant: Number | None
+    manipulability: Number
+    condition_number: Number
+    smallest_singular_value: Number
     singular_values: Floats
-    rank: Any
+    rank: Index
     generic_rank: int
-    distance: Any
-    nearest_singular: Any
-    clearance: Any
+    distance: Number
+    nearest_singular: Pose
+    clearance: Number
     lost_direction: Floats
     joint_motion: Floats
     way_out: Floats
-    rate: Any
-    time_to_warning: Any
-    level: Any
-    factors: FactorMeasures | None
+    rate: Number | None
+    time_to_warning: Number | None
+    level: Grade
+    factors: FactorMeasures[Index] | None
 
     def __repr__(self) -> str:
-        if np.ndim(self.level):
-            counts = ((level.name, int(np.sum(self.level == level))) for level in Level)
+        one: Singularity[Any, Any, Any, Any] = self
+        if np.ndim(one.level):
+            counts = ((level.name, int(np.sum(one.level == level))) for level in Level)
             words = ', '.join(f'{count} {name}' for name, count in counts if count)
-            return f'Singularity({np.size(self.level)} poses: {words or "none"})'
-        distance = none_found(self) or f'{self.distance:.4g} rad'
-        name, value = 'determinant', self.determinant
+            return f'Singularity({np.size(one.level)} poses: {words or "none"})'
+        distance = none_found(one) or f'{one.distance:.4g} rad'
+        name, value = 'determinant', one.determinant
         if value is None:
-            name, value = 'manipulability', self.manipulability
+            name, value = 'manipulability', one.manipulability
         return (
-            f'Singularity({self.level.name}, distance {distance}, {name} {value:.4g}, '
+            f'Singularity({one.level.name}, distance {distance}, {name} {value:.4g}, '
             f'rank {self.rank} of {self.generic_rank})'
         )
 
@@ -114,7 +116,7 @@ class Singularity:
         """Compare every value exactly; what is no number equals itself."""
         return same_values(self, other) if isinstance(other, Singularity) else NotImplemented
 
-    def __reduce__(self) -> tuple[type['Singularity'], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
         """Copy and pickle the values alone, and not the arm they are of."""
         return Singularity, tuple(getattr(self, field.name) for field in fields(self))
 
@@ -136,7 +138,7 @@ class _cached(Generic[T]):
         return value
 
 
-class _TakenMeasures(Singularity):
+class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     """
     Measures that are taken out of the kernel's rows when they are first asked for.
 
@@ -252,7 +254,7 @@ class _TakenMeasures(Singularity):
         return _read_only(self._watched[..., k].astype(int))
 
     @_cached
-    def factors(self) -> FactorMeasures | None:
+    def factors(self) -> FactorMeasures[Any] | None:
         robot, places, first = self._robot, self._places, self._first
         names, leading = robot.singularity.factors.names, first.shape[:-1]
         if not names:
@@ -286,6 +288,10 @@ _LEVELS = tuple(Level)
 def _read_only(vector: Floats) -> Floats:
     vector.setflags(write=False)
     return vector
+
+
+# The result of a batch.
+Singularities: TypeAlias = Singularity[Floats, Integers, Integers, Floats]
 
 
 def watched_value(robot: Robot, singularity: Singularity) -> float:
@@ -366,7 +372,7 @@ def _measure(state: ToolState) -> Floats:
     return row
 
 
-def singularity_of(state: ToolState) -> Singularity:
+def singularity_of(state: ToolState) -> Singularity[Any, Any, Any, Any]:
     """Return the measures of an evaluated state (depth JACOBIAN or more)."""
     measures = state.measures
     if state.joints is None:
@@ -379,7 +385,7 @@ def singularity_of(state: ToolState) -> Singularity:
 
 def singularity(
     robot: AnyRobot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None
-) -> Singularity:
+) -> Singularity[Any, Any, Any, Any]:
     """
     Return how near joint positions q are to a singular pose.
 

@@ -10,13 +10,16 @@ import re
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..errors import KinematicsError, SweepError
 from ..kernel import Floats
 from ..robot.robot import Robot
+
+Item = TypeVar('Item')
+Result = TypeVar('Result')
 
 # A function of a robot and rows (k, ...) that answers each row by itself: (k, ...). Workers import
 # it by its name, so it must be in a module they have; `functools.partial` of one is fine.
@@ -86,8 +89,8 @@ def map_batches(
 
 
 def results_of_workers(
-    function: Callable[[Any], Any], items: Sequence[Any], workers: str
-) -> Iterator[Any]:
+    function: Callable[[Item], Result], items: Sequence[Item], workers: str
+) -> Iterator[Result]:
     """
     Yield the function's result of each item, in order, computed by the workers of a cluster.
 

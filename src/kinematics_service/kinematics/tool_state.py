@@ -146,7 +146,7 @@ _DOUBLE = np.dtype(np.float64)
 _new = tuple.__new__
 
 
-def as_the_kernel_takes_it(vector: object) -> TypeGuard[Floats]:
+def as_the_kernel_takes_it(vector: npt.ArrayLike) -> TypeGuard[Floats]:
     """Return whether it is one vector of doubles in C order, aligned."""
     return (
         type(vector) is np.ndarray

@@ -14,7 +14,7 @@ from ..errors import RefusedTargetError
 from ..estimation.estimator import EstimatorOutput
 from ..estimation.status_text import StatusText
 from ..kernel import LARGEST, Floats
-from ..kinematics.scale import LEAVING, POSITION, SINGULARITY, MotionScale, scale
+from ..kinematics.scale import LEAVING, POSITION, SINGULARITY, MotionScales, scale
 from ..robot.measures import Level
 from .messages.message_check import read_message
 from .messages.messages import full_name, stamp_of, status_message
@@ -93,7 +93,7 @@ class Scaling:
             self._reason = reason
             self._say(reason.level, *_in_words(found, reason, value))
 
-    def _found(self, message: JointState) -> MotionScale:
+    def _found(self, message: JointState) -> MotionScales:
         settings, present = self._settings, self._present()
         qdot = _velocities(message, settings.joint_names)
         # Both clocks are the robot's: the ROS clock of this process may be another one.
@@ -122,7 +122,7 @@ class Scaling:
         self._last = value, now
         return value
 
-    def _judged(self, found: MotionScale) -> _Reason:
+    def _judged(self, found: MotionScales) -> _Reason:
         # Of what may be kept: what still rises to it has no cause.
         former, values = self._reason or _Reason(Level.OK), found.values[0]
         level, value = Level.OK, float(np.min(values))
@@ -175,7 +175,7 @@ def _velocities(message: JointState, names: tuple[str, ...]) -> Floats:
     return qdot
 
 
-def _servo_code(found: MotionScale, reason: _Reason) -> int:
+def _servo_code(found: MotionScales, reason: _Reason) -> int:
     if reason.k < 0:
         return NO_WARNING
     cause = found.constraints[reason.k].cause
@@ -185,7 +185,7 @@ def _servo_code(found: MotionScale, reason: _Reason) -> int:
 
 
 def _in_words(
-    found: MotionScale, reason: _Reason, value: float
+    found: MotionScales, reason: _Reason, value: float
 ) -> tuple[str, tuple[tuple[str, str], ...]]:
     proved = 'proved', 'yes' if found.proved[0] else 'no'
     if reason.k < 0:

@@ -23,6 +23,7 @@ from .file.reader import CELL, check_name, read_robot_file, read_units, refuse, 
 from .file.text.entries import checked, checked_mapping
 from .file.text.fault_report import FaultReport, Place, quoted
 from .file.text.robot_document import read_document
+from .file.text.yaml_document import Yaml
 from .file.translation import translator_of
 from .points import ending_at, moved_base
 from .relative_motion import relative_motion
@@ -192,7 +193,7 @@ def read_cell(path: Path) -> Cell:
     placed = {
         name: _read_arm(name, data, frame, path.parent, quantities) for name, data in given.items()
     }
-    if 'arms' in document.data and not given:
+    if isinstance(document.data, dict) and 'arms' in document.data and not given:
         top['arms'].fault('a cell has at least one arm')
     arms = {name: arm for name, arm in placed.items() if arm is not None}
     common = tuple(name for name in entry.common or () if name)
@@ -214,7 +215,7 @@ class _PlacedArm(NamedTuple):
 
 
 def _read_arm(
-    name: str, data: object, frame: str, folder: Path, quantities: Quantities
+    name: str, data: Yaml, frame: str, folder: Path, quantities: Quantities
 ) -> _PlacedArm | None:
     at = quantities.top['arms', name]
     if name == frame or not POINT_NAME.fullmatch(name):

@@ -33,6 +33,7 @@ class FrozenArrays:
 
     def __init_subclass__(cls) -> None:
         """Find the fields that are arrays."""
+        super().__init_subclass__()
         own = (name for name, kind in cls.__annotations__.items() if kind in ARRAYS)
         cls.READ_ONLY = (*cls.READ_ONLY, *own)
 

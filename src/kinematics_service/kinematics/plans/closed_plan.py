@@ -104,7 +104,7 @@ class ClosedPlan:
         if len(x):
             near = singularity(self._robot, self._positions(x))
             found = self._nearest(x, near.nearest_singular, found)
-            if self._robot.singularity.task.square and not found.distance < threshold:
+            if near.determinant is not None and not found.distance < threshold:
                 found = self._crossing(near.determinant, found)
         refuted = found.distance < threshold
         ends = float(motion.begins[0]), float(motion.begins[-1] + motion.durations[-1])
@@ -140,7 +140,8 @@ class ClosedPlan:
                 q = self._positions(np.array([middle]))
                 if not closes_at(self._robot.chain, q)[0]:
                     break
-                if singularity(self._robot, q).determinant[0] * signs[k] > 0.0:
+                determinant = singularity(self._robot, q).determinant
+                if determinant is not None and determinant[0] * signs[k] > 0.0:
                     before = middle
                 else:
                     after = middle

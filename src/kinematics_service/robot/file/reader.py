@@ -6,7 +6,7 @@ import re
 import stat
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn
 
 from ...errors import Fault, RobotFileError
 from .parts.constants import Constants, read_constants
@@ -41,7 +41,7 @@ from .text.entries import checked
 from .text.fault_report import FaultReport, Place, quoted, shown
 from .text.plain_expression import known_names_in
 from .text.robot_document import MAX_BYTES, read_document
-from .text.yaml_document import texts_in
+from .text.yaml_document import Yaml, texts_in
 from .translation import MAX_BYTES as MOST_TRANSLATED
 from .translation import RobotText, translator_of
 
@@ -234,7 +234,7 @@ def refuse(file: str, message: str, line: int = 0, where: str = '') -> NoReturn:
     raise RobotFileError((Fault(file, line, where, message),))
 
 
-def read_units(data: Any, at: Place) -> Units:
+def read_units(data: Yaml, at: Place) -> Units:
     """Return the units of the numbers of a file; rad and m where it does not say."""
     if data is None:
         return Units()
@@ -242,12 +242,13 @@ def read_units(data: Any, at: Place) -> Units:
     return Units('deg' if entry.angle == 'deg' else 'rad', 'mm' if entry.length == 'mm' else 'm')
 
 
-def _mapping(data: Any, top: Place) -> dict[str, Any]:
-    if not isinstance(data, dict):
-        keys = ', '.join(RobotEntry.required)
-        top.fault(f'expected a mapping with the keys {keys}, not {shown(data)}')
-        top.report.raise_faults()
-    return dict(data)
+def _mapping(data: Yaml, top: Place) -> dict[str, Yaml]:
+    if isinstance(data, dict):
+        return data
+    keys = ', '.join(RobotEntry.required)
+    top.fault(f'expected a mapping with the keys {keys}, not {shown(data)}')
+    top.report.raise_faults()
+    return {}
 
 
 def check_name(name: str | None, at: Place) -> None:
@@ -278,7 +279,7 @@ class _FileNames(NamedTuple):
     quantities: Quantities
 
 
-def _names(entry: RobotEntry, data: dict[str, Any], units: Units, top: Place) -> _FileNames:
+def _names(entry: RobotEntry, data: dict[str, Yaml], units: Units, top: Place) -> _FileNames:
     joints = read_joint_entries(entry.joints, top['joints']) if 'joints' in data else []
     types = [joint_type_of(joint) for joint in joints]
     constant_names = tuple(entry.constants) if isinstance(entry.constants, dict) else ()
@@ -287,7 +288,7 @@ def _names(entry: RobotEntry, data: dict[str, Any], units: Units, top: Place) ->
     passive = read_passive(entry.loops, [*constant_names, *moving], top['loops'])
     moving += [joint.name for joint in passive]
     constants = read_constants(entry.constants, units, moving, top['constants'])
-    items = entry.joints if joints else []
+    items = entry.joints if joints and isinstance(entry.joints, list) else []
     driven = _quantities(top, units, constants, items, types, variables)
     with_passive = {**driven.joint_types, **{joint.name: joint.type for joint in passive}}
     quantities = replace(driven, joint_types=with_passive) if passive else driven
@@ -298,7 +299,7 @@ def _quantities(
     top: Place,
     units: Units,
     constants: Constants,
-    items: Sequence[Any],
+    items: Sequence[Yaml],
     types: Sequence[JointType | None],
     variables: Sequence[str | None],
 ) -> Quantities:
@@ -313,7 +314,8 @@ def _quantities(
         elif variable is None:
             # The expressions may call it anything.
             all_names_known = False
-        if not (variable and joint_type and item.keys() <= set(JointEntry.keys())):
+        keys = set(item) if isinstance(item, dict) else set()
+        if not (variable and joint_type and keys <= set(JointEntry.keys())):
             hidden |= names_given(item)
     hidden -= known.keys() | values.keys()
     found = Quantities(
@@ -323,7 +325,7 @@ def _quantities(
 
 
 def _links(
-    entry: RobotEntry, data: dict[str, Any], convention: Convention | None, names: _FileNames
+    entry: RobotEntry, data: dict[str, Yaml], convention: Convention | None, names: _FileNames
 ) -> tuple[Link, ...] | None:
     if 'links' not in data:
         return None
@@ -345,7 +347,9 @@ def _ends(entry: RobotEntry, quantities: Quantities) -> tuple[Placement | None, 
     return base, tool
 
 
-def _check_movement(names: _FileNames, data: dict[str, Any], links: Sequence[Link] | None) -> None:
+def _check_movement(
+    names: _FileNames, data: dict[str, Yaml], links: Sequence[Link] | None
+) -> None:
     # Every joint moves a row, or says that it moves none.
     quantities = names.quantities
     joints, rows = quantities.top['joints'], _names_in_rows(data['links'], links, quantities)
@@ -353,10 +357,12 @@ def _check_movement(names: _FileNames, data: dict[str, Any], links: Sequence[Lin
         return
     moving = frozenset().union(*rows)
     in_loops = moving_loops(data.get('loops'), quantities.joint_types.keys())
-    for index, (entry, variable) in enumerate(zip(names.joints, names.variables, strict=True)):
+    listed = data.get('joints')
+    items = listed if isinstance(listed, list) else []
+    for index, (item, entry, variable) in enumerate(zip(items, names.joints, names.variables)):
         if variable is None or joint_type_of(entry) is None:
             continue
-        called = {variable} if links is not None else names_given(data['joints'][index])
+        called = {variable} if links is not None else names_given(item)
         if not called & (moving | in_loops) and not entry.unused:
             joints[index].fault(
                 f"{quoted(variable)} moves no row of links: add its row, or say 'unused: true'"
@@ -367,7 +373,7 @@ def _check_movement(names: _FileNames, data: dict[str, Any], links: Sequence[Lin
 
 
 def _names_in_rows(
-    data: Any, links: Sequence[Link] | None, quantities: Quantities
+    data: Yaml, links: Sequence[Link] | None, quantities: Quantities
 ) -> list[frozenset[str]]:
     # None where there are no rows, which has been said, or where a name may be among those that
     # are not understood.

@@ -82,8 +82,10 @@ def read_intrinsics(file: Path) -> Intrinsics:
     try:
         text = file.read_text(encoding='utf-8')
         entries = read_documents(NOT_YAML.sub('', text))[0]
+        if not isinstance(entries, dict):
+            raise YamlError(1, 'expected a mapping of entries')
         given = {str(key): value for key, value in entries.items()}
-    except (OSError, UnicodeDecodeError, YamlError, IndexError, AttributeError) as error:
+    except (OSError, UnicodeDecodeError, YamlError, IndexError) as error:
         raise RecordingError(f'{file}: this is no calibration file of a camera: {error}') from None
     model = given.get('distortion_model', '')
     if model not in MODELS:

@@ -2,10 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
 
 from ....errors import FormulaError
 from ....robot.robot import Robot
@@ -181,7 +180,7 @@ def _located(fault: FormulaError, statement: Statement) -> FormulaError:
     return fault if fault.line else FormulaError(fault.message, statement.line, 1)
 
 
-def _symbols(statement: Statement) -> frozenset[Any]:
+def _symbols(statement: Statement) -> frozenset[sp.Symbol]:
     symbols = set(statement.value.free_symbols)
     if statement.left is not None:
         symbols |= statement.left.free_symbols
@@ -193,7 +192,7 @@ def _check(
 ) -> Check:
     symbols, settings = _symbols(statement), statement.settings
 
-    def poses(count: int, symbols: frozenset[Any] = symbols) -> Poses:
+    def poses(count: int, symbols: frozenset[sp.Symbol] = symbols) -> Poses:
         return poses_for(robot, names, settings, symbols, understood.fixed, count)
 
     if statement.kind == 'quantity':

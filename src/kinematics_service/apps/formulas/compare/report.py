@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
-from ....printing import attributes
+from ....printing import Json, attributes
 from ....typography import counted
 from .causes.explanation import Explanation
 from .comparison import AGREES, Comparison, Verdict
@@ -94,7 +93,7 @@ def _cause(cause: Explanation, verdict: Verdict) -> Iterator[str]:
         yield f'    or, equally possible: {other}'
 
 
-def document(comparison: Comparison, file: str) -> dict[str, Any]:
+def document(comparison: Comparison, file: str) -> dict[str, Json]:
     """Return what --json prints."""
     return {
         'robot': comparison.robot.name,
@@ -106,7 +105,7 @@ def document(comparison: Comparison, file: str) -> dict[str, Any]:
     }
 
 
-def _json(verdict: Verdict) -> dict[str, Any]:
+def _json(verdict: Verdict) -> dict[str, Json]:
     return {
         **attributes(verdict, 'name', 'line', 'status'),
         'rows': verdict.shape[0],

@@ -7,13 +7,19 @@ equations, for which there is no closed form in general.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import sympy
 from sympy.simplify.fu import TR8
 
 from ....errors import DerivationError
-from ....robot.file.parts.description import IDENTITY, LoopDescription, Placement, RobotDescription
+from ....robot.file.parts.description import (
+    IDENTITY,
+    Link,
+    LoopDescription,
+    Placement,
+    RigidMotion,
+    RobotDescription,
+)
 from ....robot.file.parts.loop_groups import loop_groups
 from ....robot.robot import Robot
 from ....robot.task import ROW_NAMES
@@ -52,33 +58,36 @@ class LoopEquations:
     """
 
     name: str
-    passive: tuple[Any, ...]
-    equations: tuple[Any, ...]
-    coupling: Any
-    determinant: Any
+    passive: tuple[sympy.Symbol, ...]
+    equations: tuple[sympy.Expr, ...]
+    coupling: sympy.Matrix
+    determinant: sympy.Expr
 
 
-def simplified(expression: Any) -> Any:
+def simplified(expression: sympy.Expr) -> sympy.Expr:
     """Return a quotient of sines and cosines with a shorter numerator, where there is one."""
     numerator, denominator = sympy.fraction(expression)
     forms = [sympy.factor_terms(form, clear=False) for form in _forms(numerator)]
     return min(forms, key=sympy.count_ops) / denominator
 
 
-def _forms(expression: Any) -> list[Any]:
+def _forms(expression: sympy.Expr) -> list[sympy.Expr]:
     # The expression, and where it is not long that by sums of angles.
     long = sympy.count_ops(expression) > MOST_OPERATIONS
     return [expression] if long else [expression, _without_products(expression)]
 
 
-def _without_products(expression: Any) -> Any:
+def _without_products(expression: sympy.Expr) -> sympy.Expr:
     # Sines and cosines of sums of angles in place of their products: of links that turn about
     # parallel axes most terms cancel. A thirtieth of the time of `sympy.trigsimp`.
     return sympy.expand(TR8(sympy.expand(expression)))
 
 
 def loop_equations(
-    name: str, constraint: Sequence[Any], joints: Sequence[Any], passive: Sequence[Any]
+    name: str,
+    constraint: Sequence[sympy.Expr],
+    joints: Sequence[sympy.Symbol],
+    passive: Sequence[sympy.Symbol],
 ) -> LoopEquations:
     """
     Return a loop that is closed by Phi(q, psi) = 0, with its coupling by q.
@@ -154,7 +163,7 @@ def loops_of(
 
 def closed_determinant(
     robot: Robot, J: Matrix, frames: Frames, loops: Sequence[LoopEquations], writer: Writer
-) -> Any:
+) -> sympy.Expr | None:
     """
     Return det(J_t) of the task rows of an arm with loops, a product over those of the loops.
 
@@ -193,7 +202,7 @@ def _simplest_frame(robot: Robot) -> int:
 
 def _equations(
     description: RobotDescription, loop: LoopDescription, arithmetic: Arithmetic
-) -> tuple[Any, ...]:
+) -> tuple[sympy.Expr, ...]:
     # The residual of a loop as the kernel has it; of a rotation its axis times the sine, which is
     # zero with it.
     start = _chain(description, (), loop.start.motion, arithmetic)
@@ -210,7 +219,9 @@ def _equations(
     return tuple(min(_forms(entry), key=sympy.count_ops) for entry in entries)
 
 
-def _chain(description: RobotDescription, links: Any, end: Any, arithmetic: Arithmetic) -> Any:
+def _chain(
+    description: RobotDescription, links: Sequence[Link], end: RigidMotion, arithmetic: Arithmetic
+) -> sympy.Matrix:
     alone = replace(
         description,
         links=tuple(links),

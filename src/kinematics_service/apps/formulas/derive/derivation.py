@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import comb
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import sympy
 
@@ -73,9 +73,9 @@ class Derivation:
 
     robot: Robot
     names: Names
-    jacobian_open: Any
+    jacobian_open: sympy.Matrix
     methods: Mapping[str, int]
-    coupling: Any
+    coupling: sympy.Matrix | None
     loops: tuple[LoopEquations, ...]
     singular_set: SingularSet
     exact: 'Exact' = field(repr=False)
@@ -92,27 +92,27 @@ class Derivation:
     _repr_latex_ = as_latex
 
     @cached_property
-    def row_transforms(self) -> tuple[Any, ...]:
+    def row_transforms(self) -> tuple[sympy.Matrix, ...]:
         """Return T of each row of the table."""
         return tuple(map(self.exact.writer.matrix, self.exact.frames.row_transforms))
 
     @cached_property
-    def frames(self) -> tuple[Any, ...]:
+    def frames(self) -> tuple[sympy.Matrix, ...]:
         """Return frame 0, then the frame after each row, in the base frame."""
         return tuple(map(self.exact.writer.matrix, self.exact.frames.in_base))
 
     @cached_property
-    def T(self) -> Any:
+    def T(self) -> sympy.Matrix:
         """Return the tool in the base frame."""
         return self.exact.writer.matrix(self.exact.frames.T_base_tool)
 
     @cached_property
-    def z(self) -> tuple[Any, ...]:
+    def z(self) -> tuple[sympy.Matrix, ...]:
         """Return the direction of the axis of each row that moves, base axes."""
         return tuple(self.exact.writer.matrix(tuple(zip(axis.z))) for axis in self._axes)
 
     @cached_property
-    def o(self) -> tuple[Any, ...]:
+    def o(self) -> tuple[sympy.Matrix, ...]:
         """Return a point on the axis of each row that moves, base axes."""
         return tuple(self.exact.writer.matrix(tuple(zip(axis.o))) for axis in self._axes)
 
@@ -121,28 +121,28 @@ class Derivation:
         return ways.axes_seen_from(self.exact.frames, -1)
 
     @property
-    def rotation(self) -> Any:
+    def rotation(self) -> sympy.Matrix:
         """Return the rotation of the tool, 3 x 3."""
         return self.T[:3, :3]
 
     @property
-    def position(self) -> Any:
+    def position(self) -> sympy.Matrix:
         """Return the position of the tool, 3 x 1."""
         return self.T[:3, 3]
 
     @property
-    def variables(self) -> tuple[Any, ...]:
+    def variables(self) -> tuple[sympy.Symbol, ...]:
         """Return the joint variables, in the order of the columns."""
         passive = sum(len(loop.passive) for loop in self.loops)
         return self.names.variables[: len(self.names.variables) - passive]
 
     @cached_property
-    def jacobian(self) -> Any:
+    def jacobian(self) -> sympy.Matrix:
         """Return J by the joints, 6 x n."""
         return self._by_joints(self.jacobian_open)
 
     @property
-    def loop_coupling(self) -> Any:
+    def loop_coupling(self) -> sympy.Matrix:
         """
         Return d (q, psi) / d q of joints q and passive joints psi: J is `jacobian_open` times it.
         """
@@ -150,7 +150,7 @@ class Derivation:
         return sympy.ImmutableMatrix(sympy.Matrix.vstack(*rows))
 
     @property
-    def determinant(self) -> Any:
+    def determinant(self) -> sympy.Expr | None:
         """
         Return the determinant of the task rows as a product, or the product of singular values.
 
@@ -166,12 +166,12 @@ class Derivation:
         return {s.name: None if s.name in letters else value for s, value in values}
 
     @property
-    def factors(self) -> dict[str, Any]:
+    def factors(self) -> dict[str, sympy.Expr]:
         """Return the factors of the determinant by name."""
         return {factor.name: factor.expression for factor in self.singular_set.factors}
 
     @property
-    def angles(self) -> dict[Any, Any]:
+    def angles(self) -> dict[sympy.Symbol, sympy.Expr]:
         """
         Return q + offset by the symbol of theta, of joints whose offset is no quarter turn.
 
@@ -183,14 +183,14 @@ class Derivation:
         """
         return self.exact.arithmetic.in_variables
 
-    def in_angles(self, expression: Any) -> Any:
+    def in_angles(self, expression: sympy.Expr) -> sympy.Expr:
         """Return an expression (or a matrix) by the theta of `angles`, without the offsets."""
         offsets = self.exact.arithmetic.offsets
         symbols = self.exact.arithmetic.angles
         turned = {v: symbols[v] - offsets[v] for v in self.names.variables if offsets[v] != 0}
         return expression.xreplace(turned) if turned else expression
 
-    def jacobian_in(self, frame: str | int = 'base', angular_first: bool = False) -> Any:
+    def jacobian_in(self, frame: str | int = 'base', angular_first: bool = False) -> sympy.Matrix:
         """
         Return the Jacobian in other axes or with the other rows first.
 
@@ -209,7 +209,7 @@ class Derivation:
         J = self.exact.jacobian_in(frame)
         return self._by_joints(self.exact.writer.matrix((*J[3:], *J[:3]) if angular_first else J))
 
-    def _by_joints(self, J: Any) -> Any:
+    def _by_joints(self, J: sympy.Matrix) -> sympy.Matrix:
         return J * self.loop_coupling if self.loops else J
 
     @cached_property
@@ -297,7 +297,9 @@ def derive(
     if loops:
         found_set: SingularSet | None = _closed_set(exact, loops, tell)
     else:
-        found_set = _singular_set(exact, tell) or _singular_set(_in_half_angles(exact), tell)
+        found_set = _singular_set(exact, tell) or _singular_set(
+            exact_of(robot, names, parts=2), tell
+        )
     assert found_set is not None  # with half angles every family is one
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
@@ -321,16 +323,6 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
     determinant = Determinant(square, rows, expression, columns=robot.variables, minors=1)
     dependent = robot.singularity.task.dependent_joints
     return SingularSet(determinant, (), (), robot.singularity.task.generic_rank, dependent, False)
-
-
-def _in_half_angles(exact: Exact) -> Exact:
-    robot = exact.sampler.robot
-    arithmetic = arithmetic_of(robot.description, exact.arithmetic.names, parts=2)
-    frames = frames_of(robot.description, arithmetic)
-    writer = writer_of(frames, arithmetic)
-    J = ways.geometric(frames, arithmetic)
-    sampler = replace(exact.sampler, arithmetic=arithmetic, frames=frames, J=J)
-    return Exact(arithmetic, frames, writer, sampler, J)
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
@@ -408,23 +400,24 @@ class DeterminantFactors(NamedTuple):
     """
 
     values: tuple[Laurent, ...]
-    expressions: tuple[Any, ...]
+    expressions: tuple[sympy.Expr, ...]
 
     def functions(self, sampler: PoseSampler) -> list[Numbers]:
         """Return the factors as functions of size 1 of poses in the file's units."""
         return [FamilySearch(sampler, (sampler,)).numbers(value) for value in self.values]
 
 
-def exact_of(robot: Robot) -> Exact:
+def exact_of(robot: Robot, names: Names | None = None, parts: int = 1) -> Exact:
     """
-    Return the arithmetic of an open arm.
+    Return the arithmetic of an open arm, of its joint angles or of halves of them (`parts` 2).
 
     Raises
     ------
     DerivationError
         An angle is not a fraction of a joint's, or the pose is too long.
     """
-    arithmetic = arithmetic_of(robot.description, names_of(robot.description, None))
+    names = names or names_of(robot.description, None)
+    arithmetic = arithmetic_of(robot.description, names, parts)
     frames = frames_of(robot.description, arithmetic)
     J = ways.geometric(frames, arithmetic)
     sampler = sampler_of(robot, arithmetic, frames, J)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import sympy
 
@@ -30,24 +29,24 @@ class Family:
         Where all of these are 0 every value of that joint is a solution; empty: nowhere.
     """
 
-    variable: Any
-    solutions: tuple[Any, ...]
-    condition: Any
-    free: tuple[Any, ...]
+    variable: sympy.Symbol | None
+    solutions: tuple[sympy.Expr, ...]
+    condition: sympy.Basic | None
+    free: tuple[sympy.Expr, ...]
 
 
 @dataclass(frozen=True)
 class _Solved:
     # cosine cos y + sine sin y + rest = 0 with y = multiple * joint + shift;
     # where it slides, cosine * joint + rest = 0.
-    variable: Any
-    shift: Any
+    variable: sympy.Symbol
+    shift: sympy.Expr
     cosine: Laurent
     sine: Laurent
     rest: Laurent
     slides: bool
-    multiple: Any
-    simplicity: tuple[Any, ...]
+    multiple: sympy.Expr
+    simplicity: tuple[sympy.Expr, ...]
 
 
 def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
@@ -69,12 +68,12 @@ def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
     return Family(best.variable, shifted, condition, free)
 
 
-def _divided(angle: Any, multiple: int) -> Any:
+def _divided(angle: sympy.Expr, multiple: sympy.Expr) -> sympy.Expr:
     return sympy.Add(*(part / multiple for part in sympy.Add.make_args(angle)))
 
 
 def _candidates(
-    value: Laurent, arithmetic: Arithmetic, variable: Any, index: int
+    value: Laurent, arithmetic: Arithmetic, variable: sympy.Symbol, index: int
 ) -> Sequence[_Solved]:
     ring = arithmetic.ring
     turning, sliding = arithmetic.angle_index(variable), ring.index('number', variable)
@@ -117,7 +116,7 @@ def _common_turn(value: Laurent, arithmetic: Arithmetic) -> tuple[int, ...]:
     return next(iter(turns)) if len(turns) == 1 else (0,) * n
 
 
-def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[Any, ...], Any]:
+def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[sympy.Expr, ...], sympy.Basic | None]:
     rest = writer.expression(solved.rest)
     if solved.slides:
         slope = writer.expression(solved.cosine)
@@ -143,7 +142,7 @@ def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[Any, ...], Any]:
     return roots, None if exists == sympy.true else exists
 
 
-def _zero_of_phase(a: Any, b: Any, writer: Writer) -> Any:
+def _zero_of_phase(a: sympy.Expr, b: sympy.Expr, writer: Writer) -> sympy.Expr:
     if a == 0:
         return sympy.Integer(0)
     if b == 0:
@@ -153,5 +152,5 @@ def _zero_of_phase(a: Any, b: Any, writer: Writer) -> Any:
     return sympy.atan(-a / b)
 
 
-def _has_joint(expression: Any, writer: Writer) -> bool:
+def _has_joint(expression: sympy.Expr, writer: Writer) -> bool:
     return bool(expression.free_symbols & set(writer.arithmetic.names.variables))

@@ -1,7 +1,5 @@
 """Factors as texts of a robot file, and the check that they are the determinant's."""
 
-from typing import Any
-
 import numpy as np
 import sympy
 from sympy.printing.str import StrPrinter
@@ -21,14 +19,14 @@ POSES = 1000
 class DecimalPrinter(StrPrinter):  # type: ignore[misc]
     """Sympy's own strings, with decimals where the file had decimals."""
 
-    def _print_Rational(self, expr: Any) -> str:
+    def _print_Rational(self, expr: sympy.Expr) -> str:
         return decimal(expr) or f'{expr.p}/{expr.q}'
 
 
 class FilePrinter(DecimalPrinter):
     """Sympy expressions as a robot file writes them: no powers, decimals as decimals."""
 
-    def _print_Pow(self, expr: Any, rational: bool = False) -> str:
+    def _print_Pow(self, expr: sympy.Expr, rational: bool = False) -> str:
         base, exponent = expr.as_base_exp()
         if exponent == sympy.Rational(1, 2):
             return f'sqrt({self._print(base)})'
@@ -40,11 +38,11 @@ class FilePrinter(DecimalPrinter):
             return f'1/{self.parenthesize(base, 100)}'
         raise DerivationError(f'{expr} has no form in a robot file')
 
-    def _print_atan(self, expr: Any) -> str:
+    def _print_atan(self, expr: sympy.Expr) -> str:
         return f'atan2({self._print(expr.args[0])}, 1)'
 
 
-def decimal(number: Any) -> str | None:
+def decimal(number: sympy.Expr) -> str | None:
     """Return an exact decimal of a fraction, or None where there is none that is short."""
     q = int(number.q)
     for prime in (2, 5):
@@ -55,7 +53,7 @@ def decimal(number: Any) -> str | None:
     return text if short else None
 
 
-def file_text(expression: Any, degrees: bool) -> str:
+def file_text(expression: sympy.Expr, degrees: bool) -> str:
     """
     Return a sympy expression as a text of a robot file.
 
@@ -78,7 +76,7 @@ def file_text(expression: Any, degrees: bool) -> str:
     return text
 
 
-def _in_degrees(angle: Any) -> Any:
+def _in_degrees(angle: sympy.Expr) -> sympy.Expr:
     # The file's joint angles are in degrees already; what is added to them is in rad.
     offset, moving = angle.as_independent(*angle.free_symbols, as_Add=True)
     return moving + offset * 180 / sympy.pi
@@ -141,7 +139,7 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     return float(np.max(error) / np.max(np.abs(product)))
 
 
-def _same_zero(one: Any, other: Any) -> bool:
+def _same_zero(one: sympy.Expr, other: sympy.Expr) -> bool:
     return bool(sympy.simplify(one / other).is_number)
 
 

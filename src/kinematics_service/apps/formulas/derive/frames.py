@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import groupby
-from typing import Any
 
 import sympy
 
@@ -18,8 +17,9 @@ from ....robot.file.parts.description import (
     RigidMotion,
     RobotDescription,
 )
-from .algebra.arithmetic import NOTHING, Affine, Arithmetic, inverse, transposed
+from .algebra.arithmetic import NOTHING, Arithmetic, inverse, transposed
 from .algebra.matrices import Matrix, product
+from .algebra.names import Affine
 
 # The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
 MOST_TERMS = 6000
@@ -176,14 +176,14 @@ def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
     return product(translation, R)
 
 
-def _rotation(angles: Sequence[Any], arithmetic: Arithmetic) -> Matrix:
+def _rotation(angles: Sequence[sympy.Expr], arithmetic: Arithmetic) -> Matrix:
     roll, pitch, yaw = angles
     about = arithmetic.about_axis
     turned = product(about('z', (yaw, {}), NOTHING), about('y', (pitch, {}), NOTHING))
     return product(turned, about('x', (roll, {}), NOTHING))
 
 
-def _roll_pitch_yaw(turns: list[list[Any]], motion: RigidMotion) -> list[Any]:
+def _roll_pitch_yaw(turns: list[list[sympy.Expr]], motion: RigidMotion) -> list[sympy.Expr]:
     # Angles instead of entries: their sines and cosines are orthogonal by themselves. A matrix of
     # rounded decimals is no rotation; the library takes the nearest one, and so does this.
     R = sympy.Matrix(turns)

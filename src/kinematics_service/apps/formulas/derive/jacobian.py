@@ -7,7 +7,6 @@ Rows are the linear three, then the angular three; columns are per rad, or per l
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import reduce
-from typing import Any
 
 import sympy
 
@@ -68,7 +67,7 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
         yield row, T
 
 
-def coupling(frames: Frames, arithmetic: Arithmetic) -> Any:
+def coupling(frames: Frames, arithmetic: Arithmetic) -> sympy.Matrix:
     """
     Return C with (theta, d of each moving row) = C q + constants, a sympy matrix.
 
@@ -102,7 +101,7 @@ def _columns(
 
 
 def _add_scaled(
-    summands: list[list[Laurent]], arithmetic: Arithmetic, factor: Any, column: Vector
+    summands: list[list[Laurent]], arithmetic: Arithmetic, factor: sympy.Expr, column: Vector
 ) -> None:
     if factor == 0:
         return
@@ -206,7 +205,7 @@ def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
 
 def _carried(
-    frames: Frames, arithmetic: Arithmetic, k: int, row: ExactRow, variable: Any
+    frames: Frames, arithmetic: Arithmetic, k: int, row: ExactRow, variable: sympy.Symbol
 ) -> Matrix:
     screw = arithmetic.screw_z(row.theta, row.d)
     rate = product(derivative(screw, arithmetic, variable), inverse(screw))
@@ -214,7 +213,7 @@ def _carried(
     return product(product(start, rate), inverse(start))
 
 
-def derivative(matrix: Matrix, arithmetic: Arithmetic, variable: Any) -> Matrix:
+def derivative(matrix: Matrix, arithmetic: Arithmetic, variable: sympy.Symbol) -> Matrix:
     """Return the derivative of every entry by a joint variable."""
     return tuple(tuple(arithmetic.derivative(entry, variable) for entry in row) for row in matrix)
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import sympy
@@ -65,7 +64,7 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
     return power, values
 
 
-def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> Any:
+def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
     """
     Return sqrt of the sum of squares of what is left of the minors, its constant part outside.
     """
@@ -84,7 +83,7 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     return sympy.sqrt(min((_product(total, writer, arithmetic), squares), key=sympy.count_ops))
 
 
-def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> Any:
+def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
     product = factored(value, arithmetic)
     whole = writer.expression(product.constant)
     for factor in product.factors:
@@ -92,7 +91,7 @@ def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> Any:
     return whole
 
 
-def _without_pythagoras(terms: Sequence[Any]) -> list[Any]:
+def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
     # g sin^2 + g cos^2 = g: two minors that differ in the axes they are seen in only.
     left = list(terms)
     for term in terms:
@@ -105,7 +104,7 @@ def _without_pythagoras(terms: Sequence[Any]) -> list[Any]:
     return left
 
 
-def _is_square_of(expression: Any, function: Any) -> bool:
+def _is_square_of(expression: sympy.Expr, function: type[sympy.Function]) -> bool:
     return bool(expression.is_Pow and expression.exp == 2 and expression.base.func == function)
 
 

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import sympy
@@ -61,13 +60,13 @@ class Path:
     """
 
     derivation: Derivation
-    q: Any
-    qdot: Any
-    p: Any
-    v: Any
-    omega: Any
+    q: sympy.Matrix
+    qdot: sympy.Matrix
+    p: sympy.Matrix
+    v: sympy.Matrix
+    omega: sympy.Matrix
 
-    def sampled(self, expression: Any, times: Floats) -> Floats:
+    def sampled(self, expression: sympy.Expr, times: Floats) -> Floats:
         """Return the values of an expression of t, with the lengths of the file."""
         return self._function(expression)(times)
 
@@ -83,7 +82,7 @@ class Path:
         rates[:, still] = 0.0
         return sampler.whole(q), rates
 
-    def _function(self, expression: Any) -> Values:
+    def _function(self, expression: sympy.Expr) -> Values:
         numbers = expression.subs(dict(self.derivation.names.values))
         function = sympy.lambdify(TIME, numbers, 'numpy')
         return lambda times: np.broadcast_to(function(times), times.shape).astype(float)
@@ -147,7 +146,7 @@ def _bottom(value: Values, low: float, high: float) -> float:
     return (low + high) / 2
 
 
-def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
+def parse_path(text: str, derivation: Derivation) -> dict[sympy.Symbol, sympy.Expr]:
     """
     Return q(t) of a text such as `theta1=sin(t), theta2=cos(2*t), d3=sin(3*t)`.
 
@@ -161,7 +160,7 @@ def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
     names = derivation.names
     variables = {symbol.name: symbol for symbol in derivation.variables}
     known = ', '.join(variables)
-    found: dict[Any, Any] = {}
+    found: dict[sympy.Symbol, sympy.Expr] = {}
     for part in re.split(r',(?![^()]*\))', plain_names(text)):
         name, equals, expression = part.partition('=')
         name = name.strip()
@@ -181,7 +180,7 @@ def parse_path(text: str, derivation: Derivation) -> dict[Any, Any]:
     return found
 
 
-def along(derivation: Derivation, path: Mapping[Any, Any]) -> Path:
+def along(derivation: Derivation, path: Mapping[sympy.Symbol, sympy.Expr]) -> Path:
     """Return position and velocity of the tool along q(t)."""
     q = sympy.ImmutableMatrix([path[variable] for variable in derivation.variables])
     qdot = q.diff(TIME)

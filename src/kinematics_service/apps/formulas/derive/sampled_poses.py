@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +14,7 @@ from ....robot.robot import Robot
 from ....robot.task import seeded_poses
 from .algebra.arithmetic import Arithmetic
 from .algebra.matrices import Matrix
-from .algebra.numeric import Monomials, monomials_of, substituted, sum_of
+from .algebra.numeric import Complexes, Monomials, monomials_of, substituted, sum_of
 from .algebra.zeros import Box
 from .frames import Frames
 from .singular_geometry import ArmAtPoses, rank_at
@@ -143,7 +142,7 @@ class PoseSampler:
         return monomials_of([e for M in matrices for row in M for e in row])
 
     @cached_property
-    def _terms(self) -> Callable[[Floats], Any]:
+    def _terms(self) -> Callable[[Floats], Complexes]:
         return sum_of(self._monomials.whole, self.arithmetic).terms
 
     @cached_property

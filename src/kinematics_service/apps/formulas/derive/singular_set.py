@@ -6,7 +6,6 @@ from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, reduce
 from itertools import combinations, count
-from typing import Any
 
 import numpy as np
 import sympy
@@ -79,7 +78,7 @@ class SingularFactor:
     """
 
     name: str
-    expression: Any
+    expression: sympy.Expr
     power: int
     irreducible: bool
     family: Family
@@ -146,9 +145,9 @@ class Determinant:
 
     square: bool
     rows: tuple[str, ...]
-    expression: Any = None
-    constant: Any = None
-    remainder: Any = None
+    expression: sympy.Expr | None = None
+    constant: sympy.Expr | None = None
+    remainder: sympy.Expr | None = None
     view: str = ''
     columns: tuple[str, ...] = ()
     minors: int = 0
@@ -417,14 +416,14 @@ def _sampled(
     return tuple(claim for claim, proved in claims.items() if not proved)
 
 
-def file_factors(robot: Robot, names: Names) -> dict[str, Any]:
+def file_factors(robot: Robot, names: Names) -> dict[str, sympy.Expr]:
     """Return the factors a robot file lists, as sympy expressions with joint angles in rad."""
     factors = robot.description.singularity.factors
     return {factor.name: names.expression(factor.text) for factor in factors}
 
 
 def _listed_name(
-    listed: dict[str, Any], numbers: Numbers, sampler: PoseSampler, names: Names
+    listed: dict[str, sympy.Expr], numbers: Numbers, sampler: PoseSampler, names: Names
 ) -> str | None:
     # The same factor has the same ratio everywhere.
     q = sampler.random(20)
@@ -437,7 +436,7 @@ def _listed_name(
     return None
 
 
-def evaluated(expression: Any, names: Names, q: Floats) -> Floats:
+def evaluated(expression: sympy.Expr, names: Names, q: Floats) -> Floats:
     """Return the values of a sympy expression at poses (..., n), with the lengths of the file."""
     function = sympy.lambdify(names.variables, expression.subs(dict(names.values)), 'numpy')
     return np.broadcast_to(function(*np.moveaxis(q, -1, 0)), q.shape[:-1]).astype(float)

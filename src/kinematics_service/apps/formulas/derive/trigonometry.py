@@ -3,10 +3,9 @@ Polynomials in exp(i q) written as people write them: sines and cosines of the a
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any
 
 import sympy
 from sympy.core.mul import _keep_coeff
@@ -42,7 +41,7 @@ class Basis:
         Integers: row k holds the exponents that angle generator k contributes to each angle.
     """
 
-    angles: tuple[Any, ...]
+    angles: tuple[sympy.Expr, ...]
     to_angles: tuple[tuple[int, ...], ...]
 
 
@@ -63,12 +62,12 @@ class Writer:
     sums: Basis
     singles: Basis
     divisor: int | None = None
-    _numbers: dict[Any, Any] = field(default_factory=dict)
-    _written: dict[Any, Any] = field(default_factory=dict)
+    _numbers: dict[sympy.Expr, sympy.Expr] = field(default_factory=dict)
+    _written: dict[Hashable, sympy.Expr] = field(default_factory=dict)
     # Entries of one matrix share much of what is inside them.
-    _nested_before: dict[Any, Any] = field(default_factory=dict)
+    _nested_before: dict[Hashable, sympy.Expr] = field(default_factory=dict)
 
-    def expression(self, value: Laurent) -> Any:
+    def expression(self, value: Laurent) -> sympy.Expr:
         """Return a sympy expression of a real polynomial, in the shortest of a few forms."""
         if not value:
             return sympy.Integer(0)
@@ -77,7 +76,7 @@ class Writer:
             self._written[key] = self._shortest(value)
         return self._written[key]
 
-    def _shortest(self, value: Laurent) -> Any:
+    def _shortest(self, value: Laurent) -> sympy.Expr:
         split = self._split(value)
         if value.divisor > LONG or len(value) > UNTIDY:
             plain = replace(self, divisor=value.divisor, _nested_before={})
@@ -92,12 +91,12 @@ class Writer:
         shortest = candidates[lengths.index(min(lengths))]
         return self._with_numbers(shortest / value.divisor)
 
-    def _with_numbers(self, expression: Any) -> Any:
+    def _with_numbers(self, expression: sympy.Expr) -> sympy.Expr:
         # Angles last: in theta the forms are as short as without offsets, and compared as such.
         numbers = {symbol: number for number, symbol in self._numbers.items()}
         return expression.xreplace(numbers | self.arithmetic.in_variables)
 
-    def matrix(self, rows: Matrix) -> Any:
+    def matrix(self, rows: Matrix) -> sympy.Matrix:
         """Return a sympy matrix, immutable."""
         return sympy.ImmutableMatrix([[self.expression(entry) for entry in row] for row in rows])
 
@@ -121,7 +120,7 @@ class Writer:
         generators = self.arithmetic.ring.generators
         return tuple(k for k, g in enumerate(generators) if g.kind == 'fixed_angle')
 
-    def _leaf(self, terms: Mapping[Exponents, tuple[int, int]], imaginary: bool) -> Any:
+    def _leaf(self, terms: Mapping[Exponents, tuple[int, int]], imaginary: bool) -> sympy.Expr:
         # A polynomial in lengths, of the real or of the imaginary parts.
         generators = self.arithmetic.ring.generators
         summands = []
@@ -135,20 +134,20 @@ class Writer:
             return sympy.Add(*summands)
         return _tidied(sympy.Add(*summands)) if summands else sympy.Integer(0)
 
-    def _coefficient(self, c: int) -> Any:
+    def _coefficient(self, c: int) -> sympy.Expr:
         if self.divisor is None:
             return sympy.Integer(c)
         fraction = sympy.Rational(c, self.divisor)
         return fraction if self.divisor <= LONG else sympy.Float(fraction, DIGITS)
 
-    def _letter(self, meaning: Any) -> Any:
+    def _letter(self, meaning: sympy.Expr) -> sympy.Expr:
         # Numbers are letters while an expression is built: sympy would make 0.0825 cos q + 0.4 a
         # fraction in front of a sum of integers.
         if meaning.is_Symbol:
             return meaning
         return self._numbers.setdefault(meaning, sympy.Symbol(f'_{len(self._numbers)}'))
 
-    def _cosines_of_sums(self, groups: Mapping[Exponents, Terms]) -> Any:
+    def _cosines_of_sums(self, groups: Mapping[Exponents, Terms]) -> sympy.Expr:
         # Real: the group of -e is the conjugate of that of e: each pair is one cosine, one sine.
         angles = self._angles_of_generators()
         result = sympy.Integer(0)
@@ -173,13 +172,13 @@ class Writer:
                 inside += here * (sum(map(bool, exponents)) - 1)
         return 2 * functions - 1 + inside
 
-    def _angles_of_generators(self) -> list[Any]:
+    def _angles_of_generators(self) -> list[sympy.Expr]:
         arithmetic = self.arithmetic
         generators = arithmetic.ring.generators
         moving = [arithmetic.angles[v] / arithmetic.units[v] for v in arithmetic.names.variables]
         return [*moving, *(generators[k].meaning for k in self._fixed_places())]
 
-    def _products(self, groups: Mapping[Exponents, Terms], basis: Basis) -> Any:
+    def _products(self, groups: Mapping[Exponents, Terms], basis: Basis) -> sympy.Expr:
         changed: dict[Exponents, Terms] = {}
         n = len(basis.angles)
         for exponents, terms in groups.items():
@@ -191,7 +190,7 @@ class Writer:
         fixed = [generators[k].meaning for k in self._fixed_places()]
         return self._nested(changed, (*basis.angles, *fixed))
 
-    def _nested(self, groups: dict[Exponents, Terms], angles: Sequence[Any]) -> Any:
+    def _nested(self, groups: dict[Exponents, Terms], angles: Sequence[sympy.Expr]) -> sympy.Expr:
         # One angle after the other: C + P cos u + S sin u, and C, P, S likewise by the next ones.
         if not angles:
             return self._leaf(groups[()], False) if groups else sympy.Integer(0)
@@ -200,7 +199,9 @@ class Writer:
             self._nested_before[key] = self._sum_over(groups, angles)
         return self._nested_before[key]
 
-    def _sum_over(self, groups: dict[Exponents, Terms], angles: Sequence[Any]) -> Any:
+    def _sum_over(
+        self, groups: dict[Exponents, Terms], angles: Sequence[sympy.Expr]
+    ) -> sympy.Expr:
         by_power: dict[int, dict[Exponents, Terms]] = {}
         for exponents, terms in groups.items():
             by_power.setdefault(exponents[0], {})[exponents[1:]] = terms
@@ -216,7 +217,7 @@ class Writer:
         return _taken_out(result) if self.divisor is None else result
 
 
-def _taken_out(sum_: Any) -> Any:
+def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
     # As `sympy.factor_terms`, which would look into every summand again: they are done already,
     # but for a sum that has lost the number in front of it.
     content, rest = sum_.as_content_primitive(clear=False)
@@ -231,7 +232,7 @@ def _taken_out(sum_: Any) -> Any:
     return _keep_coeff(content, found, sign=True)
 
 
-def _nothing_shared(terms: Sequence[Any]) -> Any:
+def _nothing_shared(terms: Sequence[sympy.Expr]) -> sympy.Expr | None:
     # The sum as `sympy.gcd_terms` returns it where no factor is in every term, which is seen in
     # a tenth of its time; else None.
     pairs = [term.as_coeff_Mul() for term in terms]
@@ -248,7 +249,7 @@ def _nothing_shared(terms: Sequence[Any]) -> Any:
 
 
 @lru_cache(maxsize=4096)
-def _tidied(leaf: Any) -> Any:
+def _tidied(leaf: sympy.Expr) -> sympy.Expr:
     if leaf.is_Add and len(leaf.args) <= LEAF:
         leaf = sympy.factor(leaf)
     return sympy.factor_terms(leaf)

@@ -9,6 +9,7 @@ from ....kernel import Floats
 from ....kinematics.singularity import singularity
 from ....robot.measures import Level
 from ....robot.robot import Robot
+from .artists import Axes3D, Figure
 from .captions import nearness, positions, short
 from .labels import Label, place_labels
 from .picture import AXIS_COLORS, BLACK, GREY, LIGHT, ORANGE, PURPLE, Draw, with_unit, words
@@ -38,7 +39,7 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
     """
     skeleton, near = skeleton_of(robot, q), singularity(robot, q)
 
-    def draw(figure: Any) -> None:
+    def draw(figure: Figure) -> None:
         figure.set_size_inches(7.5, 7.4)
         axes = figure.add_axes((-0.03, 0.035, 1.0, 0.925), projection='3d')
         cube = cube_around([skeleton])
@@ -98,7 +99,7 @@ def _size_on_paper(moments: Floats, azimuth: float) -> float:
     return round(float(np.sqrt(max(small, 0.0) * large) + LENGTH_SHARE * large), 9)
 
 
-def set_space(axes: Any, cube: Floats, azimuth: float, small: bool = False) -> None:
+def set_space(axes: Axes3D, cube: Floats, azimuth: float, small: bool = False) -> None:
     """Give axes in space equal scales, units and a view; `small` for one of many panels."""
     size = 8.0 if small else 10.0
     axes.set(xlim=cube[0], ylim=cube[1], zlim=cube[2])
@@ -113,7 +114,9 @@ def set_space(axes: Any, cube: Floats, azimuth: float, small: bool = False) -> N
         axis.get_major_locator().set_params(nbins=3 if small else 5)
 
 
-def draw_skeleton(axes: Any, skeleton: Skeleton, cube: Floats, label_size: float | None) -> None:
+def draw_skeleton(
+    axes: Axes3D, skeleton: Skeleton, cube: Floats, label_size: float | None
+) -> None:
     """Draw an arm into axes in space; labels of joints and tool if a size of letters is given."""
     edge, floor = edge_of(cube), cube[2, 0]
     thick = 1.0 if label_size else 0.7
@@ -176,7 +179,7 @@ def draw_skeleton(axes: Any, skeleton: Skeleton, cube: Floats, label_size: float
         place_labels(axes, labels, lines or [(tool[:3, 3], tool[:3, 3])], label_size)
 
 
-def _draw_frames(axes: Any, skeleton: Skeleton, edge: float, thick: float) -> None:
+def _draw_frames(axes: Axes3D, skeleton: Skeleton, edge: float, thick: float) -> None:
     for frame, length, width in (
         *((frame, FRAME, 1.1) for frame in skeleton.frames),
         (skeleton.tool, TOOL_FRAME, 2.2),
@@ -187,7 +190,7 @@ def _draw_frames(axes: Any, skeleton: Skeleton, edge: float, thick: float) -> No
             axes.plot(*ends.T, color=color, linewidth=width * thick, zorder=12, gid='frame')
 
 
-def _draw_lost(axes: Any, point: Floats, direction: Floats, edge: float) -> None:
+def _draw_lost(axes: Axes3D, point: Floats, direction: Floats, edge: float) -> None:
     # Draws the lost translation, both ways; a lost rotation has no arrow.
     norm = float(np.linalg.norm(direction))
     if norm < 0.1:
@@ -199,7 +202,7 @@ def _draw_lost(axes: Any, point: Floats, direction: Floats, edge: float) -> None
         )
 
 
-def _draw_legend(figure: Any, axes: Any) -> None:
+def _draw_legend(figure: Figure, axes: Axes3D) -> None:
     from matplotlib.lines import Line2D
 
     seen = {line.get_gid() for line in axes.lines} | {

@@ -1,11 +1,12 @@
 """Distances to a singular pose as colours, with their bar; those of 1 rad have a colour apart."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ....kernel import Floats
 from ....robot.measures import MEASURES
+from .artists import Artist, Axes, Figure
 from .picture import with_unit
 
 DISTANCE = MEASURES['distance']
@@ -22,13 +23,13 @@ class ColourScale(NamedTuple):
 
 
 def draw_distances(
-    figure: Any,
-    axes: Any,
+    figure: Figure,
+    axes: Axes,
     values: Floats,
     extent: tuple[float, float, float, float],
     scale: ColourScale,
     label: str,
-) -> list[Any]:
+) -> list[Artist]:
     """Draw distances (rows, columns) in rad and their bar; return entries of the legend."""
     from matplotlib import colormaps
     from matplotlib.patches import Patch

@@ -1,12 +1,11 @@
 """The picture of a redundant arm's postures: each joint along the arcs of the nearest curve."""
 
-from typing import Any
-
 import numpy as np
 
 from ....errors import PlotError
 from ....kinematics.inverse.result import IkResult
 from ....robot.robot import Robot
+from .artists import Figure
 from .picture import GREY, SERIES, Draw, with_unit, words
 
 # Inches: of a panel, of the words above and below all of them.
@@ -32,7 +31,7 @@ def family_picture(robot: Robot, result: IkResult) -> Draw:
             f'{result.reason}'
         )
 
-    def draw(figure: Any) -> None:
+    def draw(figure: Figure) -> None:
         figure.set_size_inches(WIDTH, robot.dof * HEIGHT + HEAD)
         figure.set_layout_engine('constrained', h_pad=0.02)
         rows = figure.subplots(robot.dof, 1, sharex=True, squeeze=False)[:, 0]

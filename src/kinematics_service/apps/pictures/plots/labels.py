@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ....kernel import Floats
+from .artists import Axes3D
 
 # Directions and distances of a label from its point, in points of 1/72 inch.
 DIRECTIONS = [(np.cos(a), np.sin(a)) for a in np.arange(12) * np.pi / 6.0]
@@ -29,7 +29,7 @@ class Label:
 
 
 def place_labels(
-    axes: Any, labels: Sequence[Label], lines: Sequence[tuple[Floats, Floats]], size: float
+    axes: Axes3D, labels: Sequence[Label], lines: Sequence[tuple[Floats, Floats]], size: float
 ) -> None:
     """
     Write labels into axes in space whose view and limits are final.
@@ -60,14 +60,14 @@ def place_labels(
         _write(axes, label, offset, size)
 
 
-def _on_paper(axes: Any, points: Floats) -> Floats:
+def _on_paper(axes: Axes3D, points: Floats) -> Floats:
     # Returns the pixels of points (k, 3).
     homogeneous = np.column_stack([points, np.ones(len(points))]) @ axes.get_proj().T
     flat = homogeneous[:, :2] / homogeneous[:, 3:]
     return np.asarray(axes.transData.transform(flat))
 
 
-def _merged(axes: Any, labels: Sequence[Label], near: float) -> list[Label]:
+def _merged(axes: Axes3D, labels: Sequence[Label], near: float) -> list[Label]:
     # Merges labels of one colour whose points coincide on paper.
     merged: list[Label] = []
     for label in labels:
@@ -112,7 +112,7 @@ def _best(
     return best[1], best[2]
 
 
-def _write(axes: Any, label: Label, offset: Floats, size: float) -> None:
+def _write(axes: Axes3D, label: Label, offset: Floats, size: float) -> None:
     from matplotlib.patheffects import withStroke
     from matplotlib.transforms import ScaledTranslation
 

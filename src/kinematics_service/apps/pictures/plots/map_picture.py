@@ -9,6 +9,7 @@ import numpy as np
 from ....kernel import Floats
 from ....robot.file.parts.loop_groups import not_all_closed
 from ....robot.robot import Robot
+from .artists import Artist, Axes, Figure
 from .captions import joint_label, positions
 from .distance_colours import ColourScale, draw_distances
 from .distance_map import DistanceMap
@@ -25,7 +26,7 @@ OPEN = '#8A8D93'
 def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
     """Return the picture of a map of distances."""
 
-    def draw(figure: Any) -> None:
+    def draw(figure: Figure) -> None:
         figure.set_size_inches(7.6, 7.4)
         figure.set_layout_engine('constrained')
         axes = figure.subplots()
@@ -54,10 +55,10 @@ def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
     return draw
 
 
-def _draw_sets(axes: Any, numbers: DistanceMap) -> list[Any]:
+def _draw_sets(axes: Axes, numbers: DistanceMap) -> list[Artist]:
     from matplotlib.lines import Line2D
 
-    entries = []
+    entries: list[Artist] = []
     styles = set_styles(tuple(numbers.functions))
     for name, function in numbers.functions.items():
         values = with_border_crossed(function)
@@ -89,12 +90,12 @@ def with_border_crossed(values: Floats) -> Floats:
     return crossed
 
 
-def _draw_thresholds(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]:
+def _draw_thresholds(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Artist]:
     from matplotlib.lines import Line2D
 
     if robot.singularity.thresholds.measure != 'distance':
         return []
-    entries = []
+    entries: list[Artist] = []
     for value, name, style in (
         (robot.singularity.thresholds.warn, 'warn', '-'),
         (robot.singularity.thresholds.stop, 'stop', ':'),
@@ -110,7 +111,7 @@ def _draw_thresholds(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]
     return entries
 
 
-def _draw_open(axes: Any, robot: Robot, numbers: DistanceMap) -> list[Any]:
+def _draw_open(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Artist]:
     # Where loops do not close there is nothing to draw: the ground shows, hatched.
     from matplotlib.patches import Patch, Rectangle
 

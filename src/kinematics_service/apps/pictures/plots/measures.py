@@ -11,6 +11,7 @@ from ....kinematics.singularity import Singularity, flat_loop, singularity
 from ....robot.measure_units import measure_units
 from ....robot.measures import MEASURES, Measure
 from ....robot.robot import Robot
+from .artists import Axes, Figure
 from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, finite_range, panels, shade
 from .picture import BLUE, GREY, VERMILION, Draw, with_unit, words
@@ -36,7 +37,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     units = measure_units(robot)
     drawn = [one for one in MEASURES.values() if getattr(near, one.name) is not None]
 
-    def draw(figure: Any) -> None:
+    def draw(figure: Figure) -> None:
         task = robot.singularity.task
         title = (
             f'{words(robot.name)}: singularity along {words(motion.described)}\n'
@@ -73,7 +74,7 @@ def _label(measure: Measure, unit: str) -> str:
     return with_unit(label, raised).replace(' (', '\n(')
 
 
-def _draw_thresholds(axes: Any, robot: Robot) -> None:
+def _draw_thresholds(axes: Axes, robot: Robot) -> None:
     limits = robot.singularity.thresholds
     measure = MEASURES[limits.measure]
     both = measure.of_square  # it may be negative
@@ -92,7 +93,7 @@ def _draw_thresholds(axes: Any, robot: Robot) -> None:
     draw_legend(axes)
 
 
-def _scale_without_end(axes: Any, values: Floats, least: float) -> None:
+def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
     # A measure that grows without end from its least value on.
     finite = values[np.isfinite(values)]
     largest = min(float(np.max(finite, initial=least)), LARGEST_CONDITION)
@@ -105,7 +106,7 @@ def _scale_without_end(axes: Any, values: Floats, least: float) -> None:
     axes.yaxis.set_minor_formatter(lambda value, _: '')
 
 
-def _name_factors(robot: Robot, axes: Any, motion: PlottedMotion, near: Singularity) -> None:
+def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singularity) -> None:
     # Writes the nearest factor's name above each minimum of the distance, the lowest first, as far
     # as there is room.
     factors = near.factors

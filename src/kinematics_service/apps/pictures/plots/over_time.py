@@ -1,12 +1,12 @@
 """Panels below each other over one time axis, with the intervals near singular poses shaded."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from ....kernel import Floats
 from ....robot.measures import Level
+from .artists import Axes, Figure
 from .motion import PlottedMotion, shaded_intervals
 from .picture import DASHES, SERIES, VERMILION, YELLOW, with_unit
 
@@ -16,7 +16,7 @@ MANY = 20_000
 SHADES = {Level.WARN: (YELLOW, 0.45), Level.ERROR: (VERMILION, 0.30)}
 
 
-def panels(figure: Any, heights: Sequence[float], title: str) -> list[Any]:
+def panels(figure: Figure, heights: Sequence[float], title: str) -> list[Axes]:
     """
     Return axes below each other with one time axis, s.
 
@@ -40,7 +40,7 @@ def panels(figure: Any, heights: Sequence[float], title: str) -> list[Any]:
 
 
 def draw_curves(
-    axes: Any,
+    axes: Axes,
     motion: PlottedMotion,
     values: Floats,
     names: Sequence[str],
@@ -60,13 +60,13 @@ def draw_curves(
         )
 
 
-def draw_legend(axes: Any) -> None:
+def draw_legend(axes: Axes) -> None:
     """Put the legend beside the axes, where it covers no curve."""
     axes.legend(loc='upper left', bbox_to_anchor=(1.005, 1.02), frameon=False, borderaxespad=0.2)
 
 
 def shade(
-    figure: Any, rows: Sequence[Any], motion: PlottedMotion, levels: Floats, meaning: str
+    figure: Figure, rows: Sequence[Axes], motion: PlottedMotion, levels: Floats, meaning: str
 ) -> None:
     """Shade the intervals of WARN and ERROR in all panels; a legend says what they are."""
     from matplotlib.patches import Patch
@@ -91,7 +91,7 @@ def shade(
         )  # fmt: skip
 
 
-def finite_range(axes: Any, values: Floats) -> None:
+def finite_range(axes: Axes, values: Floats) -> None:
     """
     Set the vertical limits by the finite values, so that an infinite one does not hide the rest.
     """

@@ -4,11 +4,11 @@ import io
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from ....errors import KinematicsError, PlotError
 from ....output_file import write_file
 from ....printing import plain
+from .artists import Figure
 
 # Colours that people with any colour vision can tell apart: M. Okabe, K. Ito, Color Universal
 # Design, 2008.
@@ -18,7 +18,9 @@ GREY, LIGHT = '#606060', '#C8C8C8'
 # x, y and z of a frame, as every viewer of robots has them.
 AXIS_COLORS = ('#D7191C', '#2CA02C', '#1F5FD7')
 SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-DASHES = ('-', '--', '-.', ':', (0, (6, 1.5, 1.5, 1.5, 1.5, 1.5)), (0, (3, 1)), '-')
+# As matplotlib takes them: a sign, or where they begin and the lengths of dash and gap.
+Dashes = str | tuple[float, tuple[float, ...]]
+DASHES: tuple[Dashes, ...] = ('-', '--', '-.', ':', (0, (6, *5 * [1.5])), (0, (3, 1)), '-')
 
 STYLE = {
     'font.family': 'sans-serif',
@@ -42,14 +44,14 @@ STYLE = {
     'svg.hashsalt': 'kinematics_service',
 }
 # Metadata of each kind of file: no date.
-METADATA: dict[str, dict[str, Any]] = {
+METADATA: dict[str, dict[str, str | None]] = {
     '.png': {'Software': 'kinematics_service'},
     '.svg': {'Date': None, 'Creator': 'kinematics_service'},
     '.pdf': {'CreationDate': None, 'Creator': 'kinematics_service'},
 }
 INSTALL = "pip install '.[plot]' in its checkout, or pip install matplotlib"
 
-Draw = Callable[[Any], None]
+Draw = Callable[[Figure], None]
 
 
 def suffix_of(file: Path, other: str = '') -> str:
@@ -97,7 +99,7 @@ def drawing() -> Iterator[None]:
         yield
 
 
-def drawn(draw: Draw) -> Any:
+def drawn(draw: Draw) -> Figure:
     """Return a figure of its own, drawn without a window."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

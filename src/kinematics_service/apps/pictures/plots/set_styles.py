@@ -2,9 +2,8 @@
 
 import zlib
 from collections.abc import Sequence
-from typing import Any
 
-from .picture import DASHES, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW
+from .picture import DASHES, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Dashes
 
 # They stand out on the ground of maps and workspaces, which goes from dark blue to yellow.
 COLORS = (VERMILION, SKY, PURPLE, GREEN, ORANGE, YELLOW, '#FFFFFF')
@@ -12,7 +11,7 @@ COLORS = (VERMILION, SKY, PURPLE, GREEN, ORANGE, YELLOW, '#FFFFFF')
 KNOWN = ('elbow', 'shoulder', 'wrist', 'det J', 'boom_length', 'boom_vertical', 'loop')
 
 
-def set_styles(names: Sequence[str]) -> dict[str, tuple[str, Any]]:
+def set_styles(names: Sequence[str]) -> dict[str, tuple[str, Dashes]]:
     """
     Return colour and dashes by name.
 

@@ -4,17 +4,17 @@ import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ....kernel import Floats
 from ....kinematics.inverse.result import IkFamily, IkResult
-from ....kinematics.singularity import Singularity, singularity
+from ....kinematics.singularity import Singularities, singularity
 from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES
 from ....robot.robot import Robot
 from .arm import azimuth_of, cube_around, draw_skeleton, set_space
+from .artists import Axes, Figure
 from .captions import positions, signed
 from .picture import BLACK, PURPLE, VERMILION, Draw, words
 from .skeleton import skeleton_of
@@ -73,7 +73,7 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
     skeletons = [skeleton_of(robot, pose.q) for pose in shown]
     near = singularity(robot, np.array([pose.q for pose in shown]))
 
-    def draw(figure: Any) -> None:
+    def draw(figure: Figure) -> None:
         columns = COLUMNS.get(len(shown), 4)
         rows = math.ceil(len(shown) / columns)
         width = max(columns * WIDTH, 6.0)
@@ -96,14 +96,14 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
     return draw
 
 
-def _away(near: Singularity, k: int) -> str:
+def _away(near: Singularities, k: int) -> str:
     distance = float(near.distance[k])
     farther = MEASURES['distance'].farther(distance)
     return f'singular: {farther}' if farther else f'distance to singularity {distance:.3f} rad'
 
 
 def _write_heading(
-    figure: Any,
+    figure: Figure,
     robot: Robot,
     pose: SolutionPose,
     away: str,
@@ -134,7 +134,7 @@ def _write_heading(
     )
 
 
-def _draw_target(axes: Any, point: Floats) -> None:
+def _draw_target(axes: Axes, point: Floats) -> None:
     axes.plot(
         *point[:, None],
         marker='*',

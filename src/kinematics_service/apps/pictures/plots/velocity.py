@@ -1,7 +1,6 @@
 """The picture of the tool's velocity along a path: components and norm over time."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from ....kernel import Floats
 from ....kinematics.forward import twist
 from ....kinematics.singularity import singularity
 from ....robot.robot import Robot
+from .artists import Figure
 from .captions import short
 from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, panels, shade
@@ -33,7 +33,7 @@ def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float
         (chosen, unit) for chosen, unit in ((~slides, 'rad/s'), (slides, 'm/s')) if np.any(chosen)
     ]
 
-    def draw(figure: Any) -> None:
+    def draw(figure: Figure) -> None:
         how = ' (velocities: differences of the positions)' if motion.differentiated else ''
         heights = [2.2, 2.2] + [1.7] * len(joints)
         title = (

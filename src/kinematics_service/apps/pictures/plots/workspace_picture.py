@@ -1,13 +1,13 @@
 """The picture of the reachable workspace in a plane, with its border and its singular curves."""
 
 import collections
-from typing import Any
 
 import numpy as np
 
 from ....kernel import Floats
 from ....robot.file.parts.loop_groups import not_all_closed
 from ....robot.robot import Robot
+from .artists import Axes, Figure
 from .critical import CriticalPoints
 from .distance_colours import ColourScale, draw_distances
 from .picture import BLACK, Draw, words
@@ -25,7 +25,7 @@ HIGH, LEAST = 98.0, 1e-3
 def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) -> Draw:
     """Return the picture of a workspace."""
 
-    def draw(figure: Any) -> None:
+    def draw(figure: Figure) -> None:
         rows, columns = space.best.shape
         scale = LONGEST / max(rows, columns)
         figure.set_size_inches(max(columns * scale, 4.2) + BAR, max(rows * scale, 2.5) + 1.5)
@@ -85,7 +85,7 @@ def scale_of(values: Floats) -> ColourScale:
     return ColourScale(low, high, high < float(np.max(finite)))
 
 
-def _draw_border(axes: Any, space: Workspace) -> None:
+def _draw_border(axes: Axes, space: Workspace) -> None:
     # Draws the outline of the cells that were reached, with a margin around them so that it
     # closes.
     reached = np.pad(np.isfinite(space.best), 2).astype(float)
@@ -104,7 +104,7 @@ def _blurred(values: Floats) -> Floats:
     return np.asarray(np.mean(nine, axis=0))
 
 
-def _draw_critical(axes: Any, critical: CriticalPoints) -> None:
+def _draw_critical(axes: Axes, critical: CriticalPoints) -> None:
     names = np.array(critical.names)
     most = [name for name, _ in collections.Counter(names.tolist()).most_common()]
     styles = set_styles(most)

@@ -258,7 +258,7 @@ def _moments_of_joint(timeline: Timeline, j: int, joint: JointReport) -> Iterato
         yield WorstMoment(what, check.row, f'{check.worst:.3g} {unit}/s')
 
 
-def _excess(column: Column, joint: JointReport, rows: slice) -> Floats:
+def _excess(column: Column[np.float64], joint: JointReport, rows: slice) -> Floats:
     return np.asarray(np.maximum(joint.lower - column[rows], column[rows] - joint.upper))
 
 

@@ -12,6 +12,7 @@ from ....estimation.status_text import singularity_status, stale_status
 from ....kernel import Floats, NearestSearch
 from ....kinematics.singularity import (
     FactorMeasures,
+    Singularities,
     Singularity,
     measured_in_order,
     singularity_of,
@@ -29,7 +30,7 @@ from .timeline import PublishedWarning, Timeline, TimelineBatch
 MOST_WARNINGS = 10_000
 
 
-def _of_pose(batch: Singularity, k: int, moving: bool) -> Singularity:
+def _of_pose(batch: Singularities, k: int, moving: bool) -> Singularity:
     # The measures of one pose of a batch, as far as they are told; `moving`: with its velocities.
     values: dict[str, Any] = {}
     for field in dataclasses.fields(Singularity):

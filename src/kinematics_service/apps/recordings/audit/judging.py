@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ....estimation.alarm import Alarm
 from ....kernel import Floats
-from ....kinematics.singularity import Singularity
+from ....kinematics.singularity import Singularities
 from ....robot.measures import MEASURES, Level, Thresholds
 from .ingest import JointTimeout, KnownJoints
 
@@ -47,7 +47,7 @@ class Judge:
     thresholds: Thresholds
     alarm: Alarm = Alarm()
 
-    def judge(self, known: KnownJoints, singularity: Singularity) -> Judged:
+    def judge(self, known: KnownJoints, singularity: Singularities) -> Judged:
         """Return levels and warnings of the next states, and of the time-outs before them."""
         arrivals, timeouts = known.arrivals, known.timeouts
         directions, factors = singularity.lost_direction, singularity.factors
@@ -72,7 +72,7 @@ class Judge:
             warnings += [k] if say else []
         return Judged(levels, warnings, stale)
 
-    def _levels(self, singularity: Singularity, timeouts: dict[int, JointTimeout]) -> Levels:
+    def _levels(self, singularity: Singularities, timeouts: dict[int, JointTimeout]) -> Levels:
         values = np.abs(getattr(singularity, self.thresholds.measure))
         # The level by itself is the higher one where the pose is nearly singular.
         alone = np.asarray(singularity.level, dtype=np.int8)

@@ -58,7 +58,8 @@ class MotionColumns:
     """
 
     def __init__(self, dof: int) -> None:
-        self.stamps, self.t, self.differenced = Column(np.int64), Column(np.float64), Column(bool)
+        self.stamps, self.t = Column(np.int64), Column(np.float64)
+        self.differenced = Column(np.bool_)
         self.q, self.qdot = StateTable(dof), StateTable(dof)
         self._clock: tuple[int, int] | None = None
 

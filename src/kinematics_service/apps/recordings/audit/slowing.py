@@ -60,7 +60,7 @@ class Slowing:
         Number of states without velocities.
     """
 
-    values: Column
+    values: Column[np.float64]
     stretches: tuple[SlowedStretch, ...]
     unknown: int
 

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
-from ..readers.block import Block, Times, UnreadableMessage
-from ..readers.columns import Column, median, spans
+from ..readers.block import Block, UnreadableMessage
+from ..readers.columns import Column, Scalar, median, spans
 
 # A gap is this many times the median interval of stamps, and at least this long (ns).
 GAP, SHORTEST_GAP = 5.0, 20_000_000
@@ -93,7 +94,7 @@ class Stream:
         return 1.0 / self.median_interval if self.median_interval > 0.0 else 0.0
 
 
-def steps_of(stamps: Column) -> Iterator[tuple[int, Times]]:
+def steps_of(stamps: Column[Scalar]) -> Iterator[tuple[int, npt.NDArray[Scalar]]]:
     """Yield the steps between stamps in pieces, with the number of the first stamp of each."""
     for rows in spans(len(stamps)):
         begin = max(rows.start - 1, 0)

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ....estimation.status_text import StatusText
 from ....kernel import Floats
-from ....kinematics.singularity import Singularity
+from ....kinematics.singularity import Singularities
 from ....kinematics.tool_state import ToolState
 from ....robot.measures import MEASURES
 from ....robot.robot import Robot
@@ -32,7 +32,9 @@ class Stretch(NamedTuple):
     until: int
 
 
-def stretches_of(pieces: Iterable[tuple[npt.NDArray[Any], Flags]]) -> Iterator[Stretch]:
+def stretches_of(
+    pieces: Iterable[tuple[npt.NDArray[np.integer[Any]], Flags]],
+) -> Iterator[Stretch]:
     """Yield the stretches of labels (N,), which come with whether something breaks before each."""
     label = first = count = 0
     for labels, breaks in pieces:
@@ -89,7 +91,8 @@ class Timeline(MotionColumns):
 
     def __init__(self, robot: Robot) -> None:
         super().__init__(robot.dof)
-        self.messages, self.turned, self.position = Column(np.int64), Column(bool), StateTable(3)
+        self.messages, self.position = Column(np.int64), StateTable(3)
+        self.turned = Column(np.bool_)
         self.speed, self.turning = Column(np.float64), Column(np.float64)
         kept = [one.name for one in MEASURES.values() if one.on_page]
         self.measures = {
@@ -97,7 +100,7 @@ class Timeline(MotionColumns):
         }
         self.distance, self.nearest_singular = Column(np.float64), StateTable(robot.dof)
         self.factors = StateTable(len(robot.singularity.factors.names))
-        self.levels, self.silent = Column(np.int8), Column(bool)
+        self.levels, self.silent = Column(np.int8), Column(np.bool_)
         self.warnings: list[PublishedWarning] = []
 
     @property
@@ -139,5 +142,5 @@ class TimelineBatch(NamedTuple):
     known: KnownJoints
     state: ToolState
     quaternion_xyzw: Floats
-    singularity: Singularity
+    singularity: Singularities
     warnings: list[PublishedWarning]

@@ -250,7 +250,7 @@ def _of_parquet(file: Path) -> tuple[int, Labels, Edges]:
     return 0, *_runs(np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64))
 
 
-def headers_of(file: Path) -> dict[str, npt.NDArray[Any]]:
+def headers_of(file: Path) -> dict[str, npt.NDArray[np.generic]]:
     """Return arrays of the shapes and types of those in an npz file, which take no memory."""
     headers = {}
     with ZipFile(file) as packed:

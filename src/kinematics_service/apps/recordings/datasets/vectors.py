@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from .episodes import (
     refuse_to_hold,
     refuse_twice,
 )
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 # Vectors with more elements are images and the like.
 MOST_ELEMENTS = 128
@@ -106,7 +109,7 @@ def _joint_of(element: str) -> str:
     return element
 
 
-def vectors_of_table(table: Any) -> dict[str, Floats]:
+def vectors_of_table(table: 'pa.RecordBatch | pa.Table') -> dict[str, Floats]:
     """Return the columns of an Arrow table or batch that are numbers, (N,) or (N, k)."""
     import pyarrow as pa
 

@@ -5,8 +5,8 @@ few.
 
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
-from typing import IO, Any
+from collections.abc import Iterable, Iterator, Sequence
+from typing import IO, Any, Generic, TypeVar, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -21,13 +21,17 @@ HELD = 2**18
 # shorter recordings (17 minutes at 1 kHz) are one piece.
 AT_ONCE = 2**20
 
+Scalar = TypeVar('Scalar', bound=np.generic)
+Row = int | np.integer[Any]
+Rows = slice | Sequence[int] | npt.NDArray[np.integer[Any]] | npt.NDArray[np.bool_]
 
-class Column:
+
+class Column(Generic[Scalar]):
     """One number for each state, to be appended to, and then read like an array."""
 
-    def __init__(self, kind: Any) -> None:
+    def __init__(self, kind: type[Scalar]) -> None:
         self._kind = np.dtype(kind)
-        self._held: list[npt.NDArray[Any]] = []
+        self._held: list[npt.NDArray[Scalar]] = []
         self._held_count = self._written = 0
         self._file: IO[bytes] | None = None
 
@@ -58,35 +62,43 @@ class Column:
         self._written += self._held_count
         self._held, self._held_count = [], 0
 
-    def __getitem__(self, at: Any) -> Any:
+    @overload
+    def __getitem__(self, at: Row) -> Scalar: ...
+    @overload
+    def __getitem__(self, at: Rows) -> npt.NDArray[Scalar]: ...
+    def __getitem__(self, at: Row | Rows) -> Scalar | npt.NDArray[Scalar]:
         if isinstance(at, slice):
             begin, end, step = at.indices(len(self))
             return self._read(begin, max(begin, end))[::step]
-        if isinstance(at, (int, np.integer)):
+        if isinstance(at, int | np.integer):
             row = int(at) + (len(self) if at < 0 else 0)
-            return self._read(row, row + 1)[0]
+            number: Scalar = self._read(row, row + 1)[0]
+            return number
         rows = np.asarray(at)
         if self._file is None:
-            return self._joined()[rows]
+            chosen: npt.NDArray[Scalar] = self._joined()[rows]
+            return chosen
         return np.array([self[row] for row in rows.tolist()], dtype=self._kind)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+    def __array__(
+        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
+    ) -> npt.NDArray[Any]:
         return np.asarray(self[:], dtype=dtype)
 
-    def mapped(self) -> npt.NDArray[Any]:
+    def mapped(self) -> npt.NDArray[Scalar]:
         """Return all numbers, the file mapped where there is one: what is changed, changes."""
         if self._file is None:
             return self._joined()
         self._write()
         return np.memmap(self._file, self._kind, 'r+')
 
-    def _joined(self) -> npt.NDArray[Any]:
+    def _joined(self) -> npt.NDArray[Scalar]:
         if len(self._held) != 1:
             empty = np.zeros(0, dtype=self._kind)
             self._held = [np.concatenate(self._held) if self._held else empty]
         return self._held[0]
 
-    def _read(self, begin: int, end: int) -> npt.NDArray[Any]:
+    def _read(self, begin: int, end: int) -> npt.NDArray[Scalar]:
         if begin >= self._written:
             return self._joined()[begin - self._written : end - self._written]
         assert self._file is not None
@@ -113,12 +125,14 @@ class StateTable:
         for k, column in enumerate(self.columns):
             column.append(rows[:, k])
 
-    def __getitem__(self, at: Any) -> Floats:
+    def __getitem__(self, at: Row | Rows) -> Floats:
         if not self.columns:
             return np.zeros((*np.broadcast_to(0, self._count)[at].shape, 0))
         return np.stack([column[at] for column in self.columns], axis=-1)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> npt.NDArray[Any]:
+    def __array__(
+        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
+    ) -> npt.NDArray[Any]:
         return np.asarray(self[:], dtype=dtype)
 
 
@@ -128,7 +142,7 @@ def spans(count: int) -> Iterator[slice]:
         yield slice(begin, min(begin + AT_ONCE, count))
 
 
-def median(pieces: Iterable[npt.NDArray[Any]]) -> float:
+def median(pieces: Iterable[npt.ArrayLike]) -> float:
     """
     Return the median of numbers that come in pieces, 0 if there are none; none is NaN.
 

@@ -12,7 +12,7 @@ from ....errors import RecordingError
 from ....kernel import Floats
 from ....robot.file.text.entries import choice, did_you_mean, meant_by
 from ....robot.file.text.yaml_reader import YamlError
-from ....robot.file.text.yaml_values import MOST_VALUES, read_documents
+from ....robot.file.text.yaml_values import MOST_VALUES, Values, read_documents
 from ....robot.measures import Level
 from .between_points import FINEST, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, SECOND, Block, Times
@@ -88,7 +88,7 @@ def text_of(file: Path, largest: int, instead: str) -> str:
     return text
 
 
-def json_of(file: Path, text: str) -> object:
+def json_of(file: Path, text: str) -> Values:
     """
     Return the content of a text in JSON.
 
@@ -100,14 +100,15 @@ def json_of(file: Path, text: str) -> object:
     if text.count(',') > MOST_VALUES:
         raise RecordingError(f'{file}: has more than {MOST_VALUES:,} values; write it as a bag')
     try:
-        return json.loads(text, object_pairs_hook=_mapping)
+        content: Values = json.loads(text, object_pairs_hook=_mapping)
+        return content
     except RecursionError:
         raise RecordingError(f'{file}: is not valid JSON: nested too deeply') from None
     except ValueError as error:
         raise RecordingError(f'{file}: is not valid JSON: {error}') from None
 
 
-def _documents(file: Path, text: str) -> list[Any]:
+def _documents(file: Path, text: str) -> list[Values]:
     if file.suffix.lower() == '.json' or text.lstrip().startswith('{'):
         return [json_of(file, text)]
     try:
@@ -125,7 +126,7 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return mapping
 
 
-def _trajectories(document: Any, depth: int = 0) -> Iterator[Mapping[str, Any]]:
+def _trajectories(document: Values, depth: int = 0) -> Iterator[Mapping[str, Values]]:
     # Finds a JointTrajectory in a message or in its parents: RobotTrajectory, DisplayTrajectory,
     # an action's goal.
     if depth > 8:
@@ -141,23 +142,25 @@ def _trajectories(document: Any, depth: int = 0) -> Iterator[Mapping[str, Any]]:
             yield from _trajectories(value, depth + 1)
 
 
-def _planned(data: Mapping[str, Any], where: str) -> PlannedTrajectory:
+def _planned(data: Mapping[str, Values], where: str) -> PlannedTrajectory:
     points = data['points'] or []
     names = data['joint_names'] or []
-    if not isinstance(points, list) or not all(isinstance(point, Mapping) for point in points):
+    given = points if isinstance(points, list) else [None]
+    rows = [point for point in given if isinstance(point, dict)]
+    if len(rows) < len(given):
         raise RecordingError(f'{where}: points must be a list of points')
     if not isinstance(names, list):
         raise RecordingError(f'{where}: joint_names must be a list of names')
 
-    for k, point in enumerate(points):
+    for k, point in enumerate(rows):
         _check_keys(point, f'{where}: points[{k}]')
 
-    times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(points)]
-    names = tuple(map(str, names))
-    return _trajectory(names, times, lambda key: [one.get(key) or [] for one in points], where)
+    times = [_seconds(point.get('time_from_start'), k, where) for k, point in enumerate(rows)]
+    joints = tuple(map(str, names))
+    return _trajectory(joints, times, lambda key: [one.get(key) or [] for one in rows], where)
 
 
-def _check_keys(point: Mapping[str, Any], where: str) -> None:
+def _check_keys(point: Mapping[str, Values], where: str) -> None:
     # A misspelt key would be left out, and the plan be another one.
     for key in map(str, point):
         if key not in OF_POINT:

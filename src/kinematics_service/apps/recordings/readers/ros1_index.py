@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader
 from rosbags.rosbag1.reader import IndexData
 
@@ -19,8 +20,8 @@ from .columns import Column
 class LongBag(Reader):  # type: ignore[misc]
     """A ROS 1 bag of any length."""
 
-    connections: list[Any]
-    indexes: dict[int, Any]
+    connections: list[Connection]
+    indexes: dict[int, '_Entries']
 
     def open(self) -> None:
         """Open the bag."""

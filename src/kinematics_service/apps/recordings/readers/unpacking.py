@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from io import BytesIO
 from itertools import accumulate
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import lz4.frame
@@ -21,7 +22,7 @@ from rosbags.rosbag2 import storage_mcap
 
 from ....errors import RecordingError
 
-zstd: Any = getattr(rosbag2, 'zstd', None) or rosbag2.zstandard  # by the version of rosbags
+zstd: ModuleType = getattr(rosbag2, 'zstd', None) or rosbag2.zstandard  # by the version of rosbags
 
 # A compressed file of joint states is some ten times as large when it is unpacked, and may be this
 # many times; small ones may have this many bytes.
@@ -88,7 +89,7 @@ def unpacked_message(data: bytes, path: Path) -> bytes:
     return _unpacked(data, zstd.open, path, MOST_OF_A_PART)
 
 
-def leave_messages_packed(reader: Any) -> bool:
+def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
     """Have a reader of rosbags yield messages as they are; return whether they are compressed."""
     storage = getattr(reader, 'storage', None)  # of ROS 2
     if storage is None or storage.metadata.compression_mode != 'message':
@@ -97,7 +98,7 @@ def leave_messages_packed(reader: Any) -> bool:
     return True
 
 
-def refuse_to_hold(path: Path, reader: Any, topic: str) -> None:
+def refuse_to_hold(path: Path, reader: rosbag1.Reader | rosbag2.Reader, topic: str) -> None:
     """
     Refuse a bag of which too much would be in memory at a time.
 

@@ -2,7 +2,7 @@
 
 import zlib
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ....errors import ExpressionError
 from ....typography import number_text
@@ -11,6 +11,7 @@ from ..text.expression_syntax import names_in, why_no_name
 from ..text.expressions import Scope, parse_affine
 from ..text.fault_report import Place, quoted, shown
 from ..text.plain_expression import plain_expression
+from ..text.yaml_document import Yaml
 from .description import Constant
 from .quantities import Units, check_finite
 
@@ -29,7 +30,7 @@ class Constants(NamedTuple):
 NO_CONSTANTS = Constants((), frozenset(), frozenset())
 
 
-def read_constants(data: Any, units: Units, variables: Iterable[str], at: Place) -> Constants:
+def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place) -> Constants:
     """Return the constants of a file in its order."""
     if data is None:
         return NO_CONSTANTS

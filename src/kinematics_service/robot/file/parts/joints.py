@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any, get_args
+from typing import get_args
 
 from ..text.entries import checked, checked_list
 from ..text.expression_syntax import IDENTIFIER, why_no_name
 from ..text.fault_report import Place, number, quoted
-from ..text.yaml_document import ScalarNode
+from ..text.yaml_document import ScalarNode, Yaml
 from .description import JointDescription, JointType
 from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
 from .schema import JointEntry
@@ -18,7 +18,7 @@ FASTEST_JOINT = 100.0
 NOUN = 'a list of joints, {name, type, limits}'
 
 
-def read_joint_entries(data: Any, at: Place) -> list[JointEntry]:
+def read_joint_entries(data: Yaml, at: Place) -> list[JointEntry]:
     """Return the entries of the list, each with its own faults reported."""
     items = checked_list(data, at, NOUN)
     if data == []:
@@ -32,7 +32,7 @@ def read_joint_entries(data: Any, at: Place) -> list[JointEntry]:
     return [checked(JointEntry, item, at[i]) for i, item in enumerate(items)]
 
 
-def names_given(data: Any) -> frozenset[str]:
+def names_given(data: Yaml) -> frozenset[str]:
     """Return what a joint with faults may be called in expressions: the words under its keys."""
     values = data.items() if isinstance(data, dict) else ()
     return frozenset(

@@ -3,10 +3,10 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from ..text.entries import checked, checked_list
 from ..text.fault_report import Place, number
+from ..text.yaml_document import Yaml
 from .description import JointDescription, KnownPose, Rounding
 from .motions import pose_motion
 from .quantities import KIND_OF, LONG, TURN, Kind, Quantities, Units
@@ -22,7 +22,7 @@ USUAL: Mapping[Kind, float] = {'length': LONG, 'angle': TURN}
 
 
 def read_known_poses(
-    data: Any, joints: Sequence[JointDescription], quantities: Quantities
+    data: Yaml, joints: Sequence[JointDescription], quantities: Quantities
 ) -> tuple[KnownPose, ...]:
     """
     Return the poses in SI units, without those that have faults.
@@ -45,7 +45,7 @@ def read_known_poses(
 
 
 def _known_pose(
-    data: Any, at: Place, joints: Sequence[JointDescription], quantities: Quantities
+    data: Yaml, at: Place, joints: Sequence[JointDescription], quantities: Quantities
 ) -> KnownPose | None:
     units, types, beside = quantities.units, quantities.types, at['tolerance']
     entry = checked(KnownPoseEntry, data, at)
@@ -59,7 +59,7 @@ def _known_pose(
     xyz = quantities.above_zero(tolerance.xyz, 'length', beside['xyz']) or EXACT
     rpy = quantities.above_zero(tolerance.rpy, 'angle', beside['rpy']) or EXACT
     if entry.rpy is None:
-        if tolerance.rpy is not None and 'rpy' not in data:
+        if tolerance.rpy is not None and isinstance(data, dict) and 'rpy' not in data:
             beside['rpy'].fault('the pose has no rpy that it could be of')
         rpy = math.inf
     if motion is None or not at.intact or len(q) != len(types):

@@ -3,12 +3,12 @@
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, get_args
+from typing import get_args
 
 from ..text.entries import checked, checked_formula, checked_list
 from ..text.expressions import Expression
 from ..text.fault_report import Place, number, quoted
-from ..text.yaml_document import ScalarNode
+from ..text.yaml_document import ScalarNode, Yaml
 from .convention_table import CONVENTIONS, MOVING, Axis, Convention, RowKind
 from .description import DhRow, ElementaryMotion, Link, ShapeRow
 from .motions import read_motion
@@ -22,7 +22,7 @@ AXES: tuple[Axis, ...] = get_args(Axis)
 
 
 def read_links(
-    data: Any, convention: Convention, at: Place, quantities: Quantities
+    data: Yaml, convention: Convention, at: Place, quantities: Quantities
 ) -> tuple[Link, ...] | None:
     """Return the rows of a chain in its order, or None with their faults reported."""
     items = checked_list(data, at, 'a list of the rows of the table')
@@ -37,7 +37,7 @@ def read_links(
     return found if at.intact and len(found) == len(items) else None
 
 
-def likely_convention(data: Any) -> Convention:
+def likely_convention(data: Yaml) -> Convention:
     """Return the first convention whose rows look like those of a list."""
     first = data[0] if isinstance(data, list) and data else None
     rows: RowKind = 'quantities'
@@ -107,7 +107,7 @@ def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
             )
 
 
-def _dh_row(data: Any, convention: Convention, at: Place, quantities: Quantities) -> DhRow | None:
+def _dh_row(data: Yaml, convention: Convention, at: Place, quantities: Quantities) -> DhRow | None:
     names = convention.quantities
     axes = {motion.quantity: motion.axis for motion in convention.motions}
     entry = checked(dh_row_entry(names), data, at)
@@ -126,7 +126,7 @@ def _dh_row(data: Any, convention: Convention, at: Place, quantities: Quantities
 
 
 def _elementary_row(
-    data: Any, _: Convention, at: Place, quantities: Quantities
+    data: Yaml, _: Convention, at: Place, quantities: Quantities
 ) -> ElementaryMotion | None:
     if not isinstance(data, ScalarNode):
         what = 'a mapping' if isinstance(data, dict) else 'a list'
@@ -136,7 +136,7 @@ def _elementary_row(
     return None if text is None else _elementary_motion(text, at, quantities)
 
 
-def _shape_row(data: Any, _: Convention, at: Place, quantities: Quantities) -> ShapeRow | None:
+def _shape_row(data: Yaml, _: Convention, at: Place, quantities: Quantities) -> ShapeRow | None:
     entry = checked(ShapeRowEntry, data, at)
     joint = None
     if entry.joint is not None:
@@ -163,7 +163,7 @@ def _kind(axis: Axis) -> Kind:
     return 'angle' if axis.startswith('R') else 'length'
 
 
-READERS: dict[RowKind, Callable[[Any, Convention, Place, Quantities], Link | None]] = {
+READERS: dict[RowKind, Callable[[Yaml, Convention, Place, Quantities], Link | None]] = {
     'quantities': _dh_row,
     'motion': _elementary_row,
     'shape': _shape_row,

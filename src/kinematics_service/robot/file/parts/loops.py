@@ -8,7 +8,7 @@ from ..text.entries import checked, checked_list, checked_word
 from ..text.expression_syntax import why_no_name
 from ..text.fault_report import Place, quoted
 from ..text.plain_expression import known_names_in
-from ..text.yaml_document import ScalarNode, texts_in
+from ..text.yaml_document import ScalarNode, Yaml, texts_in
 from .convention_table import Convention
 from .description import (
     IDENTITY,
@@ -30,7 +30,7 @@ MAX_PASSIVE = 24
 MAX_TOGETHER = 18
 
 
-def read_passive(data: Any, taken: Sequence[str], at: Place) -> tuple[PassiveJoint, ...]:
+def read_passive(data: Yaml, taken: Sequence[str], at: Place) -> tuple[PassiveJoint, ...]:
     """
     Return the passive joints of all loops, without those whose names have faults.
 
@@ -82,7 +82,7 @@ def read_passive(data: Any, taken: Sequence[str], at: Place) -> tuple[PassiveJoi
     return tuple(found)
 
 
-def _passive_joint(item: Any, at: Place) -> PassiveJoint | None:
+def _passive_joint(item: Yaml, at: Place) -> PassiveJoint | None:
     if not isinstance(item, dict):
         name = checked_word(item, at)
         return None if name is None else PassiveJoint(name, 'revolute')
@@ -92,7 +92,7 @@ def _passive_joint(item: Any, at: Place) -> PassiveJoint | None:
     return PassiveJoint(entry.name, 'prismatic' if entry.type == 'prismatic' else 'revolute')
 
 
-def moving_loops(data: Any, known: Collection[str]) -> frozenset[str]:
+def moving_loops(data: Yaml, known: Collection[str]) -> frozenset[str]:
     """Return the names in the rows of the loops' own chains, as they are known."""
     loops = data if isinstance(data, list) else ()
     rows = [loop['links'] for loop in loops if isinstance(loop, dict) and 'links' in loop]
@@ -100,7 +100,7 @@ def moving_loops(data: Any, known: Collection[str]) -> frozenset[str]:
 
 
 def read_loops(
-    data: Any,
+    data: Yaml,
     passive: Sequence[PassiveJoint],
     table: Sequence[Link] | None,
     points: Sequence[PointDescription],
@@ -218,7 +218,7 @@ class _LoopReader:
     convention: Convention | None
     quantities: Quantities
 
-    def read(self, data: Any, at: Place) -> LoopDescription | None:
+    def read(self, data: Yaml, at: Place) -> LoopDescription | None:
         """Return a loop, or None with its faults reported."""
         entry = checked(LoopEntry, data, at)
         names = _names_of(entry.passive)
@@ -265,7 +265,7 @@ class _LoopReader:
             )
         return start, meets
 
-    def _end(self, data: Any, at: Place) -> PointDescription | None:
+    def _end(self, data: Yaml, at: Place) -> PointDescription | None:
         entry = checked(LoopEndEntry, data, at)
         if entry.point is not None:
             if entry.row is not None or entry.xyz is not None or entry.rpy is not None:
@@ -288,7 +288,7 @@ class _LoopReader:
         return found
 
     def _assembled(
-        self, data: Any, names: Sequence[str], at: Place
+        self, data: Yaml, names: Sequence[str], at: Place
     ) -> tuple[tuple[float, ...], tuple[float, ...]]:
         if data is None:
             return (), ()
@@ -304,7 +304,7 @@ class _LoopReader:
         return q, tuple(value for value in values if value is not None)
 
 
-def _names_of(items: Any) -> list[str]:
+def _names_of(items: Yaml) -> list[str]:
     # Of a list of passive joints as the file has it.
     names = []
     for item in items if isinstance(items, list) else ():

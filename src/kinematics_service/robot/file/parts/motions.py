@@ -1,13 +1,12 @@
 """Constant poses of a robot file: {xyz, rpy}, matrices, the base and the tool."""
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
 from ....rigid_motion import pose_of
 from ..text.entries import checked, checked_list, checked_number
 from ..text.fault_report import Place, number, quoted
+from ..text.yaml_document import Yaml
 from .description import IDENTITY, Placement, RigidMotion
 from .quantities import Kind, Quantities
 from .schema import PlacementEntry, PoseEntry
@@ -18,7 +17,7 @@ PRINTED = 1e-6  # six printed digits are this good: the nearest rotation is take
 
 
 def read_placement(
-    data: Any, at: Place, default_frame: str, quantities: Quantities
+    data: Yaml, at: Place, default_frame: str, quantities: Quantities
 ) -> Placement | None:
     """Return the base or the tool, or None with its faults reported."""
     if data is None:
@@ -48,7 +47,7 @@ def pose_motion(entry: PoseEntry, at: Place, quantities: Quantities) -> RigidMot
     return RigidMotion(pose_of((x, y, z), (roll, pitch, yaw)), texts)
 
 
-def read_motion(data: Any, at: Place, quantities: Quantities) -> RigidMotion | None:
+def read_motion(data: Yaml, at: Place, quantities: Quantities) -> RigidMotion | None:
     """Return a matrix of 3 or 4 rows, or {xyz, rpy}; identity where nothing is given."""
     if data is None:
         return IDENTITY
@@ -59,7 +58,7 @@ def read_motion(data: Any, at: Place, quantities: Quantities) -> RigidMotion | N
     return _matrix_motion(data, at, quantities)
 
 
-def _matrix_motion(data: Any, at: Place, quantities: Quantities) -> RigidMotion | None:
+def _matrix_motion(data: Yaml, at: Place, quantities: Quantities) -> RigidMotion | None:
     rows = checked_list(data, at, 'a matrix of 3 or 4 rows, or {xyz, rpy}')
     if at.intact and len(rows) not in (3, 4):
         at.fault(f'expected a matrix of 3 or 4 rows, not {len(rows)}')

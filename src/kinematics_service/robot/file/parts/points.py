@@ -2,10 +2,10 @@
 
 import re
 from collections.abc import Sequence
-from typing import Any
 
 from ..text.entries import checked, checked_mapping
 from ..text.fault_report import Place, quoted
+from ..text.yaml_document import Yaml
 from .description import Placement, PointDescription
 from .motions import pose_motion
 from .quantities import Quantities
@@ -22,7 +22,7 @@ TAKEN = {
 
 
 def read_points(
-    data: Any, rows: int | None, placements: Sequence[Placement | None], quantities: Quantities
+    data: Yaml, rows: int | None, placements: Sequence[Placement | None], quantities: Quantities
 ) -> tuple[PointDescription, ...]:
     """
     Return the points in the order of the file, without those that have faults.
@@ -71,7 +71,7 @@ def check_row(row: int | None, rows: int | None, at: Place) -> None:
 
 
 def _point(
-    name: str, data: Any, rows: int | None, frames: dict[str, str], quantities: Quantities
+    name: str, data: Yaml, rows: int | None, frames: dict[str, str], quantities: Quantities
 ) -> PointDescription | None:
     at = quantities.top['points', name]
     if reason := _why_no_name(name, frames):

@@ -23,6 +23,7 @@ from ..text.entries import (
     called,
     one_of,
 )
+from ..text.yaml_document import Yaml
 from .convention_table import CONVENTIONS, QUANTITIES
 from .measure_table import MEASURES
 
@@ -63,19 +64,19 @@ class RobotEntry(Entry):
     robot: Word = None
     source: Citation = None
     convention: Annotated[str | None, one_of(*CONVENTIONS, also=CONVENTION_WORDS)] = None
-    units: Any = None
-    constants: Any = None
-    joints: Any = None
-    links: Any = None
-    base: Any = None
-    tool: Any = None
-    points: Any = None
-    loops: Any = None
-    singularity: Any = None
-    speed_limits: Any = None
-    uncertainty: Any = None
-    known_poses: Any = None
-    tolerance: Any = None
+    units: Yaml = None
+    constants: Yaml = None
+    joints: Yaml = None
+    links: Yaml = None
+    base: Yaml = None
+    tool: Yaml = None
+    points: Yaml = None
+    loops: Yaml = None
+    singularity: Yaml = None
+    speed_limits: Yaml = None
+    uncertainty: Yaml = None
+    known_poses: Yaml = None
+    tolerance: Yaml = None
 
 
 class CellEntry(Entry):
@@ -87,9 +88,9 @@ class CellEntry(Entry):
 
     cell: Word = None
     frame: Word = None
-    units: Any = None
+    units: Yaml = None
     common: Words = None
-    arms: Any = None
+    arms: Yaml = None
 
 
 class UnitsEntry(Entry):
@@ -157,9 +158,9 @@ class ShapeRowEntry(Entry):
     noun = 'a row of the table'
     also = {'input': 'in', 'output': 'out'}
 
-    in_: Any = None
+    in_: Yaml = None
     joint: Formula = None
-    out: Any = None
+    out: Yaml = None
 
 
 class PoseEntry(Entry):
@@ -216,12 +217,12 @@ class LoopEntry(Entry):
     )
 
     name: Word = None
-    passive: Any = None
-    from_: Any = None
-    links: Any = None
-    meets: Any = None
+    passive: Yaml = None
+    from_: Yaml = None
+    links: Yaml = None
+    meets: Yaml = None
     rows: Words = None
-    assembled: Any = None
+    assembled: Yaml = None
 
 
 class PassiveEntry(Entry):
@@ -269,7 +270,7 @@ class KnownPoseEntry(PoseEntry):
     also = {**POSE_KEYS, **called(q=POSITIONS)}
 
     q: Numbers = None
-    tolerance: Any = None
+    tolerance: Yaml = None
 
 
 class FactorEntry(Entry):
@@ -293,7 +294,7 @@ class SingularityEntry(Entry):
     measure: Annotated[str | None, one_of(*MEASURES)] = None
     warn: Number = None
     stop: Number = None
-    factors: Any = None
+    factors: Yaml = None
 
 
 class UncertaintyEntry(Entry):
@@ -308,13 +309,13 @@ class UncertaintyEntry(Entry):
         floor='unmodelled',
     )
 
-    encoder_noise: Any = None
-    encoder_resolution: Any = None
-    backlash: Any = None
-    velocity_noise: Any = None
-    parameters: Any = None
-    covariance: Any = None
-    floor: Any = None
+    encoder_noise: Yaml = None
+    encoder_resolution: Yaml = None
+    backlash: Yaml = None
+    velocity_noise: Yaml = None
+    parameters: Yaml = None
+    covariance: Yaml = None
+    floor: Yaml = None
 
 
 class FloorEntry(Entry):
@@ -349,4 +350,4 @@ class TableToleranceEntry(Entry):
     length: Number = None
     angle: Number = None
     gear: Number = None
-    of: Any = None
+    of: Yaml = None

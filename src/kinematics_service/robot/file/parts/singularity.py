@@ -1,11 +1,11 @@
 """The singularity section of a robot file: task, thresholds, factors."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from ..text.entries import checked, checked_list, did_you_mean, meant_by
 from ..text.expression_syntax import names_in
 from ..text.fault_report import Place, number, quoted
+from ..text.yaml_document import Yaml
 from .description import Factor, SingularityDescription
 from .measure_table import MEASURES, Measure, default_measure
 from .quantities import Kind, Quantities
@@ -14,7 +14,7 @@ from .schema import FactorEntry, SingularityEntry
 ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 
-def read_singularity(data: Any, quantities: Quantities) -> SingularityDescription | None:
+def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescription | None:
     """Return the section with its defaults, or None with its faults reported."""
     usual = default_measure(len(quantities.joint_types))
     if data is None:
@@ -82,7 +82,7 @@ def _thresholds(
     return warn, stop
 
 
-def _factors(data: Any, at: Place, quantities: Quantities) -> tuple[Factor, ...]:
+def _factors(data: Yaml, at: Place, quantities: Quantities) -> tuple[Factor, ...]:
     factors: list[Factor] = []
     for index, item in enumerate(checked_list(data, at, 'a list of {name, expression}')):
         entry = checked(FactorEntry, item, at[index])

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 from ..text.entries import checked, checked_mapping, choice
 from ..text.fault_report import Place, number, quoted
+from ..text.yaml_document import Yaml
 from .description import PointDescription, SpeedLimit
 from .quantities import DEGREES, METRES, MILLIMETRES, Kind, Quantities, Units
 from .schema import SpeedLimitEntry
@@ -16,7 +16,7 @@ FAST, SLOW, SPINNING = 20.0, 0.002, 25.0
 
 
 def read_speed_limits(
-    data: Any, points: Sequence[PointDescription], quantities: Quantities
+    data: Yaml, points: Sequence[PointDescription], quantities: Quantities
 ) -> tuple[SpeedLimit, ...]:
     """
     Return the speed limits in the order of the file, without those that have faults.
@@ -38,7 +38,7 @@ def read_speed_limits(
 
 
 def _limit(
-    name: str, data: Any, known: tuple[str, ...], quantities: Quantities
+    name: str, data: Yaml, known: tuple[str, ...], quantities: Quantities
 ) -> SpeedLimit | None:
     at = quantities.top['speed_limits', name]
     if name not in known:

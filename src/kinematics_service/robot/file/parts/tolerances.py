@@ -1,10 +1,10 @@
 """How far the numbers of a table may be off: what a calibration begins with."""
 
 import re
-from typing import Any
 
 from ..text.entries import checked, checked_mapping, checked_number
 from ..text.fault_report import quoted
+from ..text.yaml_document import Yaml
 from .convention_table import CONVENTIONS, Convention
 from .description import Tolerances
 from .quantities import Kind, Quantities
@@ -18,7 +18,7 @@ AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')
 
 
 def read_tolerances(
-    data: Any, convention: Convention | None, rows: int | None, quantities: Quantities
+    data: Yaml, convention: Convention | None, rows: int | None, quantities: Quantities
 ) -> Tolerances:
     """
     Return the standard deviations in SI units, without those that have faults.

@@ -1,7 +1,6 @@
 """The uncertainty of a robot file: how far joints and table may be off."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from ..text.entries import (
     checked,
@@ -13,6 +12,7 @@ from ..text.entries import (
     meant_by,
 )
 from ..text.fault_report import Place, quoted
+from ..text.yaml_document import Yaml
 from .description import JointDescription, Link, Uncertainty
 from .parameters import (
     ENDS,
@@ -32,7 +32,7 @@ MOST_NAMED = 60
 
 
 def read_uncertainty(
-    data: Any,
+    data: Yaml,
     joints: Sequence[JointDescription],
     links: Sequence[Link] | None,
     convention: str,
@@ -111,7 +111,7 @@ def _deviation(text: str | None, kind: Kind, at: Place, quantities: Quantities) 
     return value or 0.0
 
 
-def _of_joints(data: Any, at: Place, quantities: Quantities) -> tuple[float, ...]:
+def _of_joints(data: Yaml, at: Place, quantities: Quantities) -> tuple[float, ...]:
     # One number for all joints, or a list with one for each.
     types = quantities.types
     if data is None:
@@ -140,7 +140,7 @@ def _of_joints(data: Any, at: Place, quantities: Quantities) -> tuple[float, ...
 
 
 def _parameters(
-    data: Any, known: Mapping[str, ArmParameter] | None, at: Place, quantities: Quantities
+    data: Yaml, known: Mapping[str, ArmParameter] | None, at: Place, quantities: Quantities
 ) -> tuple[tuple[str, float], ...]:
     found = []
     for name, item in checked_mapping(data, at, 'parameters to standard deviations').items():
@@ -179,7 +179,7 @@ def _unknown(
 
 
 def _factor(
-    data: Any, known: Mapping[str, ArmParameter] | None, at: Place, quantities: Quantities
+    data: Yaml, known: Mapping[str, ArmParameter] | None, at: Place, quantities: Quantities
 ) -> tuple[tuple[str, tuple[float, ...]], ...]:
     given = checked_mapping(data, at, 'parameters to rows of L in L L^T')
     found = []
@@ -203,7 +203,7 @@ def _factor(
     return tuple(found)
 
 
-def _floor(data: Any, at: Place, quantities: Quantities) -> tuple[float, float]:
+def _floor(data: Yaml, at: Place, quantities: Quantities) -> tuple[float, float]:
     if data is None:
         return 0.0, 0.0
     entry = checked(FloorEntry, data, at)

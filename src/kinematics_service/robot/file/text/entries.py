@@ -10,18 +10,29 @@ import re
 from collections.abc import Callable, Mapping
 from functools import partial
 from keyword import iskeyword
-from typing import Annotated, Any, ClassVar, NamedTuple, TypeVar, get_origin, get_type_hints
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    NamedTuple,
+    TypeAlias,
+    TypeVar,
+    get_origin,
+    get_type_hints,
+)
 
 from ....typography import plain_names
 from .fault_report import MAX_FAULTS, Place, quoted, shown
-from .yaml_document import Path, ScalarNode
+from .yaml_document import Path, ScalarNode, Yaml
 
 NULL = re.compile(r'~|null|Null|NULL|')
 WHOLE = re.compile(r'[0-9]{1,6}')
 TRUTH = re.compile(r'true|True|TRUE|false|False|FALSE')
 
 
-Check = Callable[[Any], Any]
+# A value of an entry, as its check returns it.
+Value: TypeAlias = Yaml | str | int | bool | list[str | None]
+Check = Callable[[Yaml], Any]
 
 
 class WrongValue(Exception):
@@ -32,12 +43,12 @@ class WrongValue(Exception):
         self.meant = meant
 
 
-def is_null(value: Any) -> bool:
+def is_null(value: Yaml) -> bool:
     """Return whether a key stands without a value."""
     return isinstance(value, ScalarNode) and not value.quoted and bool(NULL.fullmatch(value.text))
 
 
-def _scalar(value: Any, wanted: str) -> ScalarNode:
+def _scalar(value: Yaml, wanted: str) -> ScalarNode:
     if not isinstance(value, ScalarNode):
         raise WrongValue(f'expected {wanted}, not {shown(value)}')
     if is_null(value):
@@ -51,7 +62,7 @@ def _scalar(value: Any, wanted: str) -> ScalarNode:
 LONGEST_NAME, LONGEST_CITATION = 256, 2000
 
 
-def _text(value: Any, longest: int) -> str:
+def _text(value: Yaml, longest: int) -> str:
     text = _scalar(value, 'a text').text
     if not text:
         raise WrongValue('is empty: expected a text')
@@ -66,30 +77,30 @@ _word = partial(_text, longest=LONGEST_NAME)
 _citation = partial(_text, longest=LONGEST_CITATION)
 
 
-def _formula(value: Any) -> str:
+def _formula(value: Yaml) -> str:
     node = _scalar(value, 'a text')
     return _word(node._replace(text=plain_names(node.text)))
 
 
-def _number(value: Any) -> str:
+def _number(value: Yaml) -> str:
     return plain_names(_scalar(value, 'a number or an expression').text).strip()
 
 
-def _whole(value: Any) -> int:
+def _whole(value: Yaml) -> int:
     text = _scalar(value, 'a whole number').text.strip()
     if not WHOLE.fullmatch(text):
         raise WrongValue(f'expected a whole number, not {quoted(text)}')
     return int(text)
 
 
-def _truth(value: Any) -> bool:
+def _truth(value: Yaml) -> bool:
     if isinstance(value, ScalarNode) and not value.quoted and TRUTH.fullmatch(value.text):
         return value.text.lower() == 'true'
     raise WrongValue(f'expected true or false, not {shown(value)}')
 
 
-def _listed(length: int | None, wanted: str) -> Callable[[Any], list[Any]]:
-    def check(value: Any) -> list[Any]:
+def _listed(length: int | None, wanted: str) -> Callable[[Yaml], list[Yaml]]:
+    def check(value: Yaml) -> list[Yaml]:
         if not isinstance(value, list):
             raise WrongValue(f'expected {wanted}, not {shown(value)}')
         if length is not None and len(value) != length:
@@ -105,7 +116,7 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     Accept one of a few words; `also` has other words people use for them, to suggest the right.
     """
 
-    def check(value: Any) -> str:
+    def check(value: Yaml) -> str:
         text = _scalar(value, ' or '.join(accepted)).text
         if text not in accepted:
             meant = meant_by(text, accepted, also)
@@ -174,10 +185,10 @@ class Entry:
     required: ClassVar[tuple[str, ...]] = ()
     also: ClassVar[Mapping[str, str]] = {}  # what people call its keys
 
-    def __init__(self, values: Mapping[str, Any]) -> None:
+    def __init__(self, values: Mapping[str, Value]) -> None:
         vars(self).update(values)
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: Value) -> None:
         raise AttributeError(f'an entry is frozen: {name}')
 
     @classmethod
@@ -207,7 +218,7 @@ class _Refusal(NamedTuple):
     meant: str | None
 
 
-def _taken(checks: tuple[Check, ...], value: Any, place: Path) -> tuple[Any, list[_Refusal]]:
+def _taken(checks: tuple[Check, ...], value: Yaml, place: Path) -> tuple[Any, list[_Refusal]]:
     # A value as it is read, and why it or some of its items are refused.
     if not checks:
         return value, []
@@ -229,10 +240,10 @@ def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
 
 
 EntryType = TypeVar('EntryType', bound=Entry)
-Taken = TypeVar('Taken')
+Result = TypeVar('Result')
 
 
-def checked(kind: type[EntryType], data: Any, at: Place) -> EntryType:
+def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
     """
     Return an entry with every fault reported, and None for each key that has one.
 
@@ -271,20 +282,21 @@ def checked(kind: type[EntryType], data: Any, at: Place) -> EntryType:
     return kind({f'{key}_' if iskeyword(key) else key: value for key, value in values.items()})
 
 
-def _named(keys: tuple[str, ...], values: list[Any]) -> str:
+def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
     # A row without its names, as it is copied from a table.
-    if len(keys) != len(values) or not all(isinstance(value, ScalarNode) for value in values):
+    texts = [value.text for value in values if isinstance(value, ScalarNode)]
+    if not len(keys) == len(values) == len(texts):
         return ''
-    pairs = ', '.join(f'{key}: {value.text}' for key, value in zip(keys, values, strict=True))
+    pairs = ', '.join(f'{key}: {text}' for key, text in zip(keys, texts))
     return f': write {{{pairs}}}, if they stand in this order'
 
 
 def _judged(
-    data: dict[str, Any], checks: dict[str, tuple[Check, ...]], at: Place
-) -> tuple[dict[str, Any], dict[str, Any]]:
+    data: dict[str, Yaml], checks: dict[str, tuple[Check, ...]], at: Place
+) -> tuple[dict[str, Yaml], dict[str, Yaml]]:
     # What has no fault, and what was meant by words that have one.
-    intact: dict[str, Any] = {}
-    meant: dict[str, Any] = {}
+    intact: dict[str, Yaml] = {}
+    meant: dict[str, Yaml] = {}
     for key, value in data.items():
         taken, refusals = _taken(checks[key], value, (key,))
         if not refusals:
@@ -297,27 +309,27 @@ def _judged(
     return intact, meant
 
 
-def checked_number(data: Any, at: Place) -> str | None:
+def checked_number(data: Yaml, at: Place) -> str | None:
     """Return the text of a number or an expression, or None with its fault reported."""
     return _reported(_number, data, at)
 
 
-def checked_word(data: Any, at: Place) -> str | None:
+def checked_word(data: Yaml, at: Place) -> str | None:
     """Return a printable text, or None with its fault reported."""
     return _reported(_word, data, at)
 
 
-def checked_formula(data: Any, at: Place) -> str | None:
+def checked_formula(data: Yaml, at: Place) -> str | None:
     """Return a printable text in plain signs, or None with its fault reported."""
     return _reported(_formula, data, at)
 
 
-def checked_list(data: Any, at: Place, noun: str, length: int | None = None) -> list[Any]:
+def checked_list(data: Yaml, at: Place, noun: str, length: int | None = None) -> list[Yaml]:
     """Return the items of a list, or none with the fault reported."""
     return _reported(_listed(length, noun), data, at) or []
 
 
-def checked_mapping(data: Any, at: Place, noun: str) -> dict[str, Any]:
+def checked_mapping(data: Yaml, at: Place, noun: str) -> dict[str, Yaml]:
     """
     Return a mapping of names that the user chooses; empty where there is none or has a fault.
     """
@@ -326,7 +338,7 @@ def checked_mapping(data: Any, at: Place, noun: str) -> dict[str, Any]:
     return data if isinstance(data, dict) else {}
 
 
-def _reported(check: Callable[[Any], Taken], data: Any, at: Place) -> Taken | None:
+def _reported(check: Callable[[Yaml], Result], data: Yaml, at: Place) -> Result | None:
     try:
         return check(data)
     except WrongValue as wrong:

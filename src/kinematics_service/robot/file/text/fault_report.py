@@ -1,11 +1,10 @@
 """What is wrong, and what is remarkable, in one robot file, gathered while it is read."""
 
 import math
-from typing import Any
 
 from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
-from .yaml_document import Document, Path, ScalarNode
+from .yaml_document import Document, Path, ScalarNode, Yaml
 
 MAX_FAULTS = 100  # more are noise, and a hostile file could have thousands
 
@@ -30,7 +29,7 @@ def quoted(text: str) -> str:
     return repr(text if len(text) <= 60 else f'{text[:57]}...')
 
 
-def shown(value: Any) -> str:
+def shown(value: Yaml) -> str:
     """Return what stands at some place of the file, for messages."""
     if isinstance(value, dict):
         return 'a mapping'

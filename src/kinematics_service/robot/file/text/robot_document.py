@@ -7,12 +7,11 @@ pieces: such a file is refused with the advice to quote it.
 
 from collections.abc import Iterable
 from itertools import chain
-from typing import Any
 
 from ....errors import Fault, RobotFileError
 from .fault_report import quoted
 from .yaml_document import Document, ListNode, MappingNode, Node, ScalarNode
-from .yaml_reader import YamlError, YamlReader, node_of
+from .yaml_reader import MappingStart, Scalar, SequenceStart, YamlError, YamlReader, node_of
 
 MAX_BYTES = 256 * 1024
 MAX_DEPTH = 16
@@ -41,7 +40,7 @@ def read_document(text: str, file: str) -> Document:
     return Document(file, roots[0])
 
 
-class _TreeReader(YamlReader):
+class _TreeReader(YamlReader[Node]):
     begun = False
 
     def begin_document(self, line: int) -> None:
@@ -49,15 +48,15 @@ class _TreeReader(YamlReader):
             raise YamlError(line, 'a second document: one file is one robot')
         self.begun = True
 
-    def scalar(self, event: Any) -> Node:
+    def scalar(self, event: Scalar) -> Node:
         return node_of(event)
 
-    def sequence(self, start: Any, items: list[Node]) -> Node:
+    def sequence(self, start: SequenceStart, items: list[Node]) -> Node:
         if start.flow_style:
             _refuse_split(items)
         return ListNode(tuple(items), start.start_mark.line + 1)
 
-    def mapping(self, start: Any, entries: list[tuple[ScalarNode, Node]]) -> Node:
+    def mapping(self, start: MappingStart, entries: list[tuple[ScalarNode, Node]]) -> Node:
         for key, _ in entries:
             if not key.text.isprintable():
                 message = f'the key {quoted(key.text)} holds control characters'

@@ -1,7 +1,7 @@
 """A YAML document as a tree of texts with line numbers; nothing in it is resolved to a number."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 
 class ScalarNode(NamedTuple):
@@ -28,6 +28,8 @@ class MappingNode(NamedTuple):
 
 Node: TypeAlias = ScalarNode | ListNode | MappingNode
 Path: TypeAlias = tuple[str | int, ...]
+# A node without lines, and None where a key is missing.
+Yaml: TypeAlias = ScalarNode | list['Yaml'] | dict[str, 'Yaml'] | None
 
 
 class Document:
@@ -56,13 +58,13 @@ class Document:
         """Yield path, line and message of equal keys."""
         yield from self._faults
 
-    def _taken(self, node: Node, path: Path, line: int) -> Any:
+    def _taken(self, node: Node, path: Path, line: int) -> Yaml:
         self._lines[path] = line
         if isinstance(node, ListNode):
             return [self._taken(item, (*path, k), item.line) for k, item in enumerate(node.items)]
         if not isinstance(node, MappingNode):
             return node
-        found: dict[str, Any] = {}
+        found: dict[str, Yaml] = {}
         for key, value in node.entries:
             inner = (*path, key.text)
             if key.text in found:
@@ -74,7 +76,7 @@ class Document:
         return found
 
 
-def texts_in(data: Any) -> Iterator[str]:
+def texts_in(data: Yaml) -> Iterator[str]:
     """Yield every text in what `Document.data` holds, keys aside."""
     if isinstance(data, ScalarNode):
         yield data.text

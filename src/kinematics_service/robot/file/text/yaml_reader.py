@@ -5,7 +5,7 @@ What could build objects or grow (tags, anchors, aliases) is refused at the even
 """
 
 import re
-from typing import Any
+from typing import Any, Generic, TypeAlias, TypeVar
 
 import yaml
 
@@ -20,7 +20,11 @@ UNACCEPTED = re.compile(
     '[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
 )
 # Without libyaml PyYAML reads the same, twenty times as slowly.
-LOADER: Any = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+LOADER: type[yaml.SafeLoader] = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+Scalar: TypeAlias = yaml.ScalarEvent
+SequenceStart: TypeAlias = yaml.SequenceStartEvent
+MappingStart: TypeAlias = yaml.MappingStartEvent
+Read = TypeVar('Read')  # what a node becomes
 # What that one makes of some escapes, \UFFFFFFFF.
 MALFORMED = (ValueError, OverflowError)
 
@@ -41,7 +45,7 @@ class YamlError(Exception):
         super().__init__(f'{line or ""}: {reason}'.removeprefix(':'))
 
 
-class YamlReader:
+class YamlReader(Generic[Read]):
     """
     The documents of one text; what becomes of a node is for the kind of file to say.
 
@@ -55,27 +59,27 @@ class YamlReader:
 
     def __init__(self, deepest: int, most_values: int, advice: str) -> None:
         self._deepest, self._most_values, self._advice = deepest, most_values, advice
-        self._documents: list[Any] = []
+        self._documents: list[Read] = []
         # Lists and mappings that are open, innermost last: what began each, and its children.
-        self._open: list[tuple[Any, list[Any]]] = [(None, self._documents)]
+        self._open: list[tuple[yaml.Event, list[Any]]] = [(None, self._documents)]
         self._values = 0
 
-    def scalar(self, event: Any) -> Any:
+    def scalar(self, event: Scalar) -> Read:
         """Return the value of a text that is no key."""
         raise NotImplementedError
 
-    def sequence(self, start: Any, items: list[Any]) -> Any:
+    def sequence(self, start: SequenceStart, items: list[Read]) -> Read:
         """Return a list that began with an event."""
         raise NotImplementedError
 
-    def mapping(self, start: Any, entries: list[tuple[ScalarNode, Any]]) -> Any:
+    def mapping(self, start: MappingStart, entries: list[tuple[ScalarNode, Read]]) -> Read:
         """Return a mapping that began with an event."""
         raise NotImplementedError
 
     def begin_document(self, line: int) -> None:
         """Look at the beginning of a document."""
 
-    def documents(self, text: str) -> list[Any]:
+    def documents(self, text: str) -> list[Read]:
         """
         Return the documents of the text.
 
@@ -100,7 +104,7 @@ class YamlReader:
             raise YamlError(0, 'not valid YAML: malformed escape or indicator') from None
         return self._documents
 
-    def _explained(self, error: Any, text: str) -> tuple[int, str]:
+    def _explained(self, error: yaml.MarkedYAMLError, text: str) -> tuple[int, str]:
         # libyaml says what is expected, PyYAML's own parser also what stands there instead. At the
         # end of a text libyaml may count a line more.
         depth = 0
@@ -120,13 +124,13 @@ class YamlReader:
         reason = ', '.join(str(part) for part in (error.context, error.problem) if part)
         return _line_of(error), reason
 
-    def _take(self, event: Any) -> None:
+    def _take(self, event: yaml.Event) -> None:
         kind = type(event)
-        if kind is yaml.ScalarEvent:
+        if kind is Scalar:
             self._check(event)
             value = node_of(event) if self._at_key() else self.scalar(event)
             self._open[-1][1].append(value)
-        elif kind is yaml.SequenceStartEvent or kind is yaml.MappingStartEvent:
+        elif kind is SequenceStart or kind is MappingStart:
             self._check(event)
             if self._at_key():
                 raise _refusal(event, 'a key must be a word, not a list or mapping')
@@ -148,14 +152,14 @@ class YamlReader:
             if event.version or event.tags:
                 raise YamlError(line, 'directives (%YAML, %TAG) are not accepted')
 
-    def _too_deep(self, event: Any) -> YamlError:
+    def _too_deep(self, event: yaml.Event) -> YamlError:
         return _refusal(event, f'nested more than {self._deepest} deep')
 
     def _at_key(self) -> bool:
         start, children = self._open[-1]
-        return type(start) is yaml.MappingStartEvent and len(children) % 2 == 0
+        return type(start) is MappingStart and len(children) % 2 == 0
 
-    def _check(self, event: Any) -> None:
+    def _check(self, event: yaml.Event) -> None:
         self._values += 1
         if self._values > self._most_values:
             raise _refusal(event, f'more than {self._most_values:,} values: {self._advice}')
@@ -165,15 +169,15 @@ class YamlReader:
             raise _refusal(event, f'tags are not accepted: {quoted(str(event.tag))}')
 
 
-def node_of(event: Any) -> ScalarNode:
+def node_of(event: Scalar) -> ScalarNode:
     """Return the text of an event as the user wrote it."""
     return ScalarNode(event.value, event.start_mark.line + 1, bool(event.style))
 
 
-def _line_of(error: Any) -> int:
+def _line_of(error: yaml.MarkedYAMLError) -> int:
     mark = error.problem_mark or error.context_mark
     return mark.line + 1 if mark else 0
 
 
-def _refusal(event: Any, reason: str) -> YamlError:
+def _refusal(event: yaml.Event, reason: str) -> YamlError:
     return YamlError(event.start_mark.line + 1, reason)

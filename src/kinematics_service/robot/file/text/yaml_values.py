@@ -5,10 +5,10 @@ A plain scalar is a number if YAML 1.2 says so: `1e-3` is one, `1_0` and `0o7` a
 """
 
 import re
-from typing import Any
+from typing import TypeAlias
 
 from .yaml_document import ScalarNode
-from .yaml_reader import YamlError, YamlReader
+from .yaml_reader import MappingStart, Scalar, SequenceStart, YamlError, YamlReader
 
 DEEPEST = 40
 # A point of a six-joint arm has some thirty values: more than 100,000 points.
@@ -24,7 +24,10 @@ WORDS = {
 }
 
 
-def read_documents(text: str) -> list[Any]:
+Values: TypeAlias = None | bool | float | str | list['Values'] | dict[str, 'Values']
+
+
+def read_documents(text: str) -> list[Values]:
     """
     Return the documents of a text: dicts, lists, numbers, texts, truth values, None.
 
@@ -37,8 +40,8 @@ def read_documents(text: str) -> list[Any]:
     return [document for document in documents if document is not None]
 
 
-class _ValueReader(YamlReader):
-    def scalar(self, event: Any) -> Any:
+class _ValueReader(YamlReader[Values]):
+    def scalar(self, event: Scalar) -> Values:
         text: str = event.value
         if not event.implicit[0]:
             return text  # in quotes, or over several lines
@@ -46,11 +49,11 @@ class _ValueReader(YamlReader):
             return float(text)
         return WORDS.get(text, text)
 
-    def sequence(self, start: Any, items: list[Any]) -> list[Any]:
+    def sequence(self, start: SequenceStart, items: list[Values]) -> Values:
         return items
 
-    def mapping(self, start: Any, entries: list[tuple[ScalarNode, Any]]) -> dict[str, Any]:
-        values: dict[str, Any] = {}
+    def mapping(self, start: MappingStart, entries: list[tuple[ScalarNode, Values]]) -> Values:
+        values: dict[str, Values] = {}
         for key, value in entries:
             if key.text in values:
                 raise YamlError(key.line, f'the key {key.text[:40]!a} occurs twice')

@@ -8,7 +8,6 @@ lines are put in there, and the result is read again and judged before it takes 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import yaml
 from yaml import MappingNode, Node
@@ -70,7 +69,7 @@ def entry_of(mapping: MappingNode, name: str) -> tuple[Node, Node] | None:
     return next((pair for pair in mapping.value if pair[0].value == name), None)
 
 
-def last_line(node: Any) -> int:
+def last_line(node: Node) -> int:
     """Return the line on which a node of YAML ends."""
     # A block's end mark is where the next thing begins, comments and blank lines between.
     if isinstance(node, MappingNode) and not node.flow_style and node.value:

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, reduce
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import sympy as sp
 
 Floats = npt.NDArray[np.float64]
 
@@ -26,18 +26,20 @@ class Evaluation:
         Whether angles are in degrees: arguments of sin, cos, tan, and what the inverses return.
     """
 
-    def __init__(self, values: Mapping[Any, Floats], poses: int, degrees: bool = False) -> None:
+    def __init__(
+        self, values: Mapping[sp.Symbol, Floats], poses: int, degrees: bool = False
+    ) -> None:
         self.poses = poses
         self.values = values
         self.degrees = degrees
-        self._known: dict[Any, Floats] = dict(values)
+        self._known: dict[sp.Expr, Floats] = dict(values)
 
-    def of(self, expression: Any) -> Floats:
+    def of(self, expression: sp.Expr) -> Floats:
         """Return N numbers, NaN or infinite where the expression has no value."""
         with np.errstate(all='ignore'):
             return self._of(expression)
 
-    def of_matrix(self, matrix: Any) -> Floats:
+    def of_matrix(self, matrix: sp.Matrix) -> Floats:
         """Return the values of a matrix, shape (N, rows, columns)."""
         numbers, others = _entries(matrix)
         with np.errstate(all='ignore'):
@@ -50,7 +52,7 @@ class Evaluation:
             result[:, k] = value
         return result.reshape(self.poses, matrix.rows, matrix.cols)
 
-    def with_part(self, expression: Any, path: Sequence[int], part: Any) -> Floats:
+    def with_part(self, expression: sp.Expr, path: Sequence[int], part: sp.Expr) -> Floats:
         """
         Return N numbers of an expression whose part at the end of a path is another one.
 
@@ -64,19 +66,19 @@ class Evaluation:
             values[k] = self.with_part(expression.args[k], rest, part)
             return self._applied(expression, values)
 
-    def _of(self, expression: Any) -> Floats:
+    def _of(self, expression: sp.Expr) -> Floats:
         found = self._known.get(expression)
         if found is None:
             found = self._computed(expression)
             self._known[expression] = found
         return found
 
-    def _computed(self, e: Any) -> Floats:
+    def _computed(self, e: sp.Expr) -> Floats:
         if e.is_number and not e.args:
             return np.full(self.poses, _number(e))
         return self._applied(e, [self._of(part) for part in e.args])
 
-    def _applied(self, e: Any, arguments: list[Floats]) -> Floats:
+    def _applied(self, e: sp.Expr, arguments: list[Floats]) -> Floats:
         # The function of an expression, of these values.
         if e.is_Add or e.is_Mul:
             return reduce(np.add if e.is_Add else np.multiply, arguments)
@@ -91,7 +93,7 @@ class Evaluation:
 
 
 @lru_cache(maxsize=4096)
-def _entries(matrix: Any) -> tuple[Floats, tuple[tuple[int, Any], ...]]:
+def _entries(matrix: sp.Matrix) -> tuple[Floats, tuple[tuple[int, sp.Expr], ...]]:
     # The numbers of a matrix, most of its entries, and the others with their places: sympy takes
     # longer to list them than they take to be computed.
     entries = matrix.flat()
@@ -100,7 +102,7 @@ def _entries(matrix: Any) -> tuple[Floats, tuple[tuple[int, Any], ...]]:
     return np.array(numbers), tuple((k, e) for k, e in enumerate(entries) if not plain[k])
 
 
-def _number(e: Any) -> float:
+def _number(e: sp.Expr) -> float:
     return float(e) if e.is_finite and e.is_real else np.nan
 
 
@@ -129,11 +131,11 @@ FUNCTIONS: dict[str, Callable[..., Floats]] = {
 }
 
 
-def size_of(expression: Any) -> int:
+def size_of(expression: sp.Expr) -> int:
     """Return the number of nodes of an expression as a tree, shared parts counted each time."""
-    known: dict[Any, int] = {}
+    known: dict[sp.Expr, int] = {}
 
-    def count(e: Any) -> int:
+    def count(e: sp.Expr) -> int:
         if e not in known:
             known[e] = 1 + sum(count(part) for part in e.args)
         return known[e]

@@ -2,12 +2,14 @@
 
 import re
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
-import sympy as sp  # type: ignore[import-untyped]
+import numpy.typing as npt
+import sympy as sp
 
 from ..text.file import Settings
+from .numbers import Floats
 from .symbols import SymbolicArm
 from .world import World
 
@@ -133,7 +135,13 @@ PARTS = {
 }
 
 
-def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) -> Any:
+@overload
+def value_of(quantity: Quantity, arm: World, reading: Settings) -> Floats: ...
+@overload
+def value_of(
+    quantity: Quantity, arm: SymbolicArm, reading: Settings
+) -> npt.NDArray[np.object_]: ...
+def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) -> npt.NDArray[Any]:
     """
     Return a quantity of an arm, an array; not for `det` and `general`.
 
@@ -165,31 +173,30 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
     if kind == 'pose':
         return _between(arm, i - first, last if j < 0 else j - first)
     if kind == 'vector':
-        start, end = (_frame(arm, index - reading.first_frame) for index in (i, j))
-        return end[origin] - start[origin]
+        return np.asarray(_frame(arm, j - first)[origin] - _frame(arm, i - first)[origin])
     if kind == 'reach':
-        return _frame(arm, i - 1)[origin] - pose[origin]
+        return np.asarray(_frame(arm, i - 1)[origin] - pose[origin])
     J = np.asarray(arm.jacobian)
     if kind == 'numeric':
         return _with_rotation_taken_out(J[..., i - 1])
     return arranged(J, arm, quantity, reading)
 
 
-def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> Any:
+def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp.Matrix | None:
     """Return what a quantity is, as a matrix of expressions; None for those without one."""
     if quantity.kind in ('det', 'general') or quantity.form in ANGLES:
         return None
     return sp.ImmutableDenseMatrix(value_of(quantity, arm, reading))
 
 
-def _frame(arm: World | SymbolicArm, at: int) -> Any:
+def _frame(arm: World | SymbolicArm, at: int) -> npt.NDArray[Any]:
     # What is before frame 0 is the base frame.
     if at < 0:
         return np.broadcast_to(np.eye(4, dtype=int), np.shape(arm.frames[0]))
     return np.asarray(arm.frames[at])
 
 
-def _between(arm: World | SymbolicArm, i: int, j: int) -> Any:
+def _between(arm: World | SymbolicArm, i: int, j: int) -> npt.NDArray[Any]:
     if i < 0:
         return _frame(arm, j)
     if i <= j:
@@ -201,7 +208,7 @@ def _between(arm: World | SymbolicArm, i: int, j: int) -> Any:
     return inverse
 
 
-def _with_rotation_taken_out(column: Any) -> Any:
+def _with_rotation_taken_out(column: npt.NDArray[Any]) -> npt.NDArray[Any]:
     D = np.zeros((*column.shape[:-1], 4, 4), dtype=column.dtype)
     D[..., :3, 3] = column[..., :3]
     for k, (row, col) in enumerate(((2, 1), (0, 2), (1, 0))):
@@ -210,7 +217,7 @@ def _with_rotation_taken_out(column: Any) -> Any:
     return D
 
 
-def arranged(J: Any, arm: World | SymbolicArm, quantity: Quantity, reading: Settings) -> Any:
+def arranged(J: Floats, arm: World | SymbolicArm, quantity: Quantity, reading: Settings) -> Floats:
     """
     Return J (base axes, linear first) in the axes and order, and with the rows, a person asks for.
 
@@ -244,7 +251,7 @@ ANGLES = {
 }
 
 
-def _rates(R: Any, form: str) -> Any:
+def _rates(R: Floats, form: str) -> Floats:
     # w = E rates, with the axes of the three turns as columns (Siciliano, section 3.6).
     last = 2 if form == 'zyz' else 0
     angle = np.arctan2(R[..., 1, last], R[..., 0, last])

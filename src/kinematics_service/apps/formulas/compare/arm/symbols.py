@@ -7,9 +7,8 @@ They stand in recipes such as `z_0 x (o_3 - o_0)`, and beside a wrong entry as t
 import operator
 from dataclasses import dataclass
 from functools import cached_property, reduce
-from typing import Any
 
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
 
 from .table import AXES, EYE, Table, TableRow, inverse_pose, rotation, row_matrix, translation
 
@@ -17,10 +16,10 @@ from .table import AXES, EYE, Table, TableRow, inverse_pose, rotation, row_matri
 @dataclass(frozen=True)
 class _Walk:
     # A frame M Rz(angle), the angle kept apart until another axis turns.
-    M: Any
-    angle: Any
+    M: sp.Matrix
+    angle: sp.Expr
 
-    def moved(self, axis: str, argument: Any) -> '_Walk':
+    def moved(self, axis: str, argument: sp.Expr) -> '_Walk':
         if argument == 0 or not axis:
             return self
         if axis == 'Rz':
@@ -34,14 +33,14 @@ class _Walk:
             return _Walk(M, self.angle)
         return _Walk(self.frame * rotation(axis[1], argument), sp.Integer(0))
 
-    def times(self, pose: Any) -> '_Walk':
+    def times(self, pose: sp.Matrix) -> '_Walk':
         return self if pose == EYE else _Walk(self.frame * pose, sp.Integer(0))
 
     @property
-    def frame(self) -> Any:
+    def frame(self) -> sp.Matrix:
         return self.M * rotation('z', self.angle)
 
-    def axis(self, letter: str) -> Any:
+    def axis(self, letter: str) -> sp.Matrix:
         # Rz leaves z alone: the third column of M.
         return self.M[:3, 2] if letter == 'z' else self.frame[:3, AXES[letter]]
 
@@ -53,7 +52,7 @@ class SymbolicArm:
         self.table = table
 
     @cached_property
-    def _walked(self) -> tuple[list[_Walk], list[tuple[Any, Any]]]:
+    def _walked(self) -> tuple[list[_Walk], list[tuple[sp.Matrix, sp.Expr]]]:
         walk = _Walk(sp.Matrix(self.table.base), sp.Integer(0))
         walks, turns = [walk], []
         for row in self.table.rows:
@@ -69,16 +68,16 @@ class SymbolicArm:
         return walks, turns
 
     @cached_property
-    def frames(self) -> list[Any]:
+    def frames(self) -> list[sp.Matrix]:
         """Return frame 0, the frame after each row, and the tool, in the base frame."""
         return [sp.ImmutableDenseMatrix(walk.frame) for walk in self._walked[0]]
 
     @property
-    def rows(self) -> list[Any]:
+    def rows(self) -> list[sp.Matrix]:
         """Return the matrix of each row."""
         return [row_matrix(row) for row in self.table.rows]
 
-    def between(self, i: int, j: int) -> Any:
+    def between(self, i: int, j: int) -> sp.Matrix:
         """Return frame j in frame i of the table, i <= j."""
         if self.frames[i] == EYE:
             return self.frames[j]
@@ -86,7 +85,7 @@ class SymbolicArm:
         return reduce(operator.mul, [*self.rows[i:j], *tool], EYE)
 
     @cached_property
-    def jacobian(self) -> Any:
+    def jacobian(self) -> sp.Matrix:
         """Return J in base axes, reference point the tool's origin, linear rows first."""
         p = self.frames[-1][:3, 3]
         columns = []
@@ -98,7 +97,7 @@ class SymbolicArm:
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
 
 
-def _motions(row: TableRow) -> list[tuple[Any, Any]]:
+def _motions(row: TableRow) -> list[tuple[str | None, sp.Expr]]:
     if row.quantities:
         return [(axis, row[name]) for axis, name in row.order.motions]
     return [(None, row.inner), (row.axis, row.argument), (None, inverse_pose(row.outer))]
@@ -107,7 +106,7 @@ def _motions(row: TableRow) -> list[tuple[Any, Any]]:
 LONGEST_SHOWN = 160
 
 
-def shown(expression: Any) -> str:
+def shown(expression: sp.Expr) -> str:
     """
     Return an expression in its shortest cheap form; empty where that is still too long to read.
     """

@@ -8,10 +8,9 @@ import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, reduce
-from typing import Any
 
 import numpy as np
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
 
 from .....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
 from .....robot.file.parts.description import (
@@ -51,13 +50,13 @@ class TableRow:
     """
 
     convention: str
-    quantities: tuple[tuple[str, Any], ...] = ()
+    quantities: tuple[tuple[str, sp.Expr], ...] = ()
     axis: str = ''
-    argument: Any = ZERO
-    inner: Any = EYE
-    outer: Any = EYE
+    argument: sp.Expr = ZERO
+    inner: sp.Matrix = EYE
+    outer: sp.Matrix = EYE
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> sp.Expr:
         """Return a quantity by its name, 0 where the convention has none of this name."""
         return dict(self.quantities).get(name, ZERO)
 
@@ -67,16 +66,16 @@ class TableRow:
         return CONVENTIONS[self.convention]
 
     @cached_property
-    def moving(self) -> Any:
+    def moving(self) -> sp.Expr:
         """Return what the joint variables of the row stand in, for searching."""
         return sum((self[name] for name in MOVING), self.argument)
 
     @cached_property
-    def symbols(self) -> frozenset[Any]:
+    def symbols(self) -> frozenset[sp.Symbol]:
         """Return the joint variables of the row, and the constants beside them."""
         return frozenset(self.moving.free_symbols)
 
-    def with_quantities(self, changes: Mapping[str, Any]) -> 'TableRow':
+    def with_quantities(self, changes: Mapping[str, sp.Expr]) -> 'TableRow':
         """Return the row with some of its quantities changed."""
         return replace(
             self, quantities=tuple((name, changes.get(name, old)) for name, old in self.quantities)
@@ -100,13 +99,13 @@ class Table:
 
     convention: str
     rows: tuple[TableRow, ...]
-    base: Any
-    tool: Any
-    variables: tuple[Any, ...]
+    base: sp.Matrix
+    tool: sp.Matrix
+    variables: tuple[sp.Symbol, ...]
     joint_types: tuple[str, ...]
-    constants: tuple[Any, ...]
-    given: Mapping[Any, float] = field(hash=False)
-    derived: Mapping[Any, Any] = field(hash=False)
+    constants: tuple[sp.Symbol, ...]
+    given: Mapping[sp.Symbol, float] = field(hash=False)
+    derived: Mapping[sp.Symbol, sp.Expr] = field(hash=False)
     passive: int = 0
 
     @property
@@ -126,7 +125,7 @@ class Table:
         return replace(self, rows=tuple(rows))
 
 
-def rotation(axis: str, angle: Any) -> Any:
+def rotation(axis: str, angle: sp.Expr) -> sp.Matrix:
     """Return the 4 x 4 rotation about x, y or z."""
     i, j = [k for k in range(3) if k != AXES[axis]]
     if axis == 'y':
@@ -137,14 +136,14 @@ def rotation(axis: str, angle: Any) -> Any:
     return R
 
 
-def translation(x: Any, y: Any, z: Any) -> Any:
+def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
     """Return the 4 x 4 translation."""
     T = sp.eye(4)
     T[0, 3], T[1, 3], T[2, 3] = x, y, z
     return T
 
 
-def inverse_pose(T: Any) -> Any:
+def inverse_pose(T: sp.Matrix) -> sp.Matrix:
     """Return the inverse of a 4 x 4 pose."""
     R = T[:3, :3].T
     result = sp.eye(4)
@@ -153,7 +152,7 @@ def inverse_pose(T: Any) -> Any:
     return result
 
 
-def motion(axis: str, argument: Any) -> Any:
+def motion(axis: str, argument: sp.Expr) -> sp.Matrix:
     """Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; identity for no axis."""
     if not axis:
         return sp.eye(4)
@@ -165,7 +164,7 @@ def motion(axis: str, argument: Any) -> Any:
 
 
 @lru_cache(maxsize=4096)
-def row_matrix(row: TableRow) -> Any:
+def row_matrix(row: TableRow) -> sp.Matrix:
     """Return the 4 x 4 matrix of a row."""
     if row.quantities:
         factors = [motion(axis, row[name]) for axis, name in row.order.motions]
@@ -175,12 +174,12 @@ def row_matrix(row: TableRow) -> Any:
 
 
 @lru_cache(maxsize=4096)
-def row_derivative(row: TableRow, variable: Any) -> Any:
+def row_derivative(row: TableRow, variable: sp.Symbol) -> sp.Matrix:
     """Return the derivative of a row's matrix by a joint variable."""
     return row_matrix(row).diff(variable)
 
 
-def _pose(rigid: RigidMotion, names: Names) -> Any:
+def _pose(rigid: RigidMotion, names: Names) -> sp.Matrix:
     if len(rigid.texts) == 6:
         x, y, z = (names.length(text) for text in rigid.texts[:3])
         roll, pitch, yaw = (names.angle(text) for text in rigid.texts[3:])
@@ -200,7 +199,7 @@ def _pose(rigid: RigidMotion, names: Names) -> Any:
     return sp.ImmutableDenseMatrix(4, 4, entries)
 
 
-def _argument(motion: ElementaryMotion, names: Names) -> Any:
+def _argument(motion: ElementaryMotion, names: Names) -> sp.Expr:
     constant, factors = names.affine(motion.argument.text, motion.turns)
     return constant + sum(factor * variable for variable, factor in factors.items())
 
@@ -229,14 +228,14 @@ def table_of(description: RobotDescription) -> Table:
     degree = angle_in_rad(description.angle_unit)
     length = sp.Rational(1, 1000) if description.length_unit == 'mm' else sp.Integer(1)
     variables = {joint.variable: sp.Symbol(joint.variable) for joint in joints}
-    meanings: dict[str, Any] = {
+    meanings: dict[str, sp.Expr] = {
         joint.variable: variables[joint.variable]
         / (length if joint.type == 'prismatic' else degree)
         for joint in joints
     }
     constants = {one.name: sp.Symbol(one.name) for one in description.constants}
-    given: dict[Any, float] = {}
-    derived: dict[Any, Any] = {}
+    given: dict[sp.Symbol, float] = {}
+    derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
         # What is used both as a length and as an angle is a ratio.

@@ -6,9 +6,9 @@ A second road beside the kernel: J comes from dT/dq here, not from axes and mome
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from .numbers import Evaluation, Floats
 from .table import Table, row_derivative, row_matrix
@@ -35,7 +35,7 @@ class World:
     def __init__(
         self,
         table: Table,
-        values: Mapping[Any, Floats],
+        values: Mapping[sp.Symbol, Floats],
         poses: int,
         coupling: Floats | None = None,
         still: Mapping[int, Floats] | None = None,

@@ -8,9 +8,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
-from typing import Any
 
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
+
+# Which arguments lead to a part of an expression, from outside.
+Path = tuple[int, ...]
 
 LONGEST_EDITED = 400  # nodes; beyond, a formula is only located
 MOST_TERMS = 7
@@ -21,8 +23,8 @@ class Edit:
     """What was wrong if another part, at the end of a path, makes an expression right."""
 
     sentence: str
-    path: tuple[int, ...]
-    part: Any
+    path: Path
+    part: sp.Expr
 
 
 @dataclass(frozen=True)
@@ -30,17 +32,17 @@ class Repair:
     """A kind of repair: a name for the list of what was tried, and its versions."""
 
     name: str
-    edits: Callable[[Any, tuple[Any, ...]], Iterator[Edit]]
+    edits: Callable[[sp.Expr, tuple[sp.Symbol, ...]], Iterator[Edit]]
 
 
-def places(expression: Any, path: tuple[int, ...] = ()) -> Iterator[tuple[tuple[int, ...], Any]]:
+def places(expression: sp.Expr, path: Path = ()) -> Iterator[tuple[Path, sp.Expr]]:
     """Yield every part of an expression and the way to it."""
     yield path, expression
     for k, part in enumerate(expression.args):
         yield from places(part, (*path, k))
 
 
-def replaced(expression: Any, path: tuple[int, ...], part: Any) -> Any:
+def replaced(expression: sp.Expr, path: Path, part: sp.Expr) -> sp.Expr:
     """Return an expression with the part at the end of a path replaced."""
     if not path:
         return part
@@ -49,11 +51,11 @@ def replaced(expression: Any, path: tuple[int, ...], part: Any) -> Any:
     return expression.func(*arguments)
 
 
-def _sums(e: Any) -> Iterator[tuple[tuple[int, ...], Any]]:
+def _sums(e: sp.Expr) -> Iterator[tuple[Path, sp.Expr]]:
     return ((path, part) for path, part in places(e) if part.is_Add)
 
 
-def signs(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def signs(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression with the sign of one or more of its terms changed."""
     yield Edit('the sign of the whole is wrong', (), -e)
     for size in (1, 2, 3):
@@ -69,7 +71,7 @@ def signs(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                     yield Edit(f'the {terms} the wrong sign: {text}{where}', path, total)
 
 
-def extra_terms(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def extra_terms(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression without one of its terms, or without one of its factors."""
     for path, part in places(e):
         if part.is_Add:
@@ -83,7 +85,7 @@ def extra_terms(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
         yield Edit(f'{_text(e)} does not belong here: the entry is 0', (), sp.Integer(0))
 
 
-def sine_and_cosine(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def sine_and_cosine(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression with a sine and a cosine exchanged."""
     other = {sp.sin: sp.cos, sp.cos: sp.sin}
     for path, part in places(e):
@@ -97,7 +99,7 @@ def sine_and_cosine(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
         yield Edit('sines and cosines are exchanged', (), e.subs(changes, simultaneous=True))
 
 
-def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def symbols_exchanged(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression with one symbol for another, at one place or everywhere."""
     free = sorted(e.free_symbols, key=str)
     for one in free:
@@ -118,7 +120,7 @@ def symbols_exchanged(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
         yield Edit(f'{one} and {other} are exchanged', (), e.xreplace(changes))
 
 
-def lost_lengths(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def lost_lengths(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression with a length, or its square, added to one of its sums."""
     for path, part in places(e):
         if part.is_number or (path and _at(e, path[:-1]).is_Add):
@@ -129,13 +131,13 @@ def lost_lengths(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                     yield Edit(f'{text} is lost in {_text(part)}', path, part + sign)
 
 
-def _at(e: Any, path: tuple[int, ...]) -> Any:
+def _at(e: sp.Expr, path: Path) -> sp.Expr:
     for k in path:
         e = e.args[k]
     return e
 
 
-def angles(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
     Yield the expression with another joint, or a quarter turn, in the argument of a function.
     """
@@ -149,7 +151,7 @@ def angles(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
             yield Edit(f'{part} stands where {right} belongs', path, right)
 
 
-def brackets(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
     Yield the expression with a factor of one term for several terms: a bracket that was lost.
     """
@@ -166,7 +168,7 @@ def brackets(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                     yield Edit(sentence, path, total)
 
 
-def lost_plus(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def lost_plus(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression with a product made a sum of two products."""
     for path, part in places(e):
         if not part.is_Mul or len(part.args) > MOST_TERMS:
@@ -180,7 +182,7 @@ def lost_plus(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                     yield Edit(sentence, path, total)
 
 
-def arguments(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def arguments(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
     Yield the expression with the arguments of an inverse function exchanged, negated, inverted.
     """
@@ -216,7 +218,7 @@ def arguments(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
             yield Edit(f'{_text(part)} is upside down', path, 1 / part)
 
 
-def units(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression with its numbers in degrees, millimetres, or its result in degrees."""
     changed, inside = e, False
     for part in {p for _, p in places(e) if p.func in (sp.sin, sp.cos, sp.tan)}:
@@ -231,7 +233,7 @@ def units(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
     yield Edit('it is in mm', (), e / 1000)
 
 
-def powers(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def powers(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression with a square forgotten or too many."""
     for path, part in places(e):
         above = _at(e, path[:-1])
@@ -243,7 +245,7 @@ def powers(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
             yield Edit(f'the root of {_text(part.base)}', path, part.base)
 
 
-def twos(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def twos(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression with a product, or a term of a sum, doubled or halved."""
     half = sp.Rational(1, 2)
     for path, part in places(e):
@@ -258,7 +260,7 @@ def twos(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
                     yield Edit(f'{text} {_text(term)} belongs there', path, right)
 
 
-def quarter_turns(e: Any, symbols: tuple[Any, ...]) -> Iterator[Edit]:
+def quarter_turns(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the result of an inverse on another branch, or counted from another zero."""
     turns = ((sp.pi, '180 deg'), (sp.pi / 2, '90 deg'), (-sp.pi / 2, '-90 deg'))
     for turn, text in turns:
@@ -292,6 +294,6 @@ SOLUTION_EDITS = (
 
 
 @lru_cache(maxsize=1024)
-def _text(e: Any) -> str:
+def _text(e: sp.Expr) -> str:
     text = str(e)
     return text if len(text) <= 80 else f'{text[:77]}...'

@@ -7,10 +7,9 @@ A cause counts only where it makes the whole difference vanish at all poses: not
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
 
 from .....robot.file.parts.convention_table import QUANTITIES
 from ..arm.numbers import Floats, size_of
@@ -149,7 +148,7 @@ def _masks(scope: str, check: QuantityCheck) -> Iterator[tuple[str, Mask]]:
         yield '' if mask.all() else f'{name}: ', mask
 
 
-def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, Any]]:
+def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
     rows, columns = check.shape
     if scope == WHOLE:
         yield '', np.s_[:]
@@ -274,7 +273,7 @@ def _missing_terms(
 
 
 def _missing_factor(
-    check: QuantityCheck, terms: Sequence[Any], values: Floats, i: int, j: int
+    check: QuantityCheck, terms: Sequence[sp.Expr], values: Floats, i: int, j: int
 ) -> list[Explanation]:
     if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
         return []  # a factor 0 would explain every entry that stands where 0 belongs
@@ -286,7 +285,7 @@ def _missing_factor(
     return []
 
 
-def right_entry(check: QuantityCheck, i: int, j: int) -> Any:
+def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
     """Return the right expression of an entry, or None where there is none."""
     if check.quantity.kind == 'numeric':
         return None

@@ -7,10 +7,9 @@ Each is the table with something exchanged; its value is computed like the right
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations, permutations
-from typing import Any
 
 import numpy as np
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
 
 from .....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
 from ..arm.numbers import DEGREE, Floats
@@ -28,7 +27,7 @@ def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
     return Variant(sentence, check.right_of(world))
 
 
-def _by_joints(check: QuantityCheck, changes: dict[Any, Any], sentence: str) -> Variant:
+def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence: str) -> Variant:
     # The table with other expressions in place of its joint variables.
     rows = tuple(
         row
@@ -102,12 +101,12 @@ def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
         yield _with_values(check, changes, f'sines and cosines of sums with {first} are exchanged')
 
 
-def _turning(check: QuantityCheck) -> list[Any]:
+def _turning(check: QuantityCheck) -> list[sp.Symbol]:
     table = check.names.table
     return [v for v, slides in zip(table.variables, table.slides) if not slides]
 
 
-def _with_values(check: QuantityCheck, changes: dict[Any, Floats], sentence: str) -> Variant:
+def _with_values(check: QuantityCheck, changes: dict[sp.Symbol, Floats], sentence: str) -> Variant:
     values = {**check.poses.values, **changes}
     world = World(check.names.table, values, check.poses.count)
     return Variant(sentence, check.right_of(world))
@@ -140,7 +139,7 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
     for i, row in enumerate(table.rows):
         where = f'row {i + 1}'
 
-        def with_(*, i: int = i, row: TableRow = row, **changes: Any) -> Table:
+        def with_(*, i: int = i, row: TableRow = row, **changes: sp.Expr) -> Table:
             return table.with_row(i, row.with_quantities(changes))
 
         angles, lengths = _fixed_angles_and_lengths(row)

@@ -1,7 +1,6 @@
 """Slips in any formula: sign, units, inverses, something else of the arm in its place."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -55,14 +54,14 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
 def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
     """Yield T without the base or the tool, and T_0n with them."""
     frames = check.world.frames
-    versions: tuple[tuple[Any, str], ...] = (
+    versions = (
         (np.linalg.solve(frames[0], frames[-1]), 'the base is left out'),
         (frames[-2], 'the tool is left out'),
         (np.linalg.solve(frames[0], frames[-2]), 'base and tool are left out'),
         (frames[-1], 'base and tool are included'),
     )
-    for whole, sentence in versions:
-        whole = whole[:, :3, 3:] if check.quantity.kind == 'position' else whole
+    for pose, sentence in versions:
+        whole = np.asarray(pose[:, :3, 3:] if check.quantity.kind == 'position' else pose)
         yield Variant(sentence, check.cut(whole, check.quantity))
 
 

@@ -10,10 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import sympy as sp
 
 from .....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
@@ -41,7 +41,7 @@ class Check(ABC):
     poses: Poses
 
     @property
-    def expressions(self) -> Any:
+    def expressions(self) -> sp.Matrix:
         """Return the person's matrix."""
         return self.statement.value
 
@@ -59,7 +59,7 @@ class Check(ABC):
     @cached_property
     def evaluation(self) -> Evaluation:
         """Return what the person's expressions are evaluated with."""
-        values: Mapping[Any, Floats] = self.poses.values
+        values: Mapping[sp.Symbol, Floats] = self.poses.values
         degrees = self.statement.settings.degrees
         if degrees:
             table = self.names.table

@@ -7,10 +7,10 @@ exact determinant. Every branch of the zeros that some start reaches must lie in
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-import sympy as sp  # type: ignore[import-untyped]
+import numpy.typing as npt
+import sympy as sp
 
 from .....errors import DerivationError
 from .....kinematics.forward import jacobian
@@ -168,7 +168,7 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
 
 
 def _value(
-    names: FormulaNames, claim: Statement, value: Any, integers: Floats | float
+    names: FormulaNames, claim: Statement, value: sp.Expr, integers: Floats | float
 ) -> Callable[[Floats], Floats]:
     # An expression of a claim as a function of poses, with one integer k for each.
     table = names.table
@@ -194,7 +194,7 @@ def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
 # Completeness: zeros of each factor are claimed
 
 
-def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> Any:
+def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np.bool_]:
     # Which of N poses belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:

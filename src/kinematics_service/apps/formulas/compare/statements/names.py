@@ -4,15 +4,15 @@ import difflib
 import re
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
 
 from .....errors import FormulaError
 from .....robot.file.parts.convention_table import QUANTITIES
 from ..arm.quantities import Quantity, expression_of, quantity_of, why_out_of_range
 from ..arm.symbols import SymbolicArm
 from ..arm.table import Table
+from ..text.build import Value
 from ..text.file import Settings
 from ..text.tokens import FormulaToken
 
@@ -58,11 +58,11 @@ class FormulaNames:
         fits = found[1] == 'q' or (found[1] == 'd') == slides[index]
         return index if fits else None
 
-    def constant(self, key: str) -> Any:
+    def constant(self, key: str) -> sp.Symbol | None:
         """Return the symbol of a named constant, or None."""
         return self.constants.get(key)
 
-    def value(self, token: FormulaToken, settings: Settings, general: bool = False) -> Any:
+    def value(self, token: FormulaToken, settings: Settings, general: bool = False) -> Value:
         """
         Return what a name stands for: a symbol, an expression, or a matrix.
 
@@ -114,7 +114,7 @@ class FormulaNames:
         known = self.joint(key) is not None or key in self.constants
         return known or SHORTHAND.fullmatch(key) is not None
 
-    def _shorthand(self, found: re.Match[str], token: FormulaToken) -> Any:
+    def _shorthand(self, found: re.Match[str], token: FormulaToken) -> sp.Expr:
         variables, total = self.table.variables, sp.Integer(0)
         for digit in found[2]:
             if not 1 <= int(digit) <= len(variables):
@@ -122,7 +122,9 @@ class FormulaNames:
             total += variables[int(digit) - 1]
         return sp.cos(total) if found[1] in 'cC' else sp.sin(total)
 
-    def _matrix(self, quantity: Quantity, token: FormulaToken, settings: Settings) -> Any:
+    def _matrix(
+        self, quantity: Quantity, token: FormulaToken, settings: Settings
+    ) -> sp.Matrix | None:
         joints = self.table.joints
         if self.table.passive and quantity.kind == 'jacobian':
             raise token.fault(
@@ -153,17 +155,17 @@ class FormulaNames:
         return token.fault(message)
 
 
-def general_symbol(key: str) -> Any:
+def general_symbol(key: str) -> sp.Symbol | None:
     """Return the symbol of a quantity such as a, alpha, d, theta of any row, or None."""
     found = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
     return sp.Symbol(f'{found[1]}_i') if found else None
 
 
-def coordinates() -> tuple[Any, ...]:
+def coordinates() -> tuple[sp.Symbol, ...]:
     """Return the symbols of the point's coordinates x, y, z."""
     return tuple(sp.Symbol(axis) for axis in 'xyz')
 
 
-def rotation_entries() -> dict[tuple[int, int], Any]:
+def rotation_entries() -> dict[tuple[int, int], sp.Symbol]:
     """Return the symbols r11 to r33 of the tool's rotation."""
     return {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}

@@ -2,10 +2,9 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
 
 from .....errors import FormulaError
 from .....kinematics.tool_state import evaluate
@@ -47,7 +46,7 @@ class Poses:
     """
 
     count: int
-    values: Mapping[Any, Floats]
+    values: Mapping[sp.Symbol, Floats]
     randomised: tuple[str, ...]
     chosen: tuple[str, ...]
     coupling: Floats | None = None
@@ -57,8 +56,8 @@ def poses_for(
     robot: Robot,
     names: FormulaNames,
     settings: Settings,
-    symbols: frozenset[Any],
-    fixed: Sequence[tuple[Any, Any]] = (),
+    symbols: frozenset[sp.Symbol],
+    fixed: Sequence[tuple[sp.Symbol, sp.Expr]] = (),
     count: int = POSES,
 ) -> Poses:
     """
@@ -79,13 +78,13 @@ def poses_for(
         given.
     """
     table, rng = names.table, np.random.default_rng(SEED)
-    given: dict[Any, Floats] = {}
+    given: dict[sp.Symbol, Floats] = {}
     for raw in settings.at:
         symbol, value = _given(raw, settings, names)
         given[symbol] = np.full(count, value)
     for symbol, value in fixed:
         given.setdefault(symbol, np.full(count, _number(value)))
-    values: dict[Any, Floats] = {}
+    values: dict[sp.Symbol, Floats] = {}
     for name in QUANTITIES:
         values[sp.Symbol(f'{name}_i')] = rng.uniform(0.3, 1.3, count)
     randomised = []
@@ -113,8 +112,8 @@ def poses_for(
 def _close(
     robot: Robot,
     names: FormulaNames,
-    values: dict[Any, Floats],
-    given: Mapping[Any, Floats],
+    values: dict[sp.Symbol, Floats],
+    given: Mapping[sp.Symbol, Floats],
     count: int,
 ) -> Floats:
     # Brings the joints to positions at which the loops close, and completes them there.
@@ -162,8 +161,8 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
 
 
 def _with_coordinates(
-    values: dict[Any, Floats], names: FormulaNames, settings: Settings, count: int
-) -> dict[Any, Floats]:
+    values: dict[sp.Symbol, Floats], names: FormulaNames, settings: Settings, count: int
+) -> dict[sp.Symbol, Floats]:
     world = World(names.table, values, count)
     point = world.pose[:, :3, 3]
     if settings.point:
@@ -185,7 +184,7 @@ def _with_coordinates(
     return {**located, **values}
 
 
-def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[Any, float]:
+def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[sp.Symbol, float]:
     at = raw.left.at
     key = raw.left.text if raw.left.kind == 'name' else ''
     joint = names.joint(key)
@@ -203,7 +202,7 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[Any, floa
     return symbol, result
 
 
-def _number(value: Any) -> float:
+def _number(value: sp.Expr) -> float:
     return float(Evaluation({}, 1).of(value)[0])
 
 

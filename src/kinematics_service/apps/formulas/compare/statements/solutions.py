@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from itertools import product
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
+import sympy as sp
 
 from .....kernel import Integers
 from .....rigid_motion import rotation_vector, skew_part
@@ -96,7 +97,7 @@ class PoseSearch:
         return followed == all_of_them
 
     def reached(
-        self, given: Mapping[Any, Floats], wanted: Mask, limits: Limits | None = None
+        self, given: Mapping[sp.Symbol, Floats], wanted: Mask, limits: Limits | None = None
     ) -> Mask:
         """
         Return at which of the wanted poses the joints bring the tool there, shape (N,).
@@ -124,7 +125,7 @@ class PoseSearch:
 
     def _stepped(
         self,
-        given: Mapping[Any, Floats],
+        given: Mapping[sp.Symbol, Floats],
         at: Integers,
         random: np.random.Generator,
         limits: Limits | None,
@@ -223,7 +224,7 @@ class SolutionCheck(Check):
         return self.poses.values[self.variable][:, None, None]
 
     @property
-    def variable(self) -> Any:
+    def variable(self) -> sp.Symbol:
         """Return the symbol of the joint."""
         return self.names.table.variables[self.statement.joint]
 

@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
 
 from .....errors import FormulaError
 from .....robot.file.text.expression_syntax import folded, postorder
 from ..arm.numbers import size_of
 from ..arm.quantities import Quantity, quantity_of, why_out_of_range
-from ..text.build import build, is_matrix, number
+from ..text.build import Value, build, is_matrix, number
 from ..text.file import FormulaFile, Raw, Settings
 from ..text.syntax import PARTS, Node
 from ..text.tokens import FormulaToken
@@ -57,14 +57,14 @@ class Statement:
     name: str
     line: int
     settings: Settings
-    value: Any
+    value: sp.Matrix
     quantity: Quantity | None = None
     joint: int = -1
-    left: Any = None
-    conditions: tuple[tuple[int, Any], ...] = ()
+    left: sp.Expr | None = None
+    conditions: tuple[tuple[int, sp.Expr], ...] = ()
     decimals: int | None = None
     inexact: 'Statement | None' = None
-    half_units: tuple[tuple[Any, float], ...] = ()
+    half_units: tuple[tuple[sp.Symbol, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Understood:
     """
 
     statements: tuple[Statement, ...]
-    fixed: tuple[tuple[Any, Any], ...]
+    fixed: tuple[tuple[sp.Symbol, sp.Expr], ...]
     faults: tuple[FormulaError, ...]
     passed_over: tuple[FormulaError, ...]
 
@@ -104,9 +104,9 @@ class _Reader:
         self.local: dict[int, dict[str, Raw]] = {}  # by the index of the formula above
         trees = (tree for raw in file.raw for tree in (raw.left, raw.right))
         self.has_rounded = any(_is_rounded(node.text) for tree in trees for node in _numbers(tree))
-        self.half_units: dict[Any, float] = {}
+        self.half_units: dict[sp.Symbol, float] = {}
         self.used: set[int] = set()
-        self.known: dict[tuple[int, _Context], Any] = {}
+        self.known: dict[tuple[int, _Context], Value] = {}
 
     def read(self) -> Understood:
         formulas: list[tuple[int, Raw]] = []
@@ -128,7 +128,7 @@ class _Reader:
             formulas.append((index, raw))
             last = index
         statements: list[Statement] = []
-        fixed: list[tuple[Any, Any]] = []
+        fixed: list[tuple[sp.Symbol, sp.Expr]] = []
         maybe_unused: list[tuple[Raw, FormulaError | None]] = []
         for index, raw in formulas:
             try:
@@ -175,7 +175,7 @@ class _Reader:
         half_units = tuple((s, half) for s, half in self.half_units.items() if s in symbols)
         return replace(exact, inexact=inexact, half_units=half_units) if half_units else exact
 
-    def _number(self, text: str, at: FormulaToken) -> Any:
+    def _number(self, text: str, at: FormulaToken) -> sp.Expr:
         value = number(text, at)
         if not _is_rounded(text) or not value.is_Rational:
             return value
@@ -183,7 +183,9 @@ class _Reader:
         self.half_units[symbol] = 0.5 * 10.0 ** -_decimals(text)
         return value + symbol
 
-    def _statement(self, context: _Context, raw: Raw) -> Statement | tuple[Any, Any] | None:
+    def _statement(
+        self, context: _Context, raw: Raw
+    ) -> Statement | tuple[sp.Symbol, sp.Expr] | None:
         if raw.claim:
             return self._claim(context, raw)
         key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
@@ -222,7 +224,7 @@ class _Reader:
             )
         return self._made('equation', raw, value, left=left)
 
-    def _made(self, kind: str, raw: Raw, value: Any, **more: Any) -> Statement:
+    def _made(self, kind: str, raw: Raw, value: sp.Expr, **more: Any) -> Statement:
         matrix = value if is_matrix(value) else sp.ImmutableDenseMatrix([[value]])
         _refuse_long(matrix, raw.left.at)
         decimals = None
@@ -238,7 +240,7 @@ class _Reader:
             **more,
         )
 
-    def _refuse_matrix(self, value: Any, raw: Raw) -> None:
+    def _refuse_matrix(self, value: sp.Expr, raw: Raw) -> None:
         if is_matrix(value):
             raise raw.left.at.fault(f'{_text(raw.left)!r} is a number, not a matrix')
 
@@ -272,10 +274,10 @@ class _Reader:
         )
         return replace(statement, name=f'singular: {text}', decimals=None)
 
-    def _value(self, node: Node, context: _Context, open_: tuple[str, ...] = ()) -> Any:
+    def _value(self, node: Node, context: _Context, open_: tuple[str, ...] = ()) -> Value:
         equation = self.file.raw[context.index]
 
-        def lookup(token: FormulaToken) -> Any:
+        def lookup(token: FormulaToken) -> Value:
             key = token.text
             if context.integers and key == 'k':
                 return sp.Symbol('k')
@@ -312,7 +314,7 @@ class _Reader:
         )
 
 
-def _refuse_long(value: Any, at: FormulaToken) -> None:
+def _refuse_long(value: sp.Expr, at: FormulaToken) -> None:
     entries = value if is_matrix(value) else (value,)
     if any(size_of(entry) > LONGEST for entry in entries):
         raise at.fault(f'{at.written!r} is longer than this command can compare')

@@ -4,16 +4,16 @@ From the tree of a formula to a sympy expression or matrix; only what the gramma
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
-import sympy as sp  # type: ignore[import-untyped]
+import sympy as sp
 
 from .....errors import FormulaError
 from .....robot.file.text.expression_syntax import folded
 from .syntax import MOST_ENTRIES, PARTS, Node
 from .tokens import FormulaToken
 
-Value: TypeAlias = Any  # a sympy expression or an immutable matrix
+Value: TypeAlias = sp.Expr | sp.ImmutableDenseMatrix
 Lookup: TypeAlias = Callable[[FormulaToken], Value]
 ReadNumber: TypeAlias = Callable[[str, FormulaToken], Value]
 

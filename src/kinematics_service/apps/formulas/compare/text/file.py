@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypedDict
 
 from .....errors import FormulaError
 from .syntax import Node, parse, parse_lines
@@ -27,8 +27,18 @@ DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
+
+class Change(TypedDict, total=False):
+    """Fields of `Settings` that one word of a file sets."""
+
+    angular_first: bool
+    axes: str
+    degrees: bool
+    first_frame: int
+
+
 # What a setting may be, and what it sets.
-CHOICES: dict[str, dict[str, dict[str, Any]]] = {
+CHOICES: dict[str, dict[str, Change]] = {
     'rows': {'linear first': {'angular_first': False}, 'angular first': {'angular_first': True}},
     'frame': {'base': {'axes': 'base'}, 'tool': {'axes': 'tool'}},
     'units': {'rad': {'degrees': False}, 'deg': {'degrees': True}},

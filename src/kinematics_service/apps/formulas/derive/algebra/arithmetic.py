@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain, count
-from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import sympy
 
 from .....errors import DerivationError
@@ -16,7 +16,7 @@ from .....rigid_motion import Z_INTO
 from .....robot.file.parts.description import Link, RobotDescription
 from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix, product
-from .names import Names
+from .names import Affine, Names
 
 # Constant angles that are no quarter turns and stay symbols.
 MOST_LETTERS = 2
@@ -26,7 +26,6 @@ MOST_PARTS = 500
 # 1.5707963267948966 is what a program prints for pi/2.
 NEAREST_DOUBLE = 1e-15
 
-Affine = tuple[Any, dict[Any, Any]]
 NOTHING: Affine = (sympy.Integer(0), {})
 
 
@@ -54,20 +53,20 @@ class Arithmetic:
 
     ring: Ring
     names: Names
-    units: Mapping[Any, int]
-    steps: Mapping[Any, int]
-    offsets: Mapping[Any, Any]
-    angles: Mapping[Any, Any]
+    units: Mapping[sympy.Symbol, int]
+    steps: Mapping[sympy.Symbol, int]
+    offsets: Mapping[sympy.Symbol, sympy.Expr]
+    angles: Mapping[sympy.Symbol, sympy.Expr]
 
     @property
-    def in_variables(self) -> dict[Any, Any]:
+    def in_variables(self) -> dict[sympy.Symbol, sympy.Expr]:
         """Return what stands for each theta: q + offset."""
         return {
             angle: v + self.offsets[v] for v, angle in self.angles.items() if self.offsets[v] != 0
         }
 
     @cached_property
-    def values(self) -> Any:
+    def values(self) -> npt.NDArray[np.complex128]:
         """Return the number of each generator that no joint moves (nan elsewhere), complex."""
         moving, known = set(self.names.variables), dict(self.names.values)
         values = np.full(len(self.ring.generators), np.nan, dtype=complex)
@@ -77,7 +76,7 @@ class Arithmetic:
                 values[k] = np.exp(1j * number) if generator.kind == 'fixed_angle' else number
         return values
 
-    def angle_index(self, variable: Any) -> int:
+    def angle_index(self, variable: sympy.Symbol) -> int:
         """Return the index of exp(i variable / unit)."""
         return self.ring.index('angle', variable)
 
@@ -93,7 +92,7 @@ class Arithmetic:
         joints = self.joint_indices
         return any(e[k] for e in exponents for k in joints)
 
-    def derivative(self, value: Laurent, variable: Any) -> Laurent:
+    def derivative(self, value: Laurent, variable: sympy.Symbol) -> Laurent:
         """Return the derivative by a joint variable, as an angle and as a length."""
         ring = self.ring
         by_angle = value.derivative(self.angle_index(variable), self.units[variable])
@@ -121,7 +120,7 @@ class Arithmetic:
         """Return the 4 x 4 identity."""
         return self.constant_matrix(sympy.eye(4).tolist())
 
-    def constant_matrix(self, rows: Sequence[Sequence[Any]]) -> Matrix:
+    def constant_matrix(self, rows: Sequence[Sequence[sympy.Expr]]) -> Matrix:
         """Return a matrix of sympy expressions without angles."""
         return tuple(tuple(self.ring.length(sympy.sympify(e)) for e in row) for row in rows)
 
@@ -210,15 +209,15 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
     return arithmetic
 
 
-def _step(variable: Any, unit: int, turns: Sequence[Affine]) -> int:
+def _step(variable: sympy.Symbol, unit: int, turns: Sequence[Affine]) -> int:
     exponents = [int(factors[variable] * unit) for _, factors in turns if variable in factors]
     return math.gcd(*exponents) or unit
 
 
-def _offsets(turns: Sequence[Affine], names: Names) -> dict[Any, Any]:
+def _offsets(turns: Sequence[Affine], names: Names) -> dict[sympy.Symbol, sympy.Expr]:
     # The first row that a joint turns decides what its theta is; what is left of another row's
     # constant stays a constant.
-    offsets: dict[Any, Any] = {}
+    offsets: dict[sympy.Symbol, sympy.Expr] = {}
     for constant, factors in turns:
         unknown = [variable for variable in factors if variable not in offsets]
         if not unknown:
@@ -230,7 +229,9 @@ def _offsets(turns: Sequence[Affine], names: Names) -> dict[Any, Any]:
     return {variable: offsets.get(variable, sympy.Integer(0)) for variable in names.variables}
 
 
-def _angles(offsets: Mapping[Any, Any], names: Names) -> dict[Any, Any]:
+def _angles(
+    offsets: Mapping[sympy.Symbol, sympy.Expr], names: Names
+) -> dict[sympy.Symbol, sympy.Expr]:
     numbers = range(1, len(offsets) + 1)
     stems = chain(('theta', 'phi', 'psi'), (f'angle_{n}_' for n in count()))
     stem = next(s for s in stems if not {f'{s}{k}' for k in numbers} & set(names.meanings))
@@ -248,7 +249,7 @@ def _turning_texts(link: Link) -> list[str]:
     ]
 
 
-def exponential(ring: Ring, angle: Any) -> Laurent:
+def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
     """
     Return exp(i angle) of a constant angle, a sympy expression in rad; quarter turns exactly.
 
@@ -261,7 +262,7 @@ def exponential(ring: Ring, angle: Any) -> Laurent:
     return result * _odd_angle(ring, rest) if rest != 0 else result
 
 
-def _in_quarters(angle: Any) -> tuple[int, Any]:
+def _in_quarters(angle: sympy.Expr) -> tuple[int, sympy.Expr]:
     # Whole quarter turns and the rest, which is the angle itself where it has a part of pi.
     turns = sympy.expand(angle).coeff(sympy.pi)
     rest = sympy.expand(angle - turns * sympy.pi)
@@ -271,12 +272,12 @@ def _in_quarters(angle: Any) -> tuple[int, Any]:
     return (int(quarters), rest) if quarters.is_Integer else (0, angle)
 
 
-def _quarter_error(angle: Any) -> float:
+def _quarter_error(angle: sympy.Expr) -> float:
     turned = float(angle) * 2 / math.pi
     return turned - round(turned) if round(turned) else 1.0
 
 
-def _odd_angle(ring: Ring, angle: Any) -> Laurent:
+def _odd_angle(ring: Ring, angle: sympy.Expr) -> Laurent:
     upright, sign = (-angle, -1) if angle.is_negative else (angle, 1)
     letters = [g for g in ring.generators if g.kind == 'fixed_angle']
     part = upright / ring.parts

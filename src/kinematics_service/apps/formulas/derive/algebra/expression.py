@@ -2,14 +2,13 @@
 
 import operator
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import sympy
 
 from .....robot.file.text.expression_syntax import evaluated, syntax_tree
 
 
-def exact(text: str, meanings: Mapping[str, Any], angle_unit: str = 'rad') -> Any:
+def exact(text: str, meanings: Mapping[str, sympy.Expr], angle_unit: str = 'rad') -> sympy.Expr:
     """
     Return what a text of the file says, in the file's units.
 
@@ -24,7 +23,7 @@ def exact(text: str, meanings: Mapping[str, Any], angle_unit: str = 'rad') -> An
     """
     known, operations = {'pi': sympy.pi, **meanings}, _OPERATIONS[angle_unit]
 
-    def worth(said: float | str, operands: list[Any]) -> Any:
+    def worth(said: float | str, operands: list[sympy.Expr]) -> sympy.Expr:
         if isinstance(said, float):
             # repr is the shortest decimal of this double: 0.0254 is 127/5000, not a binary 0.0254.
             return sympy.Rational(repr(said))
@@ -33,7 +32,7 @@ def exact(text: str, meanings: Mapping[str, Any], angle_unit: str = 'rad') -> An
     return evaluated(syntax_tree(text, lambda _: None), worth)
 
 
-_IN_RAD: dict[str, Callable[..., Any]] = {
+_IN_RAD: dict[str, Callable[..., sympy.Expr]] = {
     '+': operator.add,
     '-': operator.sub,
     '*': operator.mul,
@@ -44,7 +43,7 @@ _IN_RAD: dict[str, Callable[..., Any]] = {
     'cos': sympy.cos,
     'atan2': sympy.atan2,
 }
-_OPERATIONS: dict[str, dict[str, Callable[..., Any]]] = {
+_OPERATIONS: dict[str, dict[str, Callable[..., sympy.Expr]]] = {
     'rad': _IN_RAD,
     'deg': {
         **_IN_RAD,

@@ -17,6 +17,7 @@ from typing import Any
 from sympy.core.random import seed as seed_random
 from sympy.polys.domains import ZZ, ZZ_I
 from sympy.polys.galoistools import gf_ddf_zassenhaus, gf_monic, gf_sqf_p, gf_trunc
+from sympy.polys.rings import PolyElement
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
@@ -162,7 +163,7 @@ def _whole(
 class _Polynomial:
     # A sympy polynomial, over the integers where quarter turns make all coefficients real, else
     # over the Gaussian ones; the exponents taken off and divided by those of whole angles.
-    element: Any
+    element: PolyElement
     turns: tuple[int, ...]
     steps: tuple[int, ...]
 
@@ -230,7 +231,7 @@ def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
     return tuple(turns)
 
 
-def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[Any, int]] | None, bool]:
+def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[PolyElement, int]] | None, bool]:
     element = polynomial.element
     if element.ring.domain == ZZ_I:
         return _gaussian_pieces(element)
@@ -248,10 +249,10 @@ def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[Any, int]] | None, bool
     return found, complete
 
 
-def _gaussian_pieces(element: Any) -> tuple[list[tuple[Any, int]], bool]:
+def _gaussian_pieces(element: PolyElement) -> tuple[list[tuple[PolyElement, int]], bool]:
     # Factors that are found without the factoring of Gaussian polynomials are taken off first:
     # most are sines and cosines of half an angle, or have a generator less.
-    found: list[tuple[Any, int]] = []
+    found: list[tuple[PolyElement, int]] = []
     for candidate in _candidates(element):
         power = 0
         while not element.rem(candidate):
@@ -267,11 +268,11 @@ def _gaussian_pieces(element: Any) -> tuple[list[tuple[Any, int]], bool]:
     return found + _gaussian_factors(element), True
 
 
-def _gaussian_factors(element: Any) -> list[tuple[Any, int]]:
+def _gaussian_factors(element: PolyElement) -> list[tuple[PolyElement, int]]:
     # Sympy before 1.13 leaves whole what lacks the first generator: of each factor they go.
     ring = element.ring
     used = [symbol for symbol, degree in zip(ring.symbols, _degrees(element)) if degree]
-    found: list[tuple[Any, int]] = []
+    found: list[tuple[PolyElement, int]] = []
     for factor, power in _factor_list(element.set_ring(ring.clone(symbols=used))):
         again = not all(_degrees(factor))
         pieces = _gaussian_factors(factor) if again else [(factor, 1)]
@@ -279,7 +280,7 @@ def _gaussian_factors(element: Any) -> list[tuple[Any, int]]:
     return found
 
 
-def _candidates(element: Any) -> Iterator[Any]:
+def _candidates(element: PolyElement) -> Iterator[PolyElement]:
     # Irreducible polynomials that may divide it: the first are linear.
     ring, degrees = element.ring, _degrees(element)
     for generator, degree in zip(ring.gens, degrees):
@@ -302,17 +303,17 @@ def _candidates(element: Any) -> Iterator[Any]:
                 yield ring.from_dict({e: ZZ_I(a, b) for e, (a, b) in back.items()})
 
 
-def _degrees(element: Any) -> list[int]:
+def _degrees(element: PolyElement) -> list[int]:
     return [max(e[k] for e in element) for k in range(len(element.ring.gens))]
 
 
-def _factor_list(element: Any) -> list[tuple[Any, int]]:
+def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
     # Sympy's factoring takes points at random, and a bad one costs minutes: the same ones always.
     seed_random(SEED)
     return [(factor, int(power)) for factor, power in element.factor_list()[1]]
 
 
-def _stays_whole(element: Any) -> bool:
+def _stays_whole(element: PolyElement) -> bool:
     # Whether a polynomial that is irreducible over the integers is proved not to be a product of
     # two complex ones, which might be real in the angles, as those of cos 2q = (cos q + sin q)
     # (cos q - sin q): they are conjugate, and so of one degree in every generator.
@@ -320,12 +321,12 @@ def _stays_whole(element: Any) -> bool:
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 
 
-def _irreducible(cut: Any) -> bool:
+def _irreducible(cut: PolyElement) -> bool:
     return bool(cut.is_irreducible)
 
 
 def _irreducible_on_a_line(
-    element: Any, domain: Any, is_whole: Callable[[Any], bool] = _irreducible
+    element: PolyElement, domain: Any, is_whole: Callable[[PolyElement], bool] = _irreducible
 ) -> bool:
     # A factor stays a factor when every generator is set to a_k t + b_k, its degree too unless the
     # leading part vanishes there: if the cut does not factor at full degree, neither does the
@@ -347,7 +348,7 @@ def _irreducible_on_a_line(
     return False
 
 
-def stays_whole_beside_i(cut: Any) -> bool:
+def stays_whole_beside_i(cut: PolyElement) -> bool:
     """
     Return whether an integer polynomial of t is proved irreducible over the Gaussian integers.
 
@@ -367,7 +368,7 @@ def stays_whole_beside_i(cut: Any) -> bool:
     return False
 
 
-def _turned_back(piece: Any, turns: Sequence[int]) -> Terms:
+def _turned_back(piece: PolyElement, turns: Sequence[int]) -> Terms:
     terms: Terms = {}
     for exponents, c in piece.terms():
         c = ZZ_I.convert(c)

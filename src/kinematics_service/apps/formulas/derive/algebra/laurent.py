@@ -8,7 +8,9 @@ the same terms here, so "the difference is exactly zero" needs no simplifier.
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
+
+import sympy
 
 # A monomial is one integer: the exponents are its digits to the base 2^16, each of either sign, so
 # that monomials are multiplied by one addition.
@@ -35,7 +37,7 @@ class Generator:
     """
 
     kind: Kind
-    meaning: Any
+    meaning: sympy.Expr
 
 
 @dataclass
@@ -52,9 +54,9 @@ class Ring:
 
     parts: int = 1
     generators: list[Generator] = field(default_factory=list)
-    indices: dict[tuple[Kind, Any], int] = field(default_factory=dict)
+    indices: dict[tuple[Kind, sympy.Expr], int] = field(default_factory=dict)
 
-    def index(self, kind: Kind, meaning: Any) -> int:
+    def index(self, kind: Kind, meaning: sympy.Expr) -> int:
         """Return the index of a generator among the digits."""
         key = (kind, meaning)
         if key not in self.indices:
@@ -84,7 +86,7 @@ class Ring:
         """Return a generator to a power."""
         return Laurent(self, {exponent << (BITS * index): 1}, {}, 1)
 
-    def length(self, expression: Any) -> 'Laurent':
+    def length(self, expression: sympy.Expr) -> 'Laurent':
         """
         Return a sympy expression without angles: numbers, symbols, their sums and products.
 

@@ -6,7 +6,6 @@ Joint angles are in rad, so that a Jacobian column of a `deg` file is per rad li
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import sympy
 
@@ -21,6 +20,9 @@ from .....robot.file.text.expression_syntax import names_in
 from .....robot.file.text.plain_expression import plain_expression
 from .....typography import plain_names
 from .expression import exact
+
+# A constant part, and the factor of each joint variable.
+Affine = tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]
 
 
 @dataclass(frozen=True)
@@ -45,26 +47,26 @@ class Names:
         The file's unit of length in that of the symbols.
     """
 
-    variables: tuple[Any, ...]
-    lengths: tuple[Any, ...]
-    values: Mapping[Any, float]
-    meanings: Mapping[str, Any]
+    variables: tuple[sympy.Symbol, ...]
+    lengths: tuple[sympy.Symbol, ...]
+    values: Mapping[sympy.Symbol, float]
+    meanings: Mapping[str, sympy.Expr]
     angle_unit: str
-    length_unit: Any = sympy.Integer(1)
+    length_unit: sympy.Expr = sympy.Integer(1)
 
-    def expression(self, text: str) -> Any:
+    def expression(self, text: str) -> sympy.Expr:
         """Return what a text says, in the file's units."""
         return exact(text, self.meanings, self.angle_unit)
 
-    def angle(self, text: str) -> Any:
+    def angle(self, text: str) -> sympy.Expr:
         """Return an angle, rad."""
         return self.expression(text) * angle_in_rad(self.angle_unit)
 
-    def length(self, text: str) -> Any:
+    def length(self, text: str) -> sympy.Expr:
         """Return a length, in the unit of the symbols."""
         return self.expression(text) * self.length_unit
 
-    def affine(self, text: str, is_angle: bool) -> tuple[Any, dict[Any, Any]]:
+    def affine(self, text: str, is_angle: bool) -> Affine:
         """Return the constant part, and the factor of each joint variable."""
         value = self.angle(text) if is_angle else self.length(text)
         expanded = sympy.expand(value)
@@ -74,7 +76,7 @@ class Names:
         return value.subs(dict.fromkeys(factors, 0)), factors
 
 
-def angle_in_rad(unit: str) -> Any:
+def angle_in_rad(unit: str) -> sympy.Expr:
     """Return the unit of angles, 'rad' or 'deg', in rad."""
     return sympy.pi / 180 if unit == 'deg' else sympy.Integer(1)
 
@@ -107,8 +109,8 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
             )
     used = names_by_use(description)
     in_angles = used['angle'] | used['number']
-    meanings: dict[str, Any] = {}
-    values: dict[Any, float] = {}
+    meanings: dict[str, sympy.Expr] = {}
+    values: dict[sympy.Symbol, float] = {}
     for constant in description.constants:
         if constant.letter and constant.name in in_angles:
             raise DerivationError(

@@ -3,14 +3,17 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
+import sympy
 
 from .....kernel import Floats, Integers
 from .arithmetic import Arithmetic
 from .laurent import Laurent, from_terms
+
+Complexes = npt.NDArray[np.complex128]
 
 STEPS = 60
 CONVERGED = 1e-12
@@ -100,17 +103,17 @@ class Numbers:
 class Sum:
     """Sum of c exp(i turns q) q^powers, the constants multiplied into c."""
 
-    coefficients: Any
+    coefficients: Complexes
     turns: Floats
-    powers: Any
+    powers: Integers
 
     def __call__(self, q: Floats) -> Floats:
         """Return the value at q, shape (...,)."""
         return np.asarray(np.sum(self.terms(q), axis=-1).real)
 
-    def terms(self, q: Floats) -> Any:
+    def terms(self, q: Floats) -> Complexes:
         """Return each term at q, shape (..., terms), complex."""
-        terms = self.coefficients * np.exp(1j * (q @ self.turns))
+        terms: Complexes = self.coefficients * np.exp(1j * (q @ self.turns))
         for k in np.flatnonzero(np.any(self.powers, axis=0)):
             terms = terms * q[..., k, None] ** self.powers[:, k]
         return terms
@@ -156,10 +159,10 @@ class Monomials(NamedTuple):
 
     whole: Laurent
     places: Integers
-    factors: npt.NDArray[np.complex128]
+    factors: Complexes
     starts: Integers
 
-    def values(self, terms: Any) -> Floats:
+    def values(self, terms: Complexes) -> Floats:
         """Return the polynomials (N, m) of the terms (N, monomials) of their sum."""
         parts = terms[:, self.places] * self.factors
         return np.asarray(np.add.reduceat(parts, self.starts, axis=1).real)
@@ -216,7 +219,7 @@ def values_and_gradients(
     return f, np.stack([function.gradient(q) for function in functions], axis=-2)
 
 
-def smallest_step(f: Floats, G: Floats, damping: Any) -> Floats:
+def smallest_step(f: Floats, G: Floats, damping: float | Floats) -> Floats:
     """
     Return Newton's smallest step (N, n) from values (N, m) to zero, of gradients (N, m, n).
 
@@ -246,6 +249,6 @@ def typical_size(function: Numbers, q: Floats) -> float:
     return float(np.sqrt(np.mean(function(q) ** 2))) or 1.0
 
 
-def substituted(expression: Any, values: Mapping[Any, float]) -> float:
+def substituted(expression: sympy.Expr, values: Mapping[sympy.Symbol, float]) -> float:
     """Return the value of a sympy expression as a number."""
     return float(expression.subs(dict(values)).evalf())

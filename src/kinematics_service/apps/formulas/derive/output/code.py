@@ -1,7 +1,6 @@
 """T, J and the determinant as source code, shared parts computed once, lengths as parameters."""
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import sympy
 from sympy.printing.c import C99CodePrinter
@@ -17,7 +16,9 @@ def code_of(derivation: Derivation, language: str) -> str:
     return _WRITERS[language](derivation)
 
 
-def _functions(derivation: Derivation) -> Iterator[tuple[str, list[tuple[Any, Any]], Any]]:
+def _functions(
+    derivation: Derivation,
+) -> Iterator[tuple[str, list[tuple[sympy.Symbol, sympy.Expr]], sympy.Expr | sympy.Matrix]]:
     # A name, the parts that are computed first, and the result.
     found = {'pose': derivation.T, 'jacobian': derivation.jacobian}
     if derivation.determinant is not None:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import Any
 
+import sympy
 from sympy.printing.mathml import MathMLPresentationPrinter
 
 from .....page import document, resource
@@ -53,7 +54,7 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
     def _bracketed(self, expr: Any) -> Any:
         return self._element('mrow', self._operator('('), self._print(expr), self._operator(')'))
 
-    def unfence(self, node: Any) -> None:
+    def _unfence(self, node: Any) -> None:
         """Write out the brackets that sympy before 1.13 leaves to an element browsers ignore."""
         node.tagName = 'mrow'
         first, *others = list(node.childNodes)
@@ -92,13 +93,13 @@ def _html(block: Block) -> str:
     return f'<p>{"".join(parts)}</p>\n'
 
 
-def mathml(expression: Any) -> str:
+def mathml(expression: sympy.Expr | sympy.Matrix) -> str:
     """Return an expression as presentation MathML without the outer element."""
     printer = DecimalMathMLPrinter()
     node = printer._print(expression)
     for fence in [node, *node.getElementsByTagName('mfenced')]:
         if fence.tagName == 'mfenced':
-            printer.unfence(fence)
+            printer._unfence(fence)
     return _as_written(str(node.toxml()))
 
 

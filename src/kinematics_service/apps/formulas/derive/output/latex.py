@@ -1,8 +1,8 @@
 """A derivation as a LaTeX file."""
 
 from collections.abc import Sequence
-from typing import Any
 
+import sympy
 from sympy.printing.latex import LatexPrinter
 
 from ..file_factors import decimal
@@ -28,11 +28,11 @@ SPECIAL = {
 class DecimalLatexPrinter(LatexPrinter):  # type: ignore[misc]
     """Sympy's LaTeX, with decimals where the file had decimals."""
 
-    def _print_Rational(self, expr: Any) -> str:
+    def _print_Rational(self, expr: sympy.Expr) -> str:
         return decimal(expr) or str(super()._print_Rational(expr))
 
 
-def formula(expression: Any) -> str:
+def formula(expression: sympy.Expr | sympy.Matrix) -> str:
     """Return an expression as LaTeX, without delimiters."""
     return str(DecimalLatexPrinter({'mat_str': 'matrix', 'mat_delim': '['}).doprint(expression))
 

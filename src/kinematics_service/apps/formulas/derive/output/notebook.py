@@ -1,14 +1,13 @@
 """What a notebook shows of a derivation: its formulas."""
 
-from typing import Any
-
+from ..derivation import Derivation
 from .latex import formula
 
 # Longer formulas are named and not shown: nobody reads a page of terms.
 LONGEST = 2_000
 
 
-def latex_of(derivation: Any) -> str:
+def latex_of(derivation: Derivation) -> str:
     """Return the formulas of a derivation: T, J and det J, those that fit a page."""
     determinant = derivation.singular_set.determinant
     left = r'\det J' if determinant.square else 'w'

@@ -4,7 +4,6 @@ A derivation as a list of headings, sentences and equations, for every output fo
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import sympy
 
@@ -30,7 +29,7 @@ class Heading:
 class Sentence:
     """Plain text; `parts` alternate between text and sympy expressions."""
 
-    parts: tuple[Any, ...]
+    parts: tuple[str | sympy.Expr, ...]
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,7 @@ class Equation:
     """A symbol in letters and what it is: `left` is LaTeX-like, `J`, `T_{01}`, `z_{1}`."""
 
     left: str
-    right: Any
+    right: sympy.Expr | sympy.Matrix
 
 
 # Of what is not proved for all of a family.
@@ -84,7 +83,7 @@ def report_of(
     return tuple(blocks)
 
 
-def say(*parts: Any) -> Sentence:
+def say(*parts: str | sympy.Expr) -> Sentence:
     """Return a sentence."""
     return Sentence(parts)
 
@@ -123,9 +122,9 @@ def _frames(derivation: Derivation) -> Iterator[Block]:
         yield Equation(f'o_{{{k}}}', derivation.in_angles(o))
 
 
-def _once(matrices: Sequence[tuple[str, Any]]) -> Iterator[Block]:
+def _once(matrices: Sequence[tuple[str, sympy.Matrix]]) -> Iterator[Block]:
     # Those that are the identity, or equal to an earlier one, by name.
-    shown: dict[Any, str] = {sympy.ImmutableMatrix(sympy.eye(4)): 'the identity'}
+    shown: dict[sympy.Matrix, str] = {sympy.ImmutableMatrix(sympy.eye(4)): 'the identity'}
     for left, matrix in matrices:
         known = shown.setdefault(sympy.ImmutableMatrix(matrix), left)
         if known == left:
@@ -152,7 +151,7 @@ def _loops(derivation: Derivation) -> Iterator[Block]:
         yield Equation('D', loop.determinant)
 
 
-def _listed(symbols: Sequence[Any]) -> str:
+def _listed(symbols: Sequence[sympy.Symbol]) -> str:
     return ', '.join(map(str, symbols))
 
 
@@ -230,7 +229,7 @@ def _determinant(derivation: Derivation) -> Iterator[Block]:
         yield say(f'{said} Lock a joint for the reduced arm.')
 
 
-def _in_both(derivation: Derivation, left: str, expression: Any) -> Iterator[Block]:
+def _in_both(derivation: Derivation, left: str, expression: sympy.Expr) -> Iterator[Block]:
     # In the angles and in the joint variables where they are not the same.
     in_angles = derivation.in_angles(expression)
     yield Equation(left, in_angles)
@@ -290,7 +289,7 @@ def _family(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
 
 def _solutions(derivation: Derivation, family: Family) -> Iterator[Block]:
     theta = family.variable and derivation.in_angles(family.variable)
-    if theta != family.variable:
+    if theta is not None and theta != family.variable:
         (theta,) = theta.free_symbols
         offset = derivation.angles[theta] - family.variable
         for solution in family.solutions:

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import sympy
 
@@ -27,7 +26,7 @@ def text_of(blocks: Sequence[Block]) -> str:
     return re.sub(r'\n{3,}', '\n\n', '\n'.join(lines)).lstrip('\n') + '\n'
 
 
-def written(expression: Any) -> str:
+def written(expression: sympy.Expr | sympy.Matrix) -> str:
     """Return an expression in one line."""
     return str(DecimalPrinter().doprint(expression))
 
@@ -38,7 +37,7 @@ def _plain(left: str) -> str:
     return re.sub(r'[\\{}]', '', left)
 
 
-def _equation(left: str, right: Any) -> list[str]:
+def _equation(left: str, right: sympy.Expr) -> list[str]:
     if not isinstance(right, sympy.MatrixBase):
         return [f'  {left} = {written(right)}']
     if right.cols == 1:

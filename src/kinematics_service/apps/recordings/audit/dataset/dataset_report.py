@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from rich.text import Text
 
 from .....page import TableColumn, document, table_of
-from .....printing import Output, heading, plain, table
+from .....printing import Json, Output, heading, plain, table
 from .....robot.measures import Level
 from .....typography import counted
 from .....version import __version__
@@ -173,7 +173,7 @@ def _findings(row: EpisodeRow) -> str:
     return f'<details><summary>{first}</summary><ul>{items}</ul></details>'
 
 
-def document_of_dataset(report: DatasetReport) -> dict[str, Any]:
+def document_of_dataset(report: DatasetReport) -> dict[str, Json]:
     """Return the report for programs."""
     return {
         'dataset': report.name,

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from .....errors import RecordingError
 from .....kernel import Floats, NearestSearch
-from .....kinematics.singularity import Singularity, measured_in_order, singularity_of
+from .....kinematics.singularity import Singularities, measured_in_order, singularity_of
 from .....kinematics.tool_state import evaluate
 from .....robot.closed_poses import closes_at
 from .....robot.robot import AnyRobot, Robot, as_robot
@@ -20,13 +21,18 @@ from ...readers.joint_format import JointFormat
 from ...readers.source import Selection
 from ...readers.stamp_format import StampFormat
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 # Of those that take long; the others are always there.
 CLEARANCE = 'clearance'
 # A branch is written as bits of the factors' signs.
 MOST_FACTORS = 31
 
+Masked: TypeAlias = 'np.ma.MaskedArray[tuple[int, ...], np.dtype[np.generic]]'
 
-def _branch(found: Singularity) -> Any:
+
+def _branch(found: Singularities) -> npt.NDArray[np.int32]:
     # One bit for each factor of the robot file that is positive, or for the determinant.
     if found.factors is not None:
         positive = np.asarray(found.factors.values[..., :MOST_FACTORS] > 0.0, dtype=np.int32)
@@ -36,7 +42,7 @@ def _branch(found: Singularity) -> Any:
     return np.asarray(np.asarray(found.determinant) > 0.0, dtype=np.int32)
 
 
-LABELS: dict[str, Callable[[Singularity], Any]] = {
+LABELS: dict[str, Callable[[Singularities], Floats | npt.NDArray[np.int32]]] = {
     'distance': lambda found: found.distance,
     'manipulability': lambda found: found.manipulability,
     'lost_direction': lambda found: found.lost_direction,
@@ -45,7 +51,7 @@ LABELS: dict[str, Callable[[Singularity], Any]] = {
 }
 
 
-def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Any]:
+def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Masked]:
     """
     Return labels of joint positions (N, n), rad or m, as arrays (N,) or (N, 6); those of rows that
     are no pose are masked.
@@ -60,7 +66,7 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Any
     # In the order of the rows: most are the next ones of a motion.
     state = evaluate(robot, q[good])
     known = singularity_of(measured_in_order(state, NearestSearch(robot.singularity.arm)))
-    labels = {}
+    labels: dict[str, Masked] = {}
     for name, label in LABELS.items():
         if name == CLEARANCE and not clearance:
             continue
@@ -77,7 +83,7 @@ def labels_of_arms(
     columns: Columns,
     arms: Sequence[DatasetArm],
     clearance: bool,
-) -> dict[str, Any]:
+) -> 'dict[str, pa.Array]':
     """
     Return the labels of columns of numbers as Arrow arrays, null where they are masked; of several
     arms each name begins with the arm's.
@@ -98,7 +104,7 @@ def labels_of_arms(
     return arrays
 
 
-def _arrow_of(values: Any) -> Any:
+def _arrow_of(values: Masked) -> 'pa.Array':
     import pyarrow as pa
 
     mask = np.ma.getmaskarray(values)
@@ -107,20 +113,20 @@ def _arrow_of(values: Any) -> Any:
     # Not lists of fixed size: where one is missing, most versions of pyarrow write no such column
     # or cannot read it.
     good = ~mask[:, 0]
-    begins = values.shape[1] * np.append(0, np.cumsum(good))
-    begins = pa.array(begins, pa.int32(), mask=np.append(~good, False))
+    ends = values.shape[1] * np.append(0, np.cumsum(good))
+    begins = pa.array(ends, pa.int32(), mask=np.append(~good, False))
     return pa.ListArray.from_arrays(begins, pa.array(values.data[good].reshape(-1)))
 
 
 def judge_table(
-    batch: Any,
+    batch: 'pa.RecordBatch | pa.Table',
     robot: AnyRobot,
     *,
     columns: str | None = None,
     joint_format: str = '',
     joint_prefix: str = '',
     clearance: bool = False,
-) -> Any:
+) -> 'pa.RecordBatch | pa.Table':
     """
     Return an Arrow record batch, or table, with the labels of its rows as further columns.
 

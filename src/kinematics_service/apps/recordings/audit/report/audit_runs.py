@@ -17,7 +17,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemaining
 
 from .....errors import KinematicsError
 from .....kinematics.plans.verdicts import PlanCheck
-from .....kinematics.sweep import results_of_workers
+from .....kinematics.sweep import Item, Result, results_of_workers
 from .....printing import json_text
 from .....robot.measures import Level
 from ...readers.open_file import open_source
@@ -173,8 +173,8 @@ def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Ou
 
 
 def spread(
-    function: Callable[[Any], Any], items: Sequence[Any], jobs: int, workers: str | None
-) -> Iterator[Any]:
+    function: Callable[[Item], Result], items: Sequence[Item], jobs: int, workers: str | None
+) -> Iterator[Result]:
     """Yield the function's result of each item, in order, by processes or a dask cluster."""
     if workers is not None:
         yield from results_of_workers(function, items, workers)

@@ -7,7 +7,7 @@ The messages of a topic are copies of the same bytes with their own stamps and n
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from .....robot.robot import Robot
 from ...readers.bag_checks import add_checksums
 from ...readers.block import Times
 from ..timeline import TimelineBatch
+
+if TYPE_CHECKING:
+    from rosbags.rosbag2 import Writer
 
 NODE = '/kinematics'
 WARNING = f'{NODE}/singularity/warning'
@@ -79,7 +82,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
 class BagWriter:
     """Writes batches of states as messages, in the order in which the node publishes them."""
 
-    def __init__(self, writer: Any, robot: Robot, joint_prefix: str) -> None:
+    def __init__(self, writer: 'Writer', robot: Robot, joint_prefix: str) -> None:
         from rosbags.typesys import Stores, get_typestore
 
         self._writer, self._robot = writer, robot

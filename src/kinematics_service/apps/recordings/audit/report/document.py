@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from .....kernel import Floats
 from .....kinematics.plans.verdicts import PlanCheck, PlanClosure, PlanMoment
 from .....kinematics.singularity import measured_before, singularity_of
 from .....kinematics.tool_state import evaluate
-from .....printing import attributes
+from .....printing import Json, attributes
 from .....rigid_motion import roll_pitch_yaw
 from .....robot.measures import MEASURES, Level
 from .....version import __version__
@@ -41,7 +40,7 @@ def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Tim
     return np.unique(np.concatenate([edges[:-1], worst]))
 
 
-def document_of(audit: Audit) -> dict[str, Any]:
+def document_of(audit: Audit) -> dict[str, Json]:
     """Return the audit as a dictionary for `printing.json_text`; m, rad, s."""
     robot, timeline = audit.robot, audit.timeline
     verdict = verdict_of(audit)
@@ -118,7 +117,7 @@ def document_of(audit: Audit) -> dict[str, Any]:
     }
 
 
-def _slowing(audit: Audit) -> dict[str, Any] | None:
+def _slowing(audit: Audit) -> dict[str, Json] | None:
     if audit.slowing is None:
         return None
     return {
@@ -134,7 +133,7 @@ def _slowing(audit: Audit) -> dict[str, Any] | None:
     }
 
 
-def _plan(number: int, check: PlanCheck) -> dict[str, Any]:
+def _plan(number: int, check: PlanCheck) -> dict[str, Json]:
     singularity = check.singularity
     return {
         'trajectory': number,
@@ -166,12 +165,12 @@ def _plan(number: int, check: PlanCheck) -> dict[str, Any]:
     }
 
 
-def _extreme(joint: object, name: str) -> dict[str, Any]:
+def _extreme(joint: object, name: str) -> dict[str, Json]:
     extreme = getattr(joint, name)
     return {'value': extreme.value, **_moment(extreme.moment)}
 
 
-def _closure(closure: PlanClosure) -> dict[str, Any]:
+def _closure(closure: PlanClosure) -> dict[str, Json]:
     moment = {} if closure.moment is None else _moment(closure.moment)
     return {
         'verdict': closure.verdict,
@@ -181,15 +180,15 @@ def _closure(closure: PlanClosure) -> dict[str, Any]:
     }
 
 
-def _moment(moment: PlanMoment) -> dict[str, Any]:
+def _moment(moment: PlanMoment) -> dict[str, Json]:
     return {'t': moment.time, 'point': moment.point, 'q': moment.q}
 
 
-def _frames(audit: Audit) -> dict[str, Any] | None:
+def _frames(audit: Audit) -> dict[str, Json] | None:
     report = audit.frames
     if report is None:
         return None
-    source = {'source': report.name, 'frame': report.frame, 'poses': report.poses}
+    source: dict[str, Json] = {'source': report.name, 'frame': report.frame, 'poses': report.poses}
     if isinstance(report, NotCompared):
         return {**source, 'matched': 0, 'level': Level.WARN.name, 'sentence': report.reason}
     diagnosis = report.diagnosis
@@ -208,7 +207,7 @@ def _frames(audit: Audit) -> dict[str, Any] | None:
     }
 
 
-def _cause(cause: TestedCause) -> dict[str, Any]:
+def _cause(cause: TestedCause) -> dict[str, Json]:
     return {
         **attributes(cause, 'key', 'sentence', 'value', 'ratio', 'errors'),
         'base_offset': offset_of(cause.base_offset),
@@ -216,12 +215,12 @@ def _cause(cause: TestedCause) -> dict[str, Any]:
     }
 
 
-def offset_of(T: Floats) -> dict[str, Any]:
+def offset_of(T: Floats) -> dict[str, Json]:
     """Return a pose as xyz (m) and rpy (rad), as a robot file has it."""
     return {'xyz': T[:3, 3], 'rpy': roll_pitch_yaw(T[:3, :3]), 'matrix': T}
 
 
-def _series(audit: Audit, rows: Times) -> dict[str, Any]:
+def _series(audit: Audit, rows: Times) -> dict[str, Json]:
     timeline = audit.timeline
     q, qdot, factors = timeline.q[rows], timeline.qdot[rows], timeline.factors[rows]
     state = evaluate(audit.robot, q, np.nan_to_num(qdot, nan=0.0))
@@ -235,6 +234,7 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
     moving = ~np.any(np.isnan(qdot), axis=1)
     signs = np.where(timeline.turned[rows], -1.0, 1.0)
     measures = {name: getattr(singularity, name) for name in MEASURES}
+    time = singularity.time_to_warning
     return {
         'thinned': len(rows) < len(timeline),
         'message': timeline.messages[rows],
@@ -247,7 +247,7 @@ def _series(audit: Audit, rows: Times) -> dict[str, Any]:
         'twist': np.where(moving[:, None], state.twist, np.nan),
         **attributes(singularity, 'distance'),
         **{name: values for name, values in measures.items() if values is not None},
-        'time_to_warning': np.where(moving, singularity.time_to_warning, np.nan),
+        'time_to_warning': np.where(moving, np.nan if time is None else time, np.nan),
         'factor_names': audit.robot.singularity.factors.names,
         'factor_motions': factors,
         'level': [Level(int(level)).name for level in timeline.levels[rows]],

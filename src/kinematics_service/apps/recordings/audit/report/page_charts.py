@@ -48,7 +48,7 @@ def _curve(audit: Audit, name: str, style: str, values: Values) -> Curve:
     return curve_of(name, style, timeline.end, pieces())
 
 
-def _scaled(column: Column, scale: float) -> Values:
+def _scaled(column: Column[np.float64], scale: float) -> Values:
     return lambda rows: scale * column[rows]
 
 
@@ -109,7 +109,7 @@ def measure_charts(audit: Audit) -> str:
     return text
 
 
-def slowing_chart(audit: Audit, values: Column) -> str:
+def slowing_chart(audit: Audit, values: Column[np.float64]) -> str:
     """Return the share of the velocities that would have been kept."""
     curve = _curve(audit, 'scale', 'c0', values.__getitem__)
     return _html(audit, Chart('scale', '', [curve], height=110))

@@ -1,0 +1,11 @@
+"""The names of matplotlib's classes in annotations; matplotlib itself is imported to draw."""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist as Artist
+    from matplotlib.axes import Axes as Axes
+    from matplotlib.figure import Figure as Figure
+    from mpl_toolkits.mplot3d import Axes3D as Axes3D
+else:
+    Artist = Axes = Axes3D = Figure = Any

@@ -1,0 +1,21 @@
+"""Type variables of results that hold numbers for one pose and arrays for a batch."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    # With defaults, which `typing` has from Python 3.13 on: a result without brackets is of one.
+    from typing_extensions import TypeVar
+
+    from ..kernel import Floats
+    from ..robot.measures import Level
+
+    Number = TypeVar('Number', default=float)
+    Index = TypeVar('Index', default=int)
+    Grade = TypeVar('Grade', default=Level)
+    Text = TypeVar('Text', default=str)
+    Pose = TypeVar('Pose', default=Floats | None)  # None: there is none
+else:
+    from typing import TypeVar
+
+    Number, Index, Grade = TypeVar('Number'), TypeVar('Index'), TypeVar('Grade')
+    Text, Pose = TypeVar('Text'), TypeVar('Pose')
