@@ -2,13 +2,14 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import CalibrationError
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
+from ...printing import Json
 from ...rigid_motion import apart, exponential, inverses
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
@@ -279,7 +280,7 @@ def _named(left_out: Sequence[str]) -> str:
     return '; '.join(left_out[:NAMES_IN_SENTENCE]) + (f'; and {more} more' if more > 0 else '')
 
 
-def view_document(views: BoardViews, held_out: Floats) -> dict[str, Any]:
+def view_document(views: BoardViews, held_out: Floats) -> dict[str, Json]:
     """Return the images as a document; `held_out` is as `view_sentences` takes it."""
     errors = views.pixel_errors(held_out).tolist()
     return {

@@ -2,12 +2,11 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ...kernel import Floats
-from ...printing import attributes
+from ...printing import Json, attributes
 from ...rigid_motion import inverse, roll_pitch_yaw
 from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
 from ...typography import listed
@@ -158,7 +157,7 @@ def not_nothing(words: str) -> str:
     return f'below 1e-6 {words[2:]}' if words.startswith('0 ') else words
 
 
-def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Any]:
+def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Json]:
     """Return everything as a document, in SI units."""
     return {
         'robot': found.robot.name,

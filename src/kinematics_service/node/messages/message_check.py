@@ -6,7 +6,7 @@ bytes that it would refuse are not given to it. It still reads all bytes that pa
 """
 
 from collections.abc import Callable
-from typing import Any
+from typing import TypeVar
 
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from rclpy.serialization import deserialize_message
@@ -26,15 +26,16 @@ def _stamped_doubles(count: int) -> Callable[[CdrReader], object]:
     return walk
 
 
+_Message = TypeVar('_Message')
 # The function that walks over a message of each type.
-WALKS: dict[Any, Callable[[CdrReader], object]] = {
+WALKS: dict[type, Callable[[CdrReader], object]] = {
     JointState: fields_of,
     PoseStamped: _stamped_doubles(7),
     TwistStamped: _stamped_doubles(6),
 }
 
 
-def read_message(data: bytes, kind: Any) -> Any:
+def read_message(data: bytes, kind: type[_Message]) -> _Message:
     """
     Return the message in the bytes, of a type in `WALKS`.
 

@@ -8,7 +8,7 @@ import math
 from array import array
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -56,19 +56,20 @@ from .messages import StateReport
 from .topics import POSE
 
 Template = Callable[[NodeSettings], Any]
+_Message = TypeVar('_Message')
 
 
-def in_base_frame(kind: Any) -> Template:
+def in_base_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
     """Return the template of a message in the base frame."""
     return lambda settings: kind(header=Header(frame_id=settings.base_frame))
 
 
-def in_tool_frame(kind: Any) -> Template:
+def in_tool_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
     """Return the template of a message at the tool's origin and in its axes."""
     return lambda settings: kind(header=Header(frame_id=settings.tool_frame))
 
 
-def in_twist_frame(kind: Any) -> Template:
+def in_twist_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
     """Return the template of a message in the axes of the twist."""
     return lambda settings: kind(header=Header(frame_id=_twist_frame(settings)))
 

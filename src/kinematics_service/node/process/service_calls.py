@@ -3,6 +3,7 @@
 import time
 from typing import Any
 
+from rclpy.executors import Executor
 from rclpy.node import Node
 
 # Number of calls of a service that exists, and time to wait for each answer (s).
@@ -11,7 +12,7 @@ TRIES, TRY = 5, 1.0
 
 def call_service(
     node: Node,
-    executor: Any,
+    executor: Executor,
     kind: Any,
     service: str,
     request: Any,

@@ -3,10 +3,11 @@
 import json
 import time
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from rcl_interfaces.srv import GetParameters
+from rclpy.executors import Executor
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
@@ -94,7 +95,7 @@ class NodeFacts(NamedTuple):
             return named
 
 
-def ask_node(node: Node, executor: Any, source: str, timeout: float) -> NodeFacts | None:
+def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> NodeFacts | None:
     """
     Return a node's description of itself; None if no node answers in `timeout` (s).
 
