@@ -38,6 +38,8 @@ class SlicedArm(NamedTuple):
         The arm.
     screws
         Of the arm, and of the joint that is added for a direction.
+    to_joints : shape (k, joints)
+        Positions of the screws times this are those of the joints.
     whole
         Whether the rotation counts.
     held
@@ -48,6 +50,7 @@ class SlicedArm(NamedTuple):
 
     robot: Robot
     screws: Screws
+    to_joints: Floats
     whole: bool
     held: int = 0
     six: SixSolver | None = None
@@ -59,7 +62,7 @@ class SlicedArm(NamedTuple):
         psi, _ = self.six.candidates(self.motion_of_six(pose, position))
         psi, held = psi[:, : len(self.screws.axes) - 1], np.full((len(psi), 1), position)
         psi = np.hstack([psi, held] if self.held else [held, psi])
-        return np.asarray(psi @ np.linalg.inv(self.screws.coupling).T[:, : self.robot.dof])
+        return np.asarray(psi @ self.to_joints)
 
     def motion_of_six(self, pose: Floats, position: float) -> Floats:
         """Return the motion (4, 4) from rest that is left to six screws, the other one held."""
@@ -86,7 +89,8 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
     whole = bool(axis) or rows == ROW_NAMES
     if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
         return None
-    arm = SlicedArm(robot, screws, whole)
+    to_joints = np.asarray(np.linalg.inv(screws.coupling).T[:, : robot.dof])
+    arm = SlicedArm(robot, screws, to_joints, whole)
     ways = (sliced(arm, held) for held in ((6, 0) if whole else (0,)))
     return next((one for one in ways if one.six is not None), arm)
 
