@@ -2,14 +2,13 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...errors import CalibrationError
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
-from ...printing import Json
 from ...rigid_motion import apart, exponential, inverses
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
@@ -21,6 +20,9 @@ from .boards.opencv import opencv
 from .camera import ON_TOOL, Camera
 from .checking import ALIKE, NAMES_IN_SENTENCE
 from .placing import Free, offsets_of
+
+if TYPE_CHECKING:
+    from ...printing import Json
 
 # A flat board looks nearly alike from two sides. Its corners exclude the second pose if this one
 # leaves them more than 5 standard deviations farther off.
@@ -280,7 +282,7 @@ def _named(left_out: Sequence[str]) -> str:
     return '; '.join(left_out[:NAMES_IN_SENTENCE]) + (f'; and {more} more' if more > 0 else '')
 
 
-def view_document(views: BoardViews, held_out: Floats) -> dict[str, Json]:
+def view_document(views: BoardViews, held_out: Floats) -> dict[str, 'Json']:
     """Return the images as a document; `held_out` is as `view_sentences` takes it."""
     errors = views.pixel_errors(held_out).tolist()
     return {

@@ -46,6 +46,7 @@ def read_message(data: bytes, kind: type[_Message]) -> _Message:
     """
     try:
         WALKS[kind](CdrReader(data))
-        return deserialize_message(data, kind)
+        message: _Message = deserialize_message(data, kind)
     except Exception:  # of any kind: these bytes are not a message
         raise WireError(f'{len(data)} bytes that are no {kind.__name__}') from None
+    return message
