@@ -42,7 +42,7 @@ class JudgedFit(NamedTuple):
 
     @property
     def limit(self) -> PoseLimit:
-        """Return what remains of no calibration: what `audit` warns of, unless more is meant."""
+        """Return the largest rms errors of an accepted calibration: where `audit` warns."""
         limit = FrameLimits().warn if self.whole else EXPLAINED
         left = (NOISE_RATIO * math.sqrt(3) * one for one in self.found.instrument or (0.0, 0.0))
         return PoseLimit(*map(max, zip(limit, left)))
@@ -95,7 +95,7 @@ def _by_joint(found: Calibration, out: Flags) -> str:
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < LEAST or left == count:
         return ''
-    likeliest, tests = (TEST_LEVEL, ''), 3 * found.q.shape[1] * left
+    least_likely, tests = (TEST_LEVEL, ''), 3 * found.q.shape[1] * left
     for name, slides, q in zip(found.robot.joint_names, found.robot.prismatic, found.q.T):
         middle, words = float(np.median(q)), length_in_words if slides else angle_in_words
         for side, values in (('above', q), ('below', -q), ('away', np.abs(q - middle))):
@@ -103,12 +103,15 @@ def _by_joint(found: Calibration, out: Flags) -> str:
                 beyond = values >= value
                 drawn, both = int(np.sum(beyond)), int(np.sum(beyond & out))
                 chance = tests * _by_chance(count, left, drawn, both)
-                if chance < likeliest[0]:
+                if chance < least_likely[0]:
                     where = f'{side} {words(value if side == "above" else -value)}'
                     if side == 'away':
                         where = f'{words(value)} or more from {words(middle)}'
-                    likeliest = chance, f'where joint {name} is {where}: {both} of {drawn}'
-    return likeliest[1] and f'{rows} contradict the arm {likeliest[1]} such {rows} were left out'
+                    least_likely = chance, f'where joint {name} is {where}: {both} of {drawn}'
+    return (
+        least_likely[1]
+        and f'{rows} contradict the arm {least_likely[1]} such {rows} were left out'
+    )
 
 
 def _by_chance(count: int, left: int, drawn: int, found: int) -> float:

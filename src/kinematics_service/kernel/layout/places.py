@@ -6,7 +6,7 @@ The build makes constants of the compiler of them (`packaging/kernel_types.py`).
 
 import math
 
-# Poses of a batch that are evaluated side by side (lanes.py).
+# Poses of a batch that are evaluated side by side.
 LANES = 16
 
 # Forms of a chain: entries and joints differ; entry k is joint k; and each has an element of its
@@ -96,7 +96,7 @@ LARGEST_STAMP = 2**62
     ARC_TANGENT,
 ) = range(11)
 
-# Ways to the candidates (kinematics/inverse/plan.py): what is asked of `inverse_candidates`.
+# Ways to the candidates (kinematics/inverse/problem/plan.py): asked of `inverse_candidates`.
 POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 
 # Most candidates there can be: 2 x 4 of three joints, doubled by a wrist.

@@ -16,7 +16,7 @@ from .curve_point import CurvePoint
 MAX_ROOT_STEPS = 100
 # A smaller value is a root, rad or m: round-off of 100 operations at 3 rad.
 TOLERANCE = 1e-13
-# A smaller slope is the end of a joint's range: its error is the square of this.
+# A joint turns round where its slope is smaller: its position there is off by the square of this.
 SLOPE_TOLERANCE = 1e-9
 
 
@@ -104,14 +104,14 @@ def write_places(path: CurvePath, places: Floats, q: Floats) -> None:
 
 def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
     """
-    Fill in where joints are at levels, or at ends of their ranges.
+    Fill in where joints are at levels, or turn round.
 
     Parameters
     ----------
     path
         The curve.
     brackets : shape (6, m)
-        Joint and level (not a number: the end of its range); a place and the function there; and
+        Joint and level (not a number: where it turns round); a place and the function there; and
         another place, at which its sign is the opposite one.
     roots : shape (m, k)
         The place, and the joint positions (n,) there; what is behind them stays.

@@ -35,7 +35,7 @@ class CurvePoint:
     q, tangent : shape (n,)
         Joint positions; the unit tangent, on the side that the border points to.
     border : shape (n,)
-        The direction across which solutions are corrected.
+        Corrections are perpendicular to it.
     orientation
         The sign of the determinant of the derivative with the tangent below: constant along a
         curve, and the opposite one on a curve that another curve nearly crosses (Allgower and
@@ -60,7 +60,7 @@ class CurvePoint:
         arrays.fill(self.ones, n, 1.0)
 
     def look_along(self, side: float) -> None:
-        """Set the border to the null vector at q, by cofactors: with 1, its orientation is 1."""
+        """Set the border to the null vector at q, by cofactors; orientation 1 if `side` is 1."""
         n, null = self.n, self.tangent
         arrays.fill(self.border, n, 0.0)
         for j in range(n):
@@ -73,7 +73,7 @@ class CurvePoint:
             self.border[j] = null[j] / size if size > 0.0 else 0.0
 
     def improve(self) -> bool:
-        """Move q across the border to a solution; write its tangent; return whether it is one."""
+        """Move q across the border to a solution and write its tangent; False if none is found."""
         n, A, step = self.n, self.A, self.step
         for _ in range(MAX_NEWTON_STEPS):
             self.linearise()

@@ -34,7 +34,8 @@ def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     Follow the curve of solutions from one of them until it closes.
 
     Returns how many samples it has, the number negative if it closed: then the last one is the
-    first one, full turns added. Otherwise it ends at a singular pose, or the room was used up.
+    first one, full turns added. Otherwise it ends at a singular pose, or the room was used up. 0:
+    Newton's method finds no solution at the start.
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ class IkArc(FrozenArrays):
     ----------
     q : shape (m, n), rad or m
         Joint positions along it, not farther apart than a tenth of a rad; among them all where a
-        joint is at an end of its range.
+        joint turns round.
     s : shape (m,), rad
         How long the arc is up to each: prismatic joints divided by the arm's length.
     closed

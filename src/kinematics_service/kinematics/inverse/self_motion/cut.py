@@ -1,12 +1,12 @@
 """
 A curve of solutions cut by the joint limits into arcs.
 
-Samples and the ends of joints' ranges divide the curve into parts along which each joint rises or
-falls, so that it passes a limit at most once in each. The places where joints pass limits divide
-it into pieces, and the posture in the middle of a piece tells by which full turns it is inside.
-Runs of pieces inside are arcs (`turns.py`).
+Samples, and places where a joint turns round, divide the curve into parts along which each joint
+rises or falls, so that it passes a limit at most once in each. The places where joints pass
+limits divide it into pieces, and the posture in the middle of a piece tells by which full turns
+it is inside. Runs of pieces inside are arcs (`turns.py`).
 
-Steps along which a joint is far beyond its limits are passed over: between a posture inside all
+Steps along which a joint is far beyond its limits are skipped: between a posture inside all
 limits and a posture outside, some joint is at a limit and no joint is far beyond.
 """
 
@@ -24,14 +24,14 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# A step between samples is passed over if a joint is farther beyond its limits than this and the
+# A step between samples is skipped if a joint is farther beyond its limits than this and the
 # way of all joints, rad.
 FAR_BEYOND = 0.1
 # A joint leaves its limits where it is this far beyond one, rad or m: half of AT_LIMIT, the error
 # of a posture inside. A joint that rests at a limit, with round-off, stays inside.
 EXIT_MARGIN = 5e-10
-# A joint comes to an end of its range between two samples if the product of its slopes is below
-# this: otherwise it stands still, or the end is at a sample.
+# A joint turns round between two samples if the product of its slopes is below this: otherwise it
+# stands still, or turns round at a sample.
 TURNS = -1e-18
 # Places that differ by less are one, in ways between samples: 2e-10 rad for 0.1 rad.
 PLACE_TOLERANCE = 2e-9
@@ -73,9 +73,9 @@ def _is_near(curve: SolutionCurve) -> Flags:
 
 class _CutCurve:
     # `table`: rows of place, joint positions (n), length up to there (rad), and the joint and the
-    # side of a limit that is passed there, in the order of places: samples, limits and ends of
-    # ranges. `begins`: the rows at which pieces begin, and of a curve that is not closed where the
-    # last one ends.
+    # side of a limit that is passed there, in the order of places: samples, limits and places
+    # where a joint turns round. `lap`: what a lap of a closed curve adds to a row. `begins`: the
+    # rows at which pieces begin, and of a curve that is not closed where the last one ends.
 
     def __init__(self, curve: SolutionCurve, near: Flags) -> None:
         self.curve, self.near = curve, near
@@ -83,7 +83,7 @@ class _CutCurve:
         self.table = np.empty((curve.last + 1, curve.point.n + 4))
         self.table[:, 0], self.table[:, 1:-3] = range(curve.last + 1), curve.q
         self.table[:, -2:] = 0, NO_SIDE
-        self._add_ends_of_ranges()
+        self._add_turning_places()
         self._add_limits()
         q, sides = self.table[:, 1:-3], self.table[:, -1]
         steps = np.sqrt(squares_of((q[1:] - q[:-1]) / curve.plan.scales))
@@ -97,7 +97,7 @@ class _CutCurve:
         self.begins = np.flatnonzero(passes).tolist()
         self.count = len(self.begins) - (not curve.closed)
 
-    def _add_ends_of_ranges(self) -> None:
+    def _add_turning_places(self) -> None:
         slopes = self.curve.samples[:, self.curve.point.n :]
         k, joint = np.nonzero((slopes[:-1] * slopes[1:] < TURNS) & self.near[:, None])
         none = np.full(len(k), np.nan)
@@ -117,7 +117,8 @@ class _CutCurve:
         self._add(k, (joint, level, before - level, after - level), side)
 
     def _add(self, k: Integers, roots: Sequence[Floats | Integers], side: Integers | int) -> None:
-        # Adds rows where joints are at levels or at ends of their ranges, after rows k.
+        # Adds rows where joints are at levels or turn round, after rows k: `roots` are joint,
+        # level, and the function at both ends of the step.
         joint, level, low, high = roots
         rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
         rows[:, -2], rows[:, -1] = joint, side
