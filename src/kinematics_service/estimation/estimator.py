@@ -326,6 +326,7 @@ class Estimator:
         If messages of the new time came before the clock's step, they have made the reset already.
         """
         latest = self._joints.newest()
+        # A stamp is of the time it is nearer to.
         if latest is None or latest <= now + back // 2:
             return False
         self.reset()
@@ -356,7 +357,7 @@ class Estimator:
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
         Return whether `judge` would publish nothing and change nothing, by the kernel's level.
-        False if that needs a closer look.
+        False if `judge` has to be asked.
         """
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
@@ -371,7 +372,7 @@ class Estimator:
             level: Level = singularity.level  # there is no level to leave
         else:
             value = watched_value(self.robot, singularity)
-            # That of the pose is the higher one where the pose is nearly singular.
+            # The level of the pose alone is the higher one where the pose is nearly singular.
             level = max(
                 self.robot.singularity.thresholds.level(value, alarm.level), singularity.level
             )
@@ -399,7 +400,7 @@ class Estimator:
         quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
-        Return the new state a message makes, with its measures there, or why it makes none.
+        Return the new state a message makes, with its measures, or why it makes none.
 
         None for bytes that have to be read into a sample: of another form, without a stamp, or to
         be refused with a sentence. Then nothing was done.

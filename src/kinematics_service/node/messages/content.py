@@ -148,9 +148,10 @@ def flat(numbers: npt.ArrayLike) -> Floats:
 
 
 Content = Copied | WithCovariance | Computed | Built
-# A function of the settings; None if the robot file lacks what the topic needs.
+# A function of the settings; None if the robot file lacks what the topic needs: it is not offered.
 ContentOf = Callable[[NodeSettings], Content | None]
-SILENT = Computed(lambda report: None)  # an arm without the number
+# The topic is offered and nothing is ever published: the arm has no such number.
+SILENT = Computed(lambda report: None)
 
 
 def computed(
@@ -158,5 +159,5 @@ def computed(
     *quantities: type[StreamQuantity],
     depth: int = kernel.JACOBIAN,
 ) -> ContentOf:
-    """Return that numbers are computed, whatever the settings are."""
+    """Return a function of the settings whose content is the same for all: computed numbers."""
     return lambda settings: Computed(of, depth, quantities)

@@ -121,6 +121,7 @@ def pose_numbers(settings: NodeSettings) -> Copied:
     """
     Return where position (3,) and quaternion (4,) x y z w of the tool in the base frame come from.
     """
+    # The fourth column of the pose, which stands in the row as (3, 4).
     position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
@@ -191,7 +192,7 @@ def _self_motions(settings: NodeSettings) -> int:
 
 
 def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
-    """Return that numbers follow from a basis of the self-motions, of arms that have some."""
+    """Return content computed from a basis of the self-motions; none if the arm has none."""
 
     def numbers(report: StateReport) -> Floats | None:
         basis = report.answer.quantities.get(NullSpaceBasis)
