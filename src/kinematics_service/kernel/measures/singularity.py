@@ -1,10 +1,10 @@
 """
 The singularity measures of an evaluated row, and of LANES rows side by side.
 
-A row of measures has its columns in the order of MeasurePlaces (robot/measure_places.py). Number
-k of the row in a lane stands at k * lanes + lane, in the rows and in the measures: each pose has
-the same numbers to the last bit alone and side by side. Poses with singular values that count as
-zero have other rules, and are left to be measured alone.
+A row of measures has its columns in the order of layout/places.py and of MeasurePlaces
+(robot/measure_places.py). Number k of the row in a lane stands at k * lanes + lane, in the rows
+and in the measures: each pose has the same numbers to the last bit alone and side by side. Poses
+with singular values that count as zero have other rules, and are left to be measured alone.
 """
 
 import math
