@@ -287,6 +287,7 @@ OF_EXTRAS = {
     'h5py',
     'lz4',
     'matplotlib',
+    'mpl_toolkits',  # of matplotlib
     'msgspec',
     'pyarrow',
     'rosbags',

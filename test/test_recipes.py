@@ -195,7 +195,7 @@ def add_isotropy(package):
         '    isotropy\n        Smallest over largest singular value of the scaled J_t.\n',
         before='    rank, generic_rank\n',
     )
-    package.insert(file, '    isotropy: Any\n', before='    rank: Any\n')
+    package.insert(file, '    isotropy: Number\n', before='    rank: Index\n')
     package.insert(
         file,
         '    @_cached\n    def isotropy(self) -> Any:\n'

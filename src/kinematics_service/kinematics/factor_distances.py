@@ -1,7 +1,7 @@
 """The named factors of a robot file at a pose."""
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Generic
+from typing import Any, ClassVar, Generic, Protocol
 
 import numpy as np
 
@@ -9,8 +9,9 @@ from ..kernel import Floats
 from ..robot.factors import motions_to_zeros
 from .one_or_many import Index
 
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
+
+class _Dataclass(Protocol):
+    __dataclass_fields__: ClassVar[dict[str, Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +64,7 @@ class FactorMeasures(Generic[Index]):
         return index
 
 
-def same_values(one: 'DataclassInstance', other: 'DataclassInstance') -> bool:
+def same_values(one: _Dataclass, other: _Dataclass) -> bool:
     """Return whether the fields of two results hold the same values; NaN is the same as NaN."""
 
     def same(a: Any, b: Any) -> bool:
