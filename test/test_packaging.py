@@ -291,6 +291,7 @@ OF_EXTRAS = {
     'msgspec',
     'pyarrow',
     'rosbags',
+    'typing_extensions',  # type checkers alone import it, and have it
     'viser',
     'websockets',
 }
