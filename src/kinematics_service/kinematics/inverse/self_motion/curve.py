@@ -14,9 +14,9 @@ from ....kernel import Floats
 from ..problem.problem import IkProblem
 from ..problem.target import TOOL_AXES
 
-# Most samples of a curve, eight times what the longest of a robot's had: where lengths are far
-# apart a curve has no end.
-MOST = 1 << 14
+# Most samples of a curve, twice what the longest of a robot's had: where lengths are far apart, or
+# where all postures are singular, a curve has no end.
+MOST = 1 << 12
 # The period of a joint that has none, rad or m: farther than a joint moves.
 NO_PERIOD = 1e12
 
