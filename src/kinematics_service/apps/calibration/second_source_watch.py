@@ -18,10 +18,12 @@ from ...robot.robot import Robot
 from .collecting import PoseCollector
 from .second_source import FIRST, Examined, examined, frames_status
 
-# Poses kept in step with the joints, at most.
-MOST = 256
-# The joints' path is kept in steps of this (ns), and this number of them, to find a lag.
-WAY_STEP, WAY = 10_000_000, 6_000
+# Poses with joint states kept at most.
+MAX_POSES = 256
+# Least time between two samples of the joints' path, ns: the path is sampled at 100 Hz at most.
+PATH_STEP = 10_000_000
+# Samples of the joints' path kept, to find a lag: the last minute at that rate.
+PATH_SAMPLES = 6_000
 # The status is WARN if no pose arrived, or none was used, for this time, s.
 PATIENCE = 5.0
 # Stamps that differ by more (s) are of two clocks: no source of poses is as late.
@@ -52,8 +54,8 @@ class SecondSourceWatch:
 
     def __init__(self, robot: Callable[[], Robot], topic: str) -> None:
         self._robot, self._topic = robot, topic
-        self._poses = PoseCollector(robot(), MOST)
-        self._way: deque[tuple[int, Floats]] = deque(maxlen=WAY)
+        self._poses = PoseCollector(robot(), MAX_POSES)
+        self._way: deque[tuple[int, Floats]] = deque(maxlen=PATH_SAMPLES)
         self._noted_at, self._used_at = 0.0, time.monotonic()
         self._arrived = self._unmatched = 0
         self._ahead = 0.0
@@ -82,7 +84,7 @@ class SecondSourceWatch:
         """Take joint positions (n,); a pose is compared once those around it are known."""
         self._noted_at = time.monotonic()
         self._poses.note_state(stamp, q)
-        if not self._way or stamp - self._way[-1][0] >= WAY_STEP:
+        if not self._way or stamp - self._way[-1][0] >= PATH_STEP:
             self._way.append((stamp, q))
 
     def status(self, limits: ReferenceLimits, refused: str) -> StatusText:

@@ -10,13 +10,14 @@ from ....node.drawing.observation import Observation
 from ....node.drawing.scene import distance_text, factor_name
 from ....robot.measures import MEASURES, Level
 
-# A gauge is full at this multiple of the warning threshold, or at this time (s).
+# A gauge of a measure is full at this multiple of the warning threshold.
 FULL = 5.0
-LONG = 10.0
+# The gauge of the time to the threshold is full at this time, s.
+LONGEST_TIME = 10.0
 # A time to the threshold below this (s) gives the gauge a colour.
 SOON = 2.0
-# A joint is near a limit within this share of its range.
-NEAR = 0.05
+# Share of a joint's range beside each limit in which the joint is drawn as near that limit.
+LIMIT_MARGIN = 0.05
 
 LEVEL_WORDS = {
     Level.OK: 'OK',
@@ -145,7 +146,12 @@ def _time_gauge(seen: Observation) -> Gauge:
     text = f'{time:.1f} s at this velocity' if time < 1000.0 else 'not soon'
     level = Level.WARN if time < SOON else Level.OK
     return Gauge(
-        'time', title, text, min(1.0, time / LONG), ((SOON / LONG, f'{SOON:.0f} s'),), level
+        'time',
+        title,
+        text,
+        min(1.0, time / LONGEST_TIME),
+        ((SOON / LONGEST_TIME, f'{SOON:.0f} s'),),
+        level,
     )
 
 
@@ -158,7 +164,7 @@ def joint_readings(seen: Observation) -> tuple[JointReading, ...]:
     ):
         text = f'{q:+.3f} {unit}' + ('' if unit == 'm' else f' = {math.degrees(q):+.1f}°')
         bounded = math.isfinite(upper - lower)
-        margin = NEAR * (upper - lower) if bounded else NEAR
+        margin = LIMIT_MARGIN * (upper - lower) if bounded else LIMIT_MARGIN
         remark, level = _remark(q, lower, upper, margin)
         fraction = None
         if bounded and upper > lower:
