@@ -8,6 +8,7 @@ import gc
 import os
 import random
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
@@ -192,6 +193,18 @@ def ros_domain() -> Iterator[int]:
 def transport() -> str:
     """Return how messages are read and written; see `BOTH_TRANSPORTS` of the harness."""
     return 'bytes'
+
+
+@pytest.fixture
+def without_rclpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make `import rclpy` fail, also for modules that other tests have imported already."""
+    monkeypatch.setitem(sys.modules, 'rclpy', None)
+    for name in list(sys.modules):
+        # Only these modules import rclpy; what was imported once would not be imported again.
+        if name.startswith('kinematics_service.node.') or (
+            name.startswith('kinematics_service.apps.') and name.endswith('_session')
+        ):
+            monkeypatch.delitem(sys.modules, name)
 
 
 @pytest.fixture

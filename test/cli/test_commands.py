@@ -639,10 +639,8 @@ def test_demo_and_echo_hand_on_what_they_were_told(monkeypatch, tmp_path):
     assert echoes == [('warning', '/left/kinematics', True, True, 10.0, [])]
 
 
-def test_without_ros_the_node_says_how_to_get_it(capsys, monkeypatch):
-    monkeypatch.setitem(sys.modules, 'rclpy', None)
-    for module in [name for name in sys.modules if name.startswith('kinematics_service.node.')]:
-        monkeypatch.delitem(sys.modules, module)
+@pytest.mark.usefixtures('without_rclpy')
+def test_without_ros_the_node_says_how_to_get_it(capsys):
     err = refusal(capsys, code=1)
     assert len(err.splitlines()) == 1
     assert "pip install '.[ros]' in its checkout" in err

@@ -2,7 +2,6 @@
 
 import json
 import re
-import sys
 
 import numpy as np
 import pytest
@@ -512,7 +511,8 @@ def test_wrong_options_are_wrong_usage(tmp_path, capsys):
     assert 'there is no such file' in err
 
 
-def test_what_is_wrong_with_live_is_a_sentence(tmp_path, capsys, monkeypatch):
+@pytest.mark.usefixtures('without_rclpy')
+def test_what_is_wrong_with_live_is_a_sentence(capsys):
     given = ['calibrate-live', '--robot', 'ur5e', '--seconds']
     code, _, err = run(capsys, *given, '-1')
     assert code == 2
@@ -520,9 +520,6 @@ def test_what_is_wrong_with_live_is_a_sentence(tmp_path, capsys, monkeypatch):
     code, _, err = run(capsys, 'calibrate', 'a.csv', '--robot', 'ur5e', '--ros-args', '-r', 'a:=b')
     assert code == 2
     assert 'calibrate takes no --ros-args: it needs no ROS' in err
-    monkeypatch.setitem(sys.modules, 'rclpy', None)
-    for module in [name for name in sys.modules if name.startswith('kinematics_service.node.')]:
-        monkeypatch.delitem(sys.modules, module)
     code, _, err = run(capsys, *given, '10')
     assert code == 1
     assert 'this needs ROS 2 and its rclpy' in err
