@@ -569,6 +569,22 @@ def test_a_singular_posture_between_narrow_limits_is_listed(seed):
     assert min(np.linalg.norm(family.q - q) for family in found.families) < ON_ARC
 
 
+@pytest.mark.parametrize('seed', [2, 4, 6, 10])
+def test_a_curve_that_closes_in_one_direction_alone_reaches_the_target_everywhere(seed):
+    # The arm is stretched: a curve ends at a singular pose in one direction, and closes in the
+    # other.
+    robot = ks.load_robot('kuka_iiwa14')
+    q = np.random.default_rng(seed).uniform(*robot.limits.T)
+    q[3] = 0.0
+    target = ks.forward_kinematics(robot, q)
+    found = ks.inverse_kinematics(robot, target, near=q)
+    curves = [arc.curve for family in found.families for arc in family.intervals]
+    assert curves
+    for curve in curves:
+        poses = ks.forward_kinematics(robot, curve.q)
+        np.testing.assert_allclose(poses, [target] * len(poses), rtol=0, atol=REACHED)
+
+
 @pytest.mark.parametrize('degrees', [540.0, 900.0])
 def test_limits_of_many_turns_are_counted(degrees):
     text = ks.bundled_robots()['kuka_iiwa14'].read_text(encoding='utf-8')

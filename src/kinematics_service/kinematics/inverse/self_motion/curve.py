@@ -92,6 +92,11 @@ def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> Solut
     count = kernel.trace(point, 1.0, samples[0])
     if count < 0:
         return SolutionCurve(problem, point, samples[0, :-count].copy(), True)
-    behind = samples[1, : kernel.trace(point, -1.0, samples[1])]
-    both = np.vstack([behind[:0:-1] * np.repeat([1.0, -1.0], n), samples[0, :count]])
+    behind = kernel.trace(point, -1.0, samples[1])
+    # Backwards: the tangents point the other way.
+    rows = samples[1, : abs(behind)][::-1] * np.repeat([1.0, -1.0], n)
+    if behind < 0:
+        # Near a singular pose it may be followed all round in one direction alone.
+        return SolutionCurve(problem, point, rows, True)
+    both = np.vstack([rows[:-1], samples[0, :count]])
     return SolutionCurve(problem, point, both, False) if len(both) > 1 else None
