@@ -585,6 +585,20 @@ def test_a_curve_that_closes_in_one_direction_alone_reaches_the_target_everywher
         np.testing.assert_allclose(poses, [target] * len(poses), rtol=0, atol=REACHED)
 
 
+def test_the_step_that_closes_a_curve_leaves_no_bend_out():
+    # Beside a singular pose: a sharp bend lies between the sample where curves are closed too
+    # early and the first one.
+    robot = redundant_arm('fr3')
+    q = poses_within(robot, 68, 7)[67]
+    found = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q))
+    curves = {arc.curve for family in found.families for arc in family.intervals}
+    for curve in curves:
+        # The longest step, 0.125 rad, and its largest correction.
+        assert np.linalg.norm(np.diff(curve.q, axis=0), axis=1).max() < 0.13
+    # Two of them once were one, traced from two seeds.
+    assert len(curves) == 4
+
+
 @pytest.mark.parametrize('degrees', [540.0, 900.0])
 def test_limits_of_many_turns_are_counted(degrees):
     text = ks.bundled_robots()['kuka_iiwa14'].read_text(encoding='utf-8')

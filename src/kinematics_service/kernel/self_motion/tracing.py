@@ -80,27 +80,31 @@ def _write(point: CurvePoint, row: Flat) -> None:
     arrays.copy(arrays.after(row, point.n), point.n, point.tangent)
 
 
-def _is_corrected(point: CurvePoint, sample: Flat, step: float) -> bool:
-    # Moves the point to the solution a step ahead of a sample; returns whether there is one.
-    arrays.copy(point.border, point.n, arrays.after(sample, point.n))
-    for j in range(point.n):
-        point.q[j] = sample[j] + step * point.border[j]
-    return point.improve()
+def _stepped(point: CurvePoint, sample: Flat, step: float, side: float) -> float:
+    # Moves the point to the solution a step ahead of a sample. Returns the cosine of the angle
+    # between the tangents; 0 if none is found, or if it may be beyond a bend or on another curve.
+    n, border = point.n, point.border
+    arrays.copy(border, n, arrays.after(sample, n))
+    for j in range(n):
+        point.q[j] = sample[j] + step * border[j]
+    if not point.improve() or point.orientation != side:
+        return 0.0
+    missed: float = -step * step
+    for j in range(n):
+        way = point.q[j] - sample[j]
+        missed += way * way
+    cosine: float = arrays.dot(border, point.tangent, n)
+    ahead: bool = cosine > COSINE_HALVED and missed < CORRECTION * CORRECTION * step * step
+    return cosine if ahead else 0.0
 
 
 def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float:
     # Moves the point to the next solution and returns the length of the step after it, or 0.
-    n = point.n
     h: float = step
     while h > SHORTEST_STEP:
-        if _is_corrected(point, before, h) and point.orientation == side:
-            missed: float = -h * h
-            for j in range(n):
-                way = point.q[j] - before[j]
-                missed += way * way
-            cosine: float = arrays.dot(point.border, point.tangent, n)
-            if cosine > COSINE_HALVED and missed < CORRECTION * CORRECTION * h * h:
-                return min(2.0 * h, LONGEST_STEP) if cosine > COSINE_DOUBLED else h
+        cosine: float = _stepped(point, before, h, side)
+        if cosine > 0.0:
+            return min(2.0 * h, LONGEST_STEP) if cosine > COSINE_DOUBLED else h
         h *= 0.5
     return 0.0
 
@@ -111,10 +115,10 @@ def _leads_to(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: f
     step: float = 0.0
     for j in range(n):
         step += sample[n + j] * point.way(j, goal[j] - sample[j])
-    same: bool = least < step < FARTHEST_STEP and _is_corrected(point, sample, step)
+    same: bool = least < step < FARTHEST_STEP and _stepped(point, sample, step, side) > 0.0
     for j in range(n):
         same = same and abs(point.way(j, goal[j] - point.q[j])) < SAME_SOLUTION
-    return same and point.orientation == side
+    return same
 
 
 def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
