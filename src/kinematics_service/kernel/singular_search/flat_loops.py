@@ -19,10 +19,9 @@ from ..measures import gradient
 from . import projection, rank_equations
 from .rank_equations import RankEquations
 
-# Share of a step that is taken; it is halved each time that the loops do not close.
+# Share of a step that is taken; it is halved each time that the loops do not close. The least share
+# is that of a projection: to find that no loop closes takes the time of 50 steps.
 DAMPING = 0.5
-# A smaller part of a step is not tried: to find that no loop closes takes the time of 50 steps.
-MIN_STEP_RATIO = 0.1
 # Converged: rest of the way to the flat position, rad.
 FLAT_TOLERANCE = 1e-4
 # The motion found ends before the flat position by this, rad, or by ten times as much until the
@@ -87,7 +86,7 @@ def _move_along(
     if not length > 0.0:
         return False
     share: float = 1.0
-    while share >= MIN_STEP_RATIO:
+    while share >= projection.MIN_STEP_RATIO:
         for j in range(n):
             goal[j] = share * step / length * slope[j]
         if equations.move_to(origin, goal):
@@ -122,7 +121,7 @@ def _descend(
             if equations.move_to(origin, goal):
                 break
             share *= DAMPING
-            if share < MIN_STEP_RATIO:
+            if share < projection.MIN_STEP_RATIO:
                 return places.INFINITY
         arrays.copy(d, n, goal)
         if length > limit:

@@ -10,13 +10,8 @@ import math
 from ..forward import chain_pass
 from ..layout import arrays, places
 from ..layout.arrays import Flat
-from . import jacobian_changes, rank_equations
+from . import jacobian_changes, projection, rank_equations
 from .rank_equations import RankEquations
-
-# Steps of Newton's method to a pose that loses a mixture, at most.
-MIXTURE_STEPS = 6
-# Converged: the last step, relative to the motion. The next step would be its square.
-MIXTURE_TOLERANCE = 1e-5
 
 
 def write_zero_of(equations: RankEquations, r: int, d: Flat) -> float:
@@ -62,7 +57,7 @@ def write_zero_between(
         return length
     arrays.fill(d, n, 0.0)
     equations.restart()
-    for _ in range(MIXTURE_STEPS):
+    for _ in range(projection.NEWTON_STEPS):
         length = places.INFINITY
         equations.stop_after(rank - 2)
         if not equations.move_to(origin, d):
@@ -79,7 +74,7 @@ def write_zero_between(
         length = rank_equations.length_of(d, n)
         if not length < limit:
             length = places.INFINITY
-        if not length < limit or math.sqrt(step) <= MIXTURE_TOLERANCE * length:
+        if not length < limit or math.sqrt(step) <= projection.SLIDE_TOLERANCE * length:
             break
     equations.stop_after(rank - 1)
     return length
