@@ -24,9 +24,6 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# A step between samples is skipped if a joint is farther beyond its limits than this and the
-# way of all joints, rad.
-FAR_BEYOND = 0.1
 # A joint leaves its limits where it is this far beyond one, rad or m: half of AT_LIMIT, the error
 # of a posture inside. A joint that rests at a limit, with round-off, stays inside.
 EXIT_MARGIN = 5e-10
@@ -63,12 +60,13 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 
 def _is_near(curve: SolutionCurve) -> Flags:
-    # Whether no joint is far beyond its limits, of each step between samples.
+    # Whether no joint is far beyond its limits, of each step between samples: farther than the way
+    # of all joints in the step, half of which is the most that a joint goes there and back.
     q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
     way = (np.abs(q[1:] - q[:-1]) / curve.plan.scales).sum(axis=1)
-    return np.asarray(np.minimum(away[:-1], away[1:]).max(axis=1) <= FAR_BEYOND + way)
+    return np.asarray(np.minimum(away[:-1], away[1:]).max(axis=1) <= way)
 
 
 class _CutCurve:
