@@ -14,7 +14,7 @@ from ....kernel import Floats
 from ..problem.problem import IkProblem
 from ..problem.target import TOOL_AXES
 
-# Most samples of a curve, twice what the longest of a robot's had: where lengths are far apart, or
+# Most samples of a curve, six times those of the longest seen: where lengths are far apart, or
 # where all postures are singular, a curve has no end.
 MOST = 1 << 12
 # The period of a joint that has none, rad or m: farther than a joint moves.
