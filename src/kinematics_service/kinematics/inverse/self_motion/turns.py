@@ -61,18 +61,18 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
             return [[0, -1]] * len(lap)
         return [[low - laps * way, high - laps * way] for (low, high), way in zip(boxes[i], lap)]
 
-    ends = closed and not any(lap)
     for i, common in enumerate(boxes):
         count = 1
         while size := _size(common):
             both = _common(common, before := box(i - 1))
-            if (of_both := _size(both)) == size or (ends and count == len(boxes)):
+            if (of_both := _size(both)) == size:
                 break
             further = _common(common, after := box(i + count))
             windings = size - of_both - _size(further) + _size(_common(both, after))
             if windings > 0:
                 yield PieceRun(i, count, _outside(common, before, after), False, windings)
             common, count = further, count + 1
+    ends = closed and not any(lap)
     if ends and (size := _size(common := functools.reduce(_common, boxes))) > 0:
         yield PieceRun(0, len(boxes), tuple(low for low, _ in common), True, size)
 
