@@ -15,6 +15,7 @@ from redundant_arms import (
     RANDOM,
     SLIDING,
     farthest_from_curves,
+    in_a_slice,
     missed,
     poses_within,
     random_arm,
@@ -77,6 +78,16 @@ def test_dense_slices_have_no_solution_that_is_on_no_arc(name):
     for k in range(2):
         robot, _, target, result = target_and_result(name, k)
         assert not missed(robot, target, result, SLICES, redundant_arms.held_by(robot))
+
+
+@pytest.mark.parametrize('held', [0, -1])
+@pytest.mark.parametrize('name', [*BUNDLED, 'RRRRRRR-0'])
+def test_the_slice_through_a_posture_has_it(name, held):
+    robot = redundant_arm(name)
+    for q in poses_within(robot, 3):
+        found = in_a_slice(robot, ks.forward_kinematics(robot, q), float(q[held]), held)
+        turned = (found - q) / math.tau
+        assert np.abs(turned - np.round(turned)).max(axis=1).min() < 1e-9
 
 
 def test_the_first_posture_is_the_nearest():
