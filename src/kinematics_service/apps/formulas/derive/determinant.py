@@ -11,9 +11,9 @@ from itertools import combinations
 
 from .algebra.arithmetic import Arithmetic
 from .algebra.laurent import Laurent, total
-from .algebra.matrices import Matrix, Vector, cross
+from .algebra.matrices import Matrix
 from .frames import Frames
-from .jacobian import Axis, _columns, axes_seen_from, in_axes_of
+from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of
 
 # The linear ones and the angular ones.
 ROWS = ((0, 1, 2), (3, 4, 5))
@@ -98,15 +98,15 @@ def simplest_view(
         ]
         return min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
     best: tuple[tuple[int, int, int], View] | None = None
-    n = len(frames.rows)
+    n, origin = len(frames.rows), (arithmetic.ring.number(0),) * 3
     # From the middle outwards, where axes are seen through the fewest rows: a frame whose angular
     # rows alone are longer than the best found cannot be better.
     for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):
         axes = axes_seen_from(frames, frame)
-        if best is not None and _angular_size(frames, arithmetic, axes) > best[0][0]:
+        angular = jacobian_of(frames, arithmetic, axes, [origin] * len(axes))
+        if best is not None and _size(angular) > best[0][0]:
             continue
-        zero: Vector = (arithmetic.ring.number(0),) * 3
-        named = [(f'the origin of frame {frame}', zero)]
+        named = [(f'the origin of frame {frame}', origin)]
         named += [(f'the origin of the axis of row {axis.row + 1}', axis.o) for axis in axes]
         for index, (name, point) in enumerate(named):
             seen = about(frames, arithmetic, axes, point)
@@ -115,21 +115,6 @@ def simplest_view(
                 best = (order, View(seen, f'frame {frame}', name))
     assert best is not None
     return best[1]
-
-
-def _angular_size(frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...]) -> int:
-    nothing = tuple(arithmetic.ring.number(0) for _ in range(3))
-    return _size(_columns(frames, arithmetic, lambda axis: (nothing, axis.z), axes))
-
-
-def about(frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...], point: Vector) -> Matrix:
-    """Return J of axes about a point, in the frame both are seen from."""
-
-    def column(axis: Axis) -> tuple[Vector, Vector]:
-        arm = tuple(a - b for a, b in zip(point, axis.o))
-        return cross(axis.z, arm), axis.z
-
-    return _columns(frames, arithmetic, column, axes)
 
 
 def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int) -> Minors:

@@ -13,16 +13,16 @@ from math import comb
 
 import numpy as np
 
-from .algebra.arithmetic import Arithmetic, inverse
+from .algebra.arithmetic import Arithmetic
 from .algebra.factors import factored
 from .algebra.half_factors import Terms
 from .algebra.laurent import Laurent, Ring, from_terms, total
-from .algebra.matrices import Matrix, product
+from .algebra.matrices import Matrix, inverse, product
 from .algebra.numeric import Numbers
 from .algebra.quotient import divided
-from .determinant import about, determinant_of
+from .determinant import determinant_of
 from .frames import Frames
-from .jacobian import axes_seen_from, geometric, in_axes_of
+from .jacobian import about, axes_seen_from, geometric, in_axes_of
 from .singular_geometry import Lost
 
 # More minors than these are not looked at: the claim stays one of sampled poses.
@@ -190,9 +190,8 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     if lost.point is None:
         J = in_axes_of(geometric(frames, arithmetic), frames.in_base[lost.frame])
     else:
-        zero = arithmetic.ring.number(0)
         axes = axes_seen_from(frames, lost.point)
-        J = about(frames, arithmetic, axes, (zero, zero, zero))
+        J = about(frames, arithmetic, axes, (arithmetic.ring.number(0),) * 3)
         J = in_axes_of(J, _pose(frames, lost.point, lost.frame, arithmetic))
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]

@@ -17,8 +17,8 @@ from ....robot.file.parts.description import (
     RigidMotion,
     RobotDescription,
 )
-from .algebra.arithmetic import NOTHING, Arithmetic, inverse, transposed
-from .algebra.matrices import Matrix, product
+from .algebra.arithmetic import NOTHING, Arithmetic
+from .algebra.matrices import Matrix, inverse, product, transposed
 from .algebra.names import Affine
 
 # The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
