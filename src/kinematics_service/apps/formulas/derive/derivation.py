@@ -272,42 +272,29 @@ def derive(
     """
     robot = robot_in_letters(robot)
     tell = progress or (lambda _: None)
+    if robot.description.loops and locked:
+        raise DerivationError(f'{robot.name} has closed loops: none of its joints is locked')
     tell('frames')
-    arm = whole = robot.description
-    if arm.loops:
-        if locked:
-            raise DerivationError(f'{robot.name} has closed loops: none of its joints is locked')
-        # The angles of the ring are those of all rows.
-        rows_of_loops = tuple(link for loop in arm.loops for link in loop.links)
-        arm = opened(arm)
-        whole = replace(arm, links=arm.links + rows_of_loops)
-    names = names_of(whole, locked)
-    arithmetic = arithmetic_of(whole, names)
-    frames = frames_of(arm, arithmetic)
-    writer = writer_of(frames, arithmetic)
-    tell('Jacobian')
-    found = {}
+    exact = exact_of(robot, locked)
+    frames, arithmetic, writer, J = exact.frames, exact.arithmetic, exact.writer, exact.J
+    methods = {}
     for name, way in ways.METHODS.items():
         tell(f'Jacobian: {name}')
-        found[name] = way(frames, arithmetic)
-    J = found['geometric']
-    sampler = sampler_of(robot, arithmetic, frames, J)
-    exact = Exact(arithmetic, frames, writer, sampler, J)
-    loops = loops_of(robot, arm, arithmetic, tell)
+        methods[name] = ways.differences(J, way(frames, arithmetic))
+    loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     if loops:
         found_set: SingularSet | None = _closed_set(exact, loops, tell)
     else:
-        found_set = _singular_set(exact, tell) or _singular_set(
-            exact_of(robot, names, parts=2), tell
-        )
+        found_set = _singular_set(exact, tell)
+        found_set = found_set or _singular_set(exact_of(robot, locked, parts=2), tell)
     assert found_set is not None  # with half angles every family is one
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(
         robot=robot,
-        names=names,
+        names=arithmetic.names,
         jacobian_open=writer.matrix(J),
-        methods={name: ways.differences(J, other) for name, other in found.items()},
+        methods=methods,
         coupling=None if plain else C,
         loops=loops,
         singular_set=found_set,
@@ -407,18 +394,23 @@ class DeterminantFactors(NamedTuple):
         return [FamilySearch(sampler, (sampler,)).numbers(value) for value in self.values]
 
 
-def exact_of(robot: Robot, names: Names | None = None, parts: int = 1) -> Exact:
+def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int = 1) -> Exact:
     """
-    Return the arithmetic of an open arm, of its joint angles or of halves of them (`parts` 2).
+    Return the arithmetic of an arm, its loops open, in joint angles or in half angles (`parts` 2).
 
     Raises
     ------
     DerivationError
-        An angle is not a fraction of a joint's, or the pose is too long.
+        A name to lock is unknown, an angle is not a fraction of a joint's, or the pose is too
+        long.
     """
-    names = names or names_of(robot.description, None)
-    arithmetic = arithmetic_of(robot.description, names, parts)
-    frames = frames_of(robot.description, arithmetic)
+    description = robot.description
+    arm = opened(description) if description.loops else description
+    # The angles of the ring are those of all rows.
+    rows_of_loops = (link for loop in description.loops for link in loop.links)
+    whole = replace(arm, links=(*arm.links, *rows_of_loops))
+    arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)
+    frames = frames_of(arm, arithmetic)
     J = ways.geometric(frames, arithmetic)
     sampler = sampler_of(robot, arithmetic, frames, J)
     return Exact(arithmetic, frames, writer_of(frames, arithmetic), sampler, J)

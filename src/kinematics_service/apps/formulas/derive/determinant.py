@@ -11,7 +11,7 @@ from itertools import combinations
 
 from .algebra.arithmetic import Arithmetic
 from .algebra.laurent import Laurent, total
-from .algebra.matrices import Matrix
+from .algebra.matrices import Matrix, Vector
 from .frames import Frames
 from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of
 
@@ -98,7 +98,8 @@ def simplest_view(
         ]
         return min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
     best: tuple[tuple[int, int, int], View] | None = None
-    n, origin = len(frames.rows), (arithmetic.ring.number(0),) * 3
+    n = len(frames.rows)
+    origin: Vector = (arithmetic.ring.number(0),) * 3
     # From the middle outwards, where axes are seen through the fewest rows: a frame whose angular
     # rows alone are longer than the best found cannot be better.
     for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):
