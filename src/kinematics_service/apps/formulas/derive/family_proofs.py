@@ -4,19 +4,17 @@ What is found at poses of a family, proved for all of it: whatever a factor divi
 A rank is at most r where every minor of size r + 1 vanishes; that it is no less is seen at a pose.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from itertools import combinations
 from itertools import product as cartesian
-from math import comb
 
 import numpy as np
 
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import factored
-from .algebra.half_factors import Terms
-from .algebra.laurent import Laurent, Ring, from_terms, total
+from .algebra.laurent import Laurent, Ring, Terms, from_terms, total
 from .algebra.matrices import Matrix, inverse, product
 from .algebra.numeric import Numbers
 from .algebra.quotient import divided
@@ -62,7 +60,7 @@ class CommonZeros:
 
     def vanish(self, rows: Sequence[int], columns: Sequence[int], size: int) -> bool:
         """Return whether it is proved that all minors of these rows and columns vanish."""
-        if comb(len(rows), size) * comb(len(columns), size) > MOST_MINORS:
+        if math.comb(len(rows), size) * math.comb(len(columns), size) > MOST_MINORS:
             return False
         minors = (
             determinant_of([[self.J[i][j] for j in chosen] for i in chosen_rows])
@@ -108,7 +106,7 @@ class _Replaced:
 
     def _to(self, power: int, ring: Ring) -> Laurent:
         if self.length is not None:
-            return reduce(Laurent.__mul__, [self.length] * power, ring.number(1))
+            return math.prod([self.length] * power, start=ring.number(1))
         turned = from_terms(ring, {tuple(power * t for t in self.turns): (1, 0)})
         return turned.times_i(self.quarter * power)
 

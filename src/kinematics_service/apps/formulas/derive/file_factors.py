@@ -117,7 +117,11 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     for factor in derivation.singular_set.factors:
         name = factor.name if factor.name in expressions else None
         if name is None:
-            match = [n for n, e in expressions.items() if _same_zero(e, factor.expression)]
+            match = [
+                n
+                for n, e in expressions.items()
+                if sympy.simplify(e / factor.expression).is_number
+            ]
             if not match:
                 return float('inf')
             name = match[0]
@@ -137,10 +141,6 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     constant = product[best] / reference[best]
     error = np.abs(product - constant * reference)
     return float(np.max(error) / np.max(np.abs(product)))
-
-
-def _same_zero(one: sympy.Expr, other: sympy.Expr) -> bool:
-    return bool(sympy.simplify(one / other).is_number)
 
 
 def checked_text(derivation: Derivation, text: str) -> None:

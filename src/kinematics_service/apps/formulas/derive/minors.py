@@ -1,5 +1,6 @@
 """The common factors of all minors of the task rows, and the rest of each minor."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import sympy
 from ....kernel import Floats
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import Factored, RealFactor, factored
-from .algebra.laurent import Laurent
+from .algebra.laurent import Laurent, total
 from .algebra.quotient import divided
 from .determinant import Minors
 from .sampled_poses import PoseSampler
@@ -77,35 +78,31 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
     if sum(map(len, rests)) > MOST_SQUARED:
         return sympy.sqrt(squares)
-    total = arithmetic.ring.number(0)
-    for rest in rests:
-        total = total + rest * rest
-    return sympy.sqrt(min((_product(total, writer, arithmetic), squares), key=sympy.count_ops))
+    summed = total(arithmetic.ring, (rest * rest for rest in rests))
+    return sympy.sqrt(min((_product(summed, writer, arithmetic), squares), key=sympy.count_ops))
 
 
 def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
     product = factored(value, arithmetic)
-    whole = writer.expression(product.constant)
-    for factor in product.factors:
-        whole *= writer.expression(factor.value) ** factor.power
-    return whole
+    powers = (writer.expression(factor.value) ** factor.power for factor in product.factors)
+    return math.prod(powers, start=writer.expression(product.constant))
 
 
 def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
     # g sin^2 + g cos^2 = g: two minors that differ in the axes they are seen in only.
     left = list(terms)
     for term in terms:
-        for sine in (a for a in sympy.Mul.make_args(term) if _is_square_of(a, sympy.sin)):
+        for sine in (
+            a
+            for a in sympy.Mul.make_args(term)
+            if a.is_Pow and a.exp == 2 and a.base.func == sympy.sin
+        ):
             partner = term / sine * sympy.cos(sine.base.args[0]) ** 2
             if term in left and partner in left:
                 left.remove(term)
                 left.remove(partner)
                 left.append(term / sine)
     return left
-
-
-def _is_square_of(expression: sympy.Expr, function: type[sympy.Function]) -> bool:
-    return bool(expression.is_Pow and expression.exp == 2 and expression.base.func == function)
 
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:

@@ -14,7 +14,7 @@ from ....robot.robot import Robot
 from ....robot.task import seeded_poses
 from .algebra.arithmetic import Arithmetic
 from .algebra.matrices import Matrix
-from .algebra.numeric import Complexes, Monomials, monomials_of, substituted, sum_of
+from .algebra.numeric import Complexes, Monomials, monomials_of, sum_of
 from .algebra.zeros import Box
 from .frames import Frames
 from .singular_geometry import ArmAtPoses, rank_at
@@ -207,6 +207,6 @@ def sampler_of(robot: Robot, arithmetic: Arithmetic, frames: Frames, J: Matrix) 
             moving.append(j)
             to_si.append(description.metres if slides else 1.0)
             continue
-        value = substituted(names.meanings[name], names.values)
+        value = float(names.meanings[name].subs(dict(names.values)).evalf())
         still[j] = value * (description.metres if slides else description.radians)
     return PoseSampler(robot, tuple(moving), still, np.array(to_si), arithmetic, frames, J)

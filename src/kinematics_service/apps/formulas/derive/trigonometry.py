@@ -11,12 +11,9 @@ import sympy
 from sympy.core.mul import _keep_coeff
 
 from .algebra.arithmetic import Arithmetic
-from .algebra.laurent import Laurent
+from .algebra.laurent import Exponents, Laurent, Terms
 from .algebra.matrices import Matrix
 from .frames import Frames
-
-Exponents = tuple[int, ...]
-Terms = dict[Exponents, tuple[int, int]]
 
 # A form with more terms than this is not tried in every basis.
 LARGE = 400
@@ -77,7 +74,9 @@ class Writer:
         return self._written[key]
 
     def _shortest(self, value: Laurent) -> sympy.Expr:
-        split = self._split(value)
+        # By the exponents of the angles: each group is a polynomial in lengths.
+        moving = range(len(self.arithmetic.names.variables))
+        split = value.grouped([*moving, *self._fixed_places()])
         if value.divisor > LONG or len(value) > UNTIDY:
             plain = replace(self, divisor=value.divisor, _nested_before={})
             return self._with_numbers(plain._products(split, self.sums))
@@ -99,22 +98,6 @@ class Writer:
     def matrix(self, rows: Matrix) -> sympy.Matrix:
         """Return a sympy matrix, immutable."""
         return sympy.ImmutableMatrix([[self.expression(entry) for entry in row] for row in rows])
-
-    def _split(self, value: Laurent) -> dict[Exponents, Terms]:
-        # By the exponents of the angles: what remains in each group is a polynomial in lengths.
-        n = len(self._angle_indices())
-        fixed = self._fixed_places()
-        groups: dict[Exponents, Terms] = {}
-        for exponents, c in value.terms().items():
-            angles = (*exponents[:n], *(exponents[k] for k in fixed))
-            rest = (0,) * n + tuple(
-                0 if n + k in fixed else e for k, e in enumerate(exponents[n:])
-            )
-            groups.setdefault(angles, {})[rest] = c
-        return groups
-
-    def _angle_indices(self) -> range:
-        return range(len(self.arithmetic.names.variables))
 
     def _fixed_places(self) -> tuple[int, ...]:
         generators = self.arithmetic.ring.generators

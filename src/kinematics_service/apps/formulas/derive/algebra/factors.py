@@ -11,6 +11,7 @@ integers are factored over.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from random import Random
 from typing import Any
 
@@ -21,8 +22,8 @@ from sympy.polys.rings import PolyElement
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
-from .half_factors import Terms, paired, upright, upright_half
-from .laurent import Laurent, from_terms
+from .half_factors import paired, upright, upright_half
+from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
 # Random lines a polynomial is cut with; one on which it does not factor shows that it does not.
@@ -321,12 +322,10 @@ def _stays_whole(element: PolyElement) -> bool:
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 
 
-def _irreducible(cut: PolyElement) -> bool:
-    return bool(cut.is_irreducible)
-
-
 def _irreducible_on_a_line(
-    element: PolyElement, domain: Any, is_whole: Callable[[PolyElement], bool] = _irreducible
+    element: PolyElement,
+    domain: Any,
+    is_whole: Callable[[PolyElement], bool] = attrgetter('is_irreducible'),
 ) -> bool:
     # A factor stays a factor when every generator is set to a_k t + b_k, its degree too unless the
     # leading part vanishes there: if the cut does not factor at full degree, neither does the
@@ -379,8 +378,5 @@ def _turned_back(piece: PolyElement, turns: Sequence[int]) -> Terms:
 
 
 def _product(factors: Sequence[RealFactor], arithmetic: Arithmetic) -> Laurent:
-    product = arithmetic.ring.number(1)
-    for factor in factors:
-        for _ in range(factor.power):
-            product = product * factor.value
-    return product
+    values = (factor.value for factor in factors for _ in range(factor.power))
+    return math.prod(values, start=arithmetic.ring.number(1))

@@ -5,9 +5,7 @@ from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 from .arithmetic import Arithmetic
-from .laurent import Laurent, Ring, from_terms
-
-Terms = dict[tuple[int, ...], tuple[int, int]]
+from .laurent import Exponents, Laurent, Ring, Terms, from_terms
 
 
 def _angle_indices(arithmetic: Arithmetic) -> list[int]:
@@ -114,7 +112,7 @@ def _conjugate(terms: Terms, indices: Sequence[int]) -> Terms:
     return _lowered({_mirrored(e, angles): (a, -b) for e, (a, b) in terms.items()})
 
 
-def _mirrored(e: tuple[int, ...], angles: Set[int]) -> tuple[int, ...]:
+def _mirrored(e: Exponents, angles: Set[int]) -> Exponents:
     return tuple(-x if k in angles else x for k, x in enumerate(e))
 
 

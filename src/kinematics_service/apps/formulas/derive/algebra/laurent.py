@@ -6,7 +6,7 @@ the same terms here, so "the difference is exactly zero" needs no simplifier.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -19,6 +19,9 @@ HALF = 1 << (BITS - 1)
 MASK = (1 << BITS) - 1
 
 Kind = Literal['angle', 'fixed_angle', 'number']
+Exponents = tuple[int, ...]
+# Coefficients (real, imaginary) by exponents.
+Terms = dict[Exponents, tuple[int, int]]
 
 
 @dataclass(frozen=True)
@@ -199,7 +202,7 @@ class Laurent:
         result = Laurent(self.ring, part(self.real), part(self.imaginary), self.divisor)
         return result.times_i().scaled(1, per_unit) if is_angle else result
 
-    def terms(self) -> dict[tuple[int, ...], tuple[int, int]]:
+    def terms(self) -> Terms:
         """Return the coefficients (real, imaginary) by exponents, the divisor left out."""
         return {
             self.ring.exponents(m): (self.real.get(m, 0), self.imaginary.get(m, 0))
@@ -208,10 +211,16 @@ class Laurent:
 
     def by_power(self, index: int) -> dict[int, 'Laurent']:
         """Return the coefficients of the powers of a generator."""
-        parts: dict[int, dict[tuple[int, ...], tuple[int, int]]] = {}
+        groups = self.grouped((index,)).items()
+        return {power: from_terms(self.ring, terms, self.divisor) for (power,), terms in groups}
+
+    def grouped(self, indices: Sequence[int]) -> dict[Exponents, Terms]:
+        """Return the terms by their exponents of some generators, which are 0 in each group."""
+        chosen, groups = set(indices), dict[Exponents, Terms]()
         for e, c in self.terms().items():
-            parts.setdefault(e[index], {})[(*e[:index], 0, *e[index + 1 :])] = c
-        return {e: from_terms(self.ring, terms, self.divisor) for e, terms in parts.items()}
+            rest = tuple(0 if k in chosen else x for k, x in enumerate(e))
+            groups.setdefault(tuple(e[k] for k in indices), {})[rest] = c
+        return groups
 
     def without_cancelled(self) -> 'Laurent':
         """
@@ -221,11 +230,11 @@ class Laurent:
         """
         generators = self.ring.generators
         decimals = [k for k, g in enumerate(generators) if g.meaning.is_Rational]
-        groups: dict[tuple[int, ...], dict[tuple[int, ...], tuple[int, int]]] = {}
+        groups: dict[Exponents, Terms] = {}
         for e, c in self.terms().items():
             others = tuple(0 if k in decimals else x for k, x in enumerate(e))
             groups.setdefault(others, {})[e] = c
-        kept: dict[tuple[int, ...], tuple[int, int]] = {}
+        kept: Terms = {}
         for terms in groups.values():
             sizes = [math.prod(generators[k].meaning ** e[k] for k in decimals) for e in terms]
             for part in (0, 1):
@@ -282,7 +291,7 @@ def total(ring: Ring, parts: Iterable[Laurent]) -> Laurent:
 
 
 def from_terms(
-    ring: Ring, terms: Mapping[tuple[int, ...], tuple[int, int]], divisor: int = 1
+    ring: Ring, terms: Mapping[Exponents, tuple[int, int]], divisor: int = 1
 ) -> Laurent:
     """Return the polynomial of coefficients (real, imaginary) by exponents."""
     real = {ring.monomial(e): a for e, (a, _) in terms.items() if a}

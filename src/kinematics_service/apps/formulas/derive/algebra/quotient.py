@@ -1,21 +1,19 @@
 """What is left of a polynomial when its factors with joint variables are divided out."""
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 from sympy.polys.domains import QQ_I
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
-from .half_factors import Terms
 from .laurent import Laurent, from_terms
 
 
 def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) -> Laurent | None:
     """Return value / product where no joint variable is left in it, multiplied back; else None."""
     joints = arithmetic.joint_indices
-    ours, theirs = _by_joints(product, joints), _by_joints(value, joints)
+    ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
         return None
     # The group with the fewest terms says what it is.
@@ -25,15 +23,6 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
         return None
     result = quotient.scaled(product.divisor, value.divisor).reduced()
     return result if not (result * product - value) else None
-
-
-def _by_joints(value: Laurent, indices: Sequence[int]) -> dict[tuple[int, ...], Terms]:
-    groups: dict[tuple[int, ...], Terms] = {}
-    joint = set(indices)
-    for e, c in value.terms().items():
-        key = tuple(e[k] for k in indices)
-        groups.setdefault(key, {})[tuple(0 if k in joint else x for k, x in enumerate(e))] = c
-    return groups
 
 
 def divided(value: Laurent, factor: Laurent) -> Laurent | None:

@@ -96,7 +96,10 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
 
 def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
     # Bounds of the second derivatives where |q| <= largest, shape (..., m, n, n).
-    bounds = [[[s.magnitude(largest) for s in row] for row in f.seconds] for f in functions]
+    bounds = [
+        [[second.function.magnitude(largest) for second in first.firsts] for first in f.firsts]
+        for f in functions
+    ]
     return np.moveaxis(np.array(bounds), (0, 1, 2), (-3, -2, -1))
 
 
