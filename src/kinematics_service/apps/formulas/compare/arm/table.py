@@ -8,6 +8,7 @@ import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, reduce
+from itertools import starmap
 
 import numpy as np
 import sympy as sp
@@ -64,6 +65,14 @@ class TableRow:
     def order(self) -> Convention:
         """Return its convention, which says in which order the quantities multiply."""
         return CONVENTIONS[self.convention]
+
+    @property
+    def factors(self) -> list[tuple[str, sp.Expr | sp.Matrix]]:
+        """Return what multiplies to the row: axes with their arguments, '' with a pose."""
+        if self.quantities:
+            return [(axis, self[name]) for axis, name in self.order.motions]
+        joint = [(self.axis, self.argument)] if self.axis else []
+        return [('', self.inner), *joint, ('', inverse_pose(self.outer))]
 
     @cached_property
     def moving(self) -> sp.Expr:
@@ -152,10 +161,10 @@ def inverse_pose(T: sp.Matrix) -> sp.Matrix:
     return result
 
 
-def motion(axis: str, argument: sp.Expr) -> sp.Matrix:
-    """Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; identity for no axis."""
+def motion(axis: str, argument: sp.Expr | sp.Matrix) -> sp.Matrix:
+    """Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; of no axis, the pose."""
     if not axis:
-        return sp.eye(4)
+        return argument
     if axis[0] == 'R':
         return rotation(axis[1], argument)
     along = [ZERO, ZERO, ZERO]
@@ -166,11 +175,7 @@ def motion(axis: str, argument: sp.Expr) -> sp.Matrix:
 @lru_cache(maxsize=4096)
 def row_matrix(row: TableRow) -> sp.Matrix:
     """Return the 4 x 4 matrix of a row."""
-    if row.quantities:
-        factors = [motion(axis, row[name]) for axis, name in row.order.motions]
-    else:
-        factors = [row.inner, motion(row.axis, row.argument), inverse_pose(row.outer)]
-    return sp.ImmutableDenseMatrix(reduce(operator.mul, factors))
+    return sp.ImmutableDenseMatrix(reduce(operator.mul, starmap(motion, row.factors)))
 
 
 @lru_cache(maxsize=4096)

@@ -73,9 +73,13 @@ class World:
         """Return the tool in the frame after the last row, shape (N, 4, 4)."""
         return self.evaluation.of_matrix(self.table.tool)
 
+    def frame(self, at: int) -> Floats:
+        """Return a frame in the base frame, which is what is before frame 0, shape (N, 4, 4)."""
+        return np.broadcast_to(np.eye(4), self.base.shape) if at < 0 else self.frames[at]
+
     def between(self, i: int, j: int) -> Floats:
         """Return frame j in frame i of the table, shape (N, 4, 4)."""
-        return np.asarray(np.linalg.solve(self.frames[i], self.frames[j]))
+        return np.asarray(np.linalg.solve(self.frame(i), self.frame(j)))
 
     @property
     def pose(self) -> Floats:

@@ -17,7 +17,7 @@ import sympy as sp
 
 from .....robot.robot import Robot
 from ..arm.numbers import DEGREE, Evaluation, Floats
-from ..arm.quantities import ANGLES, ROWS, Quantity, value_of
+from ..arm.quantities import ANGLES, ROWS, Quantity, row_order, value_of
 from ..arm.table import Table, general_row
 from ..arm.world import World
 from ..text.file import Settings
@@ -205,21 +205,13 @@ class QuantityCheck(Check):
     @property
     def jacobian_rows(self) -> list[int]:
         """Return the rows of J the person wrote: all, the task's, or the linear ones."""
-        rows, order = self.shape[0], self.row_order('all')
+        rows = self.shape[0]
+        order = row_order(replace(self.quantity, part='all'), self.reading)
         if rows == 6 or self.quantity.rows:
             return list(range(rows))
         task = self.robot.singularity.task.axes.tolist()
         kept = task if rows == len(task) else [0, 1, 2]
         return [order.index(k) for k in kept]
-
-    def row_order(self, part: str) -> list[int]:
-        """Return which of vx vy vz wx wy wz each row of J, J_v or J_w is."""
-        if part != 'all':
-            return [0, 1, 2] if part == 'v' else [3, 4, 5]
-        angular_first = self.reading.angular_first
-        if angular_first is None:
-            angular_first = self.quantity.form in ('space', 'body')
-        return [3, 4, 5, 0, 1, 2] if angular_first else list(range(6))
 
     @cached_property
     def readings(self) -> tuple['QuantityCheck', ...]:
@@ -268,7 +260,8 @@ class QuantityCheck(Check):
         rows = self.quantity.rows or (
             self.jacobian_rows if self.quantity.part == 'all' else range(self.shape[0])
         )
-        return tuple(ROWS[self.row_order(self.quantity.part)[k]] for k in rows)
+        order = row_order(self.quantity, self.reading)
+        return tuple(ROWS[order[k]] for k in rows)
 
 
 def task_determinant(robot: Robot, world: World) -> Floats:

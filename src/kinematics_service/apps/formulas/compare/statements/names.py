@@ -125,12 +125,11 @@ class FormulaNames:
     def _matrix(
         self, quantity: Quantity, token: FormulaToken, settings: Settings
     ) -> sp.Matrix | None:
-        joints = self.table.joints
         if self.table.passive and quantity.kind == 'jacobian':
             raise token.fault(
                 f'{token.written!r}: with closed loops J stands on the left side only'
             )
-        if reason := why_out_of_range(quantity, len(self.table.rows), joints, settings):
+        if reason := why_out_of_range(quantity, self.table, settings):
             raise token.fault(reason)
         return expression_of(quantity, self.arm, settings)
 

@@ -17,7 +17,7 @@ from ..arm.quantities import quantity_of, value_of, why_out_of_range
 from ..arm.world import World
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
-from ..text.syntax import PARTS, Node
+from ..text.syntax import PARTS
 from .names import ANGLE_IN_PLANE, FormulaNames, coordinates, rotation_entries
 
 SEED = 20240523
@@ -169,8 +169,7 @@ def _with_coordinates(
         quantity = quantity_of(settings.point)
         if quantity is None or quantity.kind not in ('origin', 'vector', 'position'):
             raise FormulaError(f"point: {settings.point!r} is no point: write 'point: o_3'")
-        rows, joints = len(names.table.rows), len(names.table.variables)
-        if reason := why_out_of_range(quantity, rows, joints, settings):
+        if reason := why_out_of_range(quantity, names.table, settings):
             raise FormulaError(f'point: {reason}')
         point = value_of(quantity, world, settings)[:, :, 0]
     located = {symbol: point[:, k] for k, symbol in enumerate(coordinates())}
@@ -197,14 +196,14 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[sp.Symbol
         raise at.fault(f'at: {at.written} must be a number')
     result = _number(value)
     turns = joint is not None and not names.table.slides[joint]
-    if turns and settings.degrees and not _has_unit(raw.right):
+    if (
+        turns
+        and settings.degrees
+        and all(part.kind != 'deg' for part in postorder(raw.right, PARTS))
+    ):
         result *= DEGREE
     return symbol, result
 
 
 def _number(value: sp.Expr) -> float:
     return float(Evaluation({}, 1).of(value)[0])
-
-
-def _has_unit(node: Node) -> bool:
-    return any(part.kind == 'deg' for part in postorder(node, PARTS))

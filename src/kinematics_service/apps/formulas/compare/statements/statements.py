@@ -66,6 +66,16 @@ class Statement:
     inexact: 'Statement | None' = None
     half_units: tuple[tuple[sp.Symbol, float], ...] = ()
 
+    @property
+    def symbols(self) -> frozenset[sp.Symbol]:
+        """Return the symbols of both sides."""
+        left = set() if self.left is None else self.left.free_symbols
+        return frozenset(self.value.free_symbols | left)
+
+    def fault(self, message: str) -> FormulaError:
+        """Return an error about it."""
+        return FormulaError(message, self.line, 1)
+
 
 @dataclass(frozen=True)
 class Understood:
@@ -171,8 +181,9 @@ class _Reader:
         except (FormulaError, RecursionError):
             return exact  # an exponent that is rounded, for example
         assert isinstance(inexact, Statement)
-        symbols = inexact.value.free_symbols | getattr(inexact.left, 'free_symbols', set())
-        half_units = tuple((s, half) for s, half in self.half_units.items() if s in symbols)
+        half_units = tuple(
+            (s, half) for s, half in self.half_units.items() if s in inexact.symbols
+        )
         return replace(exact, inexact=inexact, half_units=half_units) if half_units else exact
 
     def _number(self, text: str, at: FormulaToken) -> sp.Expr:
@@ -207,13 +218,7 @@ class _Reader:
                 if quantity is not None and quantity.kind == 'det':
                     self._refuse_matrix(value, raw)
                 return None
-            reason = why_out_of_range(
-                quantity,
-                len(self.names.table.rows),
-                self.names.table.joints,
-                raw.settings,
-            )
-            if reason:
+            if reason := why_out_of_range(quantity, self.names.table, raw.settings):
                 raise raw.left.at.fault(reason)
             return self._made('quantity', raw, value, quantity=quantity)
         left = self._value(raw.left, context)

@@ -274,11 +274,11 @@ def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_li
             f'{first.written!r} begins no formula{advice} (expected NAME = ..., a setting such as '
             "'rows: angular first', or a comment after #)"
         )
-    left = _of_a_jacobian(parse(_without_joints(_without_ampersands(sides[0])), tokens[-1]))
-    right = sides[-1]
-    while right and right[0].kind == 'newline':
-        right = right[1:]
-    is_rows = by_lines and any(token.kind == 'newline' for token in _trimmed(right))
+    left = _of_a_jacobian(
+        parse(_without_joints([token for token in sides[0] if token.text != '&']), tokens[-1])
+    )
+    right = _trimmed(sides[-1])
+    is_rows = by_lines and any(token.kind == 'newline' for token in right)
     tree = parse_lines(right, tokens[-1]) if is_rows else parse(right, tokens[-1])
     return Raw(left, tree, local, settings)
 
@@ -294,13 +294,9 @@ def _of_a_jacobian(left: Node) -> Node:
 
 
 def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
-    while tokens and tokens[-1].kind == 'newline':
-        tokens = tokens[:-1]
-    return tokens
-
-
-def _without_ampersands(tokens: list[FormulaToken]) -> list[FormulaToken]:
-    return [token for token in tokens if token.text != '&']
+    # Without the ends of lines before and after them.
+    words = [k for k, token in enumerate(tokens) if token.kind != 'newline']
+    return tokens[words[0] : words[-1] + 1] if words else []
 
 
 def _without_joints(tokens: list[FormulaToken]) -> list[FormulaToken]:
