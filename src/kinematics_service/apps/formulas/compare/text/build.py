@@ -230,6 +230,12 @@ _OPERATIONS: dict[str, Callable[..., Value]] = {
     'deg': lambda node, value: value * sp.pi / 180,
 }
 
+_OF_MATRICES: dict[str, Callable[..., Value]] = {
+    'cross': _crossed,
+    'inv': _inverse,
+    'transpose': _transposed,
+    'simplify': lambda node, value: value,
+}
 _OF_SYMPY = ('sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'atan2', 'sqrt')
 _SCALAR: dict[str, Callable[..., Value]] = {
     **{name: getattr(sp, name) for name in _OF_SYMPY},
@@ -250,16 +256,10 @@ def _functions_inside(value: Value) -> int:
 
 
 def _called(node: Node, arguments: list[Value]) -> Value:
-    if node.text == 'cross':
-        if not all(map(is_matrix, arguments)):
-            raise node.at.fault('a cross product is taken of two vectors of 3 entries')
-        return _crossed(node, *arguments)
-    if node.text == 'inv':
-        return _inverse(node, *arguments)
-    if node.text == 'transpose':
-        return _transposed(node, *arguments)
-    if node.text == 'simplify':
-        return arguments[0]
+    if node.text == 'cross' and not all(map(is_matrix, arguments)):
+        raise node.at.fault('a cross product is taken of two vectors of 3 entries')
+    if node.text in _OF_MATRICES:
+        return _OF_MATRICES[node.text](node, *arguments)
     arguments = [_unwrapped(argument) for argument in arguments]
     if any(map(is_matrix, arguments)):
         raise node.at.fault(f'{node.text} of a matrix')
