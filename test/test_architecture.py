@@ -76,6 +76,7 @@ ROOMS = (
     'apps/pictures',
     'apps/pictures/commands',
     'apps/formulas/derive/algebra',
+    'apps/formulas/arm',
     'apps/formulas/derive',
     'apps/formulas/derive/output',
     'apps/formulas/compare/text',

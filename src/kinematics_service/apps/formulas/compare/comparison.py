@@ -8,10 +8,10 @@ import sympy as sp
 
 from ....errors import FormulaError
 from ....robot.robot import Robot
-from .arm.numbers import Floats
+from ..arm.numbers import Floats
+from ..arm.table import table_of
 from .arm.quantities import ACCEPTED
 from .arm.symbols import shown
-from .arm.table import table_of
 from .causes.explanation import Explained, Explanation, explain, right_entry
 from .causes.slips import another_quantity
 from .statements.checks import ROUND_OFF, Check, QuantityCheck

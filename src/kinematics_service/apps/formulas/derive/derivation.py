@@ -412,7 +412,7 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)
     frames = frames_of(arm, arithmetic)
     J = ways.geometric(frames, arithmetic)
-    sampler = sampler_of(robot, arithmetic, frames, J)
+    sampler = sampler_of(robot, arithmetic)
     return Exact(arithmetic, frames, writer_of(frames, arithmetic), sampler, J)
 
 

@@ -8,11 +8,11 @@ import numpy as np
 import numpy.typing as npt
 import sympy as sp
 
+from ...arm.numbers import Floats
+from ...arm.table import Table
+from ...arm.world import World
 from ..text.file import Settings
-from .numbers import Floats
 from .symbols import SymbolicArm
-from .table import Table
-from .world import World
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 

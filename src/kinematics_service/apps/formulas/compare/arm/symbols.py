@@ -10,7 +10,7 @@ from functools import cached_property, reduce
 
 import sympy as sp
 
-from .table import AXES, EYE, ZERO, Table, inverse_pose, motion, rotation, row_matrix
+from ...arm.table import AXES, EYE, ZERO, Table, inverse_pose, motion, rotation, row_matrix
 
 
 @dataclass(frozen=True)

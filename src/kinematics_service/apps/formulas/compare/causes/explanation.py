@@ -12,9 +12,9 @@ import numpy as np
 import sympy as sp
 
 from .....robot.file.parts.convention_table import QUANTITIES
-from ..arm.numbers import Floats, size_of
+from ...arm.numbers import Floats, size_of
+from ...arm.table import general_row, row_matrix
 from ..arm.quantities import expression_of
-from ..arm.table import general_row, row_matrix
 from ..statements.checks import Check, Mask, QuantityCheck
 from ..statements.solutions import SolutionCheck
 from .causes import CAUSES

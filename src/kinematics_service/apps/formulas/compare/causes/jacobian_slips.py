@@ -7,9 +7,9 @@ from itertools import combinations, permutations
 import numpy as np
 
 from .....robot.file.parts.convention_table import CONVENTIONS
-from ..arm.numbers import DEGREE, Floats
+from ...arm.numbers import DEGREE, Floats
+from ...arm.world import World
 from ..arm.quantities import arranged
-from ..arm.world import World
 from ..statements.checks import QuantityCheck
 from .variant import Variant
 

@@ -12,9 +12,9 @@ import numpy as np
 import sympy as sp
 
 from .....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
-from ..arm.numbers import DEGREE, Floats
-from ..arm.table import EYE, Table, TableRow
-from ..arm.world import World
+from ...arm.numbers import DEGREE, Floats
+from ...arm.table import EYE, Table, TableRow
+from ...arm.world import World
 from ..statements.checks import QuantityCheck
 from .variant import Variant
 

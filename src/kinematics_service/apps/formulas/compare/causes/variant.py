@@ -5,7 +5,7 @@ What a tested cause is: a name, what it may explain, and the values a mistaken f
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from ..arm.numbers import Floats
+from ...arm.numbers import Floats
 from ..statements.checks import QuantityCheck
 
 WHOLE, BLOCK, COLUMN, ROW, ENTRY = 'whole', 'block', 'column', 'row', 'entry'

@@ -16,10 +16,10 @@ import numpy.typing as npt
 import sympy as sp
 
 from .....robot.robot import Robot
-from ..arm.numbers import DEGREE, Evaluation, Floats
+from ...arm.numbers import DEGREE, Evaluation, Floats
+from ...arm.table import Table, general_row
+from ...arm.world import World
 from ..arm.quantities import ANGLES, ROWS, Quantity, row_order, value_of
-from ..arm.table import Table, general_row
-from ..arm.world import World
 from ..text.file import Settings
 from .names import ANGLE_IN_PLANE, FormulaNames
 from .poses import Poses

@@ -9,9 +9,9 @@ import sympy as sp
 
 from .....errors import FormulaError
 from .....robot.file.parts.convention_table import QUANTITIES
+from ...arm.table import Table
 from ..arm.quantities import Quantity, expression_of, quantity_of, why_out_of_range
 from ..arm.symbols import SymbolicArm
-from ..arm.table import Table
 from ..text.build import Value
 from ..text.file import Settings
 from ..text.tokens import FormulaToken

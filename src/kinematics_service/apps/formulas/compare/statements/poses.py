@@ -12,9 +12,9 @@ from .....robot.closed_poses import closes_at
 from .....robot.file.parts.convention_table import QUANTITIES
 from .....robot.file.text.expression_syntax import postorder
 from .....robot.robot import Robot
-from ..arm.numbers import DEGREE, Evaluation, Floats
+from ...arm.numbers import DEGREE, Evaluation, Floats
+from ...arm.world import World
 from ..arm.quantities import quantity_of, value_of, why_out_of_range
-from ..arm.world import World
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
 from ..text.syntax import PARTS

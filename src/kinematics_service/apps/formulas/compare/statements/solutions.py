@@ -14,9 +14,9 @@ import sympy as sp
 
 from .....kernel import Integers
 from .....rigid_motion import rotation_vector, skew_part
-from ..arm.numbers import DEGREE, Floats
-from ..arm.table import Table
-from ..arm.world import World
+from ...arm.numbers import DEGREE, Floats
+from ...arm.table import Table
+from ...arm.world import World
 from .checks import Check, Mask
 from .names import ANGLE_IN_PLANE, rotation_entries
 from .poses import Poses

@@ -8,7 +8,7 @@ import sympy as sp
 
 from .....errors import FormulaError
 from .....robot.file.text.expression_syntax import folded, postorder
-from ..arm.numbers import size_of
+from ...arm.numbers import size_of
 from ..arm.quantities import Quantity, quantity_of, why_out_of_range
 from ..text.build import Value, build, is_matrix, number
 from ..text.file import FormulaFile, Raw, Settings

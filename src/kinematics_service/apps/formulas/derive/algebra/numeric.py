@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -125,48 +125,6 @@ def sum_of(value: Laurent, arithmetic: Arithmetic) -> Sum:
     c = c * np.exp(1j * (turns @ np.array([float(arithmetic.offsets[v]) for v in variables])))
     lengths = [ring.index('number', v) for v in variables]
     return Sum(c, turns.T, exponents[:, lengths])
-
-
-class Monomials(NamedTuple):
-    """
-    Polynomials by their monomials.
-
-    Attributes
-    ----------
-    whole
-        The sum of all monomials.
-    places, factors : shape (k,)
-        The monomials of each polynomial, one polynomial's behind the other's, and their factors.
-    starts : shape (m,)
-        First place of each polynomial.
-    """
-
-    whole: Laurent
-    places: Integers
-    factors: Complexes
-    starts: Integers
-
-    def values(self, terms: Complexes) -> Floats:
-        """Return the polynomials (N, m) of the terms (N, monomials) of their sum."""
-        parts = terms[:, self.places] * self.factors
-        return np.asarray(np.add.reduceat(parts, self.starts, axis=1).real)
-
-
-def monomials_of(polynomials: Sequence[Laurent]) -> Monomials:
-    """Return polynomials by their monomials; those of matrices share most of them."""
-    every = dict.fromkeys((e for value in polynomials for e in value.terms()), (1, 0))
-    whole = from_terms(polynomials[0].ring, every)
-    monomials = {e: k for k, e in enumerate(whole.terms())}
-    places: list[int] = []
-    factors: list[complex] = []
-    starts: list[int] = []
-    for value in polynomials:
-        starts.append(len(places))
-        # A polynomial without terms is 0 times one.
-        for e, (a, b) in value.terms().items() or [(next(iter(monomials)), (0, 0))]:
-            places.append(monomials[e])
-            factors.append(complex(a, b) / value.divisor)
-    return Monomials(whole, np.array(places), np.array(factors), np.array(starts))
 
 
 def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale: Floats) -> Floats:

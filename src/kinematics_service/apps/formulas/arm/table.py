@@ -13,8 +13,8 @@ from itertools import starmap
 import numpy as np
 import sympy as sp
 
-from .....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
-from .....robot.file.parts.description import (
+from ....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
+from ....robot.file.parts.description import (
     DhRow,
     ElementaryMotion,
     Link,
@@ -22,10 +22,10 @@ from .....robot.file.parts.description import (
     RobotDescription,
     ShapeRow,
 )
-from .....robot.file.text.expression_syntax import names_in
-from .....robot.loops import opened
-from ...derive.algebra.expression import exact
-from ...derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
+from ....robot.file.text.expression_syntax import names_in
+from ....robot.loops import opened
+from ..derive.algebra.expression import exact
+from ..derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))

@@ -134,6 +134,19 @@ class World:
         return np.asarray(J[:, :, :n] + J[:, :, n:] @ self.coupling)
 
 
+def with_constants(
+    table: Table, variables: Mapping[sp.Symbol, Floats], poses: int
+) -> dict[sp.Symbol, Floats]:
+    """Return the values of a table's joint variables and of its constants at N poses."""
+    values = dict(variables)
+    for symbol in table.constants:
+        if symbol in table.derived:
+            values[symbol] = Evaluation(values, poses).of(table.derived[symbol])
+        else:
+            values[symbol] = np.full(poses, table.given[symbol])
+    return values
+
+
 def twist_of(derivative: Floats, pose: Floats) -> Floats:
     """Return the column (v, w) of a pose's derivative, shape (N, 6): v = dp, [w] = dR R^T."""
     W = derivative[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
