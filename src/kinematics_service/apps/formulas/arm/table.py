@@ -123,6 +123,11 @@ class Table:
         return tuple(kind == 'prismatic' for kind in self.joint_types)
 
     @property
+    def turning(self) -> list[sp.Symbol]:
+        """Return the variables of joints that turn."""
+        return [v for v, slides in zip(self.variables, self.slides) if not slides]
+
+    @property
     def joints(self) -> int:
         """Return the number of joints: variables that no loop moves."""
         return len(self.variables) - self.passive

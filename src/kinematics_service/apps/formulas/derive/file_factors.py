@@ -115,32 +115,25 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     product = np.ones(len(q))
     reference = np.ones(len(q))
     for factor in derivation.singular_set.factors:
-        name = factor.name if factor.name in expressions else None
-        if name is None:
-            match = [
-                n
-                for n, e in expressions.items()
-                if sympy.simplify(e / factor.expression).is_number
-            ]
-            if not match:
-                return float('inf')
-            name = match[0]
-        product *= evaluated(expressions[name], derivation.names, q) ** factor.power
+        own = expressions.get(factor.name)
+        alike = (e for e in expressions.values() if _is_multiple(e, factor.expression))
+        listed = next(alike, None) if own is None else own
+        if listed is None:
+            return float('inf')
+        product *= evaluated(listed, derivation.names, q) ** factor.power
         reference *= evaluated(factor.expression, derivation.names, q) ** factor.power
     if derivation.singular_set.determinant.square:
-        sampler = exact.sampler
-        J_t = (
-            sampler.arm(q).J_t
-            / sampler.robot.singularity.task.row_scales[:, None]
-            / sampler.column_scales
-        )
-        reference = np.linalg.det(J_t)
+        reference = np.linalg.det(exact.sampler.arm(q).J_t)
     if not derivation.singular_set.factors:
         return 0.0
     best = int(np.argmax(np.abs(reference)))
     constant = product[best] / reference[best]
     error = np.abs(product - constant * reference)
     return float(np.max(error) / np.max(np.abs(product)))
+
+
+def _is_multiple(one: sympy.Expr, other: sympy.Expr) -> bool:
+    return bool(sympy.simplify(one / other).is_number)
 
 
 def checked_text(derivation: Derivation, text: str) -> None:

@@ -212,7 +212,11 @@ def rank_at(J_t: Floats) -> int:
 
 def ranks_at(J_t: Floats) -> Integers:
     """Return the rank at each pose, shape (N,)."""
-    sigma = np.linalg.svd(J_t, compute_uv=False)
+    return _ranks(np.asarray(np.linalg.svd(J_t, compute_uv=False)))
+
+
+def _ranks(sigma: Floats) -> Integers:
+    # Of singular values (N, m).
     return np.asarray(np.sum(sigma > ZERO * np.max(sigma), axis=1))
 
 
@@ -236,7 +240,7 @@ def lost_motion(
         What the task rows of `J_t` are multiplied by.
     """
     U, sigma, _ = np.linalg.svd(arm.J_t)
-    good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
+    good = _ranks(sigma) == rank
     missing = len(task_rows) - rank
     if generic < min(arm.J_t.shape[1:]):
         return Lost(f'{generic - rank} of the {generic} directions there are elsewhere')
@@ -324,7 +328,7 @@ def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
     """Return the joint motion that does not move the task, if it is of the same joints always."""
     n = arm.J_t.shape[2]
     sigma, right = np.linalg.svd(arm.J_t)[1:]
-    good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
+    good = _ranks(sigma) == rank
     if n - rank != 1 or not good.any():
         return None
     idle = right[good][:, -1]

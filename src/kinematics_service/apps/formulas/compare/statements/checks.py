@@ -62,17 +62,8 @@ class Check(ABC):
         values: Mapping[sp.Symbol, Floats] = self.poses.values
         degrees = self.statement.settings.degrees
         if degrees:
-            table = self.names.table
-            values = {
-                **values,
-                **{
-                    symbol: values[symbol] / DEGREE
-                    for symbol, slides in zip(
-                        (*table.variables, ANGLE_IN_PLANE), (*table.slides, False)
-                    )
-                    if not slides
-                },
-            }
+            turning = (*self.names.table.turning, ANGLE_IN_PLANE)
+            values = {**values, **{symbol: values[symbol] / DEGREE for symbol in turning}}
         return Evaluation(values, self.poses.count, degrees)
 
     @cached_property

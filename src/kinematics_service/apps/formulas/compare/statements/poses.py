@@ -150,13 +150,12 @@ def _close(
 
 def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats:
     low, high = robot.limits[k]
-    turning = not robot.prismatic[k]
-    if turning:
-        low, high = (low, high) if np.isfinite(high - low) else (-np.pi, np.pi)
-    else:
+    if robot.prismatic[k]:
         low = low if np.isfinite(low) else 0.0
         high = high if np.isfinite(high) else low + SLIDE
         low += 0.1 * (high - low)  # an arm that is not extended at all is a special case
+    elif not np.isfinite(high - low):
+        low, high = -np.pi, np.pi
     return rng.uniform(low, high, count)
 
 
