@@ -11,7 +11,7 @@ import sympy
 from sympy.core.mul import _keep_coeff
 
 from .algebra.arithmetic import Arithmetic
-from .algebra.laurent import Exponents, Laurent, Terms
+from .algebra.laurent import Exponents, Laurent, Terms, from_terms
 from .algebra.matrices import Matrix
 from .frames import Frames
 
@@ -74,16 +74,16 @@ class Writer:
         return self._written[key]
 
     def _shortest(self, value: Laurent) -> sympy.Expr:
+        if value.divisor > LONG or len(value) > UNTIDY:
+            plain = replace(self, divisor=value.divisor, _nested_before={})
+            return self._with_numbers(plain._products(value, self.sums))
+        candidates = [self._products(value, self.sums)]
+        if len(value) <= LARGE and self.singles != self.sums:
+            candidates.append(self._products(value, self.singles))
+        lengths = [sympy.count_ops(form) for form in candidates]
         # By the exponents of the angles: each group is a polynomial in lengths.
         moving = range(len(self.arithmetic.names.variables))
         split = value.grouped([*moving, *self._fixed_places()])
-        if value.divisor > LONG or len(value) > UNTIDY:
-            plain = replace(self, divisor=value.divisor, _nested_before={})
-            return self._with_numbers(plain._products(split, self.sums))
-        candidates = [self._products(split, self.sums)]
-        if len(value) <= LARGE and self.singles != self.sums:
-            candidates.append(self._products(split, self.singles))
-        lengths = [sympy.count_ops(form) for form in candidates]
         if len(value) <= LARGE and self._fewest_operations(split) < min(lengths):
             candidates.append(self._cosines_of_sums(split))
             lengths.append(sympy.count_ops(candidates[-1]))
@@ -161,39 +161,35 @@ class Writer:
         moving = [arithmetic.angles[v] / arithmetic.units[v] for v in arithmetic.names.variables]
         return [*moving, *(generators[k].meaning for k in self._fixed_places())]
 
-    def _products(self, groups: Mapping[Exponents, Terms], basis: Basis) -> sympy.Expr:
-        changed: dict[Exponents, Terms] = {}
-        n = len(basis.angles)
-        for exponents, terms in groups.items():
-            moved = tuple(
-                sum(exponents[k] * basis.to_angles[k][j] for k in range(n)) for j in range(n)
-            )
-            changed[(*moved, *exponents[n:])] = terms
-        generators = self.arithmetic.ring.generators
-        fixed = [generators[k].meaning for k in self._fixed_places()]
-        return self._nested(changed, (*basis.angles, *fixed))
+    def _products(self, value: Laurent, basis: Basis) -> sympy.Expr:
+        n, ring = len(basis.angles), self.arithmetic.ring
+        changed: Terms = {}
+        for exponents, c in value.terms().items():
+            moved = (sum(exponents[k] * basis.to_angles[k][j] for k in range(n)) for j in range(n))
+            changed[(*moved, *exponents[n:])] = c
+        angles = dict(enumerate(basis.angles))
+        angles |= {k: ring.generators[k].meaning for k in self._fixed_places()}
+        return self._nested(from_terms(ring, changed), tuple(angles.items()))
 
-    def _nested(self, groups: dict[Exponents, Terms], angles: Sequence[sympy.Expr]) -> sympy.Expr:
+    def _nested(self, value: Laurent, angles: Sequence[tuple[int, sympy.Expr]]) -> sympy.Expr:
         # One angle after the other: C + P cos u + S sin u, and C, P, S likewise by the next ones.
         if not angles:
-            return self._leaf(groups[()], False) if groups else sympy.Integer(0)
-        key = (frozenset((e, frozenset(t.items())) for e, t in groups.items()), tuple(angles))
+            return self._leaf(value.terms(), False)
+        key = (frozenset(value.real.items()), frozenset(value.imaginary.items()), angles)
         if key not in self._nested_before:
-            self._nested_before[key] = self._sum_over(groups, angles)
+            self._nested_before[key] = self._sum_over(value, angles)
         return self._nested_before[key]
 
-    def _sum_over(
-        self, groups: dict[Exponents, Terms], angles: Sequence[sympy.Expr]
-    ) -> sympy.Expr:
-        by_power: dict[int, dict[Exponents, Terms]] = {}
-        for exponents, terms in groups.items():
-            by_power.setdefault(exponents[0], {})[exponents[1:]] = terms
-        result = self._nested(by_power.get(0, {}), angles[1:])
+    def _sum_over(self, value: Laurent, angles: Sequence[tuple[int, sympy.Expr]]) -> sympy.Expr:
+        (index, u), *others = angles
+        rest, nothing = tuple(others), self.arithmetic.ring.number(0)
+        by_power = value.by_power(index)
+        result = self._nested(by_power.get(0, nothing), rest)
         for power in sorted({abs(e) for e in by_power if e}):
-            above, below = by_power.get(power, {}), by_power.get(-power, {})
-            cosine = self._nested(_combined(above, below, 1), angles[1:])
-            sine = self._nested(_times_i(_combined(above, below, -1)), angles[1:])
-            angle = power * angles[0]
+            above, below = by_power.get(power, nothing), by_power.get(-power, nothing)
+            cosine = self._nested(above + below, rest)
+            sine = self._nested((above - below).times_i(), rest)
+            angle = power * u
             if self.divisor is None:
                 angle = sympy.factor_terms(angle)
             result += cosine * sympy.cos(angle) + sine * sympy.sin(angle)
@@ -236,26 +232,6 @@ def _tidied(leaf: sympy.Expr) -> sympy.Expr:
     if leaf.is_Add and len(leaf.args) <= LEAF:
         leaf = sympy.factor(leaf)
     return sympy.factor_terms(leaf)
-
-
-def _combined(
-    above: Mapping[Exponents, Terms], below: Mapping[Exponents, Terms], sign: int
-) -> dict[Exponents, Terms]:
-    result: dict[Exponents, Terms] = {}
-    for key in {**above, **below}:
-        one, other = above.get(key, {}), below.get(key, {})
-        sums = {}
-        for e in {**one, **other}:
-            (a, b), (c, d) = one.get(e, (0, 0)), other.get(e, (0, 0))
-            sums[e] = (a + sign * c, b + sign * d)
-        kept = {e: c for e, c in sums.items() if c != (0, 0)}
-        if kept:
-            result[key] = kept
-    return result
-
-
-def _times_i(groups: Mapping[Exponents, Terms]) -> dict[Exponents, Terms]:
-    return {key: {e: (-b, a) for e, (a, b) in terms.items()} for key, terms in groups.items()}
 
 
 def writer_of(frames: Frames, arithmetic: Arithmetic) -> Writer:
