@@ -66,17 +66,13 @@ class Evaluation:
             values[k] = self.with_part(expression.args[k], rest, part)
             return self._applied(expression, values)
 
-    def _of(self, expression: sp.Expr) -> Floats:
-        found = self._known.get(expression)
-        if found is None:
-            found = self._computed(expression)
-            self._known[expression] = found
-        return found
-
-    def _computed(self, e: sp.Expr) -> Floats:
-        if e.is_number and not e.args:
-            return np.full(self.poses, _number(e))
-        return self._applied(e, [self._of(part) for part in e.args])
+    def _of(self, e: sp.Expr) -> Floats:
+        if e not in self._known:
+            if e.is_number and not e.args:
+                self._known[e] = np.full(self.poses, _number(e))
+            else:
+                self._known[e] = self._applied(e, [self._of(part) for part in e.args])
+        return self._known[e]
 
     def _applied(self, e: sp.Expr, arguments: list[Floats]) -> Floats:
         # The function of an expression, of these values.

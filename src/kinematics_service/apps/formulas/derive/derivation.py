@@ -241,9 +241,7 @@ class Exact:
 
 
 def derive(
-    robot: AnyRobot,
-    locked: Mapping[str, str] | None = None,
-    progress: Progress | None = None,
+    robot: AnyRobot, locked: Mapping[str, str] | None = None, progress: Progress | None = None
 ) -> Derivation:
     """
     Return the exact derivation of an arm.

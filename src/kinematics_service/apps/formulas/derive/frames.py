@@ -162,9 +162,7 @@ def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
         x, y, z = e[3], e[7], e[11]
         turns = [[e[4 * i + j] for j in range(3)] for i in range(3)]
         if all(entry in (-1, 0, 1) for row in turns for entry in row):
-            R = arithmetic.constant_matrix(
-                [*([*row, 0] for row in turns), [0, 0, 0, 1]],
-            )
+            R = arithmetic.constant_matrix([*([*row, 0] for row in turns), [0, 0, 0, 1]])
         else:
             R = _rotation(_roll_pitch_yaw(turns, motion), arithmetic)
     else:

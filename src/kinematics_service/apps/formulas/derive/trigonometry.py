@@ -238,15 +238,10 @@ def writer_of(frames: Frames, arithmetic: Arithmetic) -> Writer:
     """
     Return the writer of an arm: its angles are sums along parallel joints where there are such.
     """
-    variables = arithmetic.names.variables
-    singles = _basis(arithmetic, [_unit_vector(k, len(variables)) for k in range(len(variables))])
+    singles = _basis(arithmetic, ())
     sums = _basis(arithmetic, _parallel_sums(frames, arithmetic))
     assert singles is not None  # the joint angles themselves
     return Writer(arithmetic, sums or singles, singles)
-
-
-def _unit_vector(k: int, n: int) -> tuple[int, ...]:
-    return tuple(int(i == k) for i in range(n))
 
 
 def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ...]]:
@@ -285,9 +280,9 @@ def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis 
     # The first of the sums that are independent; joints in none of them stand for themselves.
     variables = arithmetic.names.variables
     n = len(variables)
-    chosen: list[tuple[int, ...]] = []
-    for vector in [*vectors, *(_unit_vector(k, n) for k in range(n))]:
-        upright = tuple(-e for e in vector) if next(e for e in vector if e) < 0 else vector
+    chosen: list[Sequence[int]] = []
+    for vector in (*vectors, *sympy.eye(n).tolist()):
+        upright = [-e for e in vector] if next(e for e in vector if e) < 0 else vector
         if sympy.Matrix([*chosen, upright]).rank() > len(chosen):
             chosen.append(upright)
     matrix = sympy.Matrix(chosen)

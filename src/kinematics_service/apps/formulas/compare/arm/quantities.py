@@ -2,7 +2,7 @@
 
 import re
 from dataclasses import dataclass, replace
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -130,19 +130,9 @@ def why_out_of_range(quantity: Quantity, table: Table, reading: Settings) -> str
 
 
 # Parts of a pose.
-PARTS = {
-    'rotation': np.s_[..., :3, :3],
-    'axis': np.s_[..., :3, 2:3],
-    'origin': np.s_[..., :3, 3:],
-}
+PARTS = {'rotation': np.s_[..., :3, :3], 'axis': np.s_[..., :3, 2:3], 'origin': np.s_[..., :3, 3:]}
 
 
-@overload
-def value_of(quantity: Quantity, arm: World, reading: Settings) -> Floats: ...
-@overload
-def value_of(
-    quantity: Quantity, arm: SymbolicArm, reading: Settings
-) -> npt.NDArray[np.object_]: ...
 def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) -> npt.NDArray[Any]:
     """
     Return a quantity of an arm, an array; not for `det` and `general`.

@@ -116,10 +116,8 @@ class PoseSearch:
         for start in range(STARTS if self.moving else 1):
             if not left.any() or (start == FIRST_STARTS and np.array_equal(left, wanted & finite)):
                 break
-            found = np.flatnonzero(left)[
-                self._stepped(given, np.flatnonzero(left), random, limits)
-            ]
-            left[found] = False
+            at = np.flatnonzero(left)
+            left[at[self._stepped(given, at, random, limits)]] = False
         result: Mask = wanted & finite & ~left
         return result
 

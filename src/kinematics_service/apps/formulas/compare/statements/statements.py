@@ -236,13 +236,7 @@ class _Reader:
         if all(entry.is_Rational for entry in matrix):
             decimals = max((_decimals(n.text) for n in _numbers(raw.right)), default=0)
         return Statement(
-            kind,
-            _text(raw.left),
-            raw.line,
-            raw.settings,
-            matrix,
-            decimals=decimals,
-            **more,
+            kind, _text(raw.left), raw.line, raw.settings, matrix, decimals=decimals, **more
         )
 
     def _refuse_matrix(self, value: sp.Expr, raw: Raw) -> None:

@@ -10,6 +10,7 @@ import sympy as sp
 
 from .....errors import FormulaError
 from .....robot.file.text.expression_syntax import folded
+from ...arm.table import inverse_pose
 from .syntax import MOST_ENTRIES, PARTS, Node
 from .tokens import FormulaToken
 
@@ -207,10 +208,7 @@ def _inverse(node: Node, matrix: Value) -> Value:
         return 1 / matrix
     if matrix.rows == matrix.cols == 4 and matrix.row(3) == sp.Matrix([[0, 0, 0, 1]]):
         # Of a pose, without a symbolic elimination; a matrix that is none shows in the comparison.
-        R = matrix[:3, :3].T
-        return sp.ImmutableDenseMatrix(
-            sp.Matrix.vstack(sp.Matrix.hstack(R, -R * matrix[:3, 3]), sp.Matrix([[0, 0, 0, 1]]))
-        )
+        return sp.ImmutableDenseMatrix(inverse_pose(matrix))
     if matrix.rows != matrix.cols or matrix.rows > 4:
         raise node.at.fault(f'the inverse of a matrix of {_size(matrix)}')
     determinant = matrix.det(method='berkowitz')

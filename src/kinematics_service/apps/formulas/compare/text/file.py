@@ -138,10 +138,8 @@ def read_formulas(text: str) -> FormulaFile:
         try:
             if found := SETTING.fullmatch(chunk.text):
                 local = False
-                words, said = (
-                    found[1].lower(),
-                    chunk.after(len(chunk.text) - len(found[2].lstrip())),
-                )
+                words = found[1].lower()
+                said = chunk.after(len(chunk.text) - len(found[2].lstrip()))
                 if words == 'singular':
                     raw.append(_claim(said, settings))
                 else:
