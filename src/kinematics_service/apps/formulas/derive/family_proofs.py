@@ -190,7 +190,8 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     else:
         axes = axes_seen_from(frames, lost.point)
         J = about(frames, arithmetic, axes, (arithmetic.ring.number(0),) * 3)
-        J = in_axes_of(J, _pose(frames, lost.point, lost.frame, arithmetic))
+        T_base_point, T_base_frame = frames.in_base[lost.point], frames.in_base[lost.frame]
+        J = in_axes_of(J, product(inverse(T_base_point), T_base_frame))
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
         return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
@@ -199,10 +200,3 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
     left = [[i for i in range(6) if i != other] for other in others]
     return len(J[0]) == 6 and all(whole.vanish(rows, range(6), 5) for rows in left)
-
-
-def _pose(frames: Frames, seen_from: int, frame: int, arithmetic: Arithmetic) -> Matrix:
-    T = arithmetic.identity()
-    for row in range(min(seen_from, frame), max(seen_from, frame)):
-        T = product(T, frames.row_transforms[row])
-    return T if frame >= seen_from else inverse(T)

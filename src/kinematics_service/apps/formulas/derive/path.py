@@ -77,9 +77,8 @@ class Path:
             np.stack([self.sampled(e, times) for e in vector], axis=-1)
             for vector in (self.q, self.qdot)
         )
-        rates = sampler.whole(qdot)
-        still = [k for k in range(rates.shape[1]) if k not in sampler.moving]
-        rates[:, still] = 0.0
+        rates = np.zeros((len(times), sampler.robot.dof))
+        rates[:, list(sampler.moving)] = qdot * sampler.to_si
         return sampler.whole(q), rates
 
     def _function(self, expression: sympy.Expr) -> Values:

@@ -12,7 +12,7 @@ from ....kinematics.task_jacobian import task_jacobian
 from ....robot.robot import Robot
 from ....robot.task import seeded_poses
 from ..arm.table import Table, table_of
-from ..arm.world import World, with_constants
+from ..arm.world import World, twist_of, with_constants
 from .algebra.arithmetic import Arithmetic
 from .algebra.zeros import Box
 from .singular_geometry import ArmAtPoses, rank_at
@@ -103,7 +103,7 @@ class PoseSampler:
 
     def arm(self, q: Floats) -> ArmAtPoses:
         """Return the arm's numbers at poses in the file's units."""
-        robot, moving = self.robot, list(self.moving)
+        task = self.robot.singularity.task
         J, frames, tool = self.kinematics(q)
         omega = np.swapaxes(J[:, 3:], 1, 2)
         size = np.linalg.norm(omega, axis=2, keepdims=True)
@@ -113,16 +113,13 @@ class PoseSampler:
         # v = w x r with r from the axis to the tool: its foot on the axis is p + z x v.
         origins = tool[:, None] + np.cross(axes, velocity)
         return ArmAtPoses(
-            J,
-            task_jacobian(robot.singularity.task, J)
-            * robot.singularity.task.row_scales[:, None]
-            * self.column_scales,
-            frames,
-            axes,
-            origins,
-            tool,
-            tuple((~self.slides).tolist()),
-            tuple(robot.variables[j] for j in moving),
+            J_t=task_jacobian(task, J) * task.row_scales[:, None] * self.column_scales,
+            frames=frames,
+            axes=axes,
+            origins=origins,
+            tool=tool,
+            turns=tuple((~self.slides).tolist()),
+            names=tuple(self.robot.variables[j] for j in self.moving),
         )
 
     def kinematics(self, q: Floats) -> tuple[Floats, Floats, Floats]:
@@ -148,19 +145,12 @@ class PoseSampler:
 
     def central_difference(self) -> float:
         """Return how far J is from central differences of T at a seeded pose, m and rad."""
-        robot = self.robot
+        robot, moving = self.robot, list(self.moving)
         q = self.whole(self.random(1))[0]
-        J, R = jacobian(robot, q), forward_kinematics(robot, q)[:3, :3]
-        worst = 0.0
-        for k in self.moving:
-            step = np.zeros(robot.dof)
-            step[k] = STEP
-            above, below = forward_kinematics(robot, q + step), forward_kinematics(robot, q - step)
-            rate = (above - below) / (2 * STEP)
-            turning = rate[:3, :3] @ R.T
-            column = [*rate[:3, 3], turning[2, 1], turning[0, 2], turning[1, 0]]
-            worst = max(worst, float(np.max(np.abs(J[:, k] - column))))
-        return worst
+        steps = STEP * np.eye(robot.dof)[moving]
+        rates = forward_kinematics(robot, q + steps) - forward_kinematics(robot, q - steps)
+        columns = twist_of(rates / (2 * STEP), forward_kinematics(robot, q)[None])
+        return float(np.max(np.abs(jacobian(robot, q)[:, moving] - columns.T)))
 
     @cached_property
     def elsewhere(self) -> ArmAtPoses:

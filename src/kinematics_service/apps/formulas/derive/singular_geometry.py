@@ -24,8 +24,6 @@ class ArmAtPoses:
 
     Attributes
     ----------
-    J : shape (N, 6, n), m and rad
-        Of the tool, base axes.
     J_t : shape (N, m, n)
         The task rows, scaled so that metres and radians compare.
     frames : shape (N, rows + 1, 4, 4)
@@ -39,7 +37,6 @@ class ArmAtPoses:
         Of the joint variables.
     """
 
-    J: Floats
     J_t: Floats
     frames: Floats
     axes: Floats

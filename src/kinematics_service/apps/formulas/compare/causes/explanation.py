@@ -83,12 +83,11 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
             if variant.values.shape == right.shape:
                 whole += [(cause.name, variant)] if WHOLE in cause.scopes else []
                 candidates += _candidates(check, cause, variant, wrong)
-    first = _best_whole(check, wrong, whole) if not _complete(candidates, wrong) else None
-    if first is not None:
+    complete = any((candidate.mask == wrong).all() for candidate in candidates)
+    if not complete and (first := _best_whole(check, wrong, whole)) is not None:
         name, variant = first
         left = ~check.agrees(check.person, variant.values)
-        entries = _entries(wrong & ~left)
-        explanation = Explanation(name, variant.sentence, entries)
+        explanation = Explanation(name, variant.sentence, _entries(wrong & ~left))
         rest = _entry_by_entry(check, variant.values, left, tried)
         return _few([explanation, *rest], int(wrong.sum()))
     chosen = _cover(candidates, wrong, check.is_one_configuration)
@@ -122,10 +121,6 @@ def _candidates(
                 continue
             if (mask & wrong).any() and agreed[mask].all():
                 yield _Candidate(cause.name, place, variant, mask & wrong)
-
-
-def _complete(candidates: list[_Candidate], wrong: Mask) -> bool:
-    return any((candidate.mask == wrong).all() for candidate in candidates)
 
 
 def _best_whole(
