@@ -16,8 +16,9 @@ from random import Random
 from typing import Any
 
 from sympy.core.random import seed as seed_random
-from sympy.polys.domains import ZZ, ZZ_I
+from sympy.polys.domains import GF, ZZ, ZZ_I
 from sympy.polys.galoistools import gf_ddf_zassenhaus, gf_monic, gf_sqf_p, gf_trunc
+from sympy.polys.matrices import DomainMatrix
 from sympy.polys.rings import PolyElement
 from sympy.polys.rings import ring as polynomial_ring
 
@@ -211,24 +212,16 @@ def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
     # Linear over the field of two elements; None where a coefficient is neither.
     if any(a and b for a, b in terms.values()):
         return None
-    items = [(e, 1 if b else 0) for e, (_, b) in terms.items()]
-    (first, parity), n = items[0], len(items[0][0])
-    rows: list[int] = []
-    for exponents, other in items[1:]:
-        row = sum(((a - b) & 1) << k for k, (a, b) in enumerate(zip(exponents, first)))
-        row |= ((other ^ parity) & 1) << n
-        for pivot in rows:
-            row ^= pivot if row & pivot & -pivot else 0
-        if row & ~(1 << n) == 0:
-            if row:
-                return None
-            continue
-        low = row & -row
-        rows = [r ^ row if r & low else r for r in rows] + [row]
+    first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())
+    n, field = len(first) - 1, GF(2)
+    rows = {tuple((a - b) % 2 for a, b in zip(other, first)) for other in others}
+    equations = [list(map(field, row)) for row in sorted(rows)]
+    reduced, pivots = DomainMatrix(equations, (len(rows), n + 1), field).rref()
+    if n in pivots:
+        return None
     turns = [0] * n
-    for row in rows:
-        low = (row & -row).bit_length() - 1
-        turns[low] = row >> n & 1
+    for pivot, row in zip(pivots, reduced.to_Matrix().tolist()):
+        turns[pivot] = int(row[n])
     return tuple(turns)
 
 
