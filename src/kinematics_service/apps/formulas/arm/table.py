@@ -141,13 +141,8 @@ class Table:
 
 def rotation(axis: str, angle: sp.Expr) -> sp.Matrix:
     """Return the 4 x 4 rotation about x, y or z."""
-    i, j = [k for k in range(3) if k != AXES[axis]]
-    if axis == 'y':
-        i, j = j, i
-    R = sp.eye(4)
-    R[i, i] = R[j, j] = sp.cos(angle)
-    R[i, j], R[j, i] = -sp.sin(angle), sp.sin(angle)
-    return R
+    turn = (sp.rot_ccw_axis1, sp.rot_ccw_axis2, sp.rot_ccw_axis3)[AXES[axis]]
+    return sp.diag(turn(angle), 1)
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
@@ -172,9 +167,7 @@ def motion(axis: str, argument: sp.Expr | sp.Matrix) -> sp.Matrix:
         return argument
     if axis[0] == 'R':
         return rotation(axis[1], argument)
-    along = [ZERO, ZERO, ZERO]
-    along[AXES[axis[1]]] = argument
-    return translation(*along)
+    return translation(*(argument if letter == axis[1] else ZERO for letter in AXES))
 
 
 @lru_cache(maxsize=4096)
@@ -199,13 +192,14 @@ def _pose(rigid: RigidMotion, names: Names) -> sp.Matrix:
         names.length(text) if use == 'length' else names.expression(text)
         for text, use in zip(rigid.texts, uses_of(rigid))
     ]
-    rotations = [k for k in range(11) if k % 4 < 3]
-    if any(not entries[k].is_number for k in rotations) or any(
-        abs(float(entries[k]) - rigid.matrix.flat[k]) > SAME for k in rotations
+    rotation_read = {k: float(rigid.matrix.flat[k]) for k in range(11) if k % 4 < 3}
+    if any(
+        not entries[k].is_number or abs(float(entries[k]) - value) > SAME
+        for k, value in rotation_read.items()
     ):
         # The reader took the nearest rotation of printed digits.
-        for k in rotations:
-            entries[k] = sp.Rational(repr(float(rigid.matrix.flat[k])))
+        for k, value in rotation_read.items():
+            entries[k] = sp.Rational(repr(value))
     return sp.ImmutableDenseMatrix(4, 4, entries)
 
 

@@ -5,6 +5,7 @@ A second road beside the kernel: J comes from dT/dq here, not from axes and mome
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +15,7 @@ from .numbers import Evaluation, Floats
 from .table import Table, row_derivative, row_matrix
 
 
+@dataclass(eq=False)
 class World:
     """
     A table at N poses.
@@ -32,25 +34,22 @@ class World:
         Matrices of rows that are known, by their indices.
     """
 
-    def __init__(
-        self,
-        table: Table,
-        values: Mapping[sp.Symbol, Floats],
-        poses: int,
-        coupling: Floats | None = None,
-        still: Mapping[int, Floats] | None = None,
-    ) -> None:
-        self.table = table
-        self.coupling = coupling
-        self._still = still or {}
-        self.evaluation = Evaluation(values, poses)
-        self.poses = poses
+    table: Table
+    values: Mapping[sp.Symbol, Floats]
+    poses: int
+    coupling: Floats | None = None
+    still: Mapping[int, Floats] = field(default_factory=dict)
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """Return what the expressions of the table are evaluated with."""
+        return Evaluation(self.values, self.poses)
 
     @cached_property
     def rows(self) -> list[Floats]:
         """Return the matrix of each row, shape (N, 4, 4)."""
         return [
-            self._still[i] if i in self._still else self.evaluation.of_matrix(row_matrix(row))
+            self.still[i] if i in self.still else self.evaluation.of_matrix(row_matrix(row))
             for i, row in enumerate(self.table.rows)
         ]
 

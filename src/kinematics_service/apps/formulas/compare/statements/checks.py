@@ -158,20 +158,17 @@ class QuantityCheck(Check):
         """Return the right values of the formula."""
         return self.right_of(self.world)
 
-    def right_of(
-        self, world: World, quantity: Quantity | None = None, reading: Settings | None = None
-    ) -> Floats:
+    def right_of(self, world: World, reading: Settings | None = None) -> Floats:
         """Return the quantity in another world, cut to the person's shape."""
-        quantity = quantity or self.quantity
-        return self.cut(self.whole_of(world, quantity, reading or self.reading), quantity)
+        return self.cut(self.whole_of(world, reading or self.reading), self.quantity)
 
-    def whole_of(self, world: World, quantity: Quantity, reading: Settings) -> Floats:
+    def whole_of(self, world: World, reading: Settings) -> Floats:
         """Return the quantity with all its rows."""
-        if quantity.kind == 'det':
+        if self.quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]
-        if quantity.kind == 'general':
+        if self.quantity.kind == 'general':
             return _general(self.names.table, world)
-        return np.asarray(value_of(quantity, world, reading))
+        return np.asarray(value_of(self.quantity, world, reading))
 
     def cut(self, whole: Floats, quantity: Quantity) -> Floats:
         """Return the rows the person wrote, or the whole where its shape is another one."""
@@ -222,7 +219,7 @@ class QuantityCheck(Check):
             )
             check = replace(self, statement=meant)
             found.append(check)
-            whole = check.whole_of(self.world, check.quantity, settings)
+            whole = check.whole_of(self.world, settings)
             # Those in which a planar arm moves: x, y and the angle phi.
             rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
             if len(rows) == self.shape[0] < whole.shape[1]:
