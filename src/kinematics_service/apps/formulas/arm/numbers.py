@@ -79,8 +79,7 @@ class Evaluation:
         if e.is_Add or e.is_Mul:
             return reduce(np.add if e.is_Add else np.multiply, arguments)
         if e.is_Pow:
-            result: Floats = np.power(arguments[0], arguments[1])
-            return result
+            return np.asarray(np.power(*arguments))
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]

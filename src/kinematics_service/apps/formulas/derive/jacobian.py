@@ -68,9 +68,8 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
     if frame < 0:
         yield from enumerate(frames.in_base[:-1])
         return
-    zero, *_, one = frames.tool[3]
-    identity = tuple(tuple(one if i == j else zero for j in range(4)) for i in range(4))
-    T: Matrix = identity
+    zero, _, _, one = frames.tool[3]
+    T = identity = tuple(tuple(one if i == j else zero for j in range(4)) for i in range(4))
     for row in range(frame, len(frames.rows)):
         yield row, T
         T = product(T, frames.row_transforms[row])
@@ -86,12 +85,9 @@ def coupling(frames: Frames, arithmetic: Arithmetic) -> sympy.Matrix:
 
     Rows are theta of each moving row, then d where that moves too.
     """
-    rows = []
-    for row in frames.rows:
-        for _, factors in (row.theta, row.d):
-            if factors:
-                rows.append([factors.get(v, 0) for v in arithmetic.names.variables])
-    return sympy.ImmutableMatrix(rows)
+    variables = arithmetic.names.variables
+    moved = (factors for row in frames.rows for _, factors in (row.theta, row.d) if factors)
+    return sympy.ImmutableMatrix([[factors.get(v, 0) for v in variables] for factors in moved])
 
 
 def jacobian_of(

@@ -5,7 +5,7 @@ A cause counts only where it makes the whole difference vanish at all poses: not
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
@@ -300,13 +300,8 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
 
 def _grouped(found: list[Explanation]) -> list[Explanation]:
     # The same slip in several entries is said once.
-    groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
-    also: dict[tuple[str, str], tuple[str, ...]] = {}
-    for explanation in found:
-        key = (explanation.cause, explanation.sentence)
-        groups.setdefault(key, []).extend(explanation.entries)
-        also.setdefault(key, explanation.also)
-    return [
-        Explanation(cause, sentence, tuple(entries), also[cause, sentence])
-        for (cause, sentence), entries in groups.items()
-    ]
+    groups: dict[tuple[str, str], Explanation] = {}
+    for one in found:
+        first = groups.get(key := (one.cause, one.sentence))
+        groups[key] = replace(first, entries=first.entries + one.entries) if first else one
+    return [*groups.values()]

@@ -75,9 +75,7 @@ class Check(ABC):
     def tolerance(self) -> float:
         """Return the largest difference that counts as none."""
         decimals = self.statement.decimals
-        if not decimals:
-            return ROUND_OFF
-        return 0.5000001 * 10.0**-decimals
+        return 0.5000001 * 10.0**-decimals if decimals else ROUND_OFF
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -89,16 +87,13 @@ class Check(ABC):
         Return the difference relative to the larger value and 1; infinite where one is undefined.
         """
         with np.errstate(all='ignore'):
-            if self.statement.decimals:
-                gap = np.abs(one - other)
-            else:
-                gap = np.abs(one - other) / (1.0 + np.maximum(np.abs(one), np.abs(other)))
+            larger = 0.0 if self.statement.decimals else np.maximum(np.abs(one), np.abs(other))
+            gap = np.abs(one - other) / (1.0 + larger)
         return np.where(np.isfinite(gap), gap, np.inf)
 
     def agrees(self, one: Floats, other: Floats) -> Mask:
         """Return for each entry whether two sets of values are equal at all poses."""
-        result: Mask = np.all(self.gap(one, other) <= self.tolerance, axis=0)
-        return result
+        return np.asarray(np.all(self.gap(one, other) <= self.tolerance, axis=0))
 
     @property
     @abstractmethod

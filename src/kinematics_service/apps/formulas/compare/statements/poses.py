@@ -99,8 +99,7 @@ def poses_for(
         else:
             values[symbol] = np.full(count, table.given[symbol])
     for k, symbol in enumerate(table.variables[: table.joints]):
-        drawn = _drawn(robot, k, rng, count)
-        values[symbol] = given.get(symbol, drawn)
+        values[symbol] = given.get(symbol, _drawn(robot, k, rng, count))
     coupling = _close(robot, names, values, given, count) if table.passive else None
     located = _with_coordinates(values, names, settings, count)
     if ANGLE_IN_PLANE in symbols and np.isnan(located[ANGLE_IN_PLANE]).any():

@@ -118,8 +118,7 @@ class PoseSearch:
                 break
             at = np.flatnonzero(left)
             left[at[self._stepped(given, at, random, limits)]] = False
-        result: Mask = wanted & finite & ~left
-        return result
+        return np.asarray(wanted & finite & ~left)
 
     def _stepped(
         self,
@@ -236,8 +235,7 @@ class SolutionCheck(Check):
         difference = self.in_radians(values) - self.right[:, 0, 0]
         if self.turns:
             difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
-        result: Mask = np.abs(difference) <= max(self.tolerance, HIT)
-        return result
+        return np.asarray(np.abs(difference) <= max(self.tolerance, HIT))
 
     def in_radians(self, values: Floats) -> Floats:
         """Return a formula's values in SI units."""

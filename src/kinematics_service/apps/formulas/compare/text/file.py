@@ -181,11 +181,9 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
             if depth <= 0 and text.lstrip().startswith(('=', '&=', '&:=')):
                 pass
             elif depth <= 0 and before.endswith('=') and at == first + 1:
-                at = _skip_blank(lines, at)
-                if at < len(lines) and not BEGINS_A_MATRIX.match(lines[at]):
+                at = next((k for k in range(at, len(lines)) if _bare(lines[k])), len(lines))
+                if at == len(lines) or not BEGINS_A_MATRIX.match(lines[at]):
                     by_lines, at = True, _end_of_rows(lines, at)
-                    break
-                if at >= len(lines):
                     break
             elif depth <= 0 and not GOES_ON.search(before):
                 break
@@ -200,12 +198,6 @@ def _begins_another(text: str) -> bool:
     left, equals, _ = text.partition('=')
     left = left.rstrip().removesuffix(':').rstrip()
     return bool(equals and left) and '&' not in left and not left.endswith(':')
-
-
-def _skip_blank(lines: Sequence[str], at: int) -> int:
-    while at < len(lines) and not _bare(lines[at]):
-        at += 1
-    return at
 
 
 def _end_of_rows(lines: Sequence[str], at: int) -> int:
