@@ -109,8 +109,8 @@ def loop_equations(
     by_joints = phi.jacobian(list(joints))
     determinant = simplified(by_passive.det())
     coupling = (-by_passive.adjugate() * by_joints / determinant).applyfunc(simplified)
-    closed = sympy.ImmutableMatrix(coupling)
-    return LoopEquations(name, tuple(passive), tuple(constraint), closed, determinant)
+    coupling = coupling.as_immutable()
+    return LoopEquations(name, tuple(passive), tuple(constraint), coupling, determinant)
 
 
 def loops_of(

@@ -5,9 +5,11 @@ Turning all linear rows together, or all angular ones, does not change a determi
 six rows, does moving the reference point: both are chosen so that most entries vanish.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
+
+from sympy.combinatorics import Permutation
 
 from .algebra.arithmetic import Arithmetic
 from .algebra.laurent import Laurent, total
@@ -133,12 +135,14 @@ def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int
     rank
         The generic rank of the task rows: the size of the minors.
     """
-    values = [
-        determinant_of([[view.J[i][j] for j in chosen] for i in chosen_rows]).without_cancelled()
-        for chosen_rows in combinations(rows, rank)
-        for chosen in combinations(columns, rank)
-    ]
+    values = (value.without_cancelled() for value in minors(view.J, rows, columns, rank))
     return Minors(view, tuple(columns), tuple(values))
+
+
+def minors(J: Matrix, rows: Sequence[int], columns: Sequence[int], size: int) -> Iterator[Laurent]:
+    """Yield the determinants of all square parts of a size of these rows and columns."""
+    for chosen_rows, chosen in product(combinations(rows, size), combinations(columns, size)):
+        yield determinant_of([[J[i][j] for j in chosen] for i in chosen_rows])
 
 
 def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
@@ -146,7 +150,6 @@ def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
     ring = matrix[0][0].ring
     # Rows with the fewest terms last: the small minors, which are used most often, stay short.
     order = sorted(range(len(matrix)), key=lambda i: -sum(len(e) for e in matrix[i]))
-    sign = _sign(order)
     rows = [matrix[i] for i in order]
     known: dict[tuple[int, ...], Laurent] = {(): ring.number(1)}
 
@@ -163,10 +166,4 @@ def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
             known[columns] = total(ring, summands)
         return known[columns]
 
-    result = minor(tuple(range(len(matrix))))
-    return result if sign > 0 else -result
-
-
-def _sign(order: Sequence[int]) -> int:
-    swaps = sum(a > b for k, a in enumerate(order) for b in order[k + 1 :])
-    return -1 if swaps % 2 else 1
+    return minor(tuple(range(len(matrix)))).scaled(Permutation(order).signature())

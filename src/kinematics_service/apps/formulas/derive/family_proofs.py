@@ -7,7 +7,6 @@ A rank is at most r where every minor of size r + 1 vanishes; that it is no less
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from itertools import product as cartesian
 
 import numpy as np
@@ -18,7 +17,7 @@ from .algebra.laurent import Laurent, Ring, Terms, from_terms, total
 from .algebra.matrices import Matrix, inverse, product
 from .algebra.numeric import Numbers
 from .algebra.quotient import divided
-from .determinant import determinant_of
+from .determinant import minors
 from .frames import Frames
 from .jacobian import about, axes_seen_from, geometric, in_axes_of
 from .singular_geometry import Lost
@@ -62,12 +61,7 @@ class CommonZeros:
         """Return whether it is proved that all minors of these rows and columns vanish."""
         if math.comb(len(rows), size) * math.comb(len(columns), size) > MOST_MINORS:
             return False
-        minors = (
-            determinant_of([[self.J[i][j] for j in chosen] for i in chosen_rows])
-            for chosen_rows in combinations(rows, size)
-            for chosen in combinations(columns, size)
-        )
-        return self.are_zero(minors)
+        return self.are_zero(minors(self.J, rows, columns, size))
 
     def are_zero(self, values: Iterable[Laurent]) -> bool:
         """Return whether it is proved that polynomials vanish on it."""

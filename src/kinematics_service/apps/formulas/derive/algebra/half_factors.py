@@ -109,16 +109,22 @@ def _turns(terms: Terms, k: int) -> int:
 
 def _conjugate(terms: Terms, indices: Sequence[int]) -> Terms:
     angles = set(indices)
-    return _lowered({_mirrored(e, angles): (a, -b) for e, (a, b) in terms.items()})
+    return lowered({_mirrored(e, angles): (a, -b) for e, (a, b) in terms.items()})
 
 
 def _mirrored(e: Exponents, angles: Set[int]) -> Exponents:
     return tuple(-x if k in angles else x for k, x in enumerate(e))
 
 
-def _lowered(terms: Terms) -> Terms:
-    lowest = [min(exponents) for exponents in zip(*terms)]
-    return {tuple(x - low for x, low in zip(e, lowest)): c for e, c in terms.items()}
+def lowest(terms: Terms) -> Exponents:
+    """Return the lowest exponent of each generator."""
+    return tuple(map(min, zip(*terms)))
+
+
+def lowered(terms: Terms) -> Terms:
+    """Return terms divided by the monomial that divides all of them."""
+    lows = lowest(terms)
+    return {tuple(x - low for x, low in zip(e, lows)): c for e, c in terms.items()}
 
 
 def _times(one: Terms, other: Terms, ring: Ring) -> Terms:
@@ -127,7 +133,7 @@ def _times(one: Terms, other: Terms, ring: Ring) -> Terms:
 
 def _proportional(one: Terms, other: Terms) -> bool:
     # Up to a complex number; monomials are taken off before.
-    one, other = _lowered(one), _lowered(other)
+    one, other = lowered(one), lowered(other)
     if set(one) != set(other):
         return False
     key = next(iter(one))

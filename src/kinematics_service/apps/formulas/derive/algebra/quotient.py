@@ -1,12 +1,12 @@
 """What is left of a polynomial when its factors with joint variables are divided out."""
 
 import math
-from typing import Any
 
 from sympy.polys.domains import QQ_I
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
+from .half_factors import lowered, lowest
 from .laurent import Laurent, from_terms
 
 
@@ -33,8 +33,11 @@ def divided(value: Laurent, factor: Laurent) -> Laurent | None:
     """
     n = len(value.ring.generators)
     R, *_ = polynomial_ring([f'x{k}' for k in range(n)], QQ_I)
-    above, high = _lowered(value, R)
-    below, low = _lowered(factor, R)
+    high, low = lowest(value.terms()), lowest(factor.terms())
+    above, below = (
+        R.from_dict({e: QQ_I(*c) for e, c in lowered(one.terms()).items()})
+        for one in (value, factor)
+    )
     quotient, rest = above.div(below)
     lengths = [k for k, g in enumerate(value.ring.generators) if g.kind == 'number']
     if rest or any(high[k] < low[k] for k in lengths):
@@ -47,12 +50,3 @@ def divided(value: Laurent, factor: Laurent) -> Laurent | None:
     terms = {e: (int(a * divisor), int(b * divisor)) for e, (a, b) in pairs.items()}
     result = from_terms(value.ring, terms, divisor * value.divisor)
     return result.scaled(factor.divisor).reduced()
-
-
-def _lowered(value: Laurent, R: Any) -> tuple[Any, tuple[int, ...]]:
-    terms = value.terms()
-    lowest = tuple(map(min, zip(*terms)))
-    polynomial = {
-        tuple(x - low for x, low in zip(e, lowest)): QQ_I(a, b) for e, (a, b) in terms.items()
-    }
-    return R.from_dict(polynomial), lowest
