@@ -83,7 +83,9 @@ class Evaluation:
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        result = FUNCTIONS.get(name, _nowhere)(*arguments)
+        if name not in FUNCTIONS:  # what sympy alone brings in, where a number may not be real
+            return np.full_like(arguments[0], np.nan)
+        result = FUNCTIONS[name](*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result
 
 
@@ -99,11 +101,6 @@ def _entries(matrix: sp.Matrix) -> tuple[Floats, tuple[tuple[int, sp.Expr], ...]
 
 def _number(e: sp.Expr) -> float:
     return float(e) if e.is_finite and e.is_real else np.nan
-
-
-def _nowhere(first: Floats, *_: Floats) -> Floats:
-    # Of what sympy alone brings in, where a number may not be real.
-    return np.full_like(first, np.nan)
 
 
 FUNCTIONS: dict[str, Callable[..., Floats]] = {

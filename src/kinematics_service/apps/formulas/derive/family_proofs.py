@@ -107,10 +107,8 @@ class _Replaced:
 
 def _branches(factors: Sequence[Laurent], arithmetic: Arithmetic) -> list[_Branch] | None:
     # All but one factor are solved for a generator, and what it is goes into the others.
-    if not factors:
-        return [_Branch((), None)]
-    if len(factors) == 1:
-        return [_Branch((), factors[0])]
+    if len(factors) < 2:
+        return [_Branch((), next(iter(factors), None))]
     for k, factor in enumerate(factors):
         solutions = _solutions(factor, arithmetic)
         if solutions:

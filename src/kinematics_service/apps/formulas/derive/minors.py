@@ -29,7 +29,7 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
     Only the shortest minor is factored: what all have in common is among its factors, and whether
     one of them divides another minor is found by dividing.
     """
-    values = sorted((value for value in minors.values if value), key=len)
+    values = sorted(filter(None, minors.values), key=len)
     if not values:
         return Factored(arithmetic.ring.number(0), (), True), []
     first = factored(values[0], arithmetic)

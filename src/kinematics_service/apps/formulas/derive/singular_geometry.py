@@ -6,6 +6,7 @@ Found at poses on the family, with the numbers of the file: a name needs every o
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -158,10 +159,8 @@ def name_of(
 
 def _is_wrist(arm: ArmAtPoses) -> bool:
     turning = [j for j, turns in enumerate(arm.turns) if turns][-3:]
-    pairs = [(i, j) for k, i in enumerate(turning) for j in turning[k + 1 :]]
-    return len(turning) == 3 and any(
-        parallel(arm.axes[:, i], arm.axes[:, j]) and j - i > 1 for i, j in pairs
-    )
+    apart = [(i, j) for i, j in combinations(turning, 2) if j - i > 1]
+    return len(turning) == 3 and any(parallel(arm.axes[:, i], arm.axes[:, j]) for i, j in apart)
 
 
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:

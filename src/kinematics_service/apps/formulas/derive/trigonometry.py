@@ -260,20 +260,12 @@ def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ..
                     # Of half angles there are twice as many.
                     found.append(tuple(e // arithmetic.ring.parts for e in total))
                 continue
-            z = _constant(matrix[2][2])
-            if z in (1, -1):
-                sign *= z
+            upright = [z for z in (1, -1) if not matrix[2][2] - arithmetic.ring.number(z)]
+            if upright:
+                sign *= upright[0]
             else:
                 total, sign = [0] * len(variables), 1
     return found
-
-
-def _constant(value: Laurent) -> int | None:
-    terms = value.terms()
-    if not terms:
-        return 0
-    ((exponents, (real, _)),) = terms.items() if len(terms) == 1 else (((1,), (0, 0)),)
-    return None if any(exponents) else real // value.divisor
 
 
 def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis | None:

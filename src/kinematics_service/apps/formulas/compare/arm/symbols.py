@@ -36,11 +36,11 @@ class _Walk:
         return self.M * rotation('z', self.angle)
 
 
+@dataclass(eq=False)
 class SymbolicArm:
     """The exact frames of a table and its Jacobian, in the base frame."""
 
-    def __init__(self, table: Table) -> None:
-        self.table = table
+    table: Table
 
     @cached_property
     def _walked(self) -> tuple[list[_Walk], list[tuple[sp.Matrix, sp.Expr]]]:

@@ -283,10 +283,7 @@ EDITS = (
     Repair('degrees and millimetres in an entry', units),
 )
 SOLUTION_EDITS = (
-    EDITS[1],
-    EDITS[0],
-    EDITS[2],
-    EDITS[3],
+    *(EDITS[k] for k in (1, 0, 2, 3)),
     Repair('lost length', lost_lengths),
     *EDITS[4:],
     Repair('zero of the angle', quarter_turns),

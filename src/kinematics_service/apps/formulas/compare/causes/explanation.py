@@ -65,8 +65,8 @@ def explain(check: Check) -> Explained:
     """Return the tested causes of a check that failed."""
     tried: list[str] = []
     if not isinstance(check, QuantityCheck):
-        found = [] if check.wrong.shape != (1, 1) else _repaired(check, check.right, 0, 0, tried)
-        return Explained(tuple(_grouped(found)[:1]), tuple(tried))
+        # One entry, a number.
+        return Explained(tuple(_repaired(check, check.right, 0, 0, tried)), tuple(tried))
     explanations = _of_matrix(check, check.right, tried)
     return Explained(tuple(explanations), tuple(dict.fromkeys(tried)))
 
@@ -90,11 +90,7 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
         explanation = Explanation(name, variant.sentence, _entries(wrong & ~left))
         rest = _entry_by_entry(check, variant.values, left, tried)
         return _few([explanation, *rest], int(wrong.sum()))
-    chosen = _cover(candidates, wrong, check.is_one_configuration)
-    left = wrong.copy()
-    for explanation in chosen:
-        for i, j in explanation.entries:
-            left[i, j] = False
+    chosen, left = _cover(candidates, wrong, check.is_one_configuration)
     return _few([*chosen, *_entry_by_entry(check, right, left, tried)], int(wrong.sum()))
 
 
@@ -164,8 +160,9 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
             yield f'({i + 1},{j + 1})', np.s_[i, j]
 
 
-def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explanation]:
-    # The fewest causes: always the one that explains most of what is left; then table order.
+def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
+    # The fewest causes: always the one that explains most of what is left; then table order. And
+    # the entries that none explains.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -185,7 +182,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explana
         entries = _entries(best.mask & left)
         chosen.append(Explanation(best.cause, f'{best.place}{sentence}', entries, alternatives))
         left &= ~best.mask
-    return chosen
+    return chosen, left
 
 
 def _entries(mask: Mask) -> tuple[tuple[int, int], ...]:

@@ -122,11 +122,6 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
     return [judge(claim) for claim in (*claims, None) if claim or factors]
 
 
-def _draws(robot: Robot, names: FormulaNames, claim: Statement) -> Floats:
-    poses = poses_for(robot, names, claim.settings, frozenset(), (), DRAWS)
-    return np.stack([poses.values[s] for s in names.table.variables], axis=-1)
-
-
 def _in_words(names: FormulaNames, pose: Floats) -> str:
     return ', '.join(f'{s} = {v:.4f}' for s, v in zip(names.table.variables, pose))
 
@@ -136,7 +131,8 @@ def _in_words(names: FormulaNames, pose: Floats) -> str:
 
 def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     names = arm.names
-    q = _draws(arm.robot, names, claim)
+    poses = poses_for(arm.robot, names, claim.settings, frozenset(), (), DRAWS)
+    q = np.stack([poses.values[s] for s in names.table.variables], axis=-1)
     integers = np.random.default_rng(SEED).integers(-2, 3, len(q)).astype(float)
     free = np.ones(arm.robot.dof)
     for joint, value in claim.conditions:

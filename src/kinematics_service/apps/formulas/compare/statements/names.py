@@ -28,6 +28,9 @@ COORDINATES = {
 # The tool's angle about z, of an arm that turns about z alone.
 ANGLE_IN_PLANE = sp.Symbol('phi')
 ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
+# Symbols of the point's coordinates, and of the entries of the tool's rotation.
+POINT = sp.symbols('x y z')
+ROTATION = {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}
 
 
 class FormulaNames:
@@ -158,13 +161,3 @@ def general_symbol(key: str) -> sp.Symbol | None:
     """Return the symbol of a quantity such as a, alpha, d, theta of any row, or None."""
     found = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
     return sp.Symbol(f'{found[1]}_i') if found else None
-
-
-def coordinates() -> tuple[sp.Symbol, ...]:
-    """Return the symbols of the point's coordinates x, y, z."""
-    return tuple(sp.Symbol(axis) for axis in 'xyz')
-
-
-def rotation_entries() -> dict[tuple[int, int], sp.Symbol]:
-    """Return the symbols r11 to r33 of the tool's rotation."""
-    return {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}

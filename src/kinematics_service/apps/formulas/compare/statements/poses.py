@@ -18,7 +18,7 @@ from ..arm.quantities import quantity_of, value_of, why_out_of_range
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
 from ..text.syntax import PARTS
-from .names import ANGLE_IN_PLANE, FormulaNames, coordinates, rotation_entries
+from .names import ANGLE_IN_PLANE, POINT, ROTATION, FormulaNames
 
 SEED = 20240523
 POSES = 8
@@ -170,8 +170,8 @@ def _with_coordinates(
         if reason := why_out_of_range(quantity, names.table, settings):
             raise FormulaError(f'point: {reason}')
         point = value_of(quantity, world, settings)[:, :, 0]
-    located = {symbol: point[:, k] for k, symbol in enumerate(coordinates())}
-    for (i, j), symbol in rotation_entries().items():
+    located = {symbol: point[:, k] for k, symbol in enumerate(POINT)}
+    for (i, j), symbol in ROTATION.items():
         located[symbol] = world.pose[:, i, j]
     R = world.pose[:, :3, :3].real
     in_plane = np.all(np.abs(R[:, 2, 2] - 1.0) < ROUND_OFF)

@@ -18,7 +18,7 @@ from ...arm.numbers import DEGREE, Floats
 from ...arm.table import Table
 from ...arm.world import World
 from .checks import Check, Mask
-from .names import ANGLE_IN_PLANE, rotation_entries
+from .names import ANGLE_IN_PLANE, ROTATION
 from .poses import Poses
 from .statements import Statement
 
@@ -251,8 +251,7 @@ class SolutionCheck(Check):
     def is_about_the_pose(self) -> bool:
         """Return whether the whole pose decides, as the point says nothing about the joint."""
         column = self.world.jacobian[:, :3, self.statement.joint]
-        rotation = {ANGLE_IN_PLANE, *rotation_entries().values()}
-        turned = self.statement.value.free_symbols & rotation
+        turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}
         return bool(turned) or float(np.max(np.abs(column))) < STILL
 
     @cached_property

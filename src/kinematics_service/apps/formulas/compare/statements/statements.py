@@ -214,9 +214,9 @@ class _Reader:
                 self._refuse_matrix(value, raw)
                 return self._made('solution', raw, value, joint=joint)
             quantity = quantity_of(key)
-            if quantity is None or is_matrix(value) == (quantity.kind == 'det'):
-                if quantity is not None and quantity.kind == 'det':
-                    self._refuse_matrix(value, raw)
+            if quantity is not None and quantity.kind == 'det':
+                self._refuse_matrix(value, raw)
+            elif quantity is None or not is_matrix(value):
                 return None
             if reason := why_out_of_range(quantity, self.names.table, raw.settings):
                 raise raw.left.at.fault(reason)

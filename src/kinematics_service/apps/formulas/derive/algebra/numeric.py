@@ -134,14 +134,12 @@ def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale:
     Parameters
     ----------
     functions
-        What must vanish.
+        What must vanish, at least one.
     starts : shape (N, n)
     scale : shape (n,)
         One unit of each joint, so that metres and radians compare; 0 for a joint that is held.
     """
     q = np.array(starts)
-    if not functions:
-        return q
     for _ in range(STEPS):
         f, G = values_and_gradients(functions, q)
         step = smallest_step(f, G * scale, 1e-14)
