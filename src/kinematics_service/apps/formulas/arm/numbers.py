@@ -1,4 +1,4 @@
-"""The values of expressions at many poses at once: a walk over their trees, without any eval."""
+"""Evaluate expressions at many poses at once by a walk over their trees, each part once."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, reduce

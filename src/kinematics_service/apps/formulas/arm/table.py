@@ -1,5 +1,5 @@
 """
-A robot's table in symbols: what each row's matrix is, for this table and for mistaken readings.
+The table of a robot in symbols: each row's matrix as a product of elementary motions.
 
 Symbols stand for SI values, whatever units the file has, since people write formulas in them.
 """

@@ -1,7 +1,7 @@
 """
 Frames and Jacobian of a table at many poses, by products of matrices and their derivatives.
 
-A second road beside the kernel: J comes from dT/dq here, not from axes and moment arms.
+J is independent of the kernel's: it comes from dT/dq, not from axes and moment arms.
 """
 
 from collections.abc import Mapping, Sequence

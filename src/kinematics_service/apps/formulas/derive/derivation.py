@@ -1,4 +1,4 @@
-"""The exact derivation of an arm: what a textbook does by hand, for every robot file."""
+"""Derive an arm exactly: frames, Jacobian four ways, determinant and singular set in symbols."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

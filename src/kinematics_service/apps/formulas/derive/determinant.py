@@ -1,5 +1,5 @@
 """
-The determinant of the task rows, or its minors, in the frame where it is shortest.
+The determinant of the task rows, or their minors, by expansion along rows in the best frame.
 
 Turning all linear rows together, or all angular ones, does not change a determinant; nor, with all
 six rows, does moving the reference point: both are chosen so that most entries vanish.

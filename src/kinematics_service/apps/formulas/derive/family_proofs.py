@@ -1,7 +1,7 @@
 """
-What is found at poses of a family, proved for all of it: whatever a factor divides vanishes there.
+Prove for a whole family what was found at its poses, by division: multiples of a factor vanish.
 
-A rank is at most r where every minor of size r + 1 vanishes; that it is no less is seen at a pose.
+A rank is at most r if every minor of size r + 1 vanishes. One pose shows that it is not less.
 """
 
 import math

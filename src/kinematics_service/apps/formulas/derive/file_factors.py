@@ -1,4 +1,4 @@
-"""Factors as texts of a robot file, and the check that they are the determinant's."""
+"""Write factors as texts of a robot file, and compare their product with the determinant."""
 
 import numpy as np
 import sympy

@@ -1,4 +1,4 @@
-"""The exact frames of an arm: each row's T, each T_0i, and the whole from base to tool."""
+"""The exact frames of an arm as products of rows: each row's T, each T_0i, and base to tool."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

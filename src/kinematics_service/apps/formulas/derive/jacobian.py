@@ -1,5 +1,5 @@
 """
-The exact Jacobian of the tool four ways, all in the base frame about the tool's origin.
+The exact Jacobian by four methods, all in the base frame about the tool's origin.
 
 Rows are the linear three, then the angular three; columns are per rad, or per length unit.
 """

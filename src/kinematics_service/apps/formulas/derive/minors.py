@@ -1,4 +1,4 @@
-"""The common factors of all minors of the task rows, and the rest of each minor."""
+"""Common factors of all minors, by factoring the shortest and dividing the others."""
 
 import math
 from collections.abc import Sequence
@@ -24,10 +24,10 @@ MOST_WRITTEN = 600
 
 def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[Laurent]]:
     """
-    Return the common factors of all minors, and what is left of each.
+    Return the common factors of all minors, and the rest of each minor.
 
-    Only the shortest minor is factored: what all have in common is among its factors, and whether
-    one of them divides another minor is found by dividing.
+    Only the shortest minor is factored: common factors are among its factors, and division tells
+    whether a factor divides another minor.
     """
     values = sorted(filter(None, minors.values), key=len)
     if not values:
@@ -53,7 +53,7 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
 
 
 def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[int, list[Laurent]]:
-    # How often all are divided by a factor, and what is left of them.
+    # The power of a factor that divides all values, and the quotients.
     power = 0
     while power < most:
         left: list[Laurent] = []
@@ -67,7 +67,7 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
     """
-    Return sqrt of the sum of squares of what is left of the minors, its constant part outside.
+    Return the root of the sum of the squared rests of the minors, its constant part outside.
     """
     if not rests:
         return sympy.Integer(1)

@@ -1,4 +1,4 @@
-"""An arm's numbers at poses given in the file's units, for what is found by looking at poses."""
+"""Frames, Jacobian and axes of an arm at seeded poses, with the letters of its file or random."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -23,7 +23,7 @@ POSES = 60
 # families that exist in the file exist.
 SEEDS = (1955, 1964)
 LETTER_FACTORS = (0.8, 1.25)
-# Of central differences: round-off and the third derivative are both below 1e-9.
+# Step of central differences: round-off and the third derivative are both below 1e-9.
 STEP = 1e-6
 
 
@@ -43,9 +43,9 @@ class PoseSampler:
     to_si : shape (moving,)
         Multiplies a joint position of the file's length unit; 1 for angles.
     arithmetic
-        Of the exact arm, with values of its letters.
+        The arithmetic of the exact arm, with values of its letters.
     table
-        Of the arm, with the same values.
+        The table of the arm, with the same values.
     """
 
     robot: Robot

@@ -1,4 +1,4 @@
-"""The arithmetic of one arm: its ring, and what a file's angles and lengths are in it."""
+"""The ring of polynomials of one arm, and the angles and lengths of its file as polynomials."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence

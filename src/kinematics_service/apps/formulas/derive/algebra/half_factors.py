@@ -1,4 +1,4 @@
-"""Factors of half angles put together to whole ones, and made real."""
+"""Multiply factors of half angles in pairs to factors of whole angles, and make them real."""
 
 import math
 from collections.abc import Sequence, Set

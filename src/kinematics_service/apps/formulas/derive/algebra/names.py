@@ -1,5 +1,5 @@
 """
-The names of a robot file as sympy symbols, and what units its expressions are in.
+The names of a robot file as sympy symbols, and its expressions in the units of the symbols.
 
 Joint angles are in rad, so that a Jacobian column of a `deg` file is per rad like every other.
 """

@@ -1,4 +1,4 @@
-"""What is left of a polynomial when its factors with joint variables are divided out."""
+"""Exact quotients of polynomials, by division over the Gaussian rationals."""
 
 import math
 

@@ -1,5 +1,5 @@
 """
-Whether polynomials vanish together somewhere in a box of joint positions: shown, or proved not.
+Decide whether polynomials vanish together in a box, by Newton-Kantorovich and by bisection.
 
 A zero is shown by Newton and Kantorovich's theorem at a pose in the box; that there is none is
 proved by halving the box until on each part a polynomial is farther from 0 than it can move there.

@@ -82,7 +82,7 @@ def _crossings(crossings: Sequence[FamilyCrossing] | None) -> list[dict[str, Any
 
 
 def _written(value: sympy.Basic) -> str | list[Any]:
-    # Of what JSON does not know: expressions as texts, vectors and matrices as lists of these.
+    # Expressions as texts, vectors and matrices as lists of expressions.
     if not isinstance(value, sympy.MatrixBase):
         return str(value)
     rows: list[Any] = value.flat() if value.cols == 1 else value.tolist()
