@@ -242,7 +242,7 @@ def table_of(description: RobotDescription) -> Table:
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
-        # What is used both as a length and as an angle is a ratio.
+        # A constant used both as a length and as an angle is a ratio.
         is_length, is_angle = name in used['length'], name in used['angle']
         factor = sp.Integer(1)
         if is_length != is_angle:

@@ -1,4 +1,4 @@
-"""A file of formulas against a robot: what agrees, what differs, where, and why."""
+"""Compare a file of formulas with a robot at random poses: entries that differ, and causes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -59,7 +59,7 @@ class WrongEntry:
 @dataclass(frozen=True)
 class Verdict:
     """
-    What is true of one formula.
+    The result of one formula.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def _verdict(check: Check) -> Verdict:
 
 
 def _rounded(check: Check) -> tuple[str, ...]:
-    # Printed numbers are compared to their last digit, and that is said.
+    # A remark for printed numbers, which are compared to their last digit.
     if not check.statement.decimals and not check.statement.half_units:
         return ()
     worst = float(np.max(check.gap(check.person, check.right)))

@@ -59,7 +59,7 @@ class Derivation:
         Its symbols: `variables` (passive joints behind the others), `lengths`, and the file's
         `values` of the lengths.
     jacobian_open : 6 x n
-        By the joints, and by the passive joints behind them as if each moved by itself.
+        J by the joints, and by the passive joints behind them as if each moved by itself.
     methods
         The four ways to it, with the number of terms their difference from the first leaves: 0.
     coupling
@@ -154,7 +154,7 @@ class Derivation:
         """
         Return the determinant of the task rows as a product, or the product of singular values.
 
-        None where it is not written out.
+        None if it is not written out.
         """
         return self.singular_set.determinant.expression
 
@@ -311,7 +311,7 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
-    # None where a factor is no single family unless half angles are looked at.
+    # None if a factor is a single family in half angles only.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     search = FamilySearch(sampler, sampler.in_random_letters)

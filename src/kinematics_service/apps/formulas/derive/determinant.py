@@ -47,7 +47,7 @@ class Minors:
     Parameters
     ----------
     view
-        What they are parts of.
+        The Jacobian they are parts of.
     columns
         Indices of the columns left when joints that only repeat others are left out.
     values
@@ -82,7 +82,7 @@ def simplest_view(
     Parameters
     ----------
     J
-        Of the tool, base axes.
+        Jacobian of the tool, base axes.
     frames, arithmetic
         The arm.
     rows
@@ -102,8 +102,8 @@ def simplest_view(
     best: tuple[tuple[int, int, int], View] | None = None
     n = len(frames.rows)
     origin: Vector = (arithmetic.ring.number(0),) * 3
-    # From the middle outwards, where axes are seen through the fewest rows: a frame whose angular
-    # rows alone are longer than the best found cannot be better.
+    # Frames in the middle first, since they see axes through the fewest rows: a frame cannot be
+    # better if its angular rows alone are longer than the best found.
     for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):
         axes = axes_seen_from(frames, frame)
         angular = jacobian_of(frames, arithmetic, axes, [origin] * len(axes))

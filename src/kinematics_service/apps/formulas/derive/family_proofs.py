@@ -37,7 +37,7 @@ class CommonZeros:
     J
         The task rows, so that their rank is the task's.
     generic_rank
-        Of the task rows: each factor divides all minors of that size.
+        Generic rank of the task rows: each factor divides all minors of this size.
     factors
         All 0 there.
     """

@@ -43,7 +43,7 @@ class FilePrinter(DecimalPrinter):
 
 
 def decimal(number: sympy.Expr) -> str | None:
-    """Return an exact decimal of a fraction, or None where there is none that is short."""
+    """Return an exact decimal of a fraction, or None if it has no short one."""
     q = int(number.q)
     for prime in (2, 5):
         while q % prime == 0:

@@ -168,8 +168,8 @@ def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     Return J by T'(q_k) T^-1 of each factor, the way of "002_bccf79781668e053.txt", line 71.
 
     T = before screw(q) after, so that T' T^-1 = before screw' screw^-1 before^-1: each factor is
-    differentiated alone and carried to the base. What is left is the velocity of the base's own
-    origin; the tool's is that plus w x p, because T' diag(R^-1, 1) keeps the tool's position.
+    differentiated alone and carried to the base. The rest is the velocity of the base's own
+    origin; the tool's is it plus w x p, because T' diag(R^-1, 1) keeps the tool's position.
     """
     p = position_of(frames.T_base_tool)
     columns = []
@@ -202,7 +202,7 @@ METHODS: dict[str, Callable[[Frames, Arithmetic], Matrix]] = {
 
 
 def differences(one: Matrix, other: Matrix) -> int:
-    """Return how many terms are left of the difference of two matrices: 0 where they are equal."""
+    """Return the number of terms of the difference of two matrices: 0 if they are equal."""
     return sum(len(a - b) for row, row_2 in zip(one, other) for a, b in zip(row, row_2))
 
 

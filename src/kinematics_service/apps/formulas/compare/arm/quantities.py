@@ -1,4 +1,4 @@
-"""What the names of formulas mean: T_03, A_2, z_1, J_v2, det, and the value of each."""
+"""The quantities that names of formulas mean, T_03, A_2, z_1, J_v2, det, and their values."""
 
 import re
 from dataclasses import dataclass, replace
@@ -140,7 +140,7 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
     Parameters
     ----------
     quantity
-        What is asked for.
+        The quantity.
     arm
         Numbers at N poses give N matrices, shape (N, rows, columns), expressions give one.
     reading

@@ -1,7 +1,7 @@
 """
 Frames and Jacobian as a textbook writes them: angles of parallel axes are summed, not expanded.
 
-They stand in recipes such as `z_0 x (o_3 - o_0)`, and beside a wrong entry as the right one.
+Recipes such as `z_0 x (o_3 - o_0)` use them, and a report prints them beside wrong entries.
 """
 
 import operator

@@ -20,7 +20,7 @@ MOST_TERMS = 7
 
 @dataclass(frozen=True)
 class Edit:
-    """What was wrong if another part, at the end of a path, makes an expression right."""
+    """A part at the end of a path, and the mistake in words if it makes the expression right."""
 
     sentence: str
     path: Path

@@ -1,7 +1,7 @@
 """
-Which of the tested causes explain which wrong entries.
+Explain wrong entries by tested causes: a greedy cover, the largest explanation first.
 
-A cause counts only where it makes the whole difference vanish at all poses: nothing is guessed.
+A cause counts only if it makes the whole difference vanish at all poses.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,8 +23,8 @@ from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
 MOST_ALTERNATIVES = 3
 MOST_MISSING_TERMS = 12
-# A whole-matrix cause that leaves this share of the entries wrong is still taken as the first of
-# two mistakes.
+# Share of the wrong entries, at most, that a whole-matrix cause may leave wrong to count as the
+# first of two mistakes.
 LEFT_OVER = 0.34
 
 DROPPED = 'dropped term or factor'
@@ -40,7 +40,7 @@ class Explanation:
     cause
         Its name in the table.
     sentence
-        What is wrong.
+        The mistake in words.
     entries
         The wrong entries it explains, (row, column) from 0.
     also
@@ -95,7 +95,7 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
 
 
 def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
-    # A patch for every entry is no explanation.
+    # A patch for every entry does not explain a matrix.
     return found if len(found) <= max(2, wrong // 3) else []
 
 
@@ -161,8 +161,8 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
-    # The fewest causes: always the one that explains most of what is left; then table order. And
-    # the entries that none explains.
+    # The fewest causes, and the entries that none explains: always the cause that explains most of
+    # the remaining entries; then table order.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -173,7 +173,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
         sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
-            for rival in reversed(candidates)  # the largest scope is said
+            for rival in reversed(candidates)  # the largest scope is named
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
@@ -220,7 +220,7 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
             values = check.evaluation.with_part(expression, edit.path, edit.part)
             if not check.passes(values, right[:, i, j]):
                 continue
-            # What makes all of it vanish tells that 0 belongs there, and no cause beside it.
+            # An edit that makes all of it vanish means that 0 belongs there, and no other cause.
             may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
             if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
                 continue
@@ -278,7 +278,7 @@ def _missing_factor(
 
 
 def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
-    """Return the right expression of an entry, or None where there is none."""
+    """Return the right expression of an entry, or None if it has none."""
     if check.quantity.kind == 'numeric':
         return None
     if check.quantity.kind == 'general':
@@ -296,7 +296,7 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
 
 
 def _grouped(found: list[Explanation]) -> list[Explanation]:
-    # The same slip in several entries is said once.
+    # One explanation for the same slip in several entries.
     groups: dict[tuple[str, str], Explanation] = {}
     for one in found:
         first = groups.get(key := (one.cause, one.sentence))

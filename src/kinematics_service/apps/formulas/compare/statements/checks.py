@@ -1,8 +1,7 @@
 """
 Whether a formula is right: the check of a matrix, a vector or a determinant.
 
-Every check can say what is left of the difference when an entry of the formula is replaced, which
-is how likely causes are tested.
+Likely causes are tested by the difference that remains when an entry of the formula is replaced.
 """
 
 from abc import ABC, abstractmethod
@@ -114,7 +113,7 @@ class Check(ABC):
         Return how far rounded numbers can move each entry, or its right value, (N, rows, columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
-        assert inexact is not None  # where there are half units
+        assert inexact is not None  # it has half units
         still = {symbol: np.zeros(self.poses.count) for symbol, _ in self.statement.half_units}
         for symbol, half in self.statement.half_units:
             at = {**self.evaluation.values, **still, symbol: np.full(self.poses.count, half)}

@@ -42,7 +42,7 @@ INTEGERS = np.arange(-6.0, 7.0)
 
 @dataclass(frozen=True)
 class Claim:
-    """What is true of a `singular:` line."""
+    """The verdict on a `singular:` line."""
 
     name: str
     line: int

@@ -1,4 +1,4 @@
-"""What a name in a formula stands for: joints, constants, shorthands such as c12, frames, axes."""
+"""Values of names in formulas: joints, constants, shorthands such as c12, frames, axes."""
 
 import difflib
 import re

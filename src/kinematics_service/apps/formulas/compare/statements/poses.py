@@ -1,4 +1,4 @@
-"""Random poses and random lengths, at which what is equal by coincidence only is not equal."""
+"""Draw random poses and lengths, so that formulas are not equal by coincidence."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -74,8 +74,8 @@ def poses_for(
     Raises
     ------
     FormulaError
-        The `at` or `point` line names what is not there; closed loops do not close with what is
-        given.
+        The `at` or `point` line names an unknown thing; closed loops do not close with the given
+        values.
     """
     table, rng = names.table, np.random.default_rng(SEED)
     given: dict[sp.Symbol, Floats] = {}

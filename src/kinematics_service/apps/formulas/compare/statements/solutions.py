@@ -1,5 +1,5 @@
 """
-Whether an equation holds, and whether a formula of the inverse kinematics gives the joint back.
+Check equations, and formulas of the inverse kinematics by a damped Newton search of branches.
 """
 
 from collections.abc import Mapping
@@ -108,7 +108,7 @@ class PoseSearch:
             Values of other joints.
         wanted : shape (N,)
         limits
-            Inside which lengths stay; none are looked at where none are given.
+            Limits inside which lengths stay; None: any length.
         """
         finite = np.all([np.isfinite(v) for v in given.values()], axis=0)
         left = wanted & finite
@@ -167,8 +167,8 @@ class PoseSearch:
         return reached
 
     def _twist_to(self, target: Floats, pose: Floats) -> Floats:
-        # What brings the pose there, to first order: (v, w), 0 for the same pose; of complex ones
-        # also for half a turn.
+        # The twist (v, w) that brings the pose there, to first order: 0 for the same pose, and for
+        # complex poses also for half a turn.
         R = target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
         w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
         return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], w], axis=1)
@@ -259,8 +259,8 @@ class SolutionCheck(Check):
         """
         Return the share of the poses at which formulas of the file, put together, reach the tool.
 
-        Of each joint one of its formulas, by the values of the others' formulas; joints without a
-        formula are free. None where the file has formulas of one joint only, or too many.
+        Each joint takes one of its formulas, by the values of the others' formulas; joints without
+        a formula are free. None where the file has formulas of one joint only, or too many.
         """
         by_joint: dict[int, list[Statement]] = {}
         for statement in self.others:

@@ -1,4 +1,4 @@
-"""From the equations of a file to statements about a robot: which compare, which only define."""
+"""Turn the equations of a file into statements about a robot: comparisons and definitions."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -36,7 +36,7 @@ class Statement:
     value
         The right side, a matrix; 1 x 1 for a number.
     quantity
-        What the robot knows under that name.
+        The quantity of the robot with this name.
     joint
         Index of the joint a solution is for.
     left
@@ -97,7 +97,7 @@ def understand(file: FormulaFile, names: FormulaNames) -> Understood:
 
 @dataclass(frozen=True)
 class _Context:
-    # Where an expression stands, by the index of its equation, and how it is read: with the
+    # The place of an expression, by the index of its equation, and how it is read: with the
     # symbols of any row, with the integer k, with a symbol beside each rounded number.
     index: int
     general: bool = False
@@ -167,7 +167,7 @@ class _Reader:
         return Understood(tuple(statements), tuple(fixed), tuple(self.faults), unused)
 
     def _definition_key(self, raw: Raw) -> str:
-        # What other formulas may call it; joints, constants and coordinates are the robot's.
+        # The name that other formulas use; joints, constants and coordinates are the robot's.
         key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
         if raw.left.kind != 'name' or raw.claim or key in COORDINATES:
             return ''

@@ -1,5 +1,5 @@
 """
-From the tree of a formula to a sympy expression or matrix; only what the grammar knows is built.
+Build a sympy expression or matrix from the tree of a formula, from known operations only.
 """
 
 from collections.abc import Callable
@@ -37,9 +37,9 @@ def build(node: Node, lookup: Lookup, read: ReadNumber) -> Value:
     node
         Its tree.
     lookup
-        What a name stands for.
+        Returns the value of a name.
     read
-        What a number stands for, such as `number`.
+        Returns the value of a number, such as `number`.
 
     Raises
     ------
@@ -207,7 +207,7 @@ def _inverse(node: Node, matrix: Value) -> Value:
     if not is_matrix(matrix):
         return 1 / matrix
     if matrix.rows == matrix.cols == 4 and matrix.row(3) == sp.Matrix([[0, 0, 0, 1]]):
-        # Of a pose, without a symbolic elimination; a matrix that is none shows in the comparison.
+        # A pose needs no symbolic elimination; a matrix that is not a pose differs when compared.
         return sp.ImmutableDenseMatrix(inverse_pose(matrix))
     if matrix.rows != matrix.cols or matrix.rows > 4:
         raise node.at.fault(f'the inverse of a matrix of {_size(matrix)}')

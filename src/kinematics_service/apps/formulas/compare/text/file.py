@@ -1,4 +1,4 @@
-"""A file of formulas: its settings, definitions and formulas, each with the line it stands on."""
+"""Read a file of formulas: settings, definitions and formulas, each with its line."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -21,7 +21,7 @@ BRACED = re.compile(r'\\(?:begin|end)\s*\{[^{}]{0,40}\}')
 # Each takes up to a second.
 MOST_FORMULAS = 200
 
-# What a determinant may be said to be of: `det(J)`.
+# Names of a matrix whose determinant is meant: `det(J)`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
 # `J(q) = ...`, `T(\theta_1, \theta_2) = ...`: a left side and what it depends on.
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
@@ -37,7 +37,7 @@ class Change(TypedDict, total=False):
     first_frame: int
 
 
-# What a setting may be, and what it sets.
+# Accepted words of each setting, and the fields they set.
 CHOICES: dict[str, dict[str, Change]] = {
     'rows': {'linear first': {'angular_first': False}, 'angular first': {'angular_first': True}},
     'frame': {'base': {'axes': 'base'}, 'tool': {'axes': 'tool'}},
@@ -62,7 +62,7 @@ class Settings:
     first_frame
         The number of the table's frame 0.
     point
-        What x, y, z are the coordinates of; empty: the tool.
+        The point whose coordinates are x, y, z; empty: the tool.
     at
         The configuration of numeric formulas, `theta3=90 deg`; empty: random poses.
     meanings
@@ -107,7 +107,7 @@ class Raw:
 
 @dataclass(frozen=True)
 class FormulaFile:
-    """What stands in a file of formulas, and what could not be read."""
+    """The equations of a file of formulas, and the errors of lines that could not be read."""
 
     raw: tuple[Raw, ...]
     faults: tuple[FormulaError, ...]

@@ -74,7 +74,7 @@ def parse(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
     tokens
         All of it.
     last
-        What a message about a missing end points at.
+        The token that a message about a missing end points at.
 
     Raises
     ------

@@ -141,7 +141,7 @@ def _proportional(one: Terms, other: Terms) -> bool:
 
 
 def _product(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
-    # Of two complex numbers.
+    # The product of two complex numbers.
     (a, b), (c, d) = one, other
     return a * c - b * d, a * d + b * c
 

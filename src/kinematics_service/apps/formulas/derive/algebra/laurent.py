@@ -1,8 +1,9 @@
 """
 Exact trigonometry as arithmetic: polynomials in lengths and in exp(i q), exponents of any sign.
 
-cos q = (z + 1/z) / 2 and sin q = (z - 1/z) / 2i with z = exp(i q). What is equal for every q has
-the same terms here, so "the difference is exactly zero" needs no simplifier.
+cos q = (z + 1/z) / 2 and sin q = (z - 1/z) / 2i with z = exp(i q). Expressions that
+are equal for every q have the same terms here, so "the difference is exactly zero" needs no
+simplifier.
 """
 
 import math
@@ -27,7 +28,7 @@ Terms = dict[Exponents, tuple[int, int]]
 @dataclass(frozen=True)
 class Generator:
     """
-    What a polynomial is made of.
+    A variable of a polynomial, which may have negative exponents.
 
     Parameters
     ----------
@@ -93,7 +94,7 @@ class Ring:
         """
         Return a sympy expression without angles: numbers, symbols, their sums and products.
 
-        What is neither (a square root, a decimal fraction) becomes a generator of its own, so that
+        A number that is neither (a square root, a decimal) becomes a generator of its own, so that
         the fractions of the arithmetic stay those of cosines and the factoring stays generic.
         """
         if expression.is_Integer:
@@ -183,7 +184,7 @@ class Laurent:
         Parameters
         ----------
         index
-            Of the generator.
+            Index of the generator.
         per_unit
             The generator is exp(i q / per_unit).
         """

@@ -23,7 +23,7 @@ Affine = tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]
 @dataclass(frozen=True)
 class Names:
     """
-    What the names of a file mean.
+    The names of a file and their meanings.
 
     Attributes
     ----------

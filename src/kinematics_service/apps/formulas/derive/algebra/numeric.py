@@ -134,7 +134,7 @@ def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale:
     Parameters
     ----------
     functions
-        What must vanish, at least one.
+        Functions that must vanish, at least one.
     starts : shape (N, n)
     scale : shape (n,)
         One unit of each joint, so that metres and radians compare; 0 for a joint that is held.

@@ -11,7 +11,7 @@ from .laurent import Laurent, from_terms
 
 
 def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) -> Laurent | None:
-    """Return value / product where no joint variable is left in it, multiplied back; else None."""
+    """Return value / product if it has no joint variable, multiplied back; else None."""
     joints = arithmetic.joint_indices
     ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
@@ -27,7 +27,7 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
 
 def divided(value: Laurent, factor: Laurent) -> Laurent | None:
     """
-    Return value / factor where nothing is left, else None.
+    Return value / factor if nothing remains, else None.
 
     A monomial of angles divides everything; one of lengths, which may be 0, does not.
     """

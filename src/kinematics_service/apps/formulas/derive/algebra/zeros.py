@@ -15,7 +15,7 @@ from .numeric import Numbers, smallest_step, values_and_gradients
 
 # A zero is within this of the pose that shows it, rad or the unit of length.
 NEAR = 1e-9
-# Of a sum of a few hundred terms, against the sum of their sizes.
+# Relative to the sum of the sizes of a few hundred terms.
 ROUND_OFF = 1e-13
 STEPS = 32
 # Poses are looked at after so many steps, the best of them.
@@ -45,14 +45,14 @@ class Box:
 @dataclass(frozen=True, eq=False)
 class Zero:
     """
-    What is known of common zeros in a box.
+    The answer about common zeros in a box.
 
     Attributes
     ----------
     exists
-        Whether there is one; None where that is not decided.
+        Whether there is one; None if that is not decided.
     pose : shape (n,)
-        In the box and within 1e-9 of a zero; None where none is shown.
+        In the box and within 1e-9 of a zero; None if none is shown.
     """
 
     exists: bool | None
@@ -66,7 +66,7 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     Parameters
     ----------
     functions
-        Of the same joint variables.
+        Polynomials of the same joint variables.
     box
         Where.
     starts : shape (N, n)
