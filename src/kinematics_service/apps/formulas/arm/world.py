@@ -7,6 +7,7 @@ J is independent of the kernel's: it comes from dT/dq, not from axes and moment 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 import sympy as sp
@@ -61,11 +62,7 @@ class World:
     @cached_property
     def frames(self) -> list[Floats]:
         """Return frame 0, the frame after each row, and the tool, in the base frame."""
-        frames = [self.base]
-        for row in self.rows:
-            frames.append(frames[-1] @ row)
-        frames.append(frames[-1] @ self.tool)
-        return frames
+        return [*accumulate((self.base, *self.rows, self.tool), np.matmul)]
 
     @cached_property
     def tool(self) -> Floats:
@@ -106,10 +103,8 @@ class World:
     @cached_property
     def _behind(self) -> list[Floats]:
         # The tool in the frame after each row.
-        found = [self.tool]
-        for row in reversed(self.rows[1:]):
-            found.append(row @ found[-1])
-        return found[::-1]
+        behind = accumulate((self.tool, *reversed(self.rows[1:])), lambda T, row: row @ T)
+        return [*behind][::-1]
 
     def columns_of(self, joints: Sequence[int]) -> Floats:
         """Return the columns of some joints as if no loop moved any, shape (N, 6, k)."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
-from itertools import groupby
+from itertools import accumulate, groupby
 
 import sympy
 
@@ -89,9 +89,8 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
         for row in rows
     )
     tool = _motion(description.tool.motion, arithmetic)
-    in_base = [_motion(description.base.motion, arithmetic)]
-    for transform in transforms:
-        in_base.append(product(in_base[-1], transform))
+    base = _motion(description.base.motion, arithmetic)
+    in_base = tuple(accumulate(transforms, product, initial=base))
     T = product(in_base[-1], tool)
     size = sum(len(entry) for row in T for entry in row)
     if size > MOST_TERMS:
@@ -111,7 +110,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
         raise DerivationError(
             f'the pose of the tool has {size} terms (at most {MOST_TERMS}): {advice}'
         )
-    return Frames(rows, transforms, tool, tuple(in_base), T)
+    return Frames(rows, transforms, tool, in_base, T)
 
 
 def _row(link: Link, convention: str, arithmetic: Arithmetic) -> ExactRow:

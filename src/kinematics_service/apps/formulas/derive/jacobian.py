@@ -7,6 +7,7 @@ Rows are the linear three, then the angular three; columns are per rad, or per l
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
+from itertools import accumulate
 
 import sympy
 
@@ -69,14 +70,11 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
         yield from enumerate(frames.in_base[:-1])
         return
     zero, _, _, one = frames.tool[3]
-    T = identity = tuple(tuple(one if i == j else zero for j in range(4)) for i in range(4))
-    for row in range(frame, len(frames.rows)):
-        yield row, T
-        T = product(T, frames.row_transforms[row])
-    T = identity
-    for row in reversed(range(frame)):
-        T = product(T, inverse(frames.row_transforms[row]))
-        yield row, T
+    identity = tuple(tuple(one if i == j else zero for j in range(4)) for i in range(4))
+    before, after = frames.row_transforms[:frame], frames.row_transforms[frame:]
+    onwards = accumulate(after, product, initial=identity)
+    yield from zip(range(frame, len(frames.rows)), onwards)
+    yield from zip(reversed(range(frame)), accumulate(map(inverse, reversed(before)), product))
 
 
 def coupling(frames: Frames, arithmetic: Arithmetic) -> sympy.Matrix:
