@@ -76,6 +76,7 @@ ROOMS = (
     'apps/pictures',
     'apps/pictures/commands',
     'apps/formulas/derive/algebra',
+    'apps/formulas/arm',
     'apps/formulas/derive',
     'apps/formulas/derive/output',
     'apps/formulas/compare/text',
@@ -97,7 +98,7 @@ OF_APPS = {
 # Lines of code, without docstrings, comments and blanks: of the core with the kernel, of an app.
 CORE_LINES, APP_LINES = 30_000, 8_000
 # What is larger today; a row shrinks with its area, and goes.
-TOO_LARGE = {'core': 31_790, 'apps/formulas': 8_345}
+TOO_LARGE = {'core': 31_790}
 # Public annotations of functions, methods and fields with `Any` or `object`, where nothing
 # narrower is true. The number only shrinks.
 OPEN_ANNOTATIONS = 116

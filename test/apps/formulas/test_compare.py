@@ -21,10 +21,10 @@ from folders import GOLDEN
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
-from kinematics_service.apps.formulas.compare.arm.numbers import Evaluation
+from kinematics_service.apps.formulas.arm.numbers import Evaluation
+from kinematics_service.apps.formulas.arm.table import table_of
+from kinematics_service.apps.formulas.arm.world import World
 from kinematics_service.apps.formulas.compare.arm.symbols import SymbolicArm
-from kinematics_service.apps.formulas.compare.arm.table import table_of
-from kinematics_service.apps.formulas.compare.arm.world import World
 from kinematics_service.apps.formulas.compare.comparison import compare
 
 HERE = Path(__file__).parent

@@ -29,8 +29,6 @@ from kinematics_service.apps.formulas.derive.file_factors import (
     factors_to_write,
     file_text,
 )
-from kinematics_service.apps.formulas.derive.frames import frames_of
-from kinematics_service.apps.formulas.derive.jacobian import geometric
 from kinematics_service.apps.formulas.derive.output.report import report_of
 from kinematics_service.apps.formulas.derive.output.text import text_of
 from kinematics_service.apps.formulas.derive.sampled_poses import sampler_of
@@ -357,9 +355,7 @@ def test_halves_of_a_factor_are_one_family_where_their_rank_is_the_same(text, ra
     whole = sine_and_cosine(arithmetic, last)[0]
     halves = sine_and_cosine(arithmetic, last, sympy.Rational(1, 2))
     factor = factors.RealFactor(whole, 1, halves)
-    frames = frames_of(robot.description, arithmetic)
-    J = geometric(frames, arithmetic)
-    sampler = sampler_of(robot, arithmetic, frames, J)
+    sampler = sampler_of(robot, arithmetic)
     search = FamilySearch(sampler, (sampler,))
     product = factors.Factored(arithmetic.ring.number(1), (factor,), True)
     found = families_of(product, search)

@@ -117,6 +117,21 @@ def test_json_is_read_back_by_sympy(name):
     assert set(document['terms_of_difference'].values()) == {0}
 
 
+def test_json_has_the_velocity_along_a_path():
+    derivation = derived('planar_2r')
+    path = along(derivation, parse_path('q1=sin(t), q2=2*t', derivation))
+    said = json.loads(json_of(derivation, path, (-1.0, 1.0)))['path']
+    assert said['q'] == ['sin(t)', '2*t']
+    assert said['qdot'] == ['cos(t)', '2']
+    omega = [sympy.sympify(entry, locals={'t': sympy.Symbol('t')}) for entry in said['omega']]
+    assert omega[:2] == [0, 0]
+    assert str(omega[2]) == 'cos(t) + 2'
+    # Stretched at t = 0.
+    (crossing,) = said['crossings']
+    assert crossing['time'] == pytest.approx(0.0, abs=1e-9)
+    assert not crossing['touches']
+
+
 @pytest.mark.parametrize('name', marked([*SQUARE, 'six_joint_dh']))
 def test_numpy_code_is_the_library(name):
     derivation = derived(name)

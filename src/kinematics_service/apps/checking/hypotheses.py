@@ -226,21 +226,28 @@ def number_signs_of(robot: Robot) -> Iterator[Hypothesis]:
     for k, link in enumerate(robot.description.links):
         if not isinstance(link, DhRow):
             continue
+        constants = _constants(link)
         for j, name in enumerate(link.names):
-            motion = link.motions[j]
-            affine = motion.argument.affine
-            if affine.constant == 0.0:
+            if constants[j] == 0.0:
                 continue
-            other = replace(affine, constant=-affine.constant)
-            turned = replace(motion, argument=replace(motion.argument, affine=other))
-            row = replace(link, motions=(*link.motions[:j], turned, *link.motions[j + 1 :]))
-            changed = [*rows[:k], row_of(row, robot.convention), *rows[k + 1 :]]
-            what = f'the constant of {name}' if affine.coefficients else name
-            yield Hypothesis(
-                'number_sign',
-                f'{what} of links[{k}] has the other sign',
-                robot=_with_rows(robot, changed),
-            )
+            turned = np.where(np.arange(len(constants)) == j, -constants, constants)
+            changed = [*rows[:k], _with_constants(robot, link, turned), *rows[k + 1 :]]
+            what = f'the constant of {name}' if link[name].affine.coefficients else name
+            said = f'{what} of links[{k}] has the other sign'
+            yield Hypothesis('number_sign', said, robot=_with_rows(robot, changed))
+
+
+def _constants(row: DhRow) -> Floats:
+    return np.array([one.argument.affine.constant for one in row.motions])
+
+
+def _with_constants(robot: Robot, row: DhRow, constants: Floats) -> Row:
+    arguments = (
+        replace(one.argument, affine=replace(one.argument.affine, constant=float(x)))
+        for one, x in zip(row.motions, constants)
+    )
+    motions = tuple(replace(one, argument=new) for one, new in zip(row.motions, arguments))
+    return row_of(replace(row, motions=motions), robot.convention)
 
 
 def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
@@ -249,7 +256,7 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
     rows = [link for link in links if isinstance(link, DhRow)]
     if len(rows) < len(links) or len(rows) > MOST_SWAPPED:
         return
-    table = np.array([[one.argument.affine.constant for one in row.motions] for row in rows])
+    table = np.array([_constants(row) for row in rows])
     tried = {table.tobytes()}
     names, count = rows[0].names, len(rows)
     angles = [motion.turns for motion in rows[0].motions]
@@ -275,14 +282,7 @@ def _with_numbers(
     if table.tobytes() in tried:
         return
     tried.add(table.tobytes())
-    changed = []
-    for row, numbers in zip(rows, table):
-        motions = tuple(
-            replace(one, argument=replace(one.argument, affine=replace(affine, constant=float(x))))
-            for one, x in zip(row.motions, numbers)
-            for affine in [one.argument.affine]
-        )
-        changed.append(row_of(replace(row, motions=motions), robot.convention))
+    changed = [_with_constants(robot, row, constants) for row, constants in zip(rows, table)]
     yield Hypothesis('exchange', sentence, robot=_with_rows(robot, changed))
 
 

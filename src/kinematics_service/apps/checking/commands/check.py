@@ -301,12 +301,10 @@ def _rounded(value: float) -> float:
 
 
 def _structure(robot: Robot) -> str:
-    if (
-        robot.singularity.task.structurally_deficient
-        or not robot.singularity.task.dependent_joints
-    ):
+    task = robot.singularity.task
+    if task.structurally_deficient or not task.dependent_joints:
         return structure_in_words(robot)
-    joints = ' and '.join(robot.singularity.task.dependent_joints)
+    joints = ' and '.join(task.dependent_joints)
     return f'{joints} can move at every pose without moving the task rows'
 
 

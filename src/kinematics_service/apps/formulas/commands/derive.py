@@ -193,8 +193,6 @@ def _why_none(derivation: 'Derivation') -> str:
         return 'there are too many minors to write out'
     if determinant.minors == 1:
         return 'the set is empty'
-    return (
-        'the minors share none'
-        if determinant.split
-        else 'no common factor of the minors was found'
-    )
+    if determinant.split:
+        return 'the minors share none'
+    return 'no common factor of the minors was found'

@@ -1,4 +1,4 @@
-"""A file of formulas against a robot: what agrees, what differs, where, and why."""
+"""Compare a file of formulas with a robot at random poses: entries that differ, and causes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -8,10 +8,10 @@ import sympy as sp
 
 from ....errors import FormulaError
 from ....robot.robot import Robot
-from .arm.numbers import Floats
+from ..arm.numbers import Floats
+from ..arm.table import table_of
 from .arm.quantities import ACCEPTED
 from .arm.symbols import shown
-from .arm.table import table_of
 from .causes.explanation import Explained, Explanation, explain, right_entry
 from .causes.slips import another_quantity
 from .statements.checks import ROUND_OFF, Check, QuantityCheck
@@ -59,7 +59,7 @@ class WrongEntry:
 @dataclass(frozen=True)
 class Verdict:
     """
-    What is true of one formula.
+    The result of one formula.
 
     Parameters
     ----------
@@ -149,15 +149,14 @@ def compare(robot: Robot, text: str) -> Comparison:
             if isinstance(check, SolutionCheck):
                 solutions.append(check)
         except FormulaError as fault:
-            faults.append(_located(fault, statement))
+            faults.append(fault if fault.line else statement.fault(fault.message))
         except RecursionError:
-            message = f'{statement.name}: the formula is nested too deep'
-            faults.append(FormulaError(message, statement.line, 1))
+            faults.append(statement.fault(f'{statement.name}: the formula is nested too deep'))
     verdicts = _with_the_others(verdicts, solutions)
     claims = [statement for statement in understood.statements if statement.kind == 'claim']
     if claims and names.table.passive:
         message = 'families of singular poses are not compared where loops bend the arm'
-        faults.append(FormulaError(message, claims[0].line, 1))
+        faults.append(claims[0].fault(message))
     if claims and not faults:
         verdicts += [
             Verdict(one.name, one.line, (DIFFERS, AGREES)[one.holds], (1, 1), remarks=one.remarks)
@@ -176,21 +175,10 @@ def compare(robot: Robot, text: str) -> Comparison:
     )
 
 
-def _located(fault: FormulaError, statement: Statement) -> FormulaError:
-    return fault if fault.line else FormulaError(fault.message, statement.line, 1)
-
-
-def _symbols(statement: Statement) -> frozenset[sp.Symbol]:
-    symbols = set(statement.value.free_symbols)
-    if statement.left is not None:
-        symbols |= statement.left.free_symbols
-    return frozenset(symbols)
-
-
 def _check(
     robot: Robot, names: FormulaNames, statement: Statement, understood: Understood
 ) -> Check:
-    symbols, settings = _symbols(statement), statement.settings
+    symbols, settings = statement.symbols, statement.settings
 
     def poses(count: int, symbols: frozenset[sp.Symbol] = symbols) -> Poses:
         return poses_for(robot, names, settings, symbols, understood.fixed, count)
@@ -202,19 +190,14 @@ def _check(
         return EquationCheck(robot, names, statement, poses(8))
     if names.table.passive:
         if statement.joint < names.table.joints:
-            raise FormulaError(
+            raise statement.fault(
                 f'{statement.name}: an inverse is not compared where loops bend the arm; of '
-                'passive joints formulas are',
-                statement.line,
-                1,
+                'passive joints formulas are'
             )
         return PassiveJointCheck(robot, names, statement, poses(8))
-    others = tuple(
-        s
-        for s in understood.statements
-        if s.kind == 'solution' and s.settings == statement.settings
-    )
-    together = frozenset().union(*map(_symbols, others))
+    solutions = (s for s in understood.statements if s.kind == 'solution')
+    others = tuple(s for s in solutions if s.settings == settings)
+    together = frozenset().union(*(s.symbols for s in others))
     return SolutionCheck(robot, names, statement, poses(BRANCH_POSES, together), others)
 
 
@@ -224,11 +207,9 @@ def _verdict(check: Check) -> Verdict:
     if isinstance(check, QuantityCheck):
         if np.isnan(check.right).any():
             task = ' '.join(check.robot.singularity.task.rows)
-            raise FormulaError(
+            raise statement.fault(
                 f'{statement.name}: the Jacobian of the task ({task}) has '
-                f'{check.names.table.joints} columns: it has no determinant',
-                statement.line,
-                1,
+                f'{check.names.table.joints} columns: it has no determinant'
             )
         if not check.fits:
             return _misshapen(check, base)
@@ -254,16 +235,14 @@ def _verdict(check: Check) -> Verdict:
 
 
 def _rounded(check: Check) -> tuple[str, ...]:
-    # Printed numbers are compared to their last digit, and that is said.
+    # A remark for printed numbers, which are compared to their last digit.
     if not check.statement.decimals and not check.statement.half_units:
         return ()
     worst = float(np.max(check.gap(check.person, check.right)))
     if worst <= ROUND_OFF:
         return ()
-    places = check.statement.decimals
-    if not places:
-        return (f'to the decimals given; the largest difference is {worst:.2g}',)
-    return (f'to the {places} decimals given; the largest difference is {worst:.2g}',)
+    places = f'{check.statement.decimals} ' if check.statement.decimals else ''
+    return (f'to the {places}decimals given; the largest difference is {worst:.2g}',)
 
 
 def _misshapen(check: QuantityCheck, base: Verdict) -> Verdict:
@@ -326,11 +305,9 @@ def _facts(check: QuantityCheck) -> list[str]:
 
 
 def _structural(robot: Robot) -> str:
-    rank, full = (
-        robot.singularity.task.generic_rank,
-        min(len(robot.singularity.task.rows), robot.dof),
-    )
-    joints = ', '.join(robot.singularity.task.dependent_joints)
+    task = robot.singularity.task
+    rank, full = task.generic_rank, min(len(task.rows), robot.dof)
+    joints = ', '.join(task.dependent_joints)
     because = f': the motions of {joints} cancel' if joints else ''
     return (
         f'the determinant is 0 at every pose, not only here: the rank is at most {rank} of {full}'

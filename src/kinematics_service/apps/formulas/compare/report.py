@@ -18,11 +18,11 @@ def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator
     Parameters
     ----------
     comparison
-        What was found.
+        The comparison to report.
     file
         The name of the formulas' file.
     verbose
-        Name the causes that were tested where none explains a difference.
+        Name the causes that were tested if none explains a difference.
     """
     verdicts = comparison.verdicts
     wrong = sum(verdict.status != AGREES for verdict in verdicts)

@@ -1,8 +1,8 @@
 """
-What closes the loops of an arm, in symbols: equations, how passive joints follow, determinants.
+Closure equations of loops in symbols, the coupling of passive joints, and the determinants.
 
-Everything is in the joints and in the passive joints: these follow from those by the closure
-equations, for which there is no closed form in general.
+All expressions are in the joints and the passive joints. The passive joints follow from the joints
+by the closure equations, which have no closed form in general.
 """
 
 from collections.abc import Callable, Sequence
@@ -109,8 +109,8 @@ def loop_equations(
     by_joints = phi.jacobian(list(joints))
     determinant = simplified(by_passive.det())
     coupling = (-by_passive.adjugate() * by_joints / determinant).applyfunc(simplified)
-    closed = sympy.ImmutableMatrix(coupling)
-    return LoopEquations(name, tuple(passive), tuple(constraint), closed, determinant)
+    coupling = coupling.as_immutable()
+    return LoopEquations(name, tuple(passive), tuple(constraint), coupling, determinant)
 
 
 def loops_of(

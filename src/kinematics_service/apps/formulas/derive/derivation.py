@@ -1,4 +1,4 @@
-"""The exact derivation of an arm: what a textbook does by hand, for every robot file."""
+"""Derive an arm exactly: frames, Jacobian four ways, determinant and singular set in symbols."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -59,7 +59,7 @@ class Derivation:
         Its symbols: `variables` (passive joints behind the others), `lengths`, and the file's
         `values` of the lengths.
     jacobian_open : 6 x n
-        By the joints, and by the passive joints behind them as if each moved by itself.
+        J by the joints, and by the passive joints behind them as if each moved by itself.
     methods
         The four ways to it, with the number of terms their difference from the first leaves: 0.
     coupling
@@ -154,7 +154,7 @@ class Derivation:
         """
         Return the determinant of the task rows as a product, or the product of singular values.
 
-        None where it is not written out.
+        None if it is not written out.
         """
         return self.singular_set.determinant.expression
 
@@ -241,9 +241,7 @@ class Exact:
 
 
 def derive(
-    robot: AnyRobot,
-    locked: Mapping[str, str] | None = None,
-    progress: Progress | None = None,
+    robot: AnyRobot, locked: Mapping[str, str] | None = None, progress: Progress | None = None
 ) -> Derivation:
     """
     Return the exact derivation of an arm.
@@ -272,42 +270,29 @@ def derive(
     """
     robot = robot_in_letters(robot)
     tell = progress or (lambda _: None)
+    if robot.description.loops and locked:
+        raise DerivationError(f'{robot.name} has closed loops: none of its joints is locked')
     tell('frames')
-    arm = whole = robot.description
-    if arm.loops:
-        if locked:
-            raise DerivationError(f'{robot.name} has closed loops: none of its joints is locked')
-        # The angles of the ring are those of all rows.
-        rows_of_loops = tuple(link for loop in arm.loops for link in loop.links)
-        arm = opened(arm)
-        whole = replace(arm, links=arm.links + rows_of_loops)
-    names = names_of(whole, locked)
-    arithmetic = arithmetic_of(whole, names)
-    frames = frames_of(arm, arithmetic)
-    writer = writer_of(frames, arithmetic)
-    tell('Jacobian')
-    found = {}
+    exact = exact_of(robot, locked)
+    frames, arithmetic, writer, J = exact.frames, exact.arithmetic, exact.writer, exact.J
+    methods = {}
     for name, way in ways.METHODS.items():
         tell(f'Jacobian: {name}')
-        found[name] = way(frames, arithmetic)
-    J = found['geometric']
-    sampler = sampler_of(robot, arithmetic, frames, J)
-    exact = Exact(arithmetic, frames, writer, sampler, J)
-    loops = loops_of(robot, arm, arithmetic, tell)
+        methods[name] = ways.differences(J, way(frames, arithmetic))
+    loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     if loops:
         found_set: SingularSet | None = _closed_set(exact, loops, tell)
     else:
-        found_set = _singular_set(exact, tell) or _singular_set(
-            exact_of(robot, names, parts=2), tell
-        )
+        found_set = _singular_set(exact, tell)
+        found_set = found_set or _singular_set(exact_of(robot, locked, parts=2), tell)
     assert found_set is not None  # with half angles every family is one
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(
         robot=robot,
-        names=names,
+        names=arithmetic.names,
         jacobian_open=writer.matrix(J),
-        methods={name: ways.differences(J, other) for name, other in found.items()},
+        methods=methods,
         coupling=None if plain else C,
         loops=loops,
         singular_set=found_set,
@@ -326,7 +311,7 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
-    # None where a factor is no single family unless half angles are looked at.
+    # None if a factor is a single family in half angles only.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     search = FamilySearch(sampler, sampler.in_random_letters)
@@ -407,20 +392,25 @@ class DeterminantFactors(NamedTuple):
         return [FamilySearch(sampler, (sampler,)).numbers(value) for value in self.values]
 
 
-def exact_of(robot: Robot, names: Names | None = None, parts: int = 1) -> Exact:
+def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int = 1) -> Exact:
     """
-    Return the arithmetic of an open arm, of its joint angles or of halves of them (`parts` 2).
+    Return the arithmetic of an arm, its loops open, in joint angles or in half angles (`parts` 2).
 
     Raises
     ------
     DerivationError
-        An angle is not a fraction of a joint's, or the pose is too long.
+        A name to lock is unknown, an angle is not a fraction of a joint's, or the pose is too
+        long.
     """
-    names = names or names_of(robot.description, None)
-    arithmetic = arithmetic_of(robot.description, names, parts)
-    frames = frames_of(robot.description, arithmetic)
+    description = robot.description
+    arm = opened(description) if description.loops else description
+    # The angles of the ring are those of all rows.
+    rows_of_loops = (link for loop in description.loops for link in loop.links)
+    whole = replace(arm, links=(*arm.links, *rows_of_loops))
+    arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)
+    frames = frames_of(arm, arithmetic)
     J = ways.geometric(frames, arithmetic)
-    sampler = sampler_of(robot, arithmetic, frames, J)
+    sampler = sampler_of(robot, arithmetic)
     return Exact(arithmetic, frames, writer_of(frames, arithmetic), sampler, J)
 
 

@@ -1,19 +1,21 @@
 """
-The determinant of the task rows, or its minors, in the frame where it is shortest.
+The determinant of the task rows, or their minors, by expansion along rows in the best frame.
 
 Turning all linear rows together, or all angular ones, does not change a determinant; nor, with all
 six rows, does moving the reference point: both are chosen so that most entries vanish.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
+
+from sympy.combinatorics import Permutation
 
 from .algebra.arithmetic import Arithmetic
 from .algebra.laurent import Laurent, total
-from .algebra.matrices import Matrix, Vector, cross
+from .algebra.matrices import Matrix, Vector
 from .frames import Frames
-from .jacobian import Axis, _columns, axes_seen_from, in_axes_of
+from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of
 
 # The linear ones and the angular ones.
 ROWS = ((0, 1, 2), (3, 4, 5))
@@ -45,7 +47,7 @@ class Minors:
     Parameters
     ----------
     view
-        What they are parts of.
+        The Jacobian they are parts of.
     columns
         Indices of the columns left when joints that only repeat others are left out.
     values
@@ -80,7 +82,7 @@ def simplest_view(
     Parameters
     ----------
     J
-        Of the tool, base axes.
+        Jacobian of the tool, base axes.
     frames, arithmetic
         The arm.
     rows
@@ -99,14 +101,15 @@ def simplest_view(
         return min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
     best: tuple[tuple[int, int, int], View] | None = None
     n = len(frames.rows)
-    # From the middle outwards, where axes are seen through the fewest rows: a frame whose angular
-    # rows alone are longer than the best found cannot be better.
+    origin: Vector = (arithmetic.ring.number(0),) * 3
+    # Frames in the middle first, since they see axes through the fewest rows: a frame cannot be
+    # better if its angular rows alone are longer than the best found.
     for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):
         axes = axes_seen_from(frames, frame)
-        if best is not None and _angular_size(frames, arithmetic, axes) > best[0][0]:
+        angular = jacobian_of(frames, arithmetic, axes, [origin] * len(axes))
+        if best is not None and _size(angular) > best[0][0]:
             continue
-        zero: Vector = (arithmetic.ring.number(0),) * 3
-        named = [(f'the origin of frame {frame}', zero)]
+        named = [(f'the origin of frame {frame}', origin)]
         named += [(f'the origin of the axis of row {axis.row + 1}', axis.o) for axis in axes]
         for index, (name, point) in enumerate(named):
             seen = about(frames, arithmetic, axes, point)
@@ -115,21 +118,6 @@ def simplest_view(
                 best = (order, View(seen, f'frame {frame}', name))
     assert best is not None
     return best[1]
-
-
-def _angular_size(frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...]) -> int:
-    nothing = tuple(arithmetic.ring.number(0) for _ in range(3))
-    return _size(_columns(frames, arithmetic, lambda axis: (nothing, axis.z), axes))
-
-
-def about(frames: Frames, arithmetic: Arithmetic, axes: tuple[Axis, ...], point: Vector) -> Matrix:
-    """Return J of axes about a point, in the frame both are seen from."""
-
-    def column(axis: Axis) -> tuple[Vector, Vector]:
-        arm = tuple(a - b for a, b in zip(point, axis.o))
-        return cross(axis.z, arm), axis.z
-
-    return _columns(frames, arithmetic, column, axes)
 
 
 def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int) -> Minors:
@@ -147,12 +135,14 @@ def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int
     rank
         The generic rank of the task rows: the size of the minors.
     """
-    values = [
-        determinant_of([[view.J[i][j] for j in chosen] for i in chosen_rows]).without_cancelled()
-        for chosen_rows in combinations(rows, rank)
-        for chosen in combinations(columns, rank)
-    ]
+    values = (value.without_cancelled() for value in minors(view.J, rows, columns, rank))
     return Minors(view, tuple(columns), tuple(values))
+
+
+def minors(J: Matrix, rows: Sequence[int], columns: Sequence[int], size: int) -> Iterator[Laurent]:
+    """Yield the determinants of all square parts of a size of these rows and columns."""
+    for chosen_rows, chosen in product(combinations(rows, size), combinations(columns, size)):
+        yield determinant_of([[J[i][j] for j in chosen] for i in chosen_rows])
 
 
 def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
@@ -160,7 +150,6 @@ def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
     ring = matrix[0][0].ring
     # Rows with the fewest terms last: the small minors, which are used most often, stay short.
     order = sorted(range(len(matrix)), key=lambda i: -sum(len(e) for e in matrix[i]))
-    sign = _sign(order)
     rows = [matrix[i] for i in order]
     known: dict[tuple[int, ...], Laurent] = {(): ring.number(1)}
 
@@ -177,10 +166,4 @@ def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
             known[columns] = total(ring, summands)
         return known[columns]
 
-    result = minor(tuple(range(len(matrix))))
-    return result if sign > 0 else -result
-
-
-def _sign(order: Sequence[int]) -> int:
-    swaps = sum(a > b for k, a in enumerate(order) for b in order[k + 1 :])
-    return -1 if swaps % 2 else 1
+    return minor(tuple(range(len(matrix)))).scaled(Permutation(order).signature())

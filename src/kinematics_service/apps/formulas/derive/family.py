@@ -1,4 +1,4 @@
-"""The zeros of a factor, solved for one joint, with the condition for them to exist."""
+"""Solve a factor for one joint: a cosine with a phase, or linear; when its zeros exist."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

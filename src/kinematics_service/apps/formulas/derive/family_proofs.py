@@ -1,28 +1,25 @@
 """
-What is found at poses of a family, proved for all of it: whatever a factor divides vanishes there.
+Prove for a whole family what was found at its poses, by division: multiples of a factor vanish.
 
-A rank is at most r where every minor of size r + 1 vanishes; that it is no less is seen at a pose.
+A rank is at most r if every minor of size r + 1 vanishes. One pose shows that it is not less.
 """
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import reduce
-from itertools import combinations
 from itertools import product as cartesian
-from math import comb
 
 import numpy as np
 
-from .algebra.arithmetic import Arithmetic, inverse
+from .algebra.arithmetic import Arithmetic
 from .algebra.factors import factored
-from .algebra.half_factors import Terms
-from .algebra.laurent import Laurent, Ring, from_terms, total
-from .algebra.matrices import Matrix, product
+from .algebra.laurent import Laurent, Ring, Terms, from_terms, total
+from .algebra.matrices import Matrix, inverse, product
 from .algebra.numeric import Numbers
 from .algebra.quotient import divided
-from .determinant import about, determinant_of
+from .determinant import minors
 from .frames import Frames
-from .jacobian import axes_seen_from, geometric, in_axes_of
+from .jacobian import about, axes_seen_from, geometric, in_axes_of
 from .singular_geometry import Lost
 
 # More minors than these are not looked at: the claim stays one of sampled poses.
@@ -40,7 +37,7 @@ class CommonZeros:
     J
         The task rows, so that their rank is the task's.
     generic_rank
-        Of the task rows: each factor divides all minors of that size.
+        Generic rank of the task rows: each factor divides all minors of this size.
     factors
         All 0 there.
     """
@@ -62,14 +59,9 @@ class CommonZeros:
 
     def vanish(self, rows: Sequence[int], columns: Sequence[int], size: int) -> bool:
         """Return whether it is proved that all minors of these rows and columns vanish."""
-        if comb(len(rows), size) * comb(len(columns), size) > MOST_MINORS:
+        if math.comb(len(rows), size) * math.comb(len(columns), size) > MOST_MINORS:
             return False
-        minors = (
-            determinant_of([[self.J[i][j] for j in chosen] for i in chosen_rows])
-            for chosen_rows in combinations(rows, size)
-            for chosen in combinations(columns, size)
-        )
-        return self.are_zero(minors)
+        return self.are_zero(minors(self.J, rows, columns, size))
 
     def are_zero(self, values: Iterable[Laurent]) -> bool:
         """Return whether it is proved that polynomials vanish on it."""
@@ -108,17 +100,15 @@ class _Replaced:
 
     def _to(self, power: int, ring: Ring) -> Laurent:
         if self.length is not None:
-            return reduce(Laurent.__mul__, [self.length] * power, ring.number(1))
+            return math.prod([self.length] * power, start=ring.number(1))
         turned = from_terms(ring, {tuple(power * t for t in self.turns): (1, 0)})
         return turned.times_i(self.quarter * power)
 
 
 def _branches(factors: Sequence[Laurent], arithmetic: Arithmetic) -> list[_Branch] | None:
     # All but one factor are solved for a generator, and what it is goes into the others.
-    if not factors:
-        return [_Branch((), None)]
-    if len(factors) == 1:
-        return [_Branch((), factors[0])]
+    if len(factors) < 2:
+        return [_Branch((), next(iter(factors), None))]
     for k, factor in enumerate(factors):
         solutions = _solutions(factor, arithmetic)
         if solutions:
@@ -190,10 +180,10 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     if lost.point is None:
         J = in_axes_of(geometric(frames, arithmetic), frames.in_base[lost.frame])
     else:
-        zero = arithmetic.ring.number(0)
         axes = axes_seen_from(frames, lost.point)
-        J = about(frames, arithmetic, axes, (zero, zero, zero))
-        J = in_axes_of(J, _pose(frames, lost.point, lost.frame, arithmetic))
+        J = about(frames, arithmetic, axes, (arithmetic.ring.number(0),) * 3)
+        T_base_point, T_base_frame = frames.in_base[lost.point], frames.in_base[lost.frame]
+        J = in_axes_of(J, product(inverse(T_base_point), T_base_frame))
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
         return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
@@ -202,10 +192,3 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
     left = [[i for i in range(6) if i != other] for other in others]
     return len(J[0]) == 6 and all(whole.vanish(rows, range(6), 5) for rows in left)
-
-
-def _pose(frames: Frames, seen_from: int, frame: int, arithmetic: Arithmetic) -> Matrix:
-    T = arithmetic.identity()
-    for row in range(min(seen_from, frame), max(seen_from, frame)):
-        T = product(T, frames.row_transforms[row])
-    return T if frame >= seen_from else inverse(T)

@@ -1,4 +1,4 @@
-"""Factors as texts of a robot file, and the check that they are the determinant's."""
+"""Write factors as texts of a robot file, and compare their product with the determinant."""
 
 import numpy as np
 import sympy
@@ -43,7 +43,7 @@ class FilePrinter(DecimalPrinter):
 
 
 def decimal(number: sympy.Expr) -> str | None:
-    """Return an exact decimal of a fraction, or None where there is none that is short."""
+    """Return an exact decimal of a fraction, or None if it has no short one."""
     q = int(number.q)
     for prime in (2, 5):
         while q % prime == 0:
@@ -115,22 +115,15 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     product = np.ones(len(q))
     reference = np.ones(len(q))
     for factor in derivation.singular_set.factors:
-        name = factor.name if factor.name in expressions else None
-        if name is None:
-            match = [n for n, e in expressions.items() if _same_zero(e, factor.expression)]
-            if not match:
-                return float('inf')
-            name = match[0]
-        product *= evaluated(expressions[name], derivation.names, q) ** factor.power
+        own = expressions.get(factor.name)
+        alike = (e for e in expressions.values() if _is_multiple(e, factor.expression))
+        listed = next(alike, None) if own is None else own
+        if listed is None:
+            return float('inf')
+        product *= evaluated(listed, derivation.names, q) ** factor.power
         reference *= evaluated(factor.expression, derivation.names, q) ** factor.power
     if derivation.singular_set.determinant.square:
-        sampler = exact.sampler
-        J_t = (
-            sampler.arm(q).J_t
-            / sampler.robot.singularity.task.row_scales[:, None]
-            / sampler.column_scales
-        )
-        reference = np.linalg.det(J_t)
+        reference = np.linalg.det(exact.sampler.arm(q).J_t)
     if not derivation.singular_set.factors:
         return 0.0
     best = int(np.argmax(np.abs(reference)))
@@ -139,7 +132,7 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     return float(np.max(error) / np.max(np.abs(product)))
 
 
-def _same_zero(one: sympy.Expr, other: sympy.Expr) -> bool:
+def _is_multiple(one: sympy.Expr, other: sympy.Expr) -> bool:
     return bool(sympy.simplify(one / other).is_number)
 
 

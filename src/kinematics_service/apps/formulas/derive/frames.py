@@ -1,9 +1,9 @@
-"""The exact frames of an arm: each row's T, each T_0i, and the whole from base to tool."""
+"""The exact frames of an arm as products of rows: each row's T, each T_0i, and base to tool."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
-from itertools import groupby
+from itertools import accumulate, groupby
 
 import sympy
 
@@ -17,8 +17,8 @@ from ....robot.file.parts.description import (
     RigidMotion,
     RobotDescription,
 )
-from .algebra.arithmetic import NOTHING, Arithmetic, inverse, transposed
-from .algebra.matrices import Matrix, product
+from .algebra.arithmetic import NOTHING, Arithmetic
+from .algebra.matrices import Matrix, inverse, product, transposed
 from .algebra.names import Affine
 
 # The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
@@ -89,9 +89,8 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
         for row in rows
     )
     tool = _motion(description.tool.motion, arithmetic)
-    in_base = [_motion(description.base.motion, arithmetic)]
-    for transform in transforms:
-        in_base.append(product(in_base[-1], transform))
+    base = _motion(description.base.motion, arithmetic)
+    in_base = tuple(accumulate(transforms, product, initial=base))
     T = product(in_base[-1], tool)
     size = sum(len(entry) for row in T for entry in row)
     if size > MOST_TERMS:
@@ -111,7 +110,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
         raise DerivationError(
             f'the pose of the tool has {size} terms (at most {MOST_TERMS}): {advice}'
         )
-    return Frames(rows, transforms, tool, tuple(in_base), T)
+    return Frames(rows, transforms, tool, in_base, T)
 
 
 def _row(link: Link, convention: str, arithmetic: Arithmetic) -> ExactRow:
@@ -162,9 +161,7 @@ def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
         x, y, z = e[3], e[7], e[11]
         turns = [[e[4 * i + j] for j in range(3)] for i in range(3)]
         if all(entry in (-1, 0, 1) for row in turns for entry in row):
-            R = arithmetic.constant_matrix(
-                [*([*row, 0] for row in turns), [0, 0, 0, 1]],
-            )
+            R = arithmetic.constant_matrix([*([*row, 0] for row in turns), [0, 0, 0, 1]])
         else:
             R = _rotation(_roll_pitch_yaw(turns, motion), arithmetic)
     else:

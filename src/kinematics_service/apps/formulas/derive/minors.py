@@ -1,5 +1,6 @@
-"""The common factors of all minors of the task rows, and the rest of each minor."""
+"""Common factors of all minors, by factoring the shortest and dividing the others."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import sympy
 from ....kernel import Floats
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import Factored, RealFactor, factored
-from .algebra.laurent import Laurent
+from .algebra.laurent import Laurent, total
 from .algebra.quotient import divided
 from .determinant import Minors
 from .sampled_poses import PoseSampler
@@ -23,12 +24,12 @@ MOST_WRITTEN = 600
 
 def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[Laurent]]:
     """
-    Return the common factors of all minors, and what is left of each.
+    Return the common factors of all minors, and the rest of each minor.
 
-    Only the shortest minor is factored: what all have in common is among its factors, and whether
-    one of them divides another minor is found by dividing.
+    Only the shortest minor is factored: common factors are among its factors, and division tells
+    whether a factor divides another minor.
     """
-    values = sorted((value for value in minors.values if value), key=len)
+    values = sorted(filter(None, minors.values), key=len)
     if not values:
         return Factored(arithmetic.ring.number(0), (), True), []
     first = factored(values[0], arithmetic)
@@ -52,7 +53,7 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
 
 
 def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[int, list[Laurent]]:
-    # How often all are divided by a factor, and what is left of them.
+    # The power of a factor that divides all values, and the quotients.
     power = 0
     while power < most:
         left: list[Laurent] = []
@@ -66,7 +67,7 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
     """
-    Return sqrt of the sum of squares of what is left of the minors, its constant part outside.
+    Return the root of the sum of the squared rests of the minors, its constant part outside.
     """
     if not rests:
         return sympy.Integer(1)
@@ -77,35 +78,31 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
     if sum(map(len, rests)) > MOST_SQUARED:
         return sympy.sqrt(squares)
-    total = arithmetic.ring.number(0)
-    for rest in rests:
-        total = total + rest * rest
-    return sympy.sqrt(min((_product(total, writer, arithmetic), squares), key=sympy.count_ops))
+    summed = total(arithmetic.ring, (rest * rest for rest in rests))
+    return sympy.sqrt(min((_product(summed, writer, arithmetic), squares), key=sympy.count_ops))
 
 
 def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
     product = factored(value, arithmetic)
-    whole = writer.expression(product.constant)
-    for factor in product.factors:
-        whole *= writer.expression(factor.value) ** factor.power
-    return whole
+    powers = (writer.expression(factor.value) ** factor.power for factor in product.factors)
+    return math.prod(powers, start=writer.expression(product.constant))
 
 
 def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
     # g sin^2 + g cos^2 = g: two minors that differ in the axes they are seen in only.
     left = list(terms)
     for term in terms:
-        for sine in (a for a in sympy.Mul.make_args(term) if _is_square_of(a, sympy.sin)):
+        for sine in (
+            a
+            for a in sympy.Mul.make_args(term)
+            if a.is_Pow and a.exp == 2 and a.base.func == sympy.sin
+        ):
             partner = term / sine * sympy.cos(sine.base.args[0]) ** 2
             if term in left and partner in left:
                 left.remove(term)
                 left.remove(partner)
                 left.append(term / sine)
     return left
-
-
-def _is_square_of(expression: sympy.Expr, function: type[sympy.Function]) -> bool:
-    return bool(expression.is_Pow and expression.exp == 2 and expression.base.func == function)
 
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:

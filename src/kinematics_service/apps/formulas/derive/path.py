@@ -1,4 +1,4 @@
-"""Velocity of the tool along a path q(t), and when the path crosses the singular set."""
+"""Velocity of the tool along a path q(t), and its singular times by sign changes and minima."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -19,7 +19,7 @@ TIME = sympy.Symbol('t', real=True)
 SAMPLES = 4001
 # Steps, each of which narrows the bottom of a valley to a sixteenth.
 NARROWED = 9
-# What is 0 of a function, as a share of its largest value: round-off.
+# Values below this share of the largest value count as 0: round-off.
 NOTHING = 1e-12
 
 Values = Callable[[Floats], Floats]
@@ -54,7 +54,7 @@ class Path:
     Attributes
     ----------
     q, qdot
-        By t, rad and the file's length unit, per second.
+        Functions of t, rad and the file's length unit, per second.
     p, v, omega
         Position and velocities of the tool by t, base axes.
     """
@@ -77,9 +77,8 @@ class Path:
             np.stack([self.sampled(e, times) for e in vector], axis=-1)
             for vector in (self.q, self.qdot)
         )
-        rates = sampler.whole(qdot)
-        still = [k for k in range(rates.shape[1]) if k not in sampler.moving]
-        rates[:, still] = 0.0
+        rates = np.zeros((len(times), sampler.robot.dof))
+        rates[:, list(sampler.moving)] = qdot * sampler.to_si
         return sampler.whole(q), rates
 
     def _function(self, expression: sympy.Expr) -> Values:

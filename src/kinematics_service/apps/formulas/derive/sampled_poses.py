@@ -1,6 +1,5 @@
-"""An arm's numbers at poses given in the file's units, for what is found by looking at poses."""
+"""Frames, Jacobian and axes of an arm at seeded poses, with the letters of its file or random."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,11 +11,10 @@ from ....kinematics.forward import forward_kinematics, jacobian
 from ....kinematics.task_jacobian import task_jacobian
 from ....robot.robot import Robot
 from ....robot.task import seeded_poses
+from ..arm.table import Table, table_of
+from ..arm.world import World, twist_of, with_constants
 from .algebra.arithmetic import Arithmetic
-from .algebra.matrices import Matrix
-from .algebra.numeric import Complexes, Monomials, monomials_of, substituted, sum_of
 from .algebra.zeros import Box
-from .frames import Frames
 from .singular_geometry import ArmAtPoses, rank_at
 
 # Enough for a coincidence to show, few enough for a second.
@@ -25,7 +23,7 @@ POSES = 60
 # families that exist in the file exist.
 SEEDS = (1955, 1964)
 LETTER_FACTORS = (0.8, 1.25)
-# Of central differences: round-off and the third derivative are both below 1e-9.
+# Step of central differences: round-off and the third derivative are both below 1e-9.
 STEP = 1e-6
 
 
@@ -44,8 +42,10 @@ class PoseSampler:
         Positions of the others.
     to_si : shape (moving,)
         Multiplies a joint position of the file's length unit; 1 for angles.
-    arithmetic, frames, J
-        The exact arm, with values of its letters.
+    arithmetic
+        The arithmetic of the exact arm, with values of its letters.
+    table
+        The table of the arm, with the same values.
     """
 
     robot: Robot
@@ -53,8 +53,7 @@ class PoseSampler:
     still: Floats
     to_si: Floats
     arithmetic: Arithmetic
-    frames: Frames
-    J: Matrix
+    table: Table
 
     @property
     def rows(self) -> tuple[int, ...]:
@@ -104,7 +103,7 @@ class PoseSampler:
 
     def arm(self, q: Floats) -> ArmAtPoses:
         """Return the arm's numbers at poses in the file's units."""
-        robot, moving = self.robot, list(self.moving)
+        task = self.robot.singularity.task
         J, frames, tool = self.kinematics(q)
         omega = np.swapaxes(J[:, 3:], 1, 2)
         size = np.linalg.norm(omega, axis=2, keepdims=True)
@@ -114,36 +113,21 @@ class PoseSampler:
         # v = w x r with r from the axis to the tool: its foot on the axis is p + z x v.
         origins = tool[:, None] + np.cross(axes, velocity)
         return ArmAtPoses(
-            J,
-            task_jacobian(robot.singularity.task, J)
-            * robot.singularity.task.row_scales[:, None]
-            * self.column_scales,
-            frames,
-            axes,
-            origins,
-            tool,
-            tuple((~self.slides).tolist()),
-            tuple(robot.variables[j] for j in moving),
+            J_t=task_jacobian(task, J) * task.row_scales[:, None] * self.column_scales,
+            frames=frames,
+            axes=axes,
+            origins=origins,
+            tool=tool,
+            turns=tuple((~self.slides).tolist()),
+            names=tuple(self.robot.variables[j] for j in self.moving),
         )
 
     def kinematics(self, q: Floats) -> tuple[Floats, Floats, Floats]:
         """Return J (N, 6, moving), the frames of the rows, and the tool (N, 3), m and rad."""
-        metres = self.robot.description.metres
-        values, split = self._monomials.values(self._terms(q)), 6 * len(self.moving)
-        J = values[:, :split].reshape(-1, 6, len(self.moving))
-        frames = values[:, split:].reshape(len(q), -1, 4, 4)
-        J[:, :3] *= metres
-        frames[..., :3, 3] *= metres
-        return J / self.to_si, frames[:, :-1], frames[:, -1, :3, 3]
-
-    @cached_property
-    def _monomials(self) -> Monomials:
-        matrices = (self.J, *self.frames.in_base, self.frames.T_base_tool)
-        return monomials_of([e for M in matrices for row in M for e in row])
-
-    @cached_property
-    def _terms(self) -> Callable[[Floats], Complexes]:
-        return sum_of(self._monomials.whole, self.arithmetic).terms
+        variables = dict(zip(self.table.variables, self.whole(q).T))
+        world = World(self.table, with_constants(self.table, variables, len(q)), len(q))
+        frames = np.stack(world.frames, axis=1)
+        return world.columns_of(self.moving), frames[:, :-1], frames[:, -1, :3, 3]
 
     @cached_property
     def in_random_letters(self) -> tuple['PoseSampler', ...]:
@@ -151,28 +135,22 @@ class PoseSampler:
         names, found = self.arithmetic.names, []
         for seed in SEEDS if names.values else ():
             factors = np.random.default_rng(seed).uniform(*LETTER_FACTORS, len(names.values))
-            values = {s: v * float(f) for (s, v), f in zip(names.values.items(), factors)}
+            by_name = {s.name: float(f) for s, f in zip(names.values, factors)}
+            values = {s: v * by_name[s.name] for s, v in names.values.items()}
             other = replace(self.arithmetic, names=replace(names, values=values))
-            found.append(replace(self, arithmetic=other))
-            # They are the same for all letters.
-            vars(found[-1])['_monomials'] = self._monomials
+            # The letters of the table have other units.
+            given = {s: v * by_name.get(s.name, 1.0) for s, v in self.table.given.items()}
+            found.append(replace(self, arithmetic=other, table=replace(self.table, given=given)))
         return tuple(found) or (self,)
 
     def central_difference(self) -> float:
         """Return how far J is from central differences of T at a seeded pose, m and rad."""
-        robot = self.robot
+        robot, moving = self.robot, list(self.moving)
         q = self.whole(self.random(1))[0]
-        J, R = jacobian(robot, q), forward_kinematics(robot, q)[:3, :3]
-        worst = 0.0
-        for k in self.moving:
-            step = np.zeros(robot.dof)
-            step[k] = STEP
-            above, below = forward_kinematics(robot, q + step), forward_kinematics(robot, q - step)
-            rate = (above - below) / (2 * STEP)
-            turning = rate[:3, :3] @ R.T
-            column = [*rate[:3, 3], turning[2, 1], turning[0, 2], turning[1, 0]]
-            worst = max(worst, float(np.max(np.abs(J[:, k] - column))))
-        return worst
+        steps = STEP * np.eye(robot.dof)[moving]
+        rates = forward_kinematics(robot, q + steps) - forward_kinematics(robot, q - steps)
+        columns = twist_of(rates / (2 * STEP), forward_kinematics(robot, q)[None])
+        return float(np.max(np.abs(jacobian(robot, q)[:, moving] - columns.T)))
 
     @cached_property
     def elsewhere(self) -> ArmAtPoses:
@@ -195,7 +173,7 @@ class PoseSampler:
         return self.robot.singularity.task.column_scales[list(self.moving)]
 
 
-def sampler_of(robot: Robot, arithmetic: Arithmetic, frames: Frames, J: Matrix) -> PoseSampler:
+def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
     """Return the sampler of a derivation."""
     names, description = arithmetic.names, robot.description
     symbols = {symbol.name for symbol in names.variables}
@@ -207,6 +185,7 @@ def sampler_of(robot: Robot, arithmetic: Arithmetic, frames: Frames, J: Matrix) 
             moving.append(j)
             to_si.append(description.metres if slides else 1.0)
             continue
-        value = substituted(names.meanings[name], names.values)
+        value = float(names.meanings[name].subs(dict(names.values)).evalf())
         still[j] = value * (description.metres if slides else description.radians)
-    return PoseSampler(robot, tuple(moving), still, np.array(to_si), arithmetic, frames, J)
+    table = table_of(description)
+    return PoseSampler(robot, tuple(moving), still, np.array(to_si), arithmetic, table)

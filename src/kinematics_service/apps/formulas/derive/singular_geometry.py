@@ -1,18 +1,19 @@
 """
-What a family of singular poses means: its name from the geometry, and the motion lost there.
+Name a family of singular poses by its axes, and find the motion it loses by singular vectors.
 
-Found at poses on the family, with the numbers of the file: a name needs every one of them.
+Both are tested at sampled poses on the family: a name must hold at every one of them.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from ....kernel import Floats, Integers
 
-# At Newton's poses on a family the round-off is 1e-12; what is not zero there is above 1e-3.
+# At Newton's poses on a family the round-off is 1e-12; other values there are above 1e-3.
 ZERO = 1e-7
 AXES = 'xyz'
 
@@ -24,22 +25,19 @@ class ArmAtPoses:
 
     Attributes
     ----------
-    J : shape (N, 6, n), m and rad
-        Of the tool, base axes.
     J_t : shape (N, m, n)
         The task rows, scaled so that metres and radians compare.
     frames : shape (N, rows + 1, 4, 4)
         As `link_frames` gives them.
     axes, origins : shape (N, n, 3)
-        Of each joint that moves one row only; nan elsewhere.
+        The axis of each joint that moves one row only, and a point on it; nan elsewhere.
     tool : shape (N, 3)
     turns
         Whether each joint turns.
     names
-        Of the joint variables.
+        Names of the joint variables.
     """
 
-    J: Floats
     J_t: Floats
     frames: Floats
     axes: Floats
@@ -59,7 +57,7 @@ class Lost:
     text
         In words.
     axis, frame
-        The direction is this axis (0 to 2) of that frame; None where it is no axis.
+        The direction is this axis (0 to 2) of this frame; None if it is not an axis.
     angular
         Whether it turns.
     point
@@ -102,8 +100,8 @@ def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
     """
     Return the point the position of the arm is judged by, shape (N, 3).
 
-    Where the task has angular rows: the one in which the last three axes meet, else the last two;
-    the tool otherwise.
+    If the task has angular rows, it is the point in which the last three axes meet, else the last
+    two. Otherwise it is the tool.
     """
     turning = [j for j, turns in enumerate(arm.turns) if turns]
     if not angular or len(turning) < 3:
@@ -134,7 +132,7 @@ def name_of(
     arm: ArmAtPoses, elsewhere: ArmAtPoses, joints: Sequence[int], angular: bool
 ) -> str | None:
     """
-    Return wrist, elbow, shoulder or boom_length, or None where the geometry is none of these.
+    Return wrist, elbow, shoulder or boom_length, or None if the geometry fits none of them.
 
     Parameters
     ----------
@@ -161,10 +159,8 @@ def name_of(
 
 def _is_wrist(arm: ArmAtPoses) -> bool:
     turning = [j for j, turns in enumerate(arm.turns) if turns][-3:]
-    pairs = [(i, j) for k, i in enumerate(turning) for j in turning[k + 1 :]]
-    return len(turning) == 3 and any(
-        parallel(arm.axes[:, i], arm.axes[:, j]) and j - i > 1 for i, j in pairs
-    )
+    apart = [(i, j) for i, j in combinations(turning, 2) if j - i > 1]
+    return len(turning) == 3 and any(parallel(arm.axes[:, i], arm.axes[:, j]) for i, j in apart)
 
 
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
@@ -212,7 +208,11 @@ def rank_at(J_t: Floats) -> int:
 
 def ranks_at(J_t: Floats) -> Integers:
     """Return the rank at each pose, shape (N,)."""
-    sigma = np.linalg.svd(J_t, compute_uv=False)
+    return _ranks(np.asarray(np.linalg.svd(J_t, compute_uv=False)))
+
+
+def _ranks(sigma: Floats) -> Integers:
+    # The ranks of matrices with singular values (N, m).
     return np.asarray(np.sum(sigma > ZERO * np.max(sigma), axis=1))
 
 
@@ -220,7 +220,7 @@ def lost_motion(
     arm: ArmAtPoses, task_rows: Sequence[int], rank: int, generic: int, scales: Floats
 ) -> Lost | None:
     """
-    Return which motion of the tool no joint motion gives, or None where none is simple.
+    Return the motion of the tool that no joint motion gives, or None if none is simple.
 
     Parameters
     ----------
@@ -231,12 +231,12 @@ def lost_motion(
     rank
         There.
     generic
-        The rank at most poses; where that is not full, some motion is lost everywhere.
+        The rank at most poses; if it is not full, some motion is lost everywhere.
     scales : shape (m,)
-        What the task rows of `J_t` are multiplied by.
+        Factors of the task rows of `J_t`.
     """
     U, sigma, _ = np.linalg.svd(arm.J_t)
-    good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
+    good = _ranks(sigma) == rank
     missing = len(task_rows) - rank
     if generic < min(arm.J_t.shape[1:]):
         return Lost(f'{generic - rank} of the {generic} directions there are elsewhere')
@@ -324,7 +324,7 @@ def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
     """Return the joint motion that does not move the task, if it is of the same joints always."""
     n = arm.J_t.shape[2]
     sigma, right = np.linalg.svd(arm.J_t)[1:]
-    good = np.sum(sigma > ZERO * np.max(sigma), axis=1) == rank
+    good = _ranks(sigma) == rank
     if n - rank != 1 or not good.any():
         return None
     idle = right[good][:, -1]

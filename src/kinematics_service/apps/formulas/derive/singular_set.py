@@ -1,5 +1,5 @@
 """
-The singular set of an arm: factors with names, families, ranks, what is lost, crossings.
+The singular set of an arm: names, families, ranks, lost motions and crossings of its factors.
 """
 
 from collections.abc import Container, Sequence
@@ -55,14 +55,14 @@ class SingularFactor:
     expression
         Sympy; the file's length unit, joint angles in rad.
     power
-        How often it stands in the product.
+        Its power in the product.
     irreducible
         Whether it is proved that it cannot be split further into real factors with fractions as
         coefficients, its lengths being letters.
     family
-        Where it is 0.
+        The joint positions at which it is 0.
     rank
-        Of the task rows on the family; None where no pose was found on it.
+        Rank of the task rows on the family; None if no pose was found on it.
     lost, idle
         In words: the motion that cannot be made, and the joint motion that makes none.
     sampled
@@ -70,7 +70,7 @@ class SingularFactor:
         the file, and not proved for all of it.
     within_limits
         Whether a pose of the family is inside the joint limits, with the lengths of the file,
-        shown or proved; None where that is not decided.
+        shown or proved; None if that is not decided.
     pose
         One that is, rad or the file's unit of length: within 1e-9 of a pose of the family.
     special
@@ -94,14 +94,14 @@ class SingularFactor:
 @dataclass(frozen=True)
 class FamilyCrossing:
     """
-    Where several families meet.
+    A crossing: several families meet there.
 
     Attributes
     ----------
     names
-        Of their factors.
+        Names of their factors.
     rank
-        Of the task rows there; None where no pose was found nor proved not to be.
+        Rank of the task rows there; None if no pose was found, and none is proved impossible.
     within_limits, pose
         As those of a factor.
     sampled
@@ -118,16 +118,16 @@ class FamilyCrossing:
 @dataclass(frozen=True)
 class Determinant:
     """
-    The determinant of the task rows, or what stands in its place, as a product.
+    The determinant of the task rows, or the product of singular values, as a product.
 
     Attributes
     ----------
     square
         Whether there is a determinant; otherwise this is the product of the singular values.
     expression
-        Sympy: constant times factors; times `remainder` where there are minors.
+        Sympy: constant times factors; times `remainder` if there are minors.
     constant
-        What has no joint variable.
+        The part without joint variables.
     remainder
         sqrt of the sum of the squared minors without their common factors; 1 where square.
     view
@@ -139,7 +139,7 @@ class Determinant:
     identically_zero
         Whether it is 0 at every pose.
     split
-        Whether it is proved that no factor is missing: where there are minors, that they have no
+        Whether it is proved that no factor is missing: if there are minors, that they have no
         other factor in common.
     """
 
@@ -163,13 +163,13 @@ class SingularSet:
     Attributes
     ----------
     determinant
-        What vanishes.
+        The determinant, or the product that vanishes in its place.
     factors
         One a family.
     crossings
-        Of two or more families.
+        Crossings of two or more families.
     generic_rank
-        Of the task rows at most poses.
+        Rank of the task rows at most poses.
     dependent
         Joints whose motions cancel at every pose; empty for most arms.
     complete
@@ -397,7 +397,7 @@ def numbers_in_words(names: Names) -> str:
 
 
 def _free_name(name: str | None, taken: Container[str]) -> str | None:
-    # Two sheets of one kind are told apart by numbers: elbow, elbow_2.
+    # Two factors of one kind get numbers: elbow, elbow_2.
     if name is None:
         return None
     numbered = (f'{name}_{k}' for k in count(2))
@@ -445,7 +445,7 @@ def evaluated(expression: sympy.Expr, names: Names, q: Floats) -> Floats:
 def crossings_of(
     product: Factored, factors: Sequence[SingularFactor], search: FamilySearch, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...]:
-    """Return where two families meet, and all of them where there are more."""
+    """Return the crossings of each two families, and of all families if there are more."""
     count = len(factors)
     groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
     if count > 2:

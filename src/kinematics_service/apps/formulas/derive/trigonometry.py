@@ -1,5 +1,5 @@
 """
-Polynomials in exp(i q) written as people write them: sines and cosines of the arm's own angles.
+Write polynomials in exp(i q) as sums C + P cos u + S sin u, nested over the arm's own angles.
 """
 
 import math
@@ -11,14 +11,11 @@ import sympy
 from sympy.core.mul import _keep_coeff
 
 from .algebra.arithmetic import Arithmetic
-from .algebra.laurent import Laurent
+from .algebra.laurent import Exponents, Laurent, Terms, from_terms
 from .algebra.matrices import Matrix
 from .frames import Frames
 
-Exponents = tuple[int, ...]
-Terms = dict[Exponents, tuple[int, int]]
-
-# A form with more terms than this is not tried in every basis.
+# Terms of a polynomial, at most, that is written in every basis.
 LARGE = 400
 LEAF = 24
 # Integers above this come from angles that have become fractions: shown as decimals.
@@ -48,14 +45,14 @@ class Basis:
 @dataclass(frozen=True)
 class Writer:
     """
-    What turns polynomials of one arm into sympy expressions.
+    It writes polynomials of one arm as sympy expressions.
 
     Attributes
     ----------
     sums, singles
         Angles summed along parallel joints, and the joint angles themselves.
     divisor
-        Of a polynomial that is written as it is, without tidying; None: tidied.
+        The divisor of a polynomial that is written without tidying; None: tidied.
     """
 
     arithmetic: Arithmetic
@@ -77,14 +74,16 @@ class Writer:
         return self._written[key]
 
     def _shortest(self, value: Laurent) -> sympy.Expr:
-        split = self._split(value)
         if value.divisor > LONG or len(value) > UNTIDY:
             plain = replace(self, divisor=value.divisor, _nested_before={})
-            return self._with_numbers(plain._products(split, self.sums))
-        candidates = [self._products(split, self.sums)]
+            return self._with_numbers(plain._products(value, self.sums))
+        candidates = [self._products(value, self.sums)]
         if len(value) <= LARGE and self.singles != self.sums:
-            candidates.append(self._products(split, self.singles))
+            candidates.append(self._products(value, self.singles))
         lengths = [sympy.count_ops(form) for form in candidates]
+        # Each group has the same exponents of the angles: it is a polynomial in lengths.
+        moving = range(len(self.arithmetic.names.variables))
+        split = value.grouped([*moving, *self._fixed_places()])
         if len(value) <= LARGE and self._fewest_operations(split) < min(lengths):
             candidates.append(self._cosines_of_sums(split))
             lengths.append(sympy.count_ops(candidates[-1]))
@@ -99,22 +98,6 @@ class Writer:
     def matrix(self, rows: Matrix) -> sympy.Matrix:
         """Return a sympy matrix, immutable."""
         return sympy.ImmutableMatrix([[self.expression(entry) for entry in row] for row in rows])
-
-    def _split(self, value: Laurent) -> dict[Exponents, Terms]:
-        # By the exponents of the angles: what remains in each group is a polynomial in lengths.
-        n = len(self._angle_indices())
-        fixed = self._fixed_places()
-        groups: dict[Exponents, Terms] = {}
-        for exponents, c in value.terms().items():
-            angles = (*exponents[:n], *(exponents[k] for k in fixed))
-            rest = (0,) * n + tuple(
-                0 if n + k in fixed else e for k, e in enumerate(exponents[n:])
-            )
-            groups.setdefault(angles, {})[rest] = c
-        return groups
-
-    def _angle_indices(self) -> range:
-        return range(len(self.arithmetic.names.variables))
 
     def _fixed_places(self) -> tuple[int, ...]:
         generators = self.arithmetic.ring.generators
@@ -178,39 +161,35 @@ class Writer:
         moving = [arithmetic.angles[v] / arithmetic.units[v] for v in arithmetic.names.variables]
         return [*moving, *(generators[k].meaning for k in self._fixed_places())]
 
-    def _products(self, groups: Mapping[Exponents, Terms], basis: Basis) -> sympy.Expr:
-        changed: dict[Exponents, Terms] = {}
-        n = len(basis.angles)
-        for exponents, terms in groups.items():
-            moved = tuple(
-                sum(exponents[k] * basis.to_angles[k][j] for k in range(n)) for j in range(n)
-            )
-            changed[(*moved, *exponents[n:])] = terms
-        generators = self.arithmetic.ring.generators
-        fixed = [generators[k].meaning for k in self._fixed_places()]
-        return self._nested(changed, (*basis.angles, *fixed))
+    def _products(self, value: Laurent, basis: Basis) -> sympy.Expr:
+        n, ring = len(basis.angles), self.arithmetic.ring
+        changed: Terms = {}
+        for exponents, c in value.terms().items():
+            moved = (sum(exponents[k] * basis.to_angles[k][j] for k in range(n)) for j in range(n))
+            changed[(*moved, *exponents[n:])] = c
+        angles = dict(enumerate(basis.angles))
+        angles |= {k: ring.generators[k].meaning for k in self._fixed_places()}
+        return self._nested(from_terms(ring, changed), tuple(angles.items()))
 
-    def _nested(self, groups: dict[Exponents, Terms], angles: Sequence[sympy.Expr]) -> sympy.Expr:
+    def _nested(self, value: Laurent, angles: Sequence[tuple[int, sympy.Expr]]) -> sympy.Expr:
         # One angle after the other: C + P cos u + S sin u, and C, P, S likewise by the next ones.
         if not angles:
-            return self._leaf(groups[()], False) if groups else sympy.Integer(0)
-        key = (frozenset((e, frozenset(t.items())) for e, t in groups.items()), tuple(angles))
+            return self._leaf(value.terms(), False)
+        key = (frozenset(value.real.items()), frozenset(value.imaginary.items()), angles)
         if key not in self._nested_before:
-            self._nested_before[key] = self._sum_over(groups, angles)
+            self._nested_before[key] = self._sum_over(value, angles)
         return self._nested_before[key]
 
-    def _sum_over(
-        self, groups: dict[Exponents, Terms], angles: Sequence[sympy.Expr]
-    ) -> sympy.Expr:
-        by_power: dict[int, dict[Exponents, Terms]] = {}
-        for exponents, terms in groups.items():
-            by_power.setdefault(exponents[0], {})[exponents[1:]] = terms
-        result = self._nested(by_power.get(0, {}), angles[1:])
+    def _sum_over(self, value: Laurent, angles: Sequence[tuple[int, sympy.Expr]]) -> sympy.Expr:
+        (index, u), *others = angles
+        rest, nothing = tuple(others), self.arithmetic.ring.number(0)
+        by_power = value.by_power(index)
+        result = self._nested(by_power.get(0, nothing), rest)
         for power in sorted({abs(e) for e in by_power if e}):
-            above, below = by_power.get(power, {}), by_power.get(-power, {})
-            cosine = self._nested(_combined(above, below, 1), angles[1:])
-            sine = self._nested(_times_i(_combined(above, below, -1)), angles[1:])
-            angle = power * angles[0]
+            above, below = by_power.get(power, nothing), by_power.get(-power, nothing)
+            cosine = self._nested(above + below, rest)
+            sine = self._nested((above - below).times_i(), rest)
+            angle = power * u
             if self.divisor is None:
                 angle = sympy.factor_terms(angle)
             result += cosine * sympy.cos(angle) + sine * sympy.sin(angle)
@@ -233,8 +212,8 @@ def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
 
 
 def _nothing_shared(terms: Sequence[sympy.Expr]) -> sympy.Expr | None:
-    # The sum as `sympy.gcd_terms` returns it where no factor is in every term, which is seen in
-    # a tenth of its time; else None.
+    # The sum as `sympy.gcd_terms` returns it if no factor is in every term; else None. A tenth of
+    # its time, and 13 to 30 % of a derivation.
     pairs = [term.as_coeff_Mul() for term in terms]
     if not all(c.is_Integer for c, _ in pairs) or math.gcd(*(int(c) for c, _ in pairs)) != 1:
         return None
@@ -255,39 +234,14 @@ def _tidied(leaf: sympy.Expr) -> sympy.Expr:
     return sympy.factor_terms(leaf)
 
 
-def _combined(
-    above: Mapping[Exponents, Terms], below: Mapping[Exponents, Terms], sign: int
-) -> dict[Exponents, Terms]:
-    result: dict[Exponents, Terms] = {}
-    for key in {**above, **below}:
-        one, other = above.get(key, {}), below.get(key, {})
-        sums = {}
-        for e in {**one, **other}:
-            (a, b), (c, d) = one.get(e, (0, 0)), other.get(e, (0, 0))
-            sums[e] = (a + sign * c, b + sign * d)
-        kept = {e: c for e, c in sums.items() if c != (0, 0)}
-        if kept:
-            result[key] = kept
-    return result
-
-
-def _times_i(groups: Mapping[Exponents, Terms]) -> dict[Exponents, Terms]:
-    return {key: {e: (-b, a) for e, (a, b) in terms.items()} for key, terms in groups.items()}
-
-
 def writer_of(frames: Frames, arithmetic: Arithmetic) -> Writer:
     """
-    Return the writer of an arm: its angles are sums along parallel joints where there are such.
+    Return the writer of an arm: its angles are sums along parallel joints, if it has any.
     """
-    variables = arithmetic.names.variables
-    singles = _basis(arithmetic, [_unit_vector(k, len(variables)) for k in range(len(variables))])
+    singles = _basis(arithmetic, ())
     sums = _basis(arithmetic, _parallel_sums(frames, arithmetic))
     assert singles is not None  # the joint angles themselves
     return Writer(arithmetic, sums or singles, singles)
-
-
-def _unit_vector(k: int, n: int) -> tuple[int, ...]:
-    return tuple(int(i == k) for i in range(n))
 
 
 def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ...]]:
@@ -303,32 +257,24 @@ def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ..
                     factor = row.theta[1].get(variable, 0) * arithmetic.units[variable]
                     total[k] += sign * int(factor)
                 if any(total):
-                    # Of half angles there are twice as many.
+                    # Half angles are twice as many.
                     found.append(tuple(e // arithmetic.ring.parts for e in total))
                 continue
-            z = _constant(matrix[2][2])
-            if z in (1, -1):
-                sign *= z
+            upright = [z for z in (1, -1) if not matrix[2][2] - arithmetic.ring.number(z)]
+            if upright:
+                sign *= upright[0]
             else:
                 total, sign = [0] * len(variables), 1
     return found
-
-
-def _constant(value: Laurent) -> int | None:
-    terms = value.terms()
-    if not terms:
-        return 0
-    ((exponents, (real, _)),) = terms.items() if len(terms) == 1 else (((1,), (0, 0)),)
-    return None if any(exponents) else real // value.divisor
 
 
 def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis | None:
     # The first of the sums that are independent; joints in none of them stand for themselves.
     variables = arithmetic.names.variables
     n = len(variables)
-    chosen: list[tuple[int, ...]] = []
-    for vector in [*vectors, *(_unit_vector(k, n) for k in range(n))]:
-        upright = tuple(-e for e in vector) if next(e for e in vector if e) < 0 else vector
+    chosen: list[Sequence[int]] = []
+    for vector in (*vectors, *sympy.eye(n).tolist()):
+        upright = [-e for e in vector] if next(e for e in vector if e) < 0 else vector
         if sympy.Matrix([*chosen, upright]).rank() > len(chosen):
             chosen.append(upright)
     matrix = sympy.Matrix(chosen)

@@ -1,1 +1,1 @@
-"""The robot's own frames, Jacobian and other quantities, in symbols and in numbers."""
+"""The quantities that formulas name, in symbols and in numbers."""

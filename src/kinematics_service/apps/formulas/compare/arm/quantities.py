@@ -1,17 +1,18 @@
-"""What the names of formulas mean: T_03, A_2, z_1, J_v2, det, and the value of each."""
+"""The quantities that names of formulas mean, T_03, A_2, z_1, J_v2, det, and their values."""
 
 import re
 from dataclasses import dataclass, replace
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import sympy as sp
 
+from ...arm.numbers import Floats
+from ...arm.table import Table
+from ...arm.world import World
 from ..text.file import Settings
-from .numbers import Floats
 from .symbols import SymbolicArm
-from .world import World
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
@@ -100,8 +101,9 @@ def quantity_of(key: str) -> Quantity | None:
     return None
 
 
-def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Settings) -> str:
+def why_out_of_range(quantity: Quantity, table: Table, reading: Settings) -> str:
     """Return why an index is too large, or nothing."""
+    rows, joints = len(table.rows), table.joints
     low, high = 0, rows + reading.first_frame
     if quantity.kind in ('row', 'jacobian', 'numeric'):
         low, high = (1, rows) if quantity.kind == 'row' else (0, joints)
@@ -128,19 +130,9 @@ def why_out_of_range(quantity: Quantity, rows: int, joints: int, reading: Settin
 
 
 # Parts of a pose.
-PARTS = {
-    'rotation': np.s_[..., :3, :3],
-    'axis': np.s_[..., :3, 2:3],
-    'origin': np.s_[..., :3, 3:],
-}
+PARTS = {'rotation': np.s_[..., :3, :3], 'axis': np.s_[..., :3, 2:3], 'origin': np.s_[..., :3, 3:]}
 
 
-@overload
-def value_of(quantity: Quantity, arm: World, reading: Settings) -> Floats: ...
-@overload
-def value_of(
-    quantity: Quantity, arm: SymbolicArm, reading: Settings
-) -> npt.NDArray[np.object_]: ...
 def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) -> npt.NDArray[Any]:
     """
     Return a quantity of an arm, an array; not for `det` and `general`.
@@ -148,7 +140,7 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
     Parameters
     ----------
     quantity
-        What is asked for.
+        The quantity.
     arm
         Numbers at N poses give N matrices, shape (N, rows, columns), expressions give one.
     reading
@@ -167,15 +159,15 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
     if kind in PARTS:
         at = last if i < 0 else i - first
         start = quantity.start
-        return (_frame(arm, at) if start is None else _between(arm, start - first, at))[
-            PARTS[kind]
-        ]
+        seen = arm.frame(at) if start is None else arm.between(start - first, at)
+        return np.asarray(seen)[PARTS[kind]]
     if kind == 'pose':
-        return _between(arm, i - first, last if j < 0 else j - first)
+        return np.asarray(arm.between(i - first, last if j < 0 else j - first))
     if kind == 'vector':
-        return np.asarray(_frame(arm, j - first)[origin] - _frame(arm, i - first)[origin])
+        one, other = np.asarray(arm.frame(i - first)), np.asarray(arm.frame(j - first))
+        return np.asarray(other[origin] - one[origin])
     if kind == 'reach':
-        return np.asarray(_frame(arm, i - 1)[origin] - pose[origin])
+        return np.asarray(np.asarray(arm.frame(i - 1))[origin] - pose[origin])
     J = np.asarray(arm.jacobian)
     if kind == 'numeric':
         return _with_rotation_taken_out(J[..., i - 1])
@@ -187,25 +179,6 @@ def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp
     if quantity.kind in ('det', 'general') or quantity.form in ANGLES:
         return None
     return sp.ImmutableDenseMatrix(value_of(quantity, arm, reading))
-
-
-def _frame(arm: World | SymbolicArm, at: int) -> npt.NDArray[Any]:
-    # What is before frame 0 is the base frame.
-    if at < 0:
-        return np.broadcast_to(np.eye(4, dtype=int), np.shape(arm.frames[0]))
-    return np.asarray(arm.frames[at])
-
-
-def _between(arm: World | SymbolicArm, i: int, j: int) -> npt.NDArray[Any]:
-    if i < 0:
-        return _frame(arm, j)
-    if i <= j:
-        return np.asarray(arm.between(i, j))
-    T = _between(arm, j, i)
-    inverse = np.array(np.broadcast_to(np.eye(4, dtype=int), T.shape), dtype=T.dtype)
-    inverse[..., :3, :3] = np.swapaxes(T[..., :3, :3], -1, -2)
-    inverse[..., :3, 3:] = -inverse[..., :3, :3] @ T[..., :3, 3:]
-    return inverse
 
 
 def _with_rotation_taken_out(column: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -228,19 +201,26 @@ def arranged(J: Floats, arm: World | SymbolicArm, quantity: Quantity, reading: S
     seen = 'body' if form == 'body' or (not form and reading.axes == 'tool') else ''
     start = -1 if seen and quantity.start is None else quantity.start
     if start is not None:
-        frame = pose if start < 0 else _frame(arm, start - reading.first_frame)
+        frame = pose if start < 0 else np.asarray(arm.frame(start - reading.first_frame))
         to_frame = np.swapaxes(frame[..., :3, :3], -1, -2)
         v, w = to_frame @ v, to_frame @ w
     if form == 'space':
         v = v + np.cross(pose[..., :3, 3:], w, axis=-2)
     if form in ANGLES:
         w = _rates(pose[..., :3, :3], form) @ w
-    twist_form = form in ('space', 'body') and reading.angular_first is None
-    angular_first = reading.angular_first or twist_form
-    blocks = {'v': [v], 'w': [w]}.get(quantity.part, [w, v] if angular_first else [v, w])
-    result = np.concatenate(blocks, axis=-2)
+    result = np.concatenate([v, w], axis=-2)[..., row_order(quantity, reading), :]
     result = result[..., quantity.rows, :] if quantity.rows else result
     return result[..., quantity.i - 1 : quantity.i] if quantity.i else result
+
+
+def row_order(quantity: Quantity, reading: Settings) -> list[int]:
+    """Return which of vx vy vz wx wy wz each row of J, J_v or J_w is."""
+    if quantity.part != 'all':
+        return [0, 1, 2] if quantity.part == 'v' else [3, 4, 5]
+    angular_first = reading.angular_first
+    if angular_first is None:
+        angular_first = quantity.form in ('space', 'body')
+    return [3, 4, 5, 0, 1, 2] if angular_first else list(range(6))
 
 
 # Angles of an analytic Jacobian, in words.

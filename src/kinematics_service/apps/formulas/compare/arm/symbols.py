@@ -1,7 +1,7 @@
 """
 Frames and Jacobian as a textbook writes them: angles of parallel axes are summed, not expanded.
 
-They stand in recipes such as `z_0 x (o_3 - o_0)`, and beside a wrong entry as the right one.
+Recipes such as `z_0 x (o_3 - o_0)` use them, and a report prints them beside wrong entries.
 """
 
 import operator
@@ -10,7 +10,7 @@ from functools import cached_property, reduce
 
 import sympy as sp
 
-from .table import AXES, EYE, Table, TableRow, inverse_pose, rotation, row_matrix, translation
+from ...arm.table import AXES, EYE, ZERO, Table, inverse_pose, motion, rotation, row_matrix
 
 
 @dataclass(frozen=True)
@@ -19,52 +19,40 @@ class _Walk:
     M: sp.Matrix
     angle: sp.Expr
 
-    def moved(self, axis: str, argument: sp.Expr) -> '_Walk':
-        if argument == 0 or not axis:
-            return self
+    def moved(self, axis: str, argument: sp.Expr | sp.Matrix) -> '_Walk':
         if axis == 'Rz':
             return _Walk(self.M, self.angle + argument)
-        if axis[0] == 'T':
-            along = [sp.Integer(0)] * 3
-            along[AXES[axis[1]]] = argument
-            turned = rotation('z', self.angle) * translation(*along)
+        pose = motion(axis, argument)
+        if pose == EYE:
+            return self
+        if axis.startswith('T'):
             M = self.M.copy()
-            M[:3, 3] = self.M[:3, 3] + self.M[:3, :3] * turned[:3, 3]
+            M[:3, 3] += M[:3, :3] * (rotation('z', self.angle) * pose)[:3, 3]
             return _Walk(M, self.angle)
-        return _Walk(self.frame * rotation(axis[1], argument), sp.Integer(0))
-
-    def times(self, pose: sp.Matrix) -> '_Walk':
-        return self if pose == EYE else _Walk(self.frame * pose, sp.Integer(0))
+        return _Walk(self.frame * pose, ZERO)
 
     @property
     def frame(self) -> sp.Matrix:
         return self.M * rotation('z', self.angle)
 
-    def axis(self, letter: str) -> sp.Matrix:
-        # Rz leaves z alone: the third column of M.
-        return self.M[:3, 2] if letter == 'z' else self.frame[:3, AXES[letter]]
 
-
+@dataclass(eq=False)
 class SymbolicArm:
     """The exact frames of a table and its Jacobian, in the base frame."""
 
-    def __init__(self, table: Table) -> None:
-        self.table = table
+    table: Table
 
     @cached_property
     def _walked(self) -> tuple[list[_Walk], list[tuple[sp.Matrix, sp.Expr]]]:
-        walk = _Walk(sp.Matrix(self.table.base), sp.Integer(0))
+        walk = _Walk(sp.Matrix(self.table.base), ZERO)
         walks, turns = [walk], []
         for row in self.table.rows:
-            for axis, argument in _motions(row):
-                if isinstance(axis, str):
-                    if axis and axis[0] == 'R':
-                        turns.append((walk.axis(axis[1]), argument))
-                    walk = walk.moved(axis, argument)
-                else:
-                    walk = walk.times(argument)
+            for axis, argument in row.factors:
+                if axis.startswith('R'):
+                    turns.append((walk.frame[:3, AXES[axis[1]]], argument))
+                walk = walk.moved(axis, argument)
             walks.append(walk)
-        walks.append(walk.times(sp.Matrix(self.table.tool)))
+        walks.append(walk.moved('', self.table.tool))
         return walks, turns
 
     @cached_property
@@ -77,10 +65,16 @@ class SymbolicArm:
         """Return the matrix of each row."""
         return [row_matrix(row) for row in self.table.rows]
 
+    def frame(self, at: int) -> sp.Matrix:
+        """Return a frame in the base frame, which is what is before frame 0."""
+        return EYE if at < 0 else self.frames[at]
+
     def between(self, i: int, j: int) -> sp.Matrix:
-        """Return frame j in frame i of the table, i <= j."""
-        if self.frames[i] == EYE:
-            return self.frames[j]
+        """Return frame j in frame i of the table."""
+        if i > j:
+            return inverse_pose(self.between(j, i))
+        if self.frame(i) == EYE:
+            return self.frame(j)
         tool = [self.table.tool] if j > len(self.rows) else []
         return reduce(operator.mul, [*self.rows[i:j], *tool], EYE)
 
@@ -90,17 +84,10 @@ class SymbolicArm:
         p = self.frames[-1][:3, 3]
         columns = []
         for variable in self.table.variables:
-            w = sp.zeros(3, 1)
-            for axis, argument in self._walked[1]:
-                w += axis * argument.diff(variable)
+            turns = (axis * argument.diff(variable) for axis, argument in self._walked[1])
+            w = sum(turns, sp.zeros(3, 1))
             columns.append(sp.Matrix.vstack(p.diff(variable), w))
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
-
-
-def _motions(row: TableRow) -> list[tuple[str | None, sp.Expr]]:
-    if row.quantities:
-        return [(axis, row[name]) for axis, name in row.order.motions]
-    return [(None, row.inner), (row.axis, row.argument), (None, inverse_pose(row.outer))]
 
 
 LONGEST_SHOWN = 160

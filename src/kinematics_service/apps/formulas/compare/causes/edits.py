@@ -20,7 +20,7 @@ MOST_TERMS = 7
 
 @dataclass(frozen=True)
 class Edit:
-    """What was wrong if another part, at the end of a path, makes an expression right."""
+    """A part at the end of a path, and the mistake in words if it makes the expression right."""
 
     sentence: str
     path: Path
@@ -283,10 +283,7 @@ EDITS = (
     Repair('degrees and millimetres in an entry', units),
 )
 SOLUTION_EDITS = (
-    EDITS[1],
-    EDITS[0],
-    EDITS[2],
-    EDITS[3],
+    *(EDITS[k] for k in (1, 0, 2, 3)),
     Repair('lost length', lost_lengths),
     *EDITS[4:],
     Repair('zero of the angle', quarter_turns),

@@ -1,20 +1,20 @@
 """
-Which of the tested causes explain which wrong entries.
+Explain wrong entries by tested causes: a greedy cover, the largest explanation first.
 
-A cause counts only where it makes the whole difference vanish at all poses: nothing is guessed.
+A cause counts only if it makes the whole difference vanish at all poses.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 import sympy as sp
 
 from .....robot.file.parts.convention_table import QUANTITIES
-from ..arm.numbers import Floats, size_of
+from ...arm.numbers import Floats, size_of
+from ...arm.table import general_row, row_matrix
 from ..arm.quantities import expression_of
-from ..arm.table import general_row, row_matrix
 from ..statements.checks import Check, Mask, QuantityCheck
 from ..statements.solutions import SolutionCheck
 from .causes import CAUSES
@@ -23,8 +23,8 @@ from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
 MOST_ALTERNATIVES = 3
 MOST_MISSING_TERMS = 12
-# A whole-matrix cause that leaves this share of the entries wrong is still taken as the first of
-# two mistakes.
+# Share of the wrong entries, at most, that a whole-matrix cause may leave wrong to count as the
+# first of two mistakes.
 LEFT_OVER = 0.34
 
 DROPPED = 'dropped term or factor'
@@ -40,7 +40,7 @@ class Explanation:
     cause
         Its name in the table.
     sentence
-        What is wrong.
+        The mistake in words.
     entries
         The wrong entries it explains, (row, column) from 0.
     also
@@ -65,8 +65,8 @@ def explain(check: Check) -> Explained:
     """Return the tested causes of a check that failed."""
     tried: list[str] = []
     if not isinstance(check, QuantityCheck):
-        found = [] if check.wrong.shape != (1, 1) else _repaired(check, check.right, 0, 0, tried)
-        return Explained(tuple(_grouped(found)[:1]), tuple(tried))
+        # One entry, a number.
+        return Explained(tuple(_repaired(check, check.right, 0, 0, tried)), tuple(tried))
     explanations = _of_matrix(check, check.right, tried)
     return Explained(tuple(explanations), tuple(dict.fromkeys(tried)))
 
@@ -83,24 +83,19 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
             if variant.values.shape == right.shape:
                 whole += [(cause.name, variant)] if WHOLE in cause.scopes else []
                 candidates += _candidates(check, cause, variant, wrong)
-    first = _best_whole(check, wrong, whole) if not _complete(candidates, wrong) else None
-    if first is not None:
+    complete = any((candidate.mask == wrong).all() for candidate in candidates)
+    if not complete and (first := _best_whole(check, wrong, whole)) is not None:
         name, variant = first
         left = ~check.agrees(check.person, variant.values)
-        entries = _entries(wrong & ~left)
-        explanation = Explanation(name, variant.sentence, entries)
+        explanation = Explanation(name, variant.sentence, _entries(wrong & ~left))
         rest = _entry_by_entry(check, variant.values, left, tried)
         return _few([explanation, *rest], int(wrong.sum()))
-    chosen = _cover(candidates, wrong, check.is_one_configuration)
-    left = wrong.copy()
-    for explanation in chosen:
-        for i, j in explanation.entries:
-            left[i, j] = False
+    chosen, left = _cover(candidates, wrong, check.is_one_configuration)
     return _few([*chosen, *_entry_by_entry(check, right, left, tried)], int(wrong.sum()))
 
 
 def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
-    # A patch for every entry is no explanation.
+    # A patch for every entry does not explain a matrix.
     return found if len(found) <= max(2, wrong // 3) else []
 
 
@@ -122,10 +117,6 @@ def _candidates(
                 continue
             if (mask & wrong).any() and agreed[mask].all():
                 yield _Candidate(cause.name, place, variant, mask & wrong)
-
-
-def _complete(candidates: list[_Candidate], wrong: Mask) -> bool:
-    return any((candidate.mask == wrong).all() for candidate in candidates)
 
 
 def _best_whole(
@@ -169,8 +160,9 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
             yield f'({i + 1},{j + 1})', np.s_[i, j]
 
 
-def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explanation]:
-    # The fewest causes: always the one that explains most of what is left; then table order.
+def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
+    # The fewest causes, and the entries that none explains: always the cause that explains most of
+    # the remaining entries; then table order.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -181,7 +173,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explana
         sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
-            for rival in reversed(candidates)  # the largest scope is said
+            for rival in reversed(candidates)  # the largest scope is named
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
@@ -190,7 +182,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> list[Explana
         entries = _entries(best.mask & left)
         chosen.append(Explanation(best.cause, f'{best.place}{sentence}', entries, alternatives))
         left &= ~best.mask
-    return chosen
+    return chosen, left
 
 
 def _entries(mask: Mask) -> tuple[tuple[int, int], ...]:
@@ -228,7 +220,7 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
             values = check.evaluation.with_part(expression, edit.path, edit.part)
             if not check.passes(values, right[:, i, j]):
                 continue
-            # What makes all of it vanish tells that 0 belongs there, and no cause beside it.
+            # An edit that makes all of it vanish means that 0 belongs there, and no other cause.
             may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
             if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
                 continue
@@ -286,7 +278,7 @@ def _missing_factor(
 
 
 def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
-    """Return the right expression of an entry, or None where there is none."""
+    """Return the right expression of an entry, or None if it has none."""
     if check.quantity.kind == 'numeric':
         return None
     if check.quantity.kind == 'general':
@@ -304,14 +296,9 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
 
 
 def _grouped(found: list[Explanation]) -> list[Explanation]:
-    # The same slip in several entries is said once.
-    groups: dict[tuple[str, str], list[tuple[int, int]]] = {}
-    also: dict[tuple[str, str], tuple[str, ...]] = {}
-    for explanation in found:
-        key = (explanation.cause, explanation.sentence)
-        groups.setdefault(key, []).extend(explanation.entries)
-        also.setdefault(key, explanation.also)
-    return [
-        Explanation(cause, sentence, tuple(entries), also[cause, sentence])
-        for (cause, sentence), entries in groups.items()
-    ]
+    # One explanation for the same slip in several entries.
+    groups: dict[tuple[str, str], Explanation] = {}
+    for one in found:
+        first = groups.get(key := (one.cause, one.sentence))
+        groups[key] = replace(first, entries=first.entries + one.entries) if first else one
+    return [*groups.values()]

@@ -7,17 +7,19 @@ from itertools import combinations, permutations
 import numpy as np
 
 from .....robot.file.parts.convention_table import CONVENTIONS
-from ..arm.numbers import DEGREE, Floats
+from ...arm.numbers import DEGREE, Floats
+from ...arm.world import World
 from ..arm.quantities import arranged
-from ..arm.world import World
 from ..statements.checks import QuantityCheck
 from .variant import Variant
 
 
-def arranged_like(check: QuantityCheck, J: Floats) -> Floats:
+def mistaken(
+    check: QuantityCheck, sentence: str, J: Floats, columns: tuple[int, ...] = ()
+) -> Variant:
     """Return a base-axes, linear-first Jacobian in the order and with the rows of the person's."""
     whole = arranged(J, check.world, check.quantity, check.reading)
-    return check.cut(whole, check.quantity)
+    return Variant(sentence, check.cut(whole, check.quantity), columns)
 
 
 def row_order(check: QuantityCheck) -> Iterator[Variant]:
@@ -51,7 +53,7 @@ def other_point(check: QuantityCheck) -> Iterator[Variant]:
         J = world.jacobian.copy()
         J[:, :3] += np.cross(w, arm[:, :, None], axis=1)
         sentence = f'o_{k + first} stands where o_n belongs: the point is not the tool'
-        yield Variant(sentence, arranged_like(check, J))
+        yield mistaken(check, sentence, J)
 
 
 def axis_index(check: QuantityCheck) -> Iterator[Variant]:
@@ -69,13 +71,13 @@ def axis_index(check: QuantityCheck) -> Iterator[Variant]:
         (step, step, f'z_{wrong}, o_{wrong} stand where z_{right}, o_{right} belong'),
     )
     for axis, origin, sentence in versions:
-        yield Variant(sentence, arranged_like(check, _geometric(check.world, axis, origin)))
+        yield mistaken(check, sentence, _geometric(check.world, axis, origin))
 
 
 def _geometric(world: World, axis: int, origin: int) -> Floats:
     J = np.zeros_like(world.jacobian)
     late = int(bool(CONVENTIONS[world.table.convention].before_joint))
-    for (i, k), _ in world.row_columns.items():
+    for i, k in world.row_columns:
         row, variable = world.table.rows[i], world.table.variables[k]
         frame = i + late
         z = world.frames[frame + axis][:, :3, 2]
@@ -99,10 +101,7 @@ def _other_letters(check: QuantityCheck) -> Iterator[Variant]:
             z = start[:, :3, wrong] * float(row.argument.coeff(world.table.variables[k]))
             part = np.concatenate([np.cross(z, world.pose[:, :3, 3] - start[:, :3, 3]), z], axis=1)
             J[:, :, k] += part - column
-        letter = 'xyz'[wrong]
-        yield Variant(
-            f'the {letter} axis is taken for the axis of rotation', arranged_like(check, J)
-        )
+        yield mistaken(check, f'the {"xyz"[wrong]} axis is taken for the axis of rotation', J)
 
 
 def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
@@ -110,8 +109,8 @@ def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
     world = check.world
     p = world.pose[:, :3, 3]
     bare, from_base, at_joint = (world.jacobian.copy() for _ in range(3))
-    for (i, k), _ in world.row_columns.items():
-        w = world.row_columns[i, k][:, 3:]
+    for (i, k), column in world.row_columns.items():
+        w = column[:, 3:]
         if np.all(np.abs(w) < 1e-12):
             continue
         start = world.frames[i][:, :3, 3]
@@ -119,21 +118,20 @@ def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
         from_base[:, :3, k] = np.cross(w, p)
         at_joint[:, :3, k] = np.cross(w, start)
     sentence = 'the cross product is left out: o_n - o_i-1 instead of z x (o_n - o_i-1)'
-    yield Variant(sentence, arranged_like(check, bare))
+    yield mistaken(check, sentence, bare)
     sentence = 'o_i-1 is not subtracted: z x o_n instead of z x (o_n - o_i-1)'
-    yield Variant(sentence, arranged_like(check, from_base))
-    yield Variant('z x o_i-1 instead of z x (o_n - o_i-1)', arranged_like(check, at_joint))
+    yield mistaken(check, sentence, from_base)
+    yield mistaken(check, 'z x o_i-1 instead of z x (o_n - o_i-1)', at_joint)
 
 
 def joint_type(check: QuantityCheck) -> Iterator[Variant]:
     """Yield prismatic columns written like revolute ones, and the reverse."""
     world = check.world
     for (i, k), column in world.row_columns.items():
-        prismatic = world.table.slides[k]
         v, w = column[:, :3], column[:, 3:]
         J = world.jacobian.copy()
         name = world.table.variables[k]
-        if prismatic:
+        if world.table.slides[k]:
             arm = world.pose[:, :3, 3] - world.frames[i][:, :3, 3]
             versions: tuple[tuple[Floats, Floats, str], ...] = (
                 (np.cross(v, arm), v, f'the column of {name} is that of a revolute joint'),
@@ -145,7 +143,7 @@ def joint_type(check: QuantityCheck) -> Iterator[Variant]:
             versions = ((w, zero, f'the column of {name} is that of a prismatic joint'),)
         for linear, angular, sentence in versions:
             J[:, :3, k], J[:, 3:, k] = linear, angular
-            yield Variant(sentence, arranged_like(check, J.copy()), _column(check, k))
+            yield mistaken(check, sentence, J, _column(check, k))
 
 
 def _column(check: QuantityCheck, k: int) -> tuple[int, ...]:
@@ -179,16 +177,16 @@ def column_sums(check: QuantityCheck) -> Iterator[Variant]:
             f'J_{k + 1} is {_sum_text(check, k, rows)}, where c_i is the column of row i of the '
             f'table; here it is {_sum_text(check, k, rows, flipped=i)}'
         )
-        yield Variant(sentence, arranged_like(check, J.copy()), _column(check, k))
+        yield mistaken(check, sentence, J, _column(check, k))
         J[:, :, k] += column
         sentence = f'the column of {name} lacks what row {i + 1} of the table adds'
-        yield Variant(sentence, arranged_like(check, J), _column(check, k))
+        yield mistaken(check, sentence, J, _column(check, k))
     for k, j in permutations(range(n), 2):
         for sign, text in ((1.0, '+'), (-1.0, '-')):
             J = world.jacobian.copy()
             J[:, :, k] += sign * world.jacobian[:, :, j]
             sentence = f'J_{k + 1} {text} J_{j + 1} stands where J_{k + 1} belongs'
-            yield Variant(sentence, arranged_like(check, J), _column(check, k))
+            yield mistaken(check, sentence, J, _column(check, k))
 
 
 def _sum_text(check: QuantityCheck, k: int, rows: list[int], flipped: int = -1) -> str:
@@ -207,6 +205,6 @@ def per_degree(check: QuantityCheck) -> Iterator[Variant]:
     turning = ~np.array(check.world.table.slides)
     scale = np.where(turning, DEGREE, 1.0)
     sentence = 'the columns of turning joints are per degree, not per radian'
-    yield Variant(sentence, arranged_like(check, J * scale))
+    yield mistaken(check, sentence, J * scale)
     rows = np.array([1.0] * 3 + [1.0 / DEGREE] * 3)[:, None]
-    yield Variant('the angular rows are in degrees', arranged_like(check, J * rows))
+    yield mistaken(check, 'the angular rows are in degrees', J * rows)

@@ -12,9 +12,9 @@ import numpy as np
 import sympy as sp
 
 from .....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
-from ..arm.numbers import DEGREE, Floats
-from ..arm.table import EYE, Table, TableRow
-from ..arm.world import World
+from ...arm.numbers import DEGREE, Floats
+from ...arm.table import EYE, Table, TableRow
+from ...arm.world import World
 from ..statements.checks import QuantityCheck
 from .variant import Variant
 
@@ -71,7 +71,7 @@ def _whose(convention: Convention) -> str:
 
 def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
     """Yield joints counted from another zero."""
-    for variable in _turning(check):
+    for variable in check.names.table.turning:
         for turn, text in TURNS:
             sentence = f'{variable} is counted from another zero: {variable} {text} stands for it'
             yield _by_joints(check, {variable: variable + turn}, sentence)
@@ -79,7 +79,7 @@ def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
 
 def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
     """Yield joint angles that were taken for degrees, all of them or one."""
-    turning = _turning(check)
+    turning = check.names.table.turning
     for chosen in (turning, *([variable] for variable in turning if len(turning) > 1)):
         changes = {variable: check.poses.values[variable] * DEGREE for variable in chosen}
         names = ', '.join(map(str, chosen))
@@ -88,7 +88,7 @@ def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
 
 def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
     """Yield sines and cosines exchanged, of one joint or of all sums of joints."""
-    turning = _turning(check)
+    turning = check.names.table.turning
     for variable in turning:
         # sin(pi/2 - q) = cos(q): the formula of each entry with the two exchanged.
         changes = {variable: np.pi / 2 - check.poses.values[variable]}
@@ -99,11 +99,6 @@ def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
         changes = {variable: -check.poses.values[variable] for variable in turning}
         changes[first] = changes[first] + np.pi / 2
         yield _with_values(check, changes, f'sines and cosines of sums with {first} are exchanged')
-
-
-def _turning(check: QuantityCheck) -> list[sp.Symbol]:
-    table = check.names.table
-    return [v for v, slides in zip(table.variables, table.slides) if not slides]
 
 
 def _with_values(check: QuantityCheck, changes: dict[sp.Symbol, Floats], sentence: str) -> Variant:
@@ -128,7 +123,7 @@ def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
 
 def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
     """Yield angles counted from the link before instead of from a fixed line, or the reverse."""
-    for one, other in permutations(_turning(check), 2):
+    for one, other in permutations(check.names.table.turning, 2):
         for value, text in ((one + other, f'{one} + {other}'), (one - other, f'{one} - {other}')):
             yield _by_joints(check, {one: value}, f'{text} stands where {one} belongs')
 
@@ -219,7 +214,7 @@ def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
 def missing_length(check: QuantityCheck) -> Iterator[Variant]:
     """Yield arms with one length, or one sliding joint, at 0."""
     table, values = check.names.table, check.poses.values
-    sliding = [variable for variable, slides in zip(table.variables, table.slides) if slides]
+    sliding = [variable for variable in table.variables if variable not in table.turning]
     general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
     for symbol in (*table.constants, *sliding, *general):
         if np.any(values[symbol] != 0.0):
@@ -245,7 +240,7 @@ def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
     Yield the configuration of the `at` line with one joint elsewhere, or read in other units.
     """
-    values, turning = check.poses.values, _turning(check)
+    values, turning = check.poses.values, check.names.table.turning
     given = [s for s in check.names.table.variables if s.name in check.poses.chosen]
     if not given:
         return

@@ -7,7 +7,7 @@ import numpy as np
 from .....rigid_motion import inverses
 from ..arm.quantities import Quantity, value_of, why_out_of_range
 from ..statements.checks import QuantityCheck
-from .jacobian_slips import arranged_like
+from .jacobian_slips import mistaken
 from .variant import Variant
 
 MILLI = 1000.0
@@ -26,9 +26,9 @@ def millimetres(check: QuantityCheck) -> Iterator[Variant]:
     if check.quantity.kind == 'jacobian':
         J = check.world.jacobian.copy()
         J[:, :3] *= MILLI
-        yield Variant('the linear rows are in mm', arranged_like(check, J))
+        yield mistaken(check, 'the linear rows are in mm', J)
         J[:, :3, list(check.world.table.slides)] /= MILLI
-        yield Variant('lengths are in mm', arranged_like(check, J))
+        yield mistaken(check, 'lengths are in mm', J)
     elif check.quantity.kind in ('tool', 'pose', 'row', 'general'):
         values = check.right.copy()
         values[:, :3, 3:] *= MILLI
@@ -85,18 +85,18 @@ def another_quantity(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def _quantities(check: QuantityCheck) -> Iterator[tuple[Quantity, str]]:
-    rows, joints = len(check.world.table.rows), len(check.world.table.variables)
+    table = check.world.table
+    rows, joints = len(table.rows), len(table.variables)
     first = check.reading.first_frame
     same = {check.quantity.kind}
     for i in range(1, joints + 1):
         for part, name in (('v', 'J_v'), ('w', 'J_w'), ('all', 'J_')):
             yield Quantity('jacobian', i, part=part), f'{name}{i}'
-    for part, name in (('v', 'J_v'), ('w', 'J_w')):
-        yield Quantity('jacobian', part=part), name
+    yield from ((Quantity('jacobian', part=part), f'J_{part}') for part in 'vw')
     for i in range(rows + 1):
         for kind, name in (('rotation', 'R_'), ('axis', 'z_'), ('origin', 'o_')):
             quantity = Quantity(kind, i + first)
-            if not why_out_of_range(quantity, rows, joints, check.reading):
+            if not why_out_of_range(quantity, table, check.reading):
                 yield quantity, f'{name}{i + first}'
     for i in range(1, rows + 1):
         yield Quantity('row', i), f'the matrix of row {i}'

@@ -1,11 +1,11 @@
 """
-What a tested cause is: a name, what it may explain, and the values a mistaken formula would have.
+A tested cause: its name, the parts it may explain, and the values of a mistaken formula.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from ..arm.numbers import Floats
+from ...arm.numbers import Floats
 from ..statements.checks import QuantityCheck
 
 WHOLE, BLOCK, COLUMN, ROW, ENTRY = 'whole', 'block', 'column', 'row', 'entry'
@@ -26,7 +26,7 @@ class Variant:
     Parameters
     ----------
     sentence
-        What is wrong if the person's formula equals it.
+        The mistake in words, if the person's formula equals it.
     values : shape (N, rows, columns)
     columns
         The only columns it is about; empty: all.
@@ -47,7 +47,7 @@ class Cause:
     name
         For the list of what was tried.
     kinds
-        Of quantities it makes sense for.
+        Kinds of quantities it makes sense for.
     scopes
         Parts of a matrix it may explain: the whole, a block, a column, a row, an entry.
     variants

@@ -1,8 +1,7 @@
 """
 Whether a formula is right: the check of a matrix, a vector or a determinant.
 
-Every check can say what is left of the difference when an entry of the formula is replaced, which
-is how likely causes are tested.
+Likely causes are tested by the difference that remains when an entry of the formula is replaced.
 """
 
 from abc import ABC, abstractmethod
@@ -16,10 +15,10 @@ import numpy.typing as npt
 import sympy as sp
 
 from .....robot.robot import Robot
-from ..arm.numbers import DEGREE, Evaluation, Floats
-from ..arm.quantities import ANGLES, ROWS, Quantity, value_of
-from ..arm.table import Table, general_row
-from ..arm.world import World
+from ...arm.numbers import DEGREE, Evaluation, Floats
+from ...arm.table import Table, general_row
+from ...arm.world import World
+from ..arm.quantities import ANGLES, ROWS, Quantity, row_order, value_of
 from ..text.file import Settings
 from .names import ANGLE_IN_PLANE, FormulaNames
 from .poses import Poses
@@ -62,17 +61,8 @@ class Check(ABC):
         values: Mapping[sp.Symbol, Floats] = self.poses.values
         degrees = self.statement.settings.degrees
         if degrees:
-            table = self.names.table
-            values = {
-                **values,
-                **{
-                    symbol: values[symbol] / DEGREE
-                    for symbol, slides in zip(
-                        (*table.variables, ANGLE_IN_PLANE), (*table.slides, False)
-                    )
-                    if not slides
-                },
-            }
+            turning = (*self.names.table.turning, ANGLE_IN_PLANE)
+            values = {**values, **{symbol: values[symbol] / DEGREE for symbol in turning}}
         return Evaluation(values, self.poses.count, degrees)
 
     @cached_property
@@ -84,9 +74,7 @@ class Check(ABC):
     def tolerance(self) -> float:
         """Return the largest difference that counts as none."""
         decimals = self.statement.decimals
-        if not decimals:
-            return ROUND_OFF
-        return 0.5000001 * 10.0**-decimals
+        return 0.5000001 * 10.0**-decimals if decimals else ROUND_OFF
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -98,16 +86,13 @@ class Check(ABC):
         Return the difference relative to the larger value and 1; infinite where one is undefined.
         """
         with np.errstate(all='ignore'):
-            if self.statement.decimals:
-                gap = np.abs(one - other)
-            else:
-                gap = np.abs(one - other) / (1.0 + np.maximum(np.abs(one), np.abs(other)))
+            larger = 0.0 if self.statement.decimals else np.maximum(np.abs(one), np.abs(other))
+            gap = np.abs(one - other) / (1.0 + larger)
         return np.where(np.isfinite(gap), gap, np.inf)
 
     def agrees(self, one: Floats, other: Floats) -> Mask:
         """Return for each entry whether two sets of values are equal at all poses."""
-        result: Mask = np.all(self.gap(one, other) <= self.tolerance, axis=0)
-        return result
+        return np.asarray(np.all(self.gap(one, other) <= self.tolerance, axis=0))
 
     @property
     @abstractmethod
@@ -128,7 +113,7 @@ class Check(ABC):
         Return how far rounded numbers can move each entry, or its right value, (N, rows, columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
-        assert inexact is not None  # where there are half units
+        assert inexact is not None  # it has half units
         still = {symbol: np.zeros(self.poses.count) for symbol, _ in self.statement.half_units}
         for symbol, half in self.statement.half_units:
             at = {**self.evaluation.values, **still, symbol: np.full(self.poses.count, half)}
@@ -167,20 +152,17 @@ class QuantityCheck(Check):
         """Return the right values of the formula."""
         return self.right_of(self.world)
 
-    def right_of(
-        self, world: World, quantity: Quantity | None = None, reading: Settings | None = None
-    ) -> Floats:
+    def right_of(self, world: World, reading: Settings | None = None) -> Floats:
         """Return the quantity in another world, cut to the person's shape."""
-        quantity = quantity or self.quantity
-        return self.cut(self.whole_of(world, quantity, reading or self.reading), quantity)
+        return self.cut(self.whole_of(world, reading or self.reading), self.quantity)
 
-    def whole_of(self, world: World, quantity: Quantity, reading: Settings) -> Floats:
+    def whole_of(self, world: World, reading: Settings) -> Floats:
         """Return the quantity with all its rows."""
-        if quantity.kind == 'det':
+        if self.quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]
-        if quantity.kind == 'general':
+        if self.quantity.kind == 'general':
             return _general(self.names.table, world)
-        return np.asarray(value_of(quantity, world, reading))
+        return np.asarray(value_of(self.quantity, world, reading))
 
     def cut(self, whole: Floats, quantity: Quantity) -> Floats:
         """Return the rows the person wrote, or the whole where its shape is another one."""
@@ -205,21 +187,13 @@ class QuantityCheck(Check):
     @property
     def jacobian_rows(self) -> list[int]:
         """Return the rows of J the person wrote: all, the task's, or the linear ones."""
-        rows, order = self.shape[0], self.row_order('all')
+        rows = self.shape[0]
+        order = row_order(replace(self.quantity, part='all'), self.reading)
         if rows == 6 or self.quantity.rows:
             return list(range(rows))
         task = self.robot.singularity.task.axes.tolist()
         kept = task if rows == len(task) else [0, 1, 2]
         return [order.index(k) for k in kept]
-
-    def row_order(self, part: str) -> list[int]:
-        """Return which of vx vy vz wx wy wz each row of J, J_v or J_w is."""
-        if part != 'all':
-            return [0, 1, 2] if part == 'v' else [3, 4, 5]
-        angular_first = self.reading.angular_first
-        if angular_first is None:
-            angular_first = self.quantity.form in ('space', 'body')
-        return [3, 4, 5, 0, 1, 2] if angular_first else list(range(6))
 
     @cached_property
     def readings(self) -> tuple['QuantityCheck', ...]:
@@ -239,7 +213,7 @@ class QuantityCheck(Check):
             )
             check = replace(self, statement=meant)
             found.append(check)
-            whole = check.whole_of(self.world, check.quantity, settings)
+            whole = check.whole_of(self.world, settings)
             # Those in which a planar arm moves: x, y and the angle phi.
             rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
             if len(rows) == self.shape[0] < whole.shape[1]:
@@ -268,7 +242,8 @@ class QuantityCheck(Check):
         rows = self.quantity.rows or (
             self.jacobian_rows if self.quantity.part == 'all' else range(self.shape[0])
         )
-        return tuple(ROWS[self.row_order(self.quantity.part)[k]] for k in rows)
+        order = row_order(self.quantity, self.reading)
+        return tuple(ROWS[order[k]] for k in rows)
 
 
 def task_determinant(robot: Robot, world: World) -> Floats:

@@ -16,11 +16,12 @@ from .....errors import DerivationError
 from .....kinematics.forward import jacobian
 from .....kinematics.task_jacobian import task_jacobian
 from .....robot.robot import Robot
+from ...arm.numbers import DEGREE, Evaluation, Floats
+from ...arm.world import with_constants
 from ...derive.algebra.numeric import poses_on
 from ...derive.derivation import DeterminantFactors, determinant_factors, exact_of
 from ...derive.sampled_poses import PoseSampler
 from ...derive.singular_set import numbers_in_words
-from ..arm.numbers import DEGREE, Evaluation, Floats
 from .names import FormulaNames
 from .poses import SEED, poses_for
 from .statements import Statement
@@ -41,7 +42,7 @@ INTEGERS = np.arange(-6.0, 7.0)
 
 @dataclass(frozen=True)
 class Claim:
-    """What is true of a `singular:` line."""
+    """The verdict on a `singular:` line."""
 
     name: str
     line: int
@@ -100,7 +101,10 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
         remarks = (*judged[-1].remarks, undecided) if square else judged[-1].remarks
         return [*judged[:-1], replace(judged[-1], remarks=remarks)]
     by_file = exact.sampler
-    arms = [_arm_of(one, by_file, names) for one in (*by_file.in_random_letters, by_file)]
+    arms = [
+        _ArmOfLetters(robot, FormulaNames(one.table), one)
+        for one in (*by_file.in_random_letters, by_file)
+    ]
 
     def judge(claim: Statement | None) -> Claim:
         if claim is not None:
@@ -118,19 +122,6 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
     return [judge(claim) for claim in (*claims, None) if claim or factors]
 
 
-def _arm_of(sampler: PoseSampler, by_file: PoseSampler, names: FormulaNames) -> _ArmOfLetters:
-    # The letters of the table have other units than those of the sampler.
-    usual = by_file.arithmetic.names.values
-    factors = {s.name: v / usual[s] for s, v in sampler.arithmetic.names.values.items() if v}
-    given = {s: v * factors.get(s.name, 1.0) for s, v in names.table.given.items()}
-    return _ArmOfLetters(sampler.robot, FormulaNames(replace(names.table, given=given)), sampler)
-
-
-def _draws(robot: Robot, names: FormulaNames, claim: Statement) -> Floats:
-    poses = poses_for(robot, names, claim.settings, frozenset(), (), DRAWS)
-    return np.stack([poses.values[s] for s in names.table.variables], axis=-1)
-
-
 def _in_words(names: FormulaNames, pose: Floats) -> str:
     return ', '.join(f'{s} = {v:.4f}' for s, v in zip(names.table.variables, pose))
 
@@ -140,7 +131,8 @@ def _in_words(names: FormulaNames, pose: Floats) -> str:
 
 def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     names = arm.names
-    q = _draws(arm.robot, names, claim)
+    poses = poses_for(arm.robot, names, claim.settings, frozenset(), (), DRAWS)
+    q = np.stack([poses.values[s] for s in names.table.variables], axis=-1)
     integers = np.random.default_rng(SEED).integers(-2, 3, len(q)).astype(float)
     free = np.ones(arm.robot.dof)
     for joint, value in claim.conditions:
@@ -174,12 +166,7 @@ def _value(
     table = names.table
 
     def function(q: Floats) -> Floats:
-        values = {s: q[:, k] for k, s in enumerate(table.variables)}
-        for symbol in table.constants:
-            if symbol in table.derived:
-                values[symbol] = Evaluation(values, len(q)).of(table.derived[symbol])
-            else:
-                values[symbol] = np.full(len(q), table.given[symbol])
+        values = with_constants(table, dict(zip(table.variables, q.T)), len(q))
         values[sp.Symbol('k')] = np.broadcast_to(integers, len(q))
         return Evaluation(values, len(q), claim.settings.degrees).of(value)
 

@@ -1,4 +1,4 @@
-"""What a name in a formula stands for: joints, constants, shorthands such as c12, frames, axes."""
+"""Values of names in formulas: joints, constants, shorthands such as c12, frames, axes."""
 
 import difflib
 import re
@@ -9,9 +9,9 @@ import sympy as sp
 
 from .....errors import FormulaError
 from .....robot.file.parts.convention_table import QUANTITIES
+from ...arm.table import Table
 from ..arm.quantities import Quantity, expression_of, quantity_of, why_out_of_range
 from ..arm.symbols import SymbolicArm
-from ..arm.table import Table
 from ..text.build import Value
 from ..text.file import Settings
 from ..text.tokens import FormulaToken
@@ -28,6 +28,9 @@ COORDINATES = {
 # The tool's angle about z, of an arm that turns about z alone.
 ANGLE_IN_PLANE = sp.Symbol('phi')
 ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
+# Symbols of the point's coordinates, and of the entries of the tool's rotation.
+POINT = sp.symbols('x y z')
+ROTATION = {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}
 
 
 class FormulaNames:
@@ -125,12 +128,11 @@ class FormulaNames:
     def _matrix(
         self, quantity: Quantity, token: FormulaToken, settings: Settings
     ) -> sp.Matrix | None:
-        joints = self.table.joints
         if self.table.passive and quantity.kind == 'jacobian':
             raise token.fault(
                 f'{token.written!r}: with closed loops J stands on the left side only'
             )
-        if reason := why_out_of_range(quantity, len(self.table.rows), joints, settings):
+        if reason := why_out_of_range(quantity, self.table, settings):
             raise token.fault(reason)
         return expression_of(quantity, self.arm, settings)
 
@@ -159,13 +161,3 @@ def general_symbol(key: str) -> sp.Symbol | None:
     """Return the symbol of a quantity such as a, alpha, d, theta of any row, or None."""
     found = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
     return sp.Symbol(f'{found[1]}_i') if found else None
-
-
-def coordinates() -> tuple[sp.Symbol, ...]:
-    """Return the symbols of the point's coordinates x, y, z."""
-    return tuple(sp.Symbol(axis) for axis in 'xyz')
-
-
-def rotation_entries() -> dict[tuple[int, int], sp.Symbol]:
-    """Return the symbols r11 to r33 of the tool's rotation."""
-    return {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}

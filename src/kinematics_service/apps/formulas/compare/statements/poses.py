@@ -1,4 +1,4 @@
-"""Random poses and random lengths, at which what is equal by coincidence only is not equal."""
+"""Draw random poses and lengths, so that formulas are not equal by coincidence."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from .....robot.closed_poses import closes_at
 from .....robot.file.parts.convention_table import QUANTITIES
 from .....robot.file.text.expression_syntax import postorder
 from .....robot.robot import Robot
-from ..arm.numbers import DEGREE, Evaluation, Floats
+from ...arm.numbers import DEGREE, Evaluation, Floats
+from ...arm.world import World
 from ..arm.quantities import quantity_of, value_of, why_out_of_range
-from ..arm.world import World
 from ..text.build import build, is_matrix, number
 from ..text.file import Raw, Settings
-from ..text.syntax import PARTS, Node
-from .names import ANGLE_IN_PLANE, FormulaNames, coordinates, rotation_entries
+from ..text.syntax import PARTS
+from .names import ANGLE_IN_PLANE, POINT, ROTATION, FormulaNames
 
 SEED = 20240523
 POSES = 8
@@ -74,8 +74,8 @@ def poses_for(
     Raises
     ------
     FormulaError
-        The `at` or `point` line names what is not there; closed loops do not close with what is
-        given.
+        The `at` or `point` line names an unknown thing; closed loops do not close with the given
+        values.
     """
     table, rng = names.table, np.random.default_rng(SEED)
     given: dict[sp.Symbol, Floats] = {}
@@ -99,8 +99,7 @@ def poses_for(
         else:
             values[symbol] = np.full(count, table.given[symbol])
     for k, symbol in enumerate(table.variables[: table.joints]):
-        drawn = _drawn(robot, k, rng, count)
-        values[symbol] = given.get(symbol, drawn)
+        values[symbol] = given.get(symbol, _drawn(robot, k, rng, count))
     coupling = _close(robot, names, values, given, count) if table.passive else None
     located = _with_coordinates(values, names, settings, count)
     if ANGLE_IN_PLANE in symbols and np.isnan(located[ANGLE_IN_PLANE]).any():
@@ -150,13 +149,12 @@ def _close(
 
 def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats:
     low, high = robot.limits[k]
-    turning = not robot.prismatic[k]
-    if turning:
-        low, high = (low, high) if np.isfinite(high - low) else (-np.pi, np.pi)
-    else:
+    if robot.prismatic[k]:
         low = low if np.isfinite(low) else 0.0
         high = high if np.isfinite(high) else low + SLIDE
         low += 0.1 * (high - low)  # an arm that is not extended at all is a special case
+    elif not np.isfinite(high - low):
+        low, high = -np.pi, np.pi
     return rng.uniform(low, high, count)
 
 
@@ -169,12 +167,11 @@ def _with_coordinates(
         quantity = quantity_of(settings.point)
         if quantity is None or quantity.kind not in ('origin', 'vector', 'position'):
             raise FormulaError(f"point: {settings.point!r} is no point: write 'point: o_3'")
-        rows, joints = len(names.table.rows), len(names.table.variables)
-        if reason := why_out_of_range(quantity, rows, joints, settings):
+        if reason := why_out_of_range(quantity, names.table, settings):
             raise FormulaError(f'point: {reason}')
         point = value_of(quantity, world, settings)[:, :, 0]
-    located = {symbol: point[:, k] for k, symbol in enumerate(coordinates())}
-    for (i, j), symbol in rotation_entries().items():
+    located = {symbol: point[:, k] for k, symbol in enumerate(POINT)}
+    for (i, j), symbol in ROTATION.items():
         located[symbol] = world.pose[:, i, j]
     R = world.pose[:, :3, :3].real
     in_plane = np.all(np.abs(R[:, 2, 2] - 1.0) < ROUND_OFF)
@@ -197,14 +194,14 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[sp.Symbol
         raise at.fault(f'at: {at.written} must be a number')
     result = _number(value)
     turns = joint is not None and not names.table.slides[joint]
-    if turns and settings.degrees and not _has_unit(raw.right):
+    if (
+        turns
+        and settings.degrees
+        and all(part.kind != 'deg' for part in postorder(raw.right, PARTS))
+    ):
         result *= DEGREE
     return symbol, result
 
 
 def _number(value: sp.Expr) -> float:
     return float(Evaluation({}, 1).of(value)[0])
-
-
-def _has_unit(node: Node) -> bool:
-    return any(part.kind == 'deg' for part in postorder(node, PARTS))

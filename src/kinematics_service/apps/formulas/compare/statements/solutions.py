@@ -1,5 +1,5 @@
 """
-Whether an equation holds, and whether a formula of the inverse kinematics gives the joint back.
+Check equations, and formulas of the inverse kinematics by a damped Newton search of branches.
 """
 
 from collections.abc import Mapping
@@ -14,11 +14,11 @@ import sympy as sp
 
 from .....kernel import Integers
 from .....rigid_motion import rotation_vector, skew_part
-from ..arm.numbers import DEGREE, Floats
-from ..arm.table import Table
-from ..arm.world import World
+from ...arm.numbers import DEGREE, Floats
+from ...arm.table import Table
+from ...arm.world import World
 from .checks import Check, Mask
-from .names import ANGLE_IN_PLANE, rotation_entries
+from .names import ANGLE_IN_PLANE, ROTATION
 from .poses import Poses
 from .statements import Statement
 
@@ -108,7 +108,7 @@ class PoseSearch:
             Values of other joints.
         wanted : shape (N,)
         limits
-            Inside which lengths stay; none are looked at where none are given.
+            Limits inside which lengths stay; None: any length.
         """
         finite = np.all([np.isfinite(v) for v in given.values()], axis=0)
         left = wanted & finite
@@ -116,12 +116,9 @@ class PoseSearch:
         for start in range(STARTS if self.moving else 1):
             if not left.any() or (start == FIRST_STARTS and np.array_equal(left, wanted & finite)):
                 break
-            found = np.flatnonzero(left)[
-                self._stepped(given, np.flatnonzero(left), random, limits)
-            ]
-            left[found] = False
-        result: Mask = wanted & finite & ~left
-        return result
+            at = np.flatnonzero(left)
+            left[at[self._stepped(given, at, random, limits)]] = False
+        return np.asarray(wanted & finite & ~left)
 
     def _stepped(
         self,
@@ -170,8 +167,8 @@ class PoseSearch:
         return reached
 
     def _twist_to(self, target: Floats, pose: Floats) -> Floats:
-        # What brings the pose there, to first order: (v, w), 0 for the same pose; of complex ones
-        # also for half a turn.
+        # The twist (v, w) that brings the pose there, to first order: 0 for the same pose, and for
+        # complex poses also for half a turn.
         R = target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
         w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
         return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], w], axis=1)
@@ -238,8 +235,7 @@ class SolutionCheck(Check):
         difference = self.in_radians(values) - self.right[:, 0, 0]
         if self.turns:
             difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
-        result: Mask = np.abs(difference) <= max(self.tolerance, HIT)
-        return result
+        return np.asarray(np.abs(difference) <= max(self.tolerance, HIT))
 
     def in_radians(self, values: Floats) -> Floats:
         """Return a formula's values in SI units."""
@@ -255,8 +251,7 @@ class SolutionCheck(Check):
     def is_about_the_pose(self) -> bool:
         """Return whether the whole pose decides, as the point says nothing about the joint."""
         column = self.world.jacobian[:, :3, self.statement.joint]
-        rotation = {ANGLE_IN_PLANE, *rotation_entries().values()}
-        turned = self.statement.value.free_symbols & rotation
+        turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}
         return bool(turned) or float(np.max(np.abs(column))) < STILL
 
     @cached_property
@@ -264,8 +259,8 @@ class SolutionCheck(Check):
         """
         Return the share of the poses at which formulas of the file, put together, reach the tool.
 
-        Of each joint one of its formulas, by the values of the others' formulas; joints without a
-        formula are free. None where the file has formulas of one joint only, or too many.
+        Each joint takes one of its formulas, by the values of the others' formulas; joints without
+        a formula are free. None where the file has formulas of one joint only, or too many.
         """
         by_joint: dict[int, list[Statement]] = {}
         for statement in self.others:

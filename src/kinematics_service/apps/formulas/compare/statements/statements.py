@@ -1,4 +1,4 @@
-"""From the equations of a file to statements about a robot: which compare, which only define."""
+"""Turn the equations of a file into statements about a robot: comparisons and definitions."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -8,7 +8,7 @@ import sympy as sp
 
 from .....errors import FormulaError
 from .....robot.file.text.expression_syntax import folded, postorder
-from ..arm.numbers import size_of
+from ...arm.numbers import size_of
 from ..arm.quantities import Quantity, quantity_of, why_out_of_range
 from ..text.build import Value, build, is_matrix, number
 from ..text.file import FormulaFile, Raw, Settings
@@ -36,7 +36,7 @@ class Statement:
     value
         The right side, a matrix; 1 x 1 for a number.
     quantity
-        What the robot knows under that name.
+        The quantity of the robot with this name.
     joint
         Index of the joint a solution is for.
     left
@@ -66,6 +66,16 @@ class Statement:
     inexact: 'Statement | None' = None
     half_units: tuple[tuple[sp.Symbol, float], ...] = ()
 
+    @property
+    def symbols(self) -> frozenset[sp.Symbol]:
+        """Return the symbols of both sides."""
+        left = set() if self.left is None else self.left.free_symbols
+        return frozenset(self.value.free_symbols | left)
+
+    def fault(self, message: str) -> FormulaError:
+        """Return an error about it."""
+        return FormulaError(message, self.line, 1)
+
 
 @dataclass(frozen=True)
 class Understood:
@@ -87,7 +97,7 @@ def understand(file: FormulaFile, names: FormulaNames) -> Understood:
 
 @dataclass(frozen=True)
 class _Context:
-    # Where an expression stands, by the index of its equation, and how it is read: with the
+    # The place of an expression, by the index of its equation, and how it is read: with the
     # symbols of any row, with the integer k, with a symbol beside each rounded number.
     index: int
     general: bool = False
@@ -157,7 +167,7 @@ class _Reader:
         return Understood(tuple(statements), tuple(fixed), tuple(self.faults), unused)
 
     def _definition_key(self, raw: Raw) -> str:
-        # What other formulas may call it; joints, constants and coordinates are the robot's.
+        # The name that other formulas use; joints, constants and coordinates are the robot's.
         key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
         if raw.left.kind != 'name' or raw.claim or key in COORDINATES:
             return ''
@@ -171,8 +181,9 @@ class _Reader:
         except (FormulaError, RecursionError):
             return exact  # an exponent that is rounded, for example
         assert isinstance(inexact, Statement)
-        symbols = inexact.value.free_symbols | getattr(inexact.left, 'free_symbols', set())
-        half_units = tuple((s, half) for s, half in self.half_units.items() if s in symbols)
+        half_units = tuple(
+            (s, half) for s, half in self.half_units.items() if s in inexact.symbols
+        )
         return replace(exact, inexact=inexact, half_units=half_units) if half_units else exact
 
     def _number(self, text: str, at: FormulaToken) -> sp.Expr:
@@ -203,17 +214,11 @@ class _Reader:
                 self._refuse_matrix(value, raw)
                 return self._made('solution', raw, value, joint=joint)
             quantity = quantity_of(key)
-            if quantity is None or is_matrix(value) == (quantity.kind == 'det'):
-                if quantity is not None and quantity.kind == 'det':
-                    self._refuse_matrix(value, raw)
+            if quantity is not None and quantity.kind == 'det':
+                self._refuse_matrix(value, raw)
+            elif quantity is None or not is_matrix(value):
                 return None
-            reason = why_out_of_range(
-                quantity,
-                len(self.names.table.rows),
-                self.names.table.joints,
-                raw.settings,
-            )
-            if reason:
+            if reason := why_out_of_range(quantity, self.names.table, raw.settings):
                 raise raw.left.at.fault(reason)
             return self._made('quantity', raw, value, quantity=quantity)
         left = self._value(raw.left, context)
@@ -231,13 +236,7 @@ class _Reader:
         if all(entry.is_Rational for entry in matrix):
             decimals = max((_decimals(n.text) for n in _numbers(raw.right)), default=0)
         return Statement(
-            kind,
-            _text(raw.left),
-            raw.line,
-            raw.settings,
-            matrix,
-            decimals=decimals,
-            **more,
+            kind, _text(raw.left), raw.line, raw.settings, matrix, decimals=decimals, **more
         )
 
     def _refuse_matrix(self, value: sp.Expr, raw: Raw) -> None:

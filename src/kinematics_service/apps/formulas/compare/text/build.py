@@ -1,5 +1,5 @@
 """
-From the tree of a formula to a sympy expression or matrix; only what the grammar knows is built.
+Build a sympy expression or matrix from the tree of a formula, from known operations only.
 """
 
 from collections.abc import Callable
@@ -10,6 +10,7 @@ import sympy as sp
 
 from .....errors import FormulaError
 from .....robot.file.text.expression_syntax import folded
+from ...arm.table import inverse_pose
 from .syntax import MOST_ENTRIES, PARTS, Node
 from .tokens import FormulaToken
 
@@ -36,9 +37,9 @@ def build(node: Node, lookup: Lookup, read: ReadNumber) -> Value:
     node
         Its tree.
     lookup
-        What a name stands for.
+        Returns the value of a name.
     read
-        What a number stands for, such as `number`.
+        Returns the value of a number, such as `number`.
 
     Raises
     ------
@@ -206,11 +207,8 @@ def _inverse(node: Node, matrix: Value) -> Value:
     if not is_matrix(matrix):
         return 1 / matrix
     if matrix.rows == matrix.cols == 4 and matrix.row(3) == sp.Matrix([[0, 0, 0, 1]]):
-        # Of a pose, without a symbolic elimination; a matrix that is none shows in the comparison.
-        R = matrix[:3, :3].T
-        return sp.ImmutableDenseMatrix(
-            sp.Matrix.vstack(sp.Matrix.hstack(R, -R * matrix[:3, 3]), sp.Matrix([[0, 0, 0, 1]]))
-        )
+        # A pose needs no symbolic elimination; a matrix that is not a pose differs when compared.
+        return sp.ImmutableDenseMatrix(inverse_pose(matrix))
     if matrix.rows != matrix.cols or matrix.rows > 4:
         raise node.at.fault(f'the inverse of a matrix of {_size(matrix)}')
     determinant = matrix.det(method='berkowitz')
@@ -230,6 +228,12 @@ _OPERATIONS: dict[str, Callable[..., Value]] = {
     'deg': lambda node, value: value * sp.pi / 180,
 }
 
+_OF_MATRICES: dict[str, Callable[..., Value]] = {
+    'cross': _crossed,
+    'inv': _inverse,
+    'transpose': _transposed,
+    'simplify': lambda node, value: value,
+}
 _OF_SYMPY = ('sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'atan2', 'sqrt')
 _SCALAR: dict[str, Callable[..., Value]] = {
     **{name: getattr(sp, name) for name in _OF_SYMPY},
@@ -250,16 +254,10 @@ def _functions_inside(value: Value) -> int:
 
 
 def _called(node: Node, arguments: list[Value]) -> Value:
-    if node.text == 'cross':
-        if not all(map(is_matrix, arguments)):
-            raise node.at.fault('a cross product is taken of two vectors of 3 entries')
-        return _crossed(node, *arguments)
-    if node.text == 'inv':
-        return _inverse(node, *arguments)
-    if node.text == 'transpose':
-        return _transposed(node, *arguments)
-    if node.text == 'simplify':
-        return arguments[0]
+    if node.text == 'cross' and not all(map(is_matrix, arguments)):
+        raise node.at.fault('a cross product is taken of two vectors of 3 entries')
+    if node.text in _OF_MATRICES:
+        return _OF_MATRICES[node.text](node, *arguments)
     arguments = [_unwrapped(argument) for argument in arguments]
     if any(map(is_matrix, arguments)):
         raise node.at.fault(f'{node.text} of a matrix')

@@ -1,4 +1,4 @@
-"""A file of formulas: its settings, definitions and formulas, each with the line it stands on."""
+"""Read a file of formulas: settings, definitions and formulas, each with its line."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -21,7 +21,7 @@ BRACED = re.compile(r'\\(?:begin|end)\s*\{[^{}]{0,40}\}')
 # Each takes up to a second.
 MOST_FORMULAS = 200
 
-# What a determinant may be said to be of: `det(J)`.
+# Names of a matrix whose determinant is meant: `det(J)`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
 # `J(q) = ...`, `T(\theta_1, \theta_2) = ...`: a left side and what it depends on.
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
@@ -37,7 +37,7 @@ class Change(TypedDict, total=False):
     first_frame: int
 
 
-# What a setting may be, and what it sets.
+# Accepted words of each setting, and the fields they set.
 CHOICES: dict[str, dict[str, Change]] = {
     'rows': {'linear first': {'angular_first': False}, 'angular first': {'angular_first': True}},
     'frame': {'base': {'axes': 'base'}, 'tool': {'axes': 'tool'}},
@@ -62,7 +62,7 @@ class Settings:
     first_frame
         The number of the table's frame 0.
     point
-        What x, y, z are the coordinates of; empty: the tool.
+        The point whose coordinates are x, y, z; empty: the tool.
     at
         The configuration of numeric formulas, `theta3=90 deg`; empty: random poses.
     meanings
@@ -107,7 +107,7 @@ class Raw:
 
 @dataclass(frozen=True)
 class FormulaFile:
-    """What stands in a file of formulas, and what could not be read."""
+    """The equations of a file of formulas, and the errors of lines that could not be read."""
 
     raw: tuple[Raw, ...]
     faults: tuple[FormulaError, ...]
@@ -138,10 +138,8 @@ def read_formulas(text: str) -> FormulaFile:
         try:
             if found := SETTING.fullmatch(chunk.text):
                 local = False
-                words, said = (
-                    found[1].lower(),
-                    chunk.after(len(chunk.text) - len(found[2].lstrip())),
-                )
+                words = found[1].lower()
+                said = chunk.after(len(chunk.text) - len(found[2].lstrip()))
                 if words == 'singular':
                     raw.append(_claim(said, settings))
                 else:
@@ -183,11 +181,9 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
             if depth <= 0 and text.lstrip().startswith(('=', '&=', '&:=')):
                 pass
             elif depth <= 0 and before.endswith('=') and at == first + 1:
-                at = _skip_blank(lines, at)
-                if at < len(lines) and not BEGINS_A_MATRIX.match(lines[at]):
+                at = next((k for k in range(at, len(lines)) if _bare(lines[k])), len(lines))
+                if at == len(lines) or not BEGINS_A_MATRIX.match(lines[at]):
                     by_lines, at = True, _end_of_rows(lines, at)
-                    break
-                if at >= len(lines):
                     break
             elif depth <= 0 and not GOES_ON.search(before):
                 break
@@ -202,12 +198,6 @@ def _begins_another(text: str) -> bool:
     left, equals, _ = text.partition('=')
     left = left.rstrip().removesuffix(':').rstrip()
     return bool(equals and left) and '&' not in left and not left.endswith(':')
-
-
-def _skip_blank(lines: Sequence[str], at: int) -> int:
-    while at < len(lines) and not _bare(lines[at]):
-        at += 1
-    return at
 
 
 def _end_of_rows(lines: Sequence[str], at: int) -> int:
@@ -274,11 +264,11 @@ def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_li
             f'{first.written!r} begins no formula{advice} (expected NAME = ..., a setting such as '
             "'rows: angular first', or a comment after #)"
         )
-    left = _of_a_jacobian(parse(_without_joints(_without_ampersands(sides[0])), tokens[-1]))
-    right = sides[-1]
-    while right and right[0].kind == 'newline':
-        right = right[1:]
-    is_rows = by_lines and any(token.kind == 'newline' for token in _trimmed(right))
+    left = _of_a_jacobian(
+        parse(_without_joints([token for token in sides[0] if token.text != '&']), tokens[-1])
+    )
+    right = _trimmed(sides[-1])
+    is_rows = by_lines and any(token.kind == 'newline' for token in right)
     tree = parse_lines(right, tokens[-1]) if is_rows else parse(right, tokens[-1])
     return Raw(left, tree, local, settings)
 
@@ -294,13 +284,9 @@ def _of_a_jacobian(left: Node) -> Node:
 
 
 def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
-    while tokens and tokens[-1].kind == 'newline':
-        tokens = tokens[:-1]
-    return tokens
-
-
-def _without_ampersands(tokens: list[FormulaToken]) -> list[FormulaToken]:
-    return [token for token in tokens if token.text != '&']
+    # Without the ends of lines before and after them.
+    words = [k for k, token in enumerate(tokens) if token.kind != 'newline']
+    return tokens[words[0] : words[-1] + 1] if words else []
 
 
 def _without_joints(tokens: list[FormulaToken]) -> list[FormulaToken]:

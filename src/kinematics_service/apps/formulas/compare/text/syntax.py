@@ -74,7 +74,7 @@ def parse(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
     tokens
         All of it.
     last
-        What a message about a missing end points at.
+        The token that a message about a missing end points at.
 
     Raises
     ------
@@ -97,13 +97,13 @@ def parse_lines(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
     return parse([opening, *tokens, closing], last)
 
 
+@dataclass
 class _Parser:
-    def __init__(self, tokens: list[FormulaToken], last: FormulaToken) -> None:
-        self.tokens = tokens
-        self.last = last
-        self.at = 0
-        self.depth = 0
-        self.by_blanks = False  # inside a row whose entries blanks separate
+    tokens: list[FormulaToken]
+    last: FormulaToken
+    at: int = 0
+    depth: int = 0
+    by_blanks: bool = False  # inside a row whose entries blanks separate
 
     @property
     def next(self) -> FormulaToken | None:
@@ -321,12 +321,8 @@ class _Parser:
                 self.skip_newlines()
             token = self.next
             if token is None:
-                missing = (
-                    f'{opening.text} has no \\end'
-                    if environment
-                    else "the bracket '[' is not closed"
-                )
-                raise self.error(missing)
+                missing = f'{opening.text} has no \\end'
+                raise self.error(missing if environment else "the bracket '[' is not closed")
             if self.took(']') or (token.kind == 'end' and self.took(token.text)):
                 break
             if self.is_next(',', '&'):

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from .....errors import FormulaError
 from .....typography import GREEK, SUBSCRIPTS, plain_signs
 
-# What has a meaning of its own in a formula: a cross product, powers, a transpose.
+# Signs with a meaning of their own in a formula: a cross product, powers, a transpose.
 UNICODE = {
     '×': '\\times ', '′': "'", 'ᵀ': "'", 'ᵢ': '_i',
     **{sign: f'^{digit}' for digit, sign in enumerate('⁰¹²³⁴⁵⁶⁷⁸⁹')},

@@ -1,4 +1,4 @@
-"""The arithmetic of one arm: its ring, and what a file's angles and lengths are in it."""
+"""The ring of polynomials of one arm, and the angles and lengths of its file as polynomials."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,9 +13,9 @@ import sympy
 
 from .....errors import DerivationError
 from .....rigid_motion import Z_INTO
-from .....robot.file.parts.description import Link, RobotDescription
+from .....robot.file.parts.description import RobotDescription
 from .laurent import Laurent, Ring, from_terms
-from .matrices import Matrix, product
+from .matrices import Matrix, product, transposed
 from .names import Affine, Names
 
 # Constant angles that are no quarter turns and stay symbols.
@@ -151,19 +151,6 @@ class Arithmetic:
         return (z + inverse).scaled(1, 2), (z - inverse).times_i(3).scaled(1, 2).reduced()
 
 
-def transposed(matrix: Matrix) -> Matrix:
-    """Return a matrix with rows and columns exchanged."""
-    return tuple(zip(*matrix))
-
-
-def inverse(T: Matrix) -> Matrix:
-    """Return the inverse of a rigid motion."""
-    R_t = tuple(tuple(T[j][i] for j in range(3)) for i in range(3))
-    p = tuple((T[i][3],) for i in range(3))
-    moved = product(R_t, p)
-    return (*((*R_t[i], -moved[i][0]) for i in range(3)), T[3])
-
-
 def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -> Arithmetic:
     """
     Return the ring of an arm, with its joint variables in it.
@@ -182,22 +169,24 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
     """
     units = dict.fromkeys(names.variables, 1)
     turns = []
-    for link in description.links:
-        for text in _turning_texts(link):
-            turns.append(names.affine(text, is_angle=True))
-            for variable, factor in turns[-1][1].items():
-                if not factor.is_Rational:
-                    raise DerivationError(
-                        f'{text}: the factor {factor} of {variable} is not a fraction, so that '
-                        'the frames are no polynomials in sines and cosines of the joints'
-                    )
-                units[variable] = int(sympy.ilcm(units[variable], factor.q))
-                if max(units[variable], abs(factor) * units[variable]) > MOST_PARTS:
-                    raise DerivationError(
-                        f'{text}: {variable} turns an axis by {float(factor):.12g} of its angle, '
-                        'whose sine and cosine are no short polynomials in those of the joint; '
-                        'derive the nominal robot file, without the gear ratios that were found'
-                    )
+    for motion in (motion for link in description.links for motion in link.motions):
+        if not (motion.turns and motion.argument.affine.coefficients):
+            continue
+        text = motion.argument.text
+        turns.append(names.affine(text, is_angle=True))
+        for variable, factor in turns[-1][1].items():
+            if not factor.is_Rational:
+                raise DerivationError(
+                    f'{text}: the factor {factor} of {variable} is not a fraction, so that the '
+                    'frames are no polynomials in sines and cosines of the joints'
+                )
+            units[variable] = int(sympy.ilcm(units[variable], factor.q))
+            if max(units[variable], abs(factor) * units[variable]) > MOST_PARTS:
+                raise DerivationError(
+                    f'{text}: {variable} turns an axis by {float(factor):.12g} of its angle, '
+                    'whose sine and cosine are no short polynomials in those of the joint; '
+                    'derive the nominal robot file, without the gear ratios that were found'
+                )
     offsets = _offsets(turns, names)
     units = {variable: parts * unit for variable, unit in units.items()}
     steps = {v: _step(v, unit, turns) for v, unit in units.items()}
@@ -239,14 +228,6 @@ def _angles(
         variable: variable if offset == 0 else sympy.Symbol(f'{stem}{k}', real=True)
         for k, (variable, offset) in zip(numbers, offsets.items())
     }
-
-
-def _turning_texts(link: Link) -> list[str]:
-    return [
-        motion.argument.text
-        for motion in link.motions
-        if motion.turns and motion.argument.affine.coefficients
-    ]
 
 
 def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:

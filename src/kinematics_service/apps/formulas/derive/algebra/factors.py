@@ -11,18 +11,20 @@ integers are factored over.
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from random import Random
 from typing import Any
 
 from sympy.core.random import seed as seed_random
-from sympy.polys.domains import ZZ, ZZ_I
+from sympy.polys.domains import GF, ZZ, ZZ_I
 from sympy.polys.galoistools import gf_ddf_zassenhaus, gf_monic, gf_sqf_p, gf_trunc
+from sympy.polys.matrices import DomainMatrix
 from sympy.polys.rings import PolyElement
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
-from .half_factors import Terms, paired, upright, upright_half
-from .laurent import Laurent, from_terms
+from .half_factors import paired, upright, upright_half
+from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
 # Random lines a polynomial is cut with; one on which it does not factor shows that it does not.
@@ -210,24 +212,16 @@ def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
     # Linear over the field of two elements; None where a coefficient is neither.
     if any(a and b for a, b in terms.values()):
         return None
-    items = [(e, 1 if b else 0) for e, (_, b) in terms.items()]
-    (first, parity), n = items[0], len(items[0][0])
-    rows: list[int] = []
-    for exponents, other in items[1:]:
-        row = sum(((a - b) & 1) << k for k, (a, b) in enumerate(zip(exponents, first)))
-        row |= ((other ^ parity) & 1) << n
-        for pivot in rows:
-            row ^= pivot if row & pivot & -pivot else 0
-        if row & ~(1 << n) == 0:
-            if row:
-                return None
-            continue
-        low = row & -row
-        rows = [r ^ row if r & low else r for r in rows] + [row]
+    first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())
+    n, field = len(first) - 1, GF(2)
+    rows = {tuple((a - b) % 2 for a, b in zip(other, first)) for other in others}
+    equations = [list(map(field, row)) for row in sorted(rows)]
+    reduced, pivots = DomainMatrix(equations, (len(rows), n + 1), field).rref()
+    if n in pivots:
+        return None
     turns = [0] * n
-    for row in rows:
-        low = (row & -row).bit_length() - 1
-        turns[low] = row >> n & 1
+    for pivot, row in zip(pivots, reduced.to_Matrix().tolist()):
+        turns[pivot] = int(row[n])
     return tuple(turns)
 
 
@@ -321,12 +315,10 @@ def _stays_whole(element: PolyElement) -> bool:
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 
 
-def _irreducible(cut: PolyElement) -> bool:
-    return bool(cut.is_irreducible)
-
-
 def _irreducible_on_a_line(
-    element: PolyElement, domain: Any, is_whole: Callable[[PolyElement], bool] = _irreducible
+    element: PolyElement,
+    domain: Any,
+    is_whole: Callable[[PolyElement], bool] = attrgetter('is_irreducible'),
 ) -> bool:
     # A factor stays a factor when every generator is set to a_k t + b_k, its degree too unless the
     # leading part vanishes there: if the cut does not factor at full degree, neither does the
@@ -379,8 +371,5 @@ def _turned_back(piece: PolyElement, turns: Sequence[int]) -> Terms:
 
 
 def _product(factors: Sequence[RealFactor], arithmetic: Arithmetic) -> Laurent:
-    product = arithmetic.ring.number(1)
-    for factor in factors:
-        for _ in range(factor.power):
-            product = product * factor.value
-    return product
+    values = (factor.value for factor in factors for _ in range(factor.power))
+    return math.prod(values, start=arithmetic.ring.number(1))

@@ -1,13 +1,11 @@
-"""Factors of half angles put together to whole ones, and made real."""
+"""Multiply factors of half angles in pairs to factors of whole angles, and make them real."""
 
 import math
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 from .arithmetic import Arithmetic
-from .laurent import Laurent, Ring, from_terms
-
-Terms = dict[tuple[int, ...], tuple[int, int]]
+from .laurent import Exponents, Laurent, Ring, Terms, from_terms
 
 
 def _angle_indices(arithmetic: Arithmetic) -> list[int]:
@@ -111,16 +109,22 @@ def _turns(terms: Terms, k: int) -> int:
 
 def _conjugate(terms: Terms, indices: Sequence[int]) -> Terms:
     angles = set(indices)
-    return _lowered({_mirrored(e, angles): (a, -b) for e, (a, b) in terms.items()})
+    return lowered({_mirrored(e, angles): (a, -b) for e, (a, b) in terms.items()})
 
 
-def _mirrored(e: tuple[int, ...], angles: Set[int]) -> tuple[int, ...]:
+def _mirrored(e: Exponents, angles: Set[int]) -> Exponents:
     return tuple(-x if k in angles else x for k, x in enumerate(e))
 
 
-def _lowered(terms: Terms) -> Terms:
-    lowest = [min(exponents) for exponents in zip(*terms)]
-    return {tuple(x - low for x, low in zip(e, lowest)): c for e, c in terms.items()}
+def lowest(terms: Terms) -> Exponents:
+    """Return the lowest exponent of each generator."""
+    return tuple(map(min, zip(*terms)))
+
+
+def lowered(terms: Terms) -> Terms:
+    """Return terms divided by the monomial that divides all of them."""
+    lows = lowest(terms)
+    return {tuple(x - low for x, low in zip(e, lows)): c for e, c in terms.items()}
 
 
 def _times(one: Terms, other: Terms, ring: Ring) -> Terms:
@@ -129,7 +133,7 @@ def _times(one: Terms, other: Terms, ring: Ring) -> Terms:
 
 def _proportional(one: Terms, other: Terms) -> bool:
     # Up to a complex number; monomials are taken off before.
-    one, other = _lowered(one), _lowered(other)
+    one, other = lowered(one), lowered(other)
     if set(one) != set(other):
         return False
     key = next(iter(one))
@@ -137,7 +141,7 @@ def _proportional(one: Terms, other: Terms) -> bool:
 
 
 def _product(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
-    # Of two complex numbers.
+    # The product of two complex numbers.
     (a, b), (c, d) = one, other
     return a * c - b * d, a * d + b * c
 

@@ -1,12 +1,13 @@
 """
 Exact trigonometry as arithmetic: polynomials in lengths and in exp(i q), exponents of any sign.
 
-cos q = (z + 1/z) / 2 and sin q = (z - 1/z) / 2i with z = exp(i q). What is equal for every q has
-the same terms here, so "the difference is exactly zero" needs no simplifier.
+cos q = (z + 1/z) / 2 and sin q = (z - 1/z) / 2i with z = exp(i q). Expressions that
+are equal for every q have the same terms here, so "the difference is exactly zero" needs no
+simplifier.
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -19,12 +20,15 @@ HALF = 1 << (BITS - 1)
 MASK = (1 << BITS) - 1
 
 Kind = Literal['angle', 'fixed_angle', 'number']
+Exponents = tuple[int, ...]
+# Coefficients (real, imaginary) by exponents.
+Terms = dict[Exponents, tuple[int, int]]
 
 
 @dataclass(frozen=True)
 class Generator:
     """
-    What a polynomial is made of.
+    A variable of a polynomial, which may have negative exponents.
 
     Parameters
     ----------
@@ -90,7 +94,7 @@ class Ring:
         """
         Return a sympy expression without angles: numbers, symbols, their sums and products.
 
-        What is neither (a square root, a decimal fraction) becomes a generator of its own, so that
+        A number that is neither (a square root, a decimal) becomes a generator of its own, so that
         the fractions of the arithmetic stay those of cosines and the factoring stays generic.
         """
         if expression.is_Integer:
@@ -180,7 +184,7 @@ class Laurent:
         Parameters
         ----------
         index
-            Of the generator.
+            Index of the generator.
         per_unit
             The generator is exp(i q / per_unit).
         """
@@ -199,7 +203,7 @@ class Laurent:
         result = Laurent(self.ring, part(self.real), part(self.imaginary), self.divisor)
         return result.times_i().scaled(1, per_unit) if is_angle else result
 
-    def terms(self) -> dict[tuple[int, ...], tuple[int, int]]:
+    def terms(self) -> Terms:
         """Return the coefficients (real, imaginary) by exponents, the divisor left out."""
         return {
             self.ring.exponents(m): (self.real.get(m, 0), self.imaginary.get(m, 0))
@@ -208,10 +212,16 @@ class Laurent:
 
     def by_power(self, index: int) -> dict[int, 'Laurent']:
         """Return the coefficients of the powers of a generator."""
-        parts: dict[int, dict[tuple[int, ...], tuple[int, int]]] = {}
+        groups = self.grouped((index,)).items()
+        return {power: from_terms(self.ring, terms, self.divisor) for (power,), terms in groups}
+
+    def grouped(self, indices: Sequence[int]) -> dict[Exponents, Terms]:
+        """Return the terms by their exponents of some generators, which are 0 in each group."""
+        chosen, groups = set(indices), dict[Exponents, Terms]()
         for e, c in self.terms().items():
-            parts.setdefault(e[index], {})[(*e[:index], 0, *e[index + 1 :])] = c
-        return {e: from_terms(self.ring, terms, self.divisor) for e, terms in parts.items()}
+            rest = tuple(0 if k in chosen else x for k, x in enumerate(e))
+            groups.setdefault(tuple(e[k] for k in indices), {})[rest] = c
+        return groups
 
     def without_cancelled(self) -> 'Laurent':
         """
@@ -221,11 +231,11 @@ class Laurent:
         """
         generators = self.ring.generators
         decimals = [k for k, g in enumerate(generators) if g.meaning.is_Rational]
-        groups: dict[tuple[int, ...], dict[tuple[int, ...], tuple[int, int]]] = {}
+        groups: dict[Exponents, Terms] = {}
         for e, c in self.terms().items():
             others = tuple(0 if k in decimals else x for k, x in enumerate(e))
             groups.setdefault(others, {})[e] = c
-        kept: dict[tuple[int, ...], tuple[int, int]] = {}
+        kept: Terms = {}
         for terms in groups.values():
             sizes = [math.prod(generators[k].meaning ** e[k] for k in decimals) for e in terms]
             for part in (0, 1):
@@ -282,7 +292,7 @@ def total(ring: Ring, parts: Iterable[Laurent]) -> Laurent:
 
 
 def from_terms(
-    ring: Ring, terms: Mapping[tuple[int, ...], tuple[int, int]], divisor: int = 1
+    ring: Ring, terms: Mapping[Exponents, tuple[int, int]], divisor: int = 1
 ) -> Laurent:
     """Return the polynomial of coefficients (real, imaginary) by exponents."""
     real = {ring.monomial(e): a for e, (a, _) in terms.items() if a}

@@ -1,4 +1,4 @@
-"""Matrices and vectors of exact polynomials."""
+"""Products and inverses of matrices and vectors of exact polynomials."""
 
 from collections.abc import Sequence
 
@@ -13,6 +13,37 @@ def product(one: Matrix, other: Matrix) -> Matrix:
     ring = one[0][0].ring
     columns = tuple(zip(*other))
     return tuple(tuple(dot(ring, row, column) for column in columns) for row in one)
+
+
+def times(matrix: Matrix, vector: Vector) -> Vector:
+    """Return the product of a matrix and a vector."""
+    return tuple(dot(vector[0].ring, row, vector) for row in matrix)
+
+
+def transposed(matrix: Matrix) -> Matrix:
+    """Return a matrix with rows and columns exchanged."""
+    return tuple(zip(*matrix))
+
+
+def rotation_of(T: Matrix) -> Matrix:
+    """Return the rotation of a rigid motion, 3 x 3."""
+    return tuple(row[:3] for row in T[:3])
+
+
+def position_of(T: Matrix) -> Vector:
+    """Return the translation of a rigid motion."""
+    return tuple(row[3] for row in T[:3])
+
+
+def inverse(T: Matrix) -> Matrix:
+    """Return the inverse of a rigid motion."""
+    R_t = transposed(rotation_of(T))
+    return (*((*row, -x) for row, x in zip(R_t, times(R_t, position_of(T)))), T[3])
+
+
+def minus(one: Vector, other: Vector) -> Vector:
+    """Return the difference of two vectors."""
+    return tuple(a - b for a, b in zip(one, other))
 
 
 def dot(ring: Ring, one: Sequence[Laurent], other: Sequence[Laurent]) -> Laurent:

@@ -1,5 +1,5 @@
 """
-The names of a robot file as sympy symbols, and what units its expressions are in.
+The names of a robot file as sympy symbols, and its expressions in the units of the symbols.
 
 Joint angles are in rad, so that a Jacobian column of a `deg` file is per rad like every other.
 """
@@ -10,12 +10,7 @@ from dataclasses import dataclass
 import sympy
 
 from .....errors import DerivationError
-from .....robot.file.parts.description import (
-    ElementaryMotion,
-    RigidMotion,
-    RobotDescription,
-    ShapeRow,
-)
+from .....robot.file.parts.description import RigidMotion, RobotDescription, ShapeRow
 from .....robot.file.text.expression_syntax import names_in
 from .....robot.file.text.plain_expression import plain_expression
 from .....typography import plain_names
@@ -28,7 +23,7 @@ Affine = tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]
 @dataclass(frozen=True)
 class Names:
     """
-    What the names of a file mean.
+    The names of a file and their meanings.
 
     Attributes
     ----------
@@ -151,7 +146,7 @@ def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
     motions += [end.motion for loop in loops for end in (loop.start, loop.meets)]
     for row in rows:
         for one in row.motions:
-            found[use_of(one)] |= names_in(one.argument.text)
+            found['angle' if one.turns else 'length'] |= names_in(one.argument.text)
         motions += [row.inner, row.outer] if isinstance(row, ShapeRow) else []
     for motion in motions:
         for text, use in zip(motion.texts, uses_of(motion)):
@@ -161,11 +156,6 @@ def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
             if constant.name in names:
                 names |= names_in(constant.text)
     return found
-
-
-def use_of(motion: ElementaryMotion) -> str:
-    """Return 'angle' or 'length'."""
-    return 'angle' if motion.turns else 'length'
 
 
 def uses_of(motion: RigidMotion) -> Sequence[str]:

@@ -1,13 +1,12 @@
-"""Polynomials in numbers, and poses on their zeros."""
+"""Polynomials and their derivatives in numbers, and poses on their zeros by Newton's method."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
-import sympy
 
 from .....kernel import Floats, Integers
 from .arithmetic import Arithmetic
@@ -48,13 +47,12 @@ class Numbers:
     def gradient(self, q: Floats) -> Floats:
         """Return the derivatives by each joint variable, shape (..., n)."""
         q = np.asarray(q, dtype=float)
-        return np.stack([function(q) for function in self.derivatives], axis=-1)
+        return np.stack([first(q) for first in self.firsts], axis=-1)
 
     @property
     def moving(self) -> Floats:
         """Return which joint variables it depends on, shape (n,)."""
-        variables = self.arithmetic.names.variables
-        return np.array([bool(self.arithmetic.derivative(self.value, v)) for v in variables])
+        return np.array([bool(first.value) for first in self.firsts])
 
     def in_reciprocal(self, joint: int) -> 'Numbers':
         """Return the polynomial in t = 1 / length of a joint, times the power of t it takes."""
@@ -66,8 +64,8 @@ class Numbers:
         return Numbers(from_terms(ring, turned, self.value.divisor), self.arithmetic)
 
     def scaled_to(self, q: Floats) -> 'Numbers':
-        """Return the polynomial times a fraction, so that its typical size at poses is 1."""
-        size = typical_size(self, q)
+        """Return the polynomial times a fraction; the root of its mean square at poses is 1."""
+        size = float(np.sqrt(np.mean(self(q) ** 2))) or 1.0
         factor, divisor = round(max(1.0, 1 / size)), round(max(1.0, size))
         if factor == divisor == 1:
             return self
@@ -79,24 +77,10 @@ class Numbers:
         return sum_of(self.value, self.arithmetic)
 
     @cached_property
-    def seconds(self) -> tuple[tuple['Sum', ...], ...]:
-        """Return the second derivatives by each pair of joint variables."""
-        arithmetic = self.arithmetic
-        variables = arithmetic.names.variables
-        firsts = [arithmetic.derivative(self.value, variable) for variable in variables]
-        return tuple(
-            tuple(sum_of(arithmetic.derivative(f, v), arithmetic) for v in variables)
-            for f in firsts
-        )
-
-    @cached_property
-    def derivatives(self) -> tuple['Sum', ...]:
+    def firsts(self) -> tuple['Numbers', ...]:
         """Return the derivatives by each joint variable."""
-        arithmetic = self.arithmetic
-        return tuple(
-            sum_of(arithmetic.derivative(self.value, variable), arithmetic)
-            for variable in arithmetic.names.variables
-        )
+        variables, derivative = self.arithmetic.names.variables, self.arithmetic.derivative
+        return tuple(replace(self, value=derivative(self.value, v)) for v in variables)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,48 +127,6 @@ def sum_of(value: Laurent, arithmetic: Arithmetic) -> Sum:
     return Sum(c, turns.T, exponents[:, lengths])
 
 
-class Monomials(NamedTuple):
-    """
-    Polynomials by their monomials.
-
-    Attributes
-    ----------
-    whole
-        The sum of all monomials.
-    places, factors : shape (k,)
-        The monomials of each polynomial, one polynomial's behind the other's, and their factors.
-    starts : shape (m,)
-        First place of each polynomial.
-    """
-
-    whole: Laurent
-    places: Integers
-    factors: Complexes
-    starts: Integers
-
-    def values(self, terms: Complexes) -> Floats:
-        """Return the polynomials (N, m) of the terms (N, monomials) of their sum."""
-        parts = terms[:, self.places] * self.factors
-        return np.asarray(np.add.reduceat(parts, self.starts, axis=1).real)
-
-
-def monomials_of(polynomials: Sequence[Laurent]) -> Monomials:
-    """Return polynomials by their monomials; those of matrices share most of them."""
-    every = dict.fromkeys((e for value in polynomials for e in value.terms()), (1, 0))
-    whole = from_terms(polynomials[0].ring, every)
-    monomials = {e: k for k, e in enumerate(whole.terms())}
-    places: list[int] = []
-    factors: list[complex] = []
-    starts: list[int] = []
-    for value in polynomials:
-        starts.append(len(places))
-        # A polynomial without terms is 0 times one.
-        for e, (a, b) in value.terms().items() or [(next(iter(monomials)), (0, 0))]:
-            places.append(monomials[e])
-            factors.append(complex(a, b) / value.divisor)
-    return Monomials(whole, np.array(places), np.array(factors), np.array(starts))
-
-
 def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale: Floats) -> Floats:
     """
     Return poses where every function is 0: the ends of Newton's smallest steps.
@@ -192,14 +134,12 @@ def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale:
     Parameters
     ----------
     functions
-        What must vanish.
+        Functions that must vanish, at least one.
     starts : shape (N, n)
     scale : shape (n,)
         One unit of each joint, so that metres and radians compare; 0 for a joint that is held.
     """
     q = np.array(starts)
-    if not functions:
-        return q
     for _ in range(STEPS):
         f, G = values_and_gradients(functions, q)
         step = smallest_step(f, G * scale, 1e-14)
@@ -242,13 +182,3 @@ def bisected(value: Callable[[float], float], low: float, high: float) -> float:
         if high - low < 1e-15 * max(1.0, abs(high)):
             break
     return (low + high) / 2
-
-
-def typical_size(function: Numbers, q: Floats) -> float:
-    """Return the root of the mean square of a function over poses."""
-    return float(np.sqrt(np.mean(function(q) ** 2))) or 1.0
-
-
-def substituted(expression: sympy.Expr, values: Mapping[sympy.Symbol, float]) -> float:
-    """Return the value of a sympy expression as a number."""
-    return float(expression.subs(dict(values)).evalf())

@@ -1,21 +1,19 @@
-"""What is left of a polynomial when its factors with joint variables are divided out."""
+"""Exact quotients of polynomials, by division over the Gaussian rationals."""
 
 import math
-from collections.abc import Sequence
-from typing import Any
 
 from sympy.polys.domains import QQ_I
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
-from .half_factors import Terms
+from .half_factors import lowered, lowest
 from .laurent import Laurent, from_terms
 
 
 def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) -> Laurent | None:
-    """Return value / product where no joint variable is left in it, multiplied back; else None."""
+    """Return value / product if it has no joint variable, multiplied back; else None."""
     joints = arithmetic.joint_indices
-    ours, theirs = _by_joints(product, joints), _by_joints(value, joints)
+    ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
         return None
     # The group with the fewest terms says what it is.
@@ -27,25 +25,19 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
     return result if not (result * product - value) else None
 
 
-def _by_joints(value: Laurent, indices: Sequence[int]) -> dict[tuple[int, ...], Terms]:
-    groups: dict[tuple[int, ...], Terms] = {}
-    joint = set(indices)
-    for e, c in value.terms().items():
-        key = tuple(e[k] for k in indices)
-        groups.setdefault(key, {})[tuple(0 if k in joint else x for k, x in enumerate(e))] = c
-    return groups
-
-
 def divided(value: Laurent, factor: Laurent) -> Laurent | None:
     """
-    Return value / factor where nothing is left, else None.
+    Return value / factor if nothing remains, else None.
 
     A monomial of angles divides everything; one of lengths, which may be 0, does not.
     """
     n = len(value.ring.generators)
     R, *_ = polynomial_ring([f'x{k}' for k in range(n)], QQ_I)
-    above, high = _lowered(value, R)
-    below, low = _lowered(factor, R)
+    high, low = lowest(value.terms()), lowest(factor.terms())
+    above, below = (
+        R.from_dict({e: QQ_I(*c) for e, c in lowered(one.terms()).items()})
+        for one in (value, factor)
+    )
     quotient, rest = above.div(below)
     lengths = [k for k, g in enumerate(value.ring.generators) if g.kind == 'number']
     if rest or any(high[k] < low[k] for k in lengths):
@@ -58,12 +50,3 @@ def divided(value: Laurent, factor: Laurent) -> Laurent | None:
     terms = {e: (int(a * divisor), int(b * divisor)) for e, (a, b) in pairs.items()}
     result = from_terms(value.ring, terms, divisor * value.divisor)
     return result.scaled(factor.divisor).reduced()
-
-
-def _lowered(value: Laurent, R: Any) -> tuple[Any, tuple[int, ...]]:
-    terms = value.terms()
-    lowest = tuple(map(min, zip(*terms)))
-    polynomial = {
-        tuple(x - low for x, low in zip(e, lowest)): QQ_I(a, b) for e, (a, b) in terms.items()
-    }
-    return R.from_dict(polynomial), lowest

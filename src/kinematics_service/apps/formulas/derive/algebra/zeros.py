@@ -1,5 +1,5 @@
 """
-Whether polynomials vanish together somewhere in a box of joint positions: shown, or proved not.
+Decide whether polynomials vanish together in a box, by Newton-Kantorovich and by bisection.
 
 A zero is shown by Newton and Kantorovich's theorem at a pose in the box; that there is none is
 proved by halving the box until on each part a polynomial is farther from 0 than it can move there.
@@ -15,7 +15,7 @@ from .numeric import Numbers, smallest_step, values_and_gradients
 
 # A zero is within this of the pose that shows it, rad or the unit of length.
 NEAR = 1e-9
-# Of a sum of a few hundred terms, against the sum of their sizes.
+# Relative to the sum of the sizes of a few hundred terms.
 ROUND_OFF = 1e-13
 STEPS = 32
 # Poses are looked at after so many steps, the best of them.
@@ -45,14 +45,14 @@ class Box:
 @dataclass(frozen=True, eq=False)
 class Zero:
     """
-    What is known of common zeros in a box.
+    The answer about common zeros in a box.
 
     Attributes
     ----------
     exists
-        Whether there is one; None where that is not decided.
+        Whether there is one; None if that is not decided.
     pose : shape (n,)
-        In the box and within 1e-9 of a zero; None where none is shown.
+        In the box and within 1e-9 of a zero; None if none is shown.
     """
 
     exists: bool | None
@@ -66,7 +66,7 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     Parameters
     ----------
     functions
-        Of the same joint variables.
+        Polynomials of the same joint variables.
     box
         Where.
     starts : shape (N, n)
@@ -96,7 +96,10 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
 
 def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
     # Bounds of the second derivatives where |q| <= largest, shape (..., m, n, n).
-    bounds = [[[s.magnitude(largest) for s in row] for row in f.seconds] for f in functions]
+    bounds = [
+        [[second.function.magnitude(largest) for second in first.firsts] for first in f.firsts]
+        for f in functions
+    ]
     return np.moveaxis(np.array(bounds), (0, 1, 2), (-3, -2, -1))
 
 

@@ -25,7 +25,7 @@ def document_of(
     Parameters
     ----------
     derivation
-        What is written.
+        The derivation to write.
     format
         `json`, or a name of `WRITERS`.
     frame, path, span

@@ -1,4 +1,4 @@
-"""A derivation as one page that needs nothing else: formulas in MathML, which browsers draw."""
+"""A derivation as one HTML page, its formulas in MathML."""
 
 import re
 from collections.abc import Sequence
@@ -104,7 +104,7 @@ def mathml(expression: sympy.Expr | sympy.Matrix) -> str:
 
 
 def _as_written(markup: str) -> str:
-    # What looks alike with a mathematical font and without: brackets of the height of a letter,
+    # The page looks alike with and without a mathematical font: brackets as high as a letter,
     # letters in the italics of any font, words upright, and a minus as long as a plus.
     markup = re.sub(r'<mo>([()])</mo>', r'<mo stretchy="false">\1</mo>', markup)
     markup = re.sub(r'<mi>(&\w+;|[^<\d])</mi>', r'<mi class="letter">\1</mi>', markup)

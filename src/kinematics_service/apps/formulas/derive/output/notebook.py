@@ -1,4 +1,4 @@
-"""What a notebook shows of a derivation: its formulas."""
+"""The formulas of a derivation as LaTeX for a notebook."""
 
 from ..derivation import Derivation
 from .latex import formula

@@ -1,5 +1,5 @@
 """
-A derivation as a list of headings, sentences and equations, for every output format the same.
+A derivation as a list of headings, sentences and equations, the same for every output format.
 """
 
 from collections.abc import Iterator, Sequence
@@ -40,7 +40,7 @@ class Equation:
     right: sympy.Expr | sympy.Matrix
 
 
-# Of what is not proved for all of a family.
+# Marks a statement that is not proved for the whole family.
 SAMPLED = ' (at sampled poses)'
 # Whether a crossing is inside the joint limits.
 IN_BRACKETS = {
@@ -64,7 +64,7 @@ def report_of(
     Parameters
     ----------
     derivation
-        What is reported.
+        The derivation to report.
     frame
         Axes of the Jacobian: `base`, `tool` or the number of a frame; default the base.
     path
@@ -230,7 +230,7 @@ def _determinant(derivation: Derivation) -> Iterator[Block]:
 
 
 def _in_both(derivation: Derivation, left: str, expression: sympy.Expr) -> Iterator[Block]:
-    # In the angles and in the joint variables where they are not the same.
+    # In the angles, and again in the joint variables if they differ.
     in_angles = derivation.in_angles(expression)
     yield Equation(left, in_angles)
     if in_angles != expression:

@@ -8,12 +8,12 @@ import sympy
 from ..file_factors import DecimalPrinter
 from .report import Block, Equation, Heading
 
-# Lines of a matrix are no longer than this; spaces between its columns.
+# Characters in a line of a matrix, at most; spaces between its columns.
 WIDEST, GAP = 150, 3
 
 
 def text_of(blocks: Sequence[Block]) -> str:
-    """Return plain text; matrices in columns, or where they are too wide entry by entry."""
+    """Return plain text; matrices in columns, or entry by entry if they are too wide."""
     lines: list[str] = []
     for block in blocks:
         if isinstance(block, Heading):

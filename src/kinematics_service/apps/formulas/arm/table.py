@@ -1,5 +1,5 @@
 """
-A robot's table in symbols: what each row's matrix is, for this table and for mistaken readings.
+The table of a robot in symbols: each row's matrix as a product of elementary motions.
 
 Symbols stand for SI values, whatever units the file has, since people write formulas in them.
 """
@@ -8,12 +8,13 @@ import operator
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, reduce
+from itertools import starmap
 
 import numpy as np
 import sympy as sp
 
-from .....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
-from .....robot.file.parts.description import (
+from ....robot.file.parts.convention_table import CONVENTIONS, MOVING, Convention
+from ....robot.file.parts.description import (
     DhRow,
     ElementaryMotion,
     Link,
@@ -21,10 +22,10 @@ from .....robot.file.parts.description import (
     RobotDescription,
     ShapeRow,
 )
-from .....robot.file.text.expression_syntax import names_in
-from .....robot.loops import opened
-from ...derive.algebra.expression import exact
-from ...derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
+from ....robot.file.text.expression_syntax import names_in
+from ....robot.loops import opened
+from ..derive.algebra.expression import exact
+from ..derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
@@ -64,6 +65,14 @@ class TableRow:
     def order(self) -> Convention:
         """Return its convention, which says in which order the quantities multiply."""
         return CONVENTIONS[self.convention]
+
+    @property
+    def factors(self) -> list[tuple[str, sp.Expr | sp.Matrix]]:
+        """Return what multiplies to the row: axes with their arguments, '' with a pose."""
+        if self.quantities:
+            return [(axis, self[name]) for axis, name in self.order.motions]
+        joint = [(self.axis, self.argument)] if self.axis else []
+        return [('', self.inner), *joint, ('', inverse_pose(self.outer))]
 
     @cached_property
     def moving(self) -> sp.Expr:
@@ -114,6 +123,11 @@ class Table:
         return tuple(kind == 'prismatic' for kind in self.joint_types)
 
     @property
+    def turning(self) -> list[sp.Symbol]:
+        """Return the variables of joints that turn."""
+        return [v for v, slides in zip(self.variables, self.slides) if not slides]
+
+    @property
     def joints(self) -> int:
         """Return the number of joints: variables that no loop moves."""
         return len(self.variables) - self.passive
@@ -127,13 +141,8 @@ class Table:
 
 def rotation(axis: str, angle: sp.Expr) -> sp.Matrix:
     """Return the 4 x 4 rotation about x, y or z."""
-    i, j = [k for k in range(3) if k != AXES[axis]]
-    if axis == 'y':
-        i, j = j, i
-    R = sp.eye(4)
-    R[i, i] = R[j, j] = sp.cos(angle)
-    R[i, j], R[j, i] = -sp.sin(angle), sp.sin(angle)
-    return R
+    turn = (sp.rot_ccw_axis1, sp.rot_ccw_axis2, sp.rot_ccw_axis3)[AXES[axis]]
+    return sp.diag(turn(angle), 1)
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
@@ -152,25 +161,19 @@ def inverse_pose(T: sp.Matrix) -> sp.Matrix:
     return result
 
 
-def motion(axis: str, argument: sp.Expr) -> sp.Matrix:
-    """Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; identity for no axis."""
+def motion(axis: str, argument: sp.Expr | sp.Matrix) -> sp.Matrix:
+    """Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; of no axis, the pose."""
     if not axis:
-        return sp.eye(4)
+        return argument
     if axis[0] == 'R':
         return rotation(axis[1], argument)
-    along = [ZERO, ZERO, ZERO]
-    along[AXES[axis[1]]] = argument
-    return translation(*along)
+    return translation(*(argument if letter == axis[1] else ZERO for letter in AXES))
 
 
 @lru_cache(maxsize=4096)
 def row_matrix(row: TableRow) -> sp.Matrix:
     """Return the 4 x 4 matrix of a row."""
-    if row.quantities:
-        factors = [motion(axis, row[name]) for axis, name in row.order.motions]
-    else:
-        factors = [row.inner, motion(row.axis, row.argument), inverse_pose(row.outer)]
-    return sp.ImmutableDenseMatrix(reduce(operator.mul, factors))
+    return sp.ImmutableDenseMatrix(reduce(operator.mul, starmap(motion, row.factors)))
 
 
 @lru_cache(maxsize=4096)
@@ -189,13 +192,14 @@ def _pose(rigid: RigidMotion, names: Names) -> sp.Matrix:
         names.length(text) if use == 'length' else names.expression(text)
         for text, use in zip(rigid.texts, uses_of(rigid))
     ]
-    rotations = [k for k in range(11) if k % 4 < 3]
-    if any(not entries[k].is_number for k in rotations) or any(
-        abs(float(entries[k]) - rigid.matrix.flat[k]) > SAME for k in rotations
+    rotation_read = {k: float(rigid.matrix.flat[k]) for k in range(11) if k % 4 < 3}
+    if any(
+        not entries[k].is_number or abs(float(entries[k]) - value) > SAME
+        for k, value in rotation_read.items()
     ):
         # The reader took the nearest rotation of printed digits.
-        for k in rotations:
-            entries[k] = sp.Rational(repr(float(rigid.matrix.flat[k])))
+        for k, value in rotation_read.items():
+            entries[k] = sp.Rational(repr(value))
     return sp.ImmutableDenseMatrix(4, 4, entries)
 
 
@@ -238,7 +242,7 @@ def table_of(description: RobotDescription) -> Table:
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
-        # What is used both as a length and as an angle is a ratio.
+        # A constant used both as a length and as an angle is a ratio.
         is_length, is_angle = name in used['length'], name in used['angle']
         factor = sp.Integer(1)
         if is_length != is_angle:

@@ -1,4 +1,4 @@
-"""The values of expressions at many poses at once: a walk over their trees, without any eval."""
+"""Evaluate expressions at many poses at once by a walk over their trees, each part once."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, reduce
@@ -66,29 +66,26 @@ class Evaluation:
             values[k] = self.with_part(expression.args[k], rest, part)
             return self._applied(expression, values)
 
-    def _of(self, expression: sp.Expr) -> Floats:
-        found = self._known.get(expression)
-        if found is None:
-            found = self._computed(expression)
-            self._known[expression] = found
-        return found
-
-    def _computed(self, e: sp.Expr) -> Floats:
-        if e.is_number and not e.args:
-            return np.full(self.poses, _number(e))
-        return self._applied(e, [self._of(part) for part in e.args])
+    def _of(self, e: sp.Expr) -> Floats:
+        if e not in self._known:
+            if e.is_number and not e.args:
+                self._known[e] = np.full(self.poses, _number(e))
+            else:
+                self._known[e] = self._applied(e, [self._of(part) for part in e.args])
+        return self._known[e]
 
     def _applied(self, e: sp.Expr, arguments: list[Floats]) -> Floats:
         # The function of an expression, of these values.
         if e.is_Add or e.is_Mul:
             return reduce(np.add if e.is_Add else np.multiply, arguments)
         if e.is_Pow:
-            result: Floats = np.power(arguments[0], arguments[1])
-            return result
+            return np.asarray(np.power(*arguments))
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        result = FUNCTIONS.get(name, _nowhere)(*arguments)
+        if name not in FUNCTIONS:  # what sympy alone brings in, where a number may not be real
+            return np.full_like(arguments[0], np.nan)
+        result = FUNCTIONS[name](*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result
 
 
@@ -104,11 +101,6 @@ def _entries(matrix: sp.Matrix) -> tuple[Floats, tuple[tuple[int, sp.Expr], ...]
 
 def _number(e: sp.Expr) -> float:
     return float(e) if e.is_finite and e.is_real else np.nan
-
-
-def _nowhere(first: Floats, *_: Floats) -> Floats:
-    # Of what sympy alone brings in, where a number may not be real.
-    return np.full_like(first, np.nan)
 
 
 FUNCTIONS: dict[str, Callable[..., Floats]] = {

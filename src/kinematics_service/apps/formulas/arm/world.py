@@ -1,11 +1,13 @@
 """
 Frames and Jacobian of a table at many poses, by products of matrices and their derivatives.
 
-A second road beside the kernel: J comes from dT/dq here, not from axes and moment arms.
+J is independent of the kernel's: it comes from dT/dq, not from axes and moment arms.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 import sympy as sp
@@ -14,6 +16,7 @@ from .numbers import Evaluation, Floats
 from .table import Table, row_derivative, row_matrix
 
 
+@dataclass(eq=False)
 class World:
     """
     A table at N poses.
@@ -32,25 +35,22 @@ class World:
         Matrices of rows that are known, by their indices.
     """
 
-    def __init__(
-        self,
-        table: Table,
-        values: Mapping[sp.Symbol, Floats],
-        poses: int,
-        coupling: Floats | None = None,
-        still: Mapping[int, Floats] | None = None,
-    ) -> None:
-        self.table = table
-        self.coupling = coupling
-        self._still = still or {}
-        self.evaluation = Evaluation(values, poses)
-        self.poses = poses
+    table: Table
+    values: Mapping[sp.Symbol, Floats]
+    poses: int
+    coupling: Floats | None = None
+    still: Mapping[int, Floats] = field(default_factory=dict)
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """Return what the expressions of the table are evaluated with."""
+        return Evaluation(self.values, self.poses)
 
     @cached_property
     def rows(self) -> list[Floats]:
         """Return the matrix of each row, shape (N, 4, 4)."""
         return [
-            self._still[i] if i in self._still else self.evaluation.of_matrix(row_matrix(row))
+            self.still[i] if i in self.still else self.evaluation.of_matrix(row_matrix(row))
             for i, row in enumerate(self.table.rows)
         ]
 
@@ -62,20 +62,20 @@ class World:
     @cached_property
     def frames(self) -> list[Floats]:
         """Return frame 0, the frame after each row, and the tool, in the base frame."""
-        frames = [self.base]
-        for row in self.rows:
-            frames.append(frames[-1] @ row)
-        frames.append(frames[-1] @ self.tool)
-        return frames
+        return [*accumulate((self.base, *self.rows, self.tool), np.matmul)]
 
     @cached_property
     def tool(self) -> Floats:
         """Return the tool in the frame after the last row, shape (N, 4, 4)."""
         return self.evaluation.of_matrix(self.table.tool)
 
+    def frame(self, at: int) -> Floats:
+        """Return a frame in the base frame, which is what is before frame 0, shape (N, 4, 4)."""
+        return np.broadcast_to(np.eye(4), self.base.shape) if at < 0 else self.frames[at]
+
     def between(self, i: int, j: int) -> Floats:
         """Return frame j in frame i of the table, shape (N, 4, 4)."""
-        return np.asarray(np.linalg.solve(self.frames[i], self.frames[j]))
+        return np.asarray(np.linalg.solve(self.frame(i), self.frame(j)))
 
     @property
     def pose(self) -> Floats:
@@ -103,10 +103,8 @@ class World:
     @cached_property
     def _behind(self) -> list[Floats]:
         # The tool in the frame after each row.
-        found = [self.tool]
-        for row in reversed(self.rows[1:]):
-            found.append(row @ found[-1])
-        return found[::-1]
+        behind = accumulate((self.tool, *reversed(self.rows[1:])), lambda T, row: row @ T)
+        return [*behind][::-1]
 
     def columns_of(self, joints: Sequence[int]) -> Floats:
         """Return the columns of some joints as if no loop moved any, shape (N, 6, k)."""
@@ -128,6 +126,19 @@ class World:
             return J
         n = self.table.joints
         return np.asarray(J[:, :, :n] + J[:, :, n:] @ self.coupling)
+
+
+def with_constants(
+    table: Table, variables: Mapping[sp.Symbol, Floats], poses: int
+) -> dict[sp.Symbol, Floats]:
+    """Return the values of a table's joint variables and of its constants at N poses."""
+    values = dict(variables)
+    for symbol in table.constants:
+        if symbol in table.derived:
+            values[symbol] = Evaluation(values, poses).of(table.derived[symbol])
+        else:
+            values[symbol] = np.full(poses, table.given[symbol])
+    return values
 
 
 def twist_of(derivative: Floats, pose: Floats) -> Floats:
