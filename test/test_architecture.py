@@ -47,8 +47,6 @@ ROOMS = (
     'kinematics/inverse/problem',
     'kinematics/inverse/self_motion',
     'kinematics/inverse',
-    'kinematics/plans',
-    'kinematics/family_paths',
     'kinematics/uncertainty',
     'estimation',
     'node/parameters',
@@ -59,6 +57,8 @@ ROOMS = (
     'cli',
     'apps/checking',
     'apps/checking/commands',
+    'apps/recordings/plans',
+    'apps/recordings/family_paths',
     'apps/recordings/readers',
     'apps/recordings/datasets',
     'apps/recordings/audit',
@@ -97,7 +97,7 @@ OF_APPS = {
 # Lines of code, without docstrings, comments and blanks: of the core with the kernel, of an app.
 CORE_LINES, APP_LINES = 30_000, 8_000
 # What is larger today; a row shrinks with its area, and goes.
-TOO_LARGE = {'core': 31_790, 'apps/formulas': 8_345}
+TOO_LARGE = {'core': 30_711, 'apps/formulas': 8_345}
 # Public annotations of functions, methods and fields with `Any` or `object`, where nothing
 # narrower is true. The number only shrinks.
 OPEN_ANNOTATIONS = 116

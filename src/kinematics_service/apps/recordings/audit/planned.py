@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ....errors import PlanError
-from ....kinematics.plans.check import check_plan
-from ....kinematics.plans.point_speed import TOOL, chain_to
-from ....kinematics.plans.verdicts import PlanCheck
 from ....robot.measures import Level
 from ....robot.robot import Robot
+from ..plans.check import check_plan
+from ..plans.point_speed import TOOL, chain_to
+from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 from ....cli.options import WrongUsage
 from ....errors import PlanError
-from ....kinematics.plans.check import threshold_of_distance
 from ....robot.robot import Robot
 from ..audit.planned import PlanSettings, refuse_unknown_point
+from ..plans.check import threshold_of_distance
 
 
 def given_plans(

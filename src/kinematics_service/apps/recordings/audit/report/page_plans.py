@@ -3,9 +3,9 @@
 import math
 from html import escape
 
-from .....kinematics.plans.verdicts import PlanCheck, PlanMoment, PlanVerdict
 from .....page import MOST, more_of, table
 from .....robot.file.parts.loop_groups import closed_together, group_in_words
+from ...plans.verdicts import PlanCheck, PlanMoment, PlanVerdict
 from ..auditing import Audit
 from ..plan_findings import point_in_words, rounded_down, rounded_up
 

@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import PlanError
-from ...kernel import Floats, Integers
-from ...robot.closed_poses import closes_at
-from ...robot.robot import Robot
-from ..closure import why_not_closed
-from ..forward import twist
-from ..singularity import singularity
+from ....errors import PlanError
+from ....kernel import Floats, Integers
+from ....kinematics.closure import why_not_closed
+from ....kinematics.forward import twist
+from ....kinematics.singularity import singularity
+from ....robot.closed_poses import closes_at
+from ....robot.robot import Robot
 from .point_speed import SLACK, TOOL, chain_to
 from .polynomials import Pieces, PolynomialMotion, derivative, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed, PlanVerdict

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from ...kernel import Floats
-from ...robot.chain import FrozenArrays
+from ....kernel import Floats
+from ....robot.chain import FrozenArrays
 
 PlanVerdict = Literal['proved', 'refuted', 'not decided']
 # From the best to the worst.
