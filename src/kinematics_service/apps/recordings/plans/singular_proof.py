@@ -200,8 +200,6 @@ class _Proof:
             nearest = self._nearest
         moment = moment_at(motion, segment, s)
         pose = nearest.pose if (nearest.segment, nearest.s) == (segment, s) else None
-        if pose is not None:
-            pose.setflags(write=False)
         return PlanSingularity(
             verdict,
             self._threshold,
