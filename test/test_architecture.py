@@ -57,6 +57,7 @@ ROOMS = (
     'cli',
     'apps/checking',
     'apps/checking/commands',
+    'apps/recordings',
     'apps/recordings/plans',
     'apps/recordings/family_paths',
     'apps/recordings/readers',
@@ -97,7 +98,7 @@ OF_APPS = {
 # Lines of code, without docstrings, comments and blanks: of the core with the kernel, of an app.
 CORE_LINES, APP_LINES = 30_000, 8_000
 # What is larger today; a row shrinks with its area, and goes.
-TOO_LARGE = {'core': 30_711, 'apps/formulas': 8_345}
+TOO_LARGE = {'core': 30_420, 'apps/formulas': 8_345}
 # Public annotations of functions, methods and fields with `Any` or `object`, where nothing
 # narrower is true. The number only shrinks.
 OPEN_ANNOTATIONS = 116
@@ -138,8 +139,8 @@ RULES = {
         one_of('yaml', 'ruamel'),
         (
             'robot/file/text/yaml_reader.py',
-            'robot/file/writing/sections.py',
             'robot/file/writing/writer.py',
+            'apps/calibration/file_sections.py',
         ),
     ),
     'matplotlib': (one_of('matplotlib'), ('apps/pictures/plots/',)),
@@ -157,7 +158,7 @@ RULES = {
         ),
     ),
     'OpenCV': (one_of('cv2'), ('apps/calibration/boards/opencv.py',)),
-    'dask': (one_of('dask', 'distributed'), ('kinematics/sweep.py',)),
+    'dask': (one_of('dask', 'distributed'), ('apps/recordings/sweep.py',)),
     'rosbags': (
         one_of('rosbags'),
         (

@@ -14,9 +14,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ..errors import KinematicsError, SweepError
-from ..kernel import Floats
-from ..robot.robot import Robot
+from ...errors import KinematicsError, SweepError
+from ...kernel import Floats
+from ...robot.robot import Robot
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
