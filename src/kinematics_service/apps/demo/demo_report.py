@@ -4,7 +4,6 @@ import math
 import os
 from collections.abc import Sequence
 
-from ...kinematics.motion import Trajectory
 from ...kinematics.singularity import singularity
 from ...node.messages.readings import WarningReading, pose_of, scale_of, warned_of
 from ...printing import plain
@@ -13,6 +12,7 @@ from ...robot.robot import Robot
 from ...typography import listed
 from .demo_listener import DemoListener
 from .live_table import number
+from .motions.motion import Trajectory
 from .standard_output import StandardOutput
 
 COMMAND = 'python -m kinematics_service'
