@@ -1,5 +1,7 @@
 from .apps.calibration.calibration import calibrate as calibrate
 from .apps.calibration.conditions import ToolLoads as ToolLoads
+from .apps.calibration.pose_covariance import pose_covariance as pose_covariance
+from .apps.calibration.pose_covariance import twist_covariance as twist_covariance
 from .apps.calibration.proposal import LineOfSight as LineOfSight
 from .apps.calibration.proposal import ProposedPoses as ProposedPoses
 from .apps.calibration.proposal import propose_poses as propose_poses
@@ -63,8 +65,6 @@ from .kinematics.statics import joint_torques as joint_torques
 from .kinematics.statics import wrench_from_torques as wrench_from_torques
 from .kinematics.tool_state import ToolState as ToolState
 from .kinematics.tool_state import evaluate as evaluate
-from .kinematics.uncertainty.pose_covariance import pose_covariance as pose_covariance
-from .kinematics.uncertainty.pose_covariance import twist_covariance as twist_covariance
 from .robot.bundled import bundled_robots as bundled_robots
 from .robot.measures import Level as Level
 from .robot.points import Point as Point
