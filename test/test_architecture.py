@@ -99,7 +99,7 @@ OF_APPS = {
 # Lines of code, without docstrings, comments and blanks: of the core with the kernel, of an app.
 CORE_LINES, APP_LINES = 30_000, 8_000
 # What is larger today; a row shrinks with its area, and goes.
-TOO_LARGE = {'core': 30_051, 'apps/formulas': 8_345}
+TOO_LARGE = {'apps/formulas': 8_345}
 # Public annotations of functions, methods and fields with `Any` or `object`, where nothing
 # narrower is true. The number only shrinks.
 OPEN_ANNOTATIONS = 116

@@ -10,8 +10,6 @@ from html import escape
 from importlib import resources
 from typing import Any, NamedTuple
 
-# Most rows of a table.
-MOST = 60
 # Cell of a number that is not known.
 NOTHING = '&ndash;'
 
@@ -84,10 +82,3 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequen
     body = ''.join(f'<tr>{cells("td", row)}</tr>\n' for row in rows)
     head = f'<thead><tr>{cells("th", headers)}</tr></thead>\n' if any(headers) else ''
     return f'<div class="wide"><table>{head}<tbody>{body}</tbody></table></div>\n'
-
-
-def more_of(number: int) -> str:
-    """Return a sentence on the rows a table leaves out; empty if there are none."""
-    if number <= MOST:
-        return ''
-    return f'<p class="soft">{number - MOST:,} more are in the JSON.</p>\n'

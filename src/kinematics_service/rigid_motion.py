@@ -210,11 +210,3 @@ def exponential(w: Floats) -> Floats:
     K[..., 1, 2], K[..., 2, 0], K[..., 0, 1] = -w[..., 0], -w[..., 1], -w[..., 2]
     b = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * K + b * K @ K)
-
-
-def nearest_rotation(M: Floats) -> Floats:
-    """Return the rotations R (..., 3, 3) that maximise trace(R^T M): Procrustes (Kabsch 1976)."""
-    U, _, Vt = np.linalg.svd(M)
-    U = np.array(U)
-    U[..., :, 2] *= np.linalg.det(U @ Vt)[..., None]
-    return np.asarray(U @ Vt)

@@ -11,12 +11,13 @@ from ...errors import CalibrationError
 from ...kernel import Floats, Integers
 from ...kinematics.arguments import numbers_of, refused
 from ...kinematics.uncertainty.parameters import parameters_of
-from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
+from ...robot.file.parts.parameters import ENDS, GEARS, TABLE_GROUPS
 from ...robot.robot import AnyRobot, as_robot
 from ..checking.hypotheses import Hypothesis
 from .acceptance import JudgedFit, joint_remarks, noise_remarks, refusals_of
 from .camera import Camera, given_by_camera, wrong_size
 from .checking import (
+    BACKLASH,
     REMARKED_DEVIATIONS,
     Measured,
     checked_offsets,

@@ -13,7 +13,7 @@ from ...kernel import Floats, Integers
 from ...kinematics.arguments import numbers_of
 from ...kinematics.forward import forward_kinematics
 from ...robot.file.parts.description import RobotDescription
-from ...robot.file.parts.parameters import LAG, ArmParameter
+from ...robot.file.parts.parameters import ArmParameter
 from ...robot.robot import Robot
 from ..checking.diagnosis import (
     LEAST,
@@ -65,6 +65,10 @@ OPTIONS = {
 TAKEN = re.compile(r'(base|tool)\d*|compliance')
 # Groups of parameters of sessions and loads.
 PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
+# Parameters that are no number of a table: the delay of the joint states, and the whole play of
+# the joints, of which they lack half in the direction they came from.
+LAG = ArmParameter('lag', 'lag', False)
+BACKLASH = ArmParameter('backlash', 'backlash', True)
 # What a calibration finds by itself.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 

@@ -14,11 +14,9 @@ from ...kinematics.uncertainty.parameters import placement, scaled_jacobian
 from ...rigid_motion import inverses
 from ...robot.file.parts.description import Tolerances
 from ...robot.file.parts.parameters import (
-    BACKLASH,
     ENDS,
     GEARS,
     GROUPS,
-    LAG,
     SIX,
     TABLE_GROUPS,
     ArmParameter,
@@ -28,7 +26,7 @@ from ...robot.file.parts.tolerances import GEAR
 from ...robot.robot import Robot
 from ..checking.hypotheses import Hypothesis
 from ..recordings.readers.block import Flags
-from .checking import COMPLIANCE, PLACEMENT, ZEROS, Measured
+from .checking import BACKLASH, COMPLIANCE, LAG, PLACEMENT, ZEROS, Measured
 from .explanations import scores_of_poses
 from .fitting import (
     FitProblem,

@@ -18,7 +18,6 @@ from ...robot.chain import FrozenArrays
 from ...robot.file.parts.parameters import (
     ENDS,
     GEARS,
-    LAG,
     SIX,
     TABLE_GROUPS,
     ArmParameter,
@@ -27,7 +26,7 @@ from ...robot.file.parts.parameters import (
 from ...robot.robot import Robot
 from ...typography import listed
 from ..checking.errors import angle_in_words, length_in_words, time_in_words
-from .checking import COMPLIANCE, NAMES_IN_SENTENCE
+from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
 # A direction is known where the poses tell it this much better than its prior does.
 KNOWN = 3.0

@@ -11,7 +11,7 @@ from functools import partial
 from html import escape
 
 from .....estimation.estimator import ACCEPTED
-from .....page import MOST, NOTHING, TableColumn, document, more_of, resource, table, table_of
+from .....page import NOTHING, TableColumn, document, resource, table, table_of
 from .....robot.measures import MEASURES
 from .....typography import counted
 from .....version import __version__
@@ -21,6 +21,7 @@ from ..intervals import Interval
 from ..joints import JointReport
 from ..reported_velocities import VelocityCheck
 from ..verdict import AuditVerdict, judged_in_words, verdict_of
+from .long_tables import MOST, more_of
 from .page_charts import interval_chart, joint_charts, measure_charts, slowing_chart, tool_charts
 from .page_frames import frame_section
 from .page_header import Provenance, header
