@@ -16,7 +16,7 @@ from ....kinematics.tool_state import evaluate
 from ....robot.closed_poses import closes_at
 from ....robot.robot import Robot
 from ....robot.task import SEED
-from ...recordings.sweep import map_batches
+from .batches import map_batches
 from .plane import Plane
 from .ranges import finite_ranges, not_all_closed, random_positions
 
