@@ -11,7 +11,7 @@ from functools import partial
 from html import escape
 
 from .....estimation.estimator import ACCEPTED
-from .....page import NOTHING, TableColumn, document, resource, table, table_of
+from .....page import document, resource, table
 from .....robot.measures import MEASURES
 from .....typography import counted
 from .....version import __version__
@@ -21,11 +21,11 @@ from ..intervals import Interval
 from ..joints import JointReport
 from ..reported_velocities import VelocityCheck
 from ..verdict import AuditVerdict, judged_in_words, verdict_of
-from .long_tables import MOST, more_of
 from .page_charts import interval_chart, joint_charts, measure_charts, slowing_chart, tool_charts
 from .page_frames import frame_section
 from .page_header import Provenance, header
 from .page_plans import plan_section
+from .tables import MOST, NOTHING, TableColumn, more_of, table_of
 
 SIGNS = {'OK': '&#10003; OK', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 

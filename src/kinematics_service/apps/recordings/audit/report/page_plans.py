@@ -8,7 +8,7 @@ from .....robot.file.parts.loop_groups import closed_together, group_in_words
 from ...plans.verdicts import PlanCheck, PlanMoment, PlanVerdict
 from ..auditing import Audit
 from ..plan_findings import point_in_words, rounded_down, rounded_up
-from .long_tables import MOST, more_of
+from .tables import MOST, more_of
 
 TAGS: dict[PlanVerdict, str] = {
     'proved': '<span class="tag OK">&#10003; proved</span>',
