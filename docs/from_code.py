@@ -317,7 +317,9 @@ def _public_names(ks: Any, rooms: dict[str, str]) -> dict[str, list[str]]:
     functions = [name for name in names if name not in classes]
     homes = {name: getattr(ks, name).__module__.partition('.')[2] for name in functions}
     room = {
-        name: max((one for one in rooms if home.startswith(f'{one}.')), key=len, default=home)
+        name: max(
+            (one for one in rooms if f'{home}.'.startswith(f'{one}.')), key=len, default=home
+        )
         for name, home in homes.items()
     }
     explained(list(dict.fromkeys(room.values())), rooms, 'the room')

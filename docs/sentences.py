@@ -282,4 +282,7 @@ LIBRARY = {
     'apps.calibration': 'Calibration and frames',
     'apps.checking': 'Calibration and frames',
     'apps.recordings': 'Calibration and frames',
+    'apps.calibration.pose_covariance': 'Kinematics and singularities',
+    'apps.recordings.family_paths': 'Kinematics and singularities',
+    'apps.recordings.plans': 'Kinematics and singularities',
 }

@@ -15,13 +15,13 @@ from kinematics_service.apps.calibration.boards.intrinsics import Intrinsics
 from kinematics_service.apps.calibration.corrections import corrected_robot
 from kinematics_service.apps.calibration.fitting import widened
 from kinematics_service.apps.calibration.output.sheet import SHEETS
+from kinematics_service.apps.checking.offsets import nearest_rotation
 from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change
 from kinematics_service.kinematics.uncertainty.parameters import parameters_of, placement
 from kinematics_service.rigid_motion import (
     exponential,
     inverse,
     inverses,
-    nearest_rotation,
     pose_of,
     rotation_vector,
 )

@@ -93,13 +93,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """
     for item in items:
         fixtures = getattr(item, 'fixturenames', ())
-        if ROS_TESTS & set(item.path.parents) or 'ros_domain' in fixtures:
+        if item.path.parent in ROS_TESTS or 'ros_domain' in fixtures:
             item.add_marker(pytest.mark.ros)
         if STARTED & set(fixtures):
             item.add_marker(pytest.mark.slow)
     files = list(dict.fromkeys(item.path for item in items))
     slow = {item.path for item in items if item.get_closest_marker('slow')}
-    waiting = [file for file in files if ROS_TESTS & set(file.parents)]
+    waiting = [file for file in files if file.parent in ROS_TESTS]
     computing = [file for file in files if file in slow and file not in waiting]
     computing.sort(key=lambda file: file.parent.name not in LONGEST)
     order = dict.fromkeys([*evenly_mixed(waiting, computing), *files])

@@ -127,3 +127,10 @@ def test_without_recordings_the_demo_replays_none(tmp_path, ros_domain):
     ((code, said),) = commands(folder, 'demo --replay some.csv')
     assert code == 1
     assert '--replay: the app recordings, which reads it, was removed' in said
+
+
+def test_without_the_demo_a_plot_says_where_its_motions_were(tmp_path):
+    folder = without(tmp_path, 'demo')
+    ((code, said),) = commands(folder, 'plot measures --robot planar_2r --path smooth')
+    assert code == 2
+    assert 'the app demo, which has the built-in motions, was removed' in ' '.join(said.split())

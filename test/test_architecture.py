@@ -47,8 +47,6 @@ ROOMS = (
     'kinematics/inverse/problem',
     'kinematics/inverse/self_motion',
     'kinematics/inverse',
-    'kinematics/plans',
-    'kinematics/family_paths',
     'kinematics/uncertainty',
     'estimation',
     'node/parameters',
@@ -59,12 +57,16 @@ ROOMS = (
     'cli',
     'apps/checking',
     'apps/checking/commands',
+    'apps/recordings',
+    'apps/recordings/plans',
+    'apps/recordings/family_paths',
     'apps/recordings/readers',
     'apps/recordings/datasets',
     'apps/recordings/audit',
     'apps/recordings/audit/report',
     'apps/recordings/audit/dataset',
     'apps/recordings/commands',
+    'apps/demo/motions',
     'apps/demo',
     'apps/demo/commands',
     'apps/calibration/boards',
@@ -97,8 +99,6 @@ OF_APPS = {
 }
 # Lines of code, without docstrings, comments and blanks: of the core with the kernel, of an app.
 CORE_LINES, APP_LINES = 30_000, 8_000
-# What is larger today; a row shrinks with its area, and goes.
-TOO_LARGE = {'core': 31_790}
 # Public annotations of functions, methods and fields with `Any` or `object`, where nothing
 # narrower is true. The number only shrinks.
 OPEN_ANNOTATIONS = 116
@@ -139,8 +139,8 @@ RULES = {
         one_of('yaml', 'ruamel'),
         (
             'robot/file/text/yaml_reader.py',
-            'robot/file/writing/sections.py',
             'robot/file/writing/writer.py',
+            'apps/calibration/file_sections.py',
         ),
     ),
     'matplotlib': (one_of('matplotlib'), ('apps/pictures/plots/',)),
@@ -158,7 +158,7 @@ RULES = {
         ),
     ),
     'OpenCV': (one_of('cv2'), ('apps/calibration/boards/opencv.py',)),
-    'dask': (one_of('dask', 'distributed'), ('kinematics/sweep.py',)),
+    'dask': (one_of('dask', 'distributed'), ('apps/recordings/sweep.py',)),
     'rosbags': (
         one_of('rosbags'),
         (
@@ -382,10 +382,12 @@ def test_the_core_and_each_app_can_be_held():
     lines = lines_of_areas()
     sums = {'core': sum(lines[room] for room in CORE)}
     sums |= {area: count for area, count in lines.items() if area not in CORE}
-    most = {area: CORE_LINES if area == 'core' else APP_LINES for area in sums}
-    larger = {area for area in sums if sums[area] > most[area]}
-    assert larger == TOO_LARGE.keys()
-    assert all(sums[area] <= TOO_LARGE[area] for area in larger), sums
+    larger = {
+        area: count
+        for area, count in sums.items()
+        if count > (CORE_LINES if area == 'core' else APP_LINES)
+    }
+    assert not larger
 
 
 def test_public_annotations_say_their_types():

@@ -24,10 +24,10 @@ import typer
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.apps.demo.motions.passage import smooth_trajectory
 from kinematics_service.cli.arguments import join_numbers, name_robots, split_ros_arguments
 from kinematics_service.cli.commands import COMMANDS, app
 from kinematics_service.estimation.status_text import singularity_status
-from kinematics_service.kinematics.passage import smooth_trajectory
 from kinematics_service.robot.measures import HYSTERESIS
 
 ROOT = Path(__file__).parent.parent

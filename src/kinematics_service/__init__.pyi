@@ -1,5 +1,7 @@
 from .apps.calibration.calibration import calibrate as calibrate
 from .apps.calibration.conditions import ToolLoads as ToolLoads
+from .apps.calibration.pose_covariance import pose_covariance as pose_covariance
+from .apps.calibration.pose_covariance import twist_covariance as twist_covariance
 from .apps.calibration.proposal import LineOfSight as LineOfSight
 from .apps.calibration.proposal import ProposedPoses as ProposedPoses
 from .apps.calibration.proposal import propose_poses as propose_poses
@@ -9,6 +11,11 @@ from .apps.checking.diagnosis import diagnose_frames as diagnose_frames
 from .apps.formulas.derive.derivation import Derivation as Derivation
 from .apps.formulas.derive.derivation import derive as derive
 from .apps.recordings.audit.dataset.labels import judge_table as judge_table
+from .apps.recordings.family_paths.following import follow_family as follow_family
+from .apps.recordings.family_paths.result import FamilyPath as FamilyPath
+from .apps.recordings.family_paths.result import FollowedPath as FollowedPath
+from .apps.recordings.plans.check import check_plan as check_plan
+from .apps.recordings.plans.verdicts import PlanCheck as PlanCheck
 from .errors import CalibrationError as CalibrationError
 from .errors import DerivationError as DerivationError
 from .errors import FramesError as FramesError
@@ -29,9 +36,6 @@ from .kinematics.acceleration import jacobian_rate as jacobian_rate
 from .kinematics.analytic import AnalyticJacobian as AnalyticJacobian
 from .kinematics.analytic import analytic_jacobian as analytic_jacobian
 from .kinematics.closure import LoopClosure as LoopClosure
-from .kinematics.family_paths.following import follow_family as follow_family
-from .kinematics.family_paths.result import FamilyPath as FamilyPath
-from .kinematics.family_paths.result import FollowedPath as FollowedPath
 from .kinematics.forward import forward_kinematics as forward_kinematics
 from .kinematics.forward import jacobian as jacobian
 from .kinematics.forward import link_frames as link_frames
@@ -49,8 +53,6 @@ from .kinematics.inverse.solve import inverse_kinematics as inverse_kinematics
 from .kinematics.inverse.solve import inverse_kinematics_of_each as inverse_kinematics_of_each
 from .kinematics.null_space import null_space as null_space
 from .kinematics.null_space import self_motion as self_motion
-from .kinematics.plans.check import check_plan as check_plan
-from .kinematics.plans.verdicts import PlanCheck as PlanCheck
 from .kinematics.pseudo_inverse import PseudoInverse as PseudoInverse
 from .kinematics.pseudo_inverse import pseudo_inverse as pseudo_inverse
 from .kinematics.scale import MotionScale as MotionScale
@@ -63,8 +65,6 @@ from .kinematics.statics import joint_torques as joint_torques
 from .kinematics.statics import wrench_from_torques as wrench_from_torques
 from .kinematics.tool_state import ToolState as ToolState
 from .kinematics.tool_state import evaluate as evaluate
-from .kinematics.uncertainty.pose_covariance import pose_covariance as pose_covariance
-from .kinematics.uncertainty.pose_covariance import twist_covariance as twist_covariance
 from .robot.bundled import bundled_robots as bundled_robots
 from .robot.measures import Level as Level
 from .robot.points import Point as Point

@@ -13,6 +13,7 @@ APP_MODULES = {
     'factory calibration': 'calibration.factory',
     'second source': 'calibration.second_source_watch',
     'recording': 'recordings.readers.recording',
+    'motions': 'demo.motions.trajectory',
     # What a notebook shows of a result.
     'html': 'pictures.notebook',
     'latex': 'formulas.derive.output.notebook',

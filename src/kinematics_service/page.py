@@ -5,15 +5,9 @@ The style is page.css. Its colours are those of Okabe and Ito (2008), told apart
 colour vision, and lighter in the dark.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
 from importlib import resources
-from typing import Any, NamedTuple
-
-# Most rows of a table.
-MOST = 60
-# Cell of a number that is not known.
-NOTHING = '&ndash;'
 
 
 def document(title: str, body: Iterable[str], style: str = '', script: str = '') -> str:
@@ -52,23 +46,6 @@ def facts(rows: Iterable[tuple[str, str]]) -> str:
     return f'<dl class="origin">{cells}</dl>\n'
 
 
-class TableColumn(NamedTuple):
-    """A column: its header, the HTML of its cell for what a row is of, whether it is a number."""
-
-    header: str
-    cell: Callable[[Any], str]
-    number: bool = False
-
-
-def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
-    """Return a table with a row for each thing that was found, without empty columns."""
-    things = list(found)
-    cells = [[column.cell(one) for one in things] for column in columns]
-    kept = [k for k, own in enumerate(cells) if not things or set(own) - {'', NOTHING}]
-    numbers = [place for place, k in enumerate(kept) if columns[k].number]
-    return table([columns[k].header for k in kept], zip(*(cells[k] for k in kept)), numbers)
-
-
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:
     """
     Return a table; cells are HTML already, those of the columns `numbers` are aligned to the
@@ -84,10 +61,3 @@ def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequen
     body = ''.join(f'<tr>{cells("td", row)}</tr>\n' for row in rows)
     head = f'<thead><tr>{cells("th", headers)}</tr></thead>\n' if any(headers) else ''
     return f'<div class="wide"><table>{head}<tbody>{body}</tbody></table></div>\n'
-
-
-def more_of(number: int) -> str:
-    """Return a sentence on the rows a table leaves out; empty if there are none."""
-    if number <= MOST:
-        return ''
-    return f'<p class="soft">{number - MOST:,} more are in the JSON.</p>\n'

@@ -1,6 +1,5 @@
 """Rotations and rigid motions as arrays, outside the kernel: and conversions between them."""
 
-import itertools
 import math
 
 import numpy as np
@@ -160,55 +159,6 @@ def rotation_of_roll_pitch_yaw(rpy: npt.ArrayLike) -> Floats:
     return R + 0.0  # no -0.0
 
 
-# The 24 orders of three angles (Craig, appendix B): each letter is the axis of the angle in its
-# place, small where the axes stand still, capital where they move along. roll pitch yaw is xyz.
-EULER_ORDERS = tuple(
-    order
-    for axes in itertools.product('xyz', repeat=3)
-    if axes[0] != axes[1] != axes[2]
-    for order in (''.join(axes), ''.join(axes).upper())
-)
-
-
-def rotation_of_euler(order: str, angles: npt.ArrayLike) -> Floats:
-    """
-    Return the rotations (..., 3, 3) of angles (..., 3), rad, of one of `EULER_ORDERS`.
-
-    xyz is Rz(c) Ry(b) Rx(a), about axes that stand still; XYZ is Rx(a) Ry(b) Rz(c).
-    """
-    about = [
-        turn_about(np.eye(3)['xyz'.index(axis)], angle)
-        for axis, angle in zip(order.lower(), np.moveaxis(np.asarray(angles), -1, 0))
-    ]
-    first, second, third = about if order.isupper() else about[::-1]
-    return np.asarray(first @ second @ third)
-
-
-def euler_angles(order: str, R: Floats) -> Floats:
-    """
-    Return the angles (..., 3), rad, of rotations (..., 3, 3), that multiply out to them.
-
-    The middle one is within a quarter turn of 0, or from 0 to half a turn where the first axis is
-    the third; the others are within half a turn.
-    """
-    axes = order.upper() if order.isupper() else order[::-1].upper()
-    i, j, k = ('XYZ'.index(axis) for axis in axes)
-    last = 3 - i - j
-    sign = 1.0 if (j - i) % 3 == 1 else -1.0
-    if i != k:
-        a = np.arctan2(-sign * R[..., j, k], R[..., k, k])
-        b = np.arctan2(sign * R[..., i, k], np.hypot(R[..., i, i], R[..., i, j]))
-    else:
-        a = np.arctan2(R[..., j, i], -sign * R[..., last, i])
-        b = np.arctan2(np.hypot(R[..., i, j], R[..., i, last]), R[..., i, i])
-    # Next to where a and c turn about one axis a may be anything; then c makes up for it.
-    M = np.swapaxes(turn_about(np.eye(3)[i], a), -1, -2) @ R
-    other = i if i != k else last
-    c = np.arctan2((sign if i != k else -sign) * M[..., j, other], M[..., j, j])
-    three = (a, b, c) if order.isupper() else (c, b, a)
-    return np.stack(three, axis=-1)
-
-
 # Below it cos(pitch) is round-off, and so would be the yaw read from it: yaw is then 0.
 EXACT = 1e-15
 
@@ -260,11 +210,3 @@ def exponential(w: Floats) -> Floats:
     K[..., 1, 2], K[..., 2, 0], K[..., 0, 1] = -w[..., 0], -w[..., 1], -w[..., 2]
     b = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * K + b * K @ K)
-
-
-def nearest_rotation(M: Floats) -> Floats:
-    """Return the rotations R (..., 3, 3) that maximise trace(R^T M): Procrustes (Kabsch 1976)."""
-    U, _, Vt = np.linalg.svd(M)
-    U = np.array(U)
-    U[..., :, 2] *= np.linalg.det(U @ Vt)[..., None]
-    return np.asarray(U @ Vt)

@@ -10,12 +10,12 @@ from calibrated_arms import measured_arm
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.apps.calibration.chosen_parameters import motion_of
 from kinematics_service.apps.calibration.corrections import (
     built_nearly,
     corrected_robot,
     with_ends,
 )
+from kinematics_service.apps.calibration.identified_table import motion_of
 from kinematics_service.apps.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.kinematics.uncertainty.arm_errors import named_errors, table_errors_of
 from kinematics_service.kinematics.uncertainty.corrected_chain import CorrectingMotion, pose_change

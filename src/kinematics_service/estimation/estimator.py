@@ -181,8 +181,6 @@ ACCEPTED = 'accepted'
 NOT_STAMPED = 'not stamped'
 RESETS = 'resets'
 
-LARGEST = kernel.LARGEST
-
 # Number of disagreements within joint_memory.DISPUTE_WINDOW from which on a joint is in dispute.
 JUMPS = 4
 

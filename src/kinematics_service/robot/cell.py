@@ -89,8 +89,7 @@ class Cell:
         if end == self.frame or start == end:
             refuse(self.file, f'from {base} to {tip} is no motion of one arm against another')
         if start == self.frame:
-            found = self._of(tip, end)
-            return self._found(found, f'{self.name}_{tip}')
+            return self._found(self._of(tip, end), f'{self.name}_{tip}')
         found = relative_motion(self._of(base, start), self._of(tip, end), (start, end))
         return self._found(found, f'{self.name}_{base}_{tip}')
 

@@ -9,10 +9,8 @@ from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
-import numpy.typing as npt
 
 from .. import kernel
-from ..errors import KinematicsError
 from ..kernel import Chain, Closure, Floats, Loop, LoopGroup
 from ..rigid_motion import inverse, skew_part
 from .chain import fold, poses_and_jacobians
@@ -34,36 +32,6 @@ from .file.reader import refuse
 PARALLEL = 1e-9
 # Whether a passive joint moves a row is looked at with such steps, rad or m.
 BESIDE = 0.1
-# Other branches are looked for from a grid with so many values of a variable, or so many random
-# starts.
-GRID, BRANCH_STARTS, SAME_BRANCH = 24, 400, 1e-6
-# Of more than two variables the starts come nearer by so many damped steps, rad or a share of the
-# loops' size each at most.
-SHORT_STEPS, LONGEST_STEP, DAMPING = 60, 0.5, 1e-6
-SEED = 20240523
-
-
-def refuse_loops(description: RobotDescription, what: str) -> None:
-    """
-    Raise an error for an arm with closed loops.
-
-    Parameters
-    ----------
-    description
-        The arm.
-    what
-        What does not know of loops, as the beginning of a sentence.
-
-    Raises
-    ------
-    KinematicsError
-        The arm has closed loops.
-    """
-    if description.loops:
-        names = ', '.join(repr(loop.name) for loop in description.loops)
-        raise KinematicsError(
-            f'{what} does not know of closed loops: {description.name} has {names}'
-        )
 
 
 def passive_names(description: RobotDescription) -> frozenset[str]:
@@ -217,11 +185,11 @@ def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
     # The end of the second chain seen from that of the first, in the axes where both begin: the
     # way, and the rotation as axis times sine.
     (there,), (back,) = (poses_and_jacobians(chain, x[None])[0] for chain in pair)
-    return _apart(there, back)
+    return gap_between(there, back)
 
 
-def _apart(there: Floats, back: Floats) -> Floats:
-    # Of two poses (..., 4, 4): the way, and the rotation as axis times sine.
+def gap_between(there: Floats, back: Floats) -> Floats:
+    """Return how far poses (..., 4, 4) are apart: the way, and the rotation as axis times sine."""
     turn = back[..., :3, :3] @ np.swapaxes(there[..., :3, :3], -1, -2)
     way = back[..., :3, 3] - there[..., :3, 3]
     return np.concatenate([way, 0.5 * skew_part(turn)], axis=-1)
@@ -306,77 +274,3 @@ def _check_rest(
             'name rx, ry and rz, or none'
         )
         refuse(description.file, message, loop.line, f'loops[{k}].rows')
-
-
-def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, ...], ...]:
-    """
-    Return other positions of a group's passive joints at which it closes at the known position.
-
-    Newton's method looks for them from many positions, with no proof that there are no others;
-    turns are left out.
-
-    Parameters
-    ----------
-    description
-        The arm.
-    g
-        Which group of loops; those before it stay as they are.
-    """
-    closure, groups = closure_of(description), loop_groups(description.loops)
-    assert closure is not None  # it has loops
-    passive = passive_of(groups[g])
-    turning = np.array([joint.type == 'revolute' for joint in passive])
-    first = len(description.joints) + sum(len(passive_of(one)) for one in groups[:g])
-    places = np.arange(first, first + len(passive))
-    known = closure.variables_at_start()
-    found = [known[places]]
-    for values in _starts(closure, g, places, turning, 2.0 * np.abs(known[places]) + 1.0):
-        section = np.zeros(closure.width)
-        section[: len(known)] = known
-        section[places] = values
-        if kernel.assemble(closure.first, g + 1, closure.dof, section):
-            continue
-        closed = section[places]
-        apart = [np.where(turning, np.sin(0.5 * (closed - one)), closed - one) for one in found]
-        if min(float(np.max(np.abs(one))) for one in apart) > SAME_BRANCH:
-            found.append(closed)
-    wrapped = [np.where(turning, np.arctan2(np.sin(v), np.cos(v)), v) for v in found[1:]]
-    return tuple(tuple(values.tolist()) for values in wrapped)
-
-
-def _starts(
-    closure: Closure,
-    g: int,
-    places: kernel.Integers,
-    turning: npt.NDArray[np.bool_],
-    strokes: Floats,
-) -> Floats:
-    # A grid of one or two variables, denser than Newton's method needs it; of more, where random
-    # ones come to by short steps.
-    ends = np.where(turning, np.pi, strokes)
-    if len(turning) <= 2:
-        grids = np.meshgrid(*(np.linspace(-end, end, GRID) for end in ends))
-        return np.stack([grid.ravel() for grid in grids], axis=1)
-    group, random = kernel.groups_from(closure.first)[g], np.random.default_rng(SEED)
-    x = np.tile(closure.variables_at_start(), (BRANCH_STARTS, 1))
-    x[:, places] = random.uniform(-ends, ends, (BRANCH_STARTS, len(turning)))
-    longest = LONGEST_STEP * closure.first.arguments[4][places]
-    with np.errstate(all='ignore'):
-        for _ in range(SHORT_STEPS):
-            gap, slopes = _residuals(group, x)
-            slopes = slopes[..., places]
-            squares = np.swapaxes(slopes, 1, 2) @ slopes + DAMPING * np.eye(len(places))
-            steps = np.linalg.solve(squares, np.swapaxes(slopes, 1, 2) @ gap[..., None])[..., 0]
-            x[:, places] -= np.clip(steps, -longest, longest)
-    return x[:, places]
-
-
-def _residuals(group: LoopGroup, x: Floats) -> tuple[Floats, Floats]:
-    # Of a group at many variables (N, v), and its slopes (N, p, v) by all of them.
-    gaps, slopes = [], []
-    for loop in group.members():
-        there, J_there = poses_and_jacobians(loop.there, x)
-        back, J_back = poses_and_jacobians(loop.back, x)
-        gaps.append(_apart(there, back)[:, loop.axes()])
-        slopes.append((J_back - J_there)[:, loop.axes()])
-    return np.concatenate(gaps, axis=1), np.concatenate(slopes, axis=1)

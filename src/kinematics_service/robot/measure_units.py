@@ -10,16 +10,12 @@ def measure_units(robot: Robot) -> dict[str, str]:
 
     `mixed` where the minors of a J_t that is not square differ.
     """
-    volume = _volume_unit(robot)
+    power = _volume_power(robot)
+    volume = {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm^{power}')
     return {
         measure.name: volume if measure.of_volume else measure.drawn_unit or measure.unit
         for measure in MEASURES.values()
     }
-
-
-def _volume_unit(robot: Robot) -> str:
-    power = _volume_power(robot)
-    return {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm^{power}')
 
 
 def _volume_power(robot: Robot) -> int | None:

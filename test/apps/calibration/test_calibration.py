@@ -26,18 +26,20 @@ from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.apps.calibration.corrections import corrected_robot
-from kinematics_service.apps.calibration.identified_table import CalibratedParameter
+from kinematics_service.apps.calibration.file_sections import tolerances_section
+from kinematics_service.apps.calibration.identified_table import (
+    CalibratedParameter,
+    structural_rank,
+)
 from kinematics_service.apps.calibration.report import sentences_of
 from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change, poses_of
 from kinematics_service.kinematics.uncertainty.parameters import (
     parameters_of,
     placement,
     scaled_jacobian,
-    structural_rank,
 )
 from kinematics_service.rigid_motion import exponential, pose_of, rotation_vector
 from kinematics_service.robot.file.parts.parameters import end_parameters
-from kinematics_service.robot.file.writing.sections import tolerances_section
 
 # Without noise parameters come back as exactly (m, rad).
 EXACT = 1e-9

@@ -15,12 +15,13 @@ import kinematics_service as ks
 from kinematics_service.apps.checking.angle_orders import likely_orders, order_hypotheses_of
 from kinematics_service.apps.checking.diagnosis import diagnose_frames
 from kinematics_service.apps.checking.errors import NOMINAL, PoseLimit
+from kinematics_service.apps.checking.euler_orders import EULER_ORDERS, rotation_of_euler
 from kinematics_service.apps.checking.offsets import fit_offsets, least_angles
 from kinematics_service.apps.checking.other_robots import left_by, other_robot
 from kinematics_service.apps.checking.pose_format import PoseFormat
 from kinematics_service.apps.recordings.readers.tool_poses import PoseRows
 from kinematics_service.errors import FramesError
-from kinematics_service.rigid_motion import EULER_ORDERS, exponential, rotation_of_euler
+from kinematics_service.rigid_motion import exponential
 from kinematics_service.robot.file.parts.convention_table import CONVENTIONS
 from kinematics_service.robot.robot import build_robot
 

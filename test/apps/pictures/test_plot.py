@@ -377,7 +377,7 @@ def test_the_velocity_of_document_002_is_drawn():
     times = np.array([sample['t'] for sample in samples])
     q, qdot = (np.array([sample[key] for sample in samples]) for key in ('q', 'qdot'))
     # The built-in path is the document's.
-    from kinematics_service.kinematics.trajectory import sine_trajectory
+    from kinematics_service.apps.demo.motions.trajectory import sine_trajectory
 
     motion = sine_trajectory(robot).at(times)
     assert motion.q == pytest.approx(q, abs=ROUND_OFF)

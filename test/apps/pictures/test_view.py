@@ -22,6 +22,7 @@ from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.apps.pictures.view.computed import observe
 from kinematics_service.apps.pictures.view.gauges import gauges_of, headline, joint_readings
 from kinematics_service.apps.pictures.view.panel import (
     facts_html,
@@ -33,7 +34,6 @@ from kinematics_service.kinematics.loop_links import carried_rows
 from kinematics_service.kinematics.singular_poses import singular_poses
 from kinematics_service.node.drawing.axes import axes_of
 from kinematics_service.node.drawing.ellipsoids import ellipsoid_of, ellipsoid_scales
-from kinematics_service.node.drawing.observation import observe
 from kinematics_service.node.drawing.scene import (
     AHEAD,
     LEVEL_COLOURS,

@@ -32,9 +32,9 @@ from websockets.exceptions import ConnectionClosed
 
 import kinematics_service as ks
 from kinematics_service.apps.pictures.view.address import Address
+from kinematics_service.apps.pictures.view.computed import observe
 from kinematics_service.apps.pictures.view.origin_check import OriginCheck, origin_check_of
 from kinematics_service.apps.pictures.view.run import run_page
-from kinematics_service.node.drawing.observation import observe
 
 ROUNDS = 60
 OK, SWITCHED, BAD_REQUEST, FORBIDDEN = 200, 101, 400, 403

@@ -21,12 +21,12 @@ import kinematics_service as ks
 from kinematics_service.apps.recordings.audit.curves import curve_of
 from kinematics_service.apps.recordings.audit.report.charts import Chart
 from kinematics_service.apps.recordings.audit.report.page_header import origin_of
+from kinematics_service.apps.recordings.audit.report.tables import NOTHING, TableColumn, table_of
 from kinematics_service.apps.recordings.readers.between_points import PlannedTrajectory, sampled
+from kinematics_service.apps.recordings.readers.yaml_values import read_documents
 from kinematics_service.estimation.estimator import Estimator, EstimatorOutput, EstimatorSettings
 from kinematics_service.estimation.status_text import singularity_status
-from kinematics_service.page import NOTHING, TableColumn, table_of
 from kinematics_service.robot.file.text.yaml_reader import YamlError
-from kinematics_service.robot.file.text.yaml_values import read_documents
 from kinematics_service.version import __version__
 
 POINT = 'trajectory_msgs/msg/JointTrajectoryPoint'

@@ -7,5 +7,6 @@ reading, boards, collecting      rows: joint positions, and poses, touches or im
 -> fitting, calibration          `FitProblem` -> `Identified` -> `Calibration`
 -> acceptance, explanations      refusals, what would explain them, remarks
 -> report, robot_text, output    sentences, the robot file, the page; `proposal`: the next poses
-`second_source_watch.py` compares poses that arrive while the node runs.
+`second_source_watch.py` compares poses that arrive while the node runs; `pose_covariance.py` says
+how far off poses are by what a calibration leaves open.
 """

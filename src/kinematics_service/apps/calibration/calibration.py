@@ -11,13 +11,20 @@ from ...errors import CalibrationError
 from ...kernel import Floats, Integers
 from ...kinematics.arguments import numbers_of, refused
 from ...kinematics.uncertainty.parameters import parameters_of
-from ...robot.file.parts.parameters import BACKLASH, ENDS, GEARS, TABLE_GROUPS
-from ...robot.loops import refuse_loops
+from ...robot.file.parts.parameters import ENDS, GEARS, TABLE_GROUPS
 from ...robot.robot import AnyRobot, as_robot
 from ..checking.hypotheses import Hypothesis
 from .acceptance import JudgedFit, joint_remarks, noise_remarks, refusals_of
 from .camera import Camera, given_by_camera, wrong_size
-from .checking import REMARKED_DEVIATIONS, Measured, checked_offsets, measured, position_numbers
+from .checking import (
+    BACKLASH,
+    REMARKED_DEVIATIONS,
+    Measured,
+    checked_offsets,
+    measured,
+    position_numbers,
+    refuse_loops,
+)
 from .chosen_parameters import ChosenParameters, asks_for_gears
 from .conditions import ToolLoads, with_conditions
 from .corrections import corrected_robot
@@ -148,7 +155,7 @@ def calibrate(
     known, priors = _noise_of(noise), tolerances or {}
     if camera not in (None, *get_args(Camera)):
         raise CalibrationError(f'camera: {camera!r} is not one of {", ".join(get_args(Camera))}')
-    refuse_loops(robot.description, 'the calibration')
+    refuse_loops(robot.description)
     names: ChosenParameters
     if same_point is not None:
         others = (poses, sets, qdot, approach, camera, sessions, loads, whitening)

@@ -1,4 +1,4 @@
-"""Measured poses looked at before anything is fitted: what is wrong with them, in a sentence."""
+"""Measured poses and their arm, checked before the fit; a sentence says what is wrong."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import CalibrationError, FramesError
+from ...errors import CalibrationError, FramesError, KinematicsError
 from ...kernel import Floats, Integers
 from ...kinematics.arguments import numbers_of
 from ...kinematics.forward import forward_kinematics
-from ...robot.file.parts.parameters import LAG, ArmParameter
+from ...robot.file.parts.description import RobotDescription
+from ...robot.file.parts.parameters import ArmParameter
 from ...robot.robot import Robot
 from ..checking.diagnosis import (
     LEAST,
@@ -64,6 +65,10 @@ OPTIONS = {
 TAKEN = re.compile(r'(base|tool)\d*|compliance')
 # Groups of parameters of sessions and loads.
 PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
+# Parameters that are no number of a table: the delay of the joint states, and the whole play of
+# the joints, of which they lack half in the direction they came from.
+LAG = ArmParameter('lag', 'lag', False)
+BACKLASH = ArmParameter('backlash', 'backlash', True)
 # What a calibration finds by itself.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 
@@ -130,6 +135,22 @@ class Measured(NamedTuple):
         """Return joint positions and poses of one set."""
         own = self.sets == k
         return self._replace(q=self.q[own], poses=self.poses[own])
+
+
+def refuse_loops(description: RobotDescription) -> None:
+    """
+    Raise an error for an arm with closed loops.
+
+    Raises
+    ------
+    KinematicsError
+        The arm has closed loops.
+    """
+    if description.loops:
+        names = ', '.join(repr(loop.name) for loop in description.loops)
+        raise KinematicsError(
+            f'the calibration does not know of closed loops: {description.name} has {names}'
+        )
 
 
 def measured(

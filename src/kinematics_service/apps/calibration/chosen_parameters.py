@@ -9,16 +9,14 @@ import numpy as np
 from ...errors import CalibrationError, ParameterNotFoundError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
-from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion, motion_of
-from ...kinematics.uncertainty.parameters import placement, scaled_jacobian, structural_rank
+from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion
+from ...kinematics.uncertainty.parameters import placement, scaled_jacobian
 from ...rigid_motion import inverses
 from ...robot.file.parts.description import Tolerances
 from ...robot.file.parts.parameters import (
-    BACKLASH,
     ENDS,
     GEARS,
     GROUPS,
-    LAG,
     SIX,
     TABLE_GROUPS,
     ArmParameter,
@@ -28,7 +26,7 @@ from ...robot.file.parts.tolerances import GEAR
 from ...robot.robot import Robot
 from ..checking.hypotheses import Hypothesis
 from ..recordings.readers.block import Flags
-from .checking import COMPLIANCE, PLACEMENT, ZEROS, Measured
+from .checking import BACKLASH, COMPLIANCE, LAG, PLACEMENT, ZEROS, Measured
 from .explanations import scores_of_poses
 from .fitting import (
     FitProblem,
@@ -38,7 +36,12 @@ from .fitting import (
     remainders_between,
     weighted_jacobian,
 )
-from .identified_table import ParameterCombination, combinations_of
+from .identified_table import (
+    ParameterCombination,
+    combinations_of,
+    motion_of,
+    structural_rank,
+)
 from .placing import Offsets
 
 # Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a

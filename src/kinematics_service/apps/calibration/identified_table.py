@@ -11,14 +11,13 @@ from ...errors import CalibrationError
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
 from ...kinematics.uncertainty.arm_errors import TableErrors, joint_screws, screws_in_frames
-from ...kinematics.uncertainty.corrected_chain import CorrectedChain, motion_of, poses_of
-from ...kinematics.uncertainty.parameters import NOTHING, parameters_of, placement
+from ...kinematics.uncertainty.corrected_chain import CorrectedChain, poses_of, small_motion
+from ...kinematics.uncertainty.parameters import parameters_of, placement
 from ...rigid_motion import apart, inverse
 from ...robot.chain import FrozenArrays
 from ...robot.file.parts.parameters import (
     ENDS,
     GEARS,
-    LAG,
     SIX,
     TABLE_GROUPS,
     ArmParameter,
@@ -27,12 +26,14 @@ from ...robot.file.parts.parameters import (
 from ...robot.robot import Robot
 from ...typography import listed
 from ..checking.errors import angle_in_words, length_in_words, time_in_words
-from .checking import COMPLIANCE, NAMES_IN_SENTENCE
+from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
 # A direction is known where the poses tell it this much better than its prior does.
 KNOWN = 3.0
 # Coefficients below this share of the largest are round-off.
 SMALL = 1e-6
+# Singular values below this share of the largest are round-off.
+NOTHING = 1e-9
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 SAME = 1e-8
 
@@ -228,6 +229,20 @@ class ParameterCombination:
     determined: int
     coefficients: tuple[float, ...]
     sentence: str
+
+
+def structural_rank(J: Floats) -> int:
+    """Return the rank of a scaled Jacobian, up to round-off."""
+    values = np.linalg.svd(J, compute_uv=False)
+    return int(np.sum(values > NOTHING * values[0])) if len(values) else 0
+
+
+def motion_of(six: Floats) -> Floats:
+    """Return the motion (4, 4) of the corrections x y z rx ry rz of a base or tool."""
+    T = np.eye(4)
+    for k, value in enumerate(six.tolist()):
+        T = T @ small_motion(k > 2, k % 3, value)
+    return T
 
 
 def combinations_of(

@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel import Floats
-from ...rigid_motion import nearest_rotation
-from ..checking.offsets import fit_offsets
+from ..checking.offsets import fit_offsets, nearest_rotation
 
 # Rounds of least trimmed squares (Rousseeuw 1984), which fit the nearest rows of the last round.
 ROUNDS = 3

@@ -23,12 +23,12 @@ from ...kinematics.uncertainty.parameters import parameters_of, placement
 from ...rigid_motion import inverses
 from ...robot.chain import FrozenArrays
 from ...robot.file.parts.parameters import ENDS, GEARS, SIX, end_parameters
-from ...robot.loops import refuse_loops
 from ...robot.measures import Level
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ...robot.task import SEED, seeded_poses
 from ..recordings.readers.block import Flags
 from .camera import ON_TOOL
+from .checking import refuse_loops
 from .chosen_parameters import prior_of
 from .collecting import SECOND
 from .fitting import of_inverses
@@ -155,7 +155,7 @@ def propose_poses(
     (8, 6)
     """
     robot = as_robot(robot)
-    refuse_loops(robot.description, 'the calibration')
+    refuse_loops(robot.description)
     if after is not None and after.points:
         raise CalibrationError('poses to measure next are not proposed for touched points')
     if not 1 <= number_or_nan(count) <= MOST or count != int(count):

@@ -20,15 +20,6 @@ from ...rigid_motion import inverse
 from ...robot.file.parts.description import RobotDescription
 from ...robot.file.parts.parameters import ENDS, GEARS, ArmParameter
 from ...robot.file.reader import parse_robot
-from ...robot.file.writing.sections import (
-    constants_section,
-    links_section,
-    placement_section,
-    points_section,
-    singularity_section,
-    tolerances_section,
-    with_sections,
-)
 from ...robot.robot import Robot, build_robot, robot_from_text
 from ...typography import number_text
 from ...version import __version__
@@ -42,6 +33,15 @@ from .corrections import (
     rigid_motion,
     task_of,
     with_ends,
+)
+from .file_sections import (
+    constants_section,
+    links_section,
+    placement_section,
+    points_section,
+    singularity_section,
+    tolerances_section,
+    with_sections,
 )
 from .fitting import outlier_limit, widened
 from .identified_table import calibrated_errors

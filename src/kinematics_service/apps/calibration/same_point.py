@@ -18,7 +18,7 @@ from ...errors import CalibrationError
 from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics, jacobian
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion, Part
-from ...kinematics.uncertainty.parameters import parameters_of, structural_rank
+from ...kinematics.uncertainty.parameters import parameters_of
 from ...robot.file.parts.parameters import GROUPS, LENGTH, SIX, ArmParameter, end_parameters
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
@@ -50,7 +50,7 @@ from .fitting import (
     median_noise,
     outlier_limit,
 )
-from .identified_table import ParameterCombination, combinations_of
+from .identified_table import ParameterCombination, combinations_of, structural_rank
 from .placing import STEPS
 
 # The group of the positions of points.

@@ -19,8 +19,8 @@ from ...errors import CalibrationError, RecordingError
 from ...kernel import Floats
 from ...rigid_motion import pose_of
 from ...robot.file.text.yaml_reader import YamlError
-from ...robot.file.text.yaml_values import read_documents
 from ..recordings.readers.plan_reader import text_of
+from ..recordings.readers.yaml_values import read_documents
 
 JOINTS = 6
 # Keys of the controller's file, by the number of the table that each is added to.

@@ -17,12 +17,12 @@ from ...errors import CalibrationError
 from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics, jacobian
 from ...kinematics.uncertainty.parameters import parameters_of
-from ...robot.file.parts.parameters import BACKLASH, ENDS
+from ...robot.file.parts.parameters import ENDS
 from ...robot.robot import Robot
 from ..checking.errors import angle_in_words, length_in_words
 from ..checking.hypotheses import DEGREES, from_degrees
 from .calibration import calibrate
-from .checking import OPTIONS, ROUND_OFF, rigid_positions
+from .checking import BACKLASH, OPTIONS, ROUND_OFF, rigid_positions
 from .placing import Free, offsets_of
 from .result import Calibration
 

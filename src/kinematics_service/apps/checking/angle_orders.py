@@ -12,13 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kernel import Floats, Integers
-from ...rigid_motion import (
-    EULER_ORDERS,
-    euler_angles,
-    exponential,
-    rotation_of_euler,
-    rotation_vector,
-)
+from ...rigid_motion import exponential, rotation_vector
+from .euler_orders import EULER_ORDERS, euler_angles, rotation_of_euler
 from .hypotheses import Hypothesis
 from .pose_format import MAKERS
 

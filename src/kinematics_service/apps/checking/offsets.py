@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...kernel import Floats
-from ...rigid_motion import exponential, nearest_rotation, rotation_vector, skew_part
+from ...rigid_motion import exponential, rotation_vector, skew_part
 
 Flags = npt.NDArray[np.bool_]
 
@@ -28,6 +28,14 @@ STANDING = 0.05
 LEFT_ALONE = 1e-4
 # Below this (sine of the angles turned) rotations about a second axis are noise.
 VARIETY = 0.02
+
+
+def nearest_rotation(M: Floats) -> Floats:
+    """Return the rotations R (..., 3, 3) that maximise trace(R^T M): Procrustes (Kabsch 1976)."""
+    U, _, Vt = np.linalg.svd(M)
+    U = np.array(U)
+    U[..., :, 2] *= np.linalg.det(U @ Vt)[..., None]
+    return np.asarray(U @ Vt)
 
 
 class Fit(NamedTuple):

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from ...errors import RecordingError
-from ...rigid_motion import EULER_ORDERS
+from .euler_orders import EULER_ORDERS
 
 # Three angles of an orientation; rpy is xyz.
 EULER = ('rpy', *EULER_ORDERS)

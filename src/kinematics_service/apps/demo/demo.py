@@ -12,7 +12,6 @@ from rich.console import Console, RenderableType
 
 from ...app_modules import app_module
 from ...errors import RecordingError
-from ...kinematics.trajectory import TRAJECTORIES
 from ...node.messages.topics import COMMAND
 from ...node.node import KinematicsNode
 from ...node.process.session import FAULT, FINE, destroy, helper_node, run_session
@@ -24,6 +23,7 @@ from .demo_listener import DemoListener
 from .demo_report import PlainReport, invitation, motion_in_words, summary
 from .demo_screen import screen
 from .live_table import live
+from .motions.trajectory import TRAJECTORIES
 from .standard_output import StandardOutput
 from .virtual_arm import (
     VirtualArm,

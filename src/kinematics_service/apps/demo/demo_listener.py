@@ -10,11 +10,12 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
 
-from ...node.messages.readings import PoseReading, WarningReading, pose_of, warned_of
+from ...node.messages.readings import WarningReading, warned_of
 from ...node.messages.topics import JOINT_STATES, OUTPUT_QOS
 from ...node.process.latest_message import LatestMessage
 from ...robot.measures import MEASURES
 from .echo_topics import ECHO_TOPICS
+from .readings import PoseReading, pose_of
 
 # The time of an entry of the history, s, and the number of entries.
 INTERVAL = 0.25

@@ -4,15 +4,16 @@ import math
 import os
 from collections.abc import Sequence
 
-from ...kinematics.motion import Trajectory
 from ...kinematics.singularity import singularity
-from ...node.messages.readings import WarningReading, pose_of, scale_of, warned_of
+from ...node.messages.readings import WarningReading, scale_of, warned_of
 from ...printing import plain
 from ...robot.measures import MEASURES
 from ...robot.robot import Robot
 from ...typography import listed
 from .demo_listener import DemoListener
 from .live_table import number
+from .motions.motion import Trajectory
+from .readings import pose_of
 from .standard_output import StandardOutput
 
 COMMAND = 'python -m kinematics_service'

@@ -18,7 +18,6 @@ from ...node.messages.readings import (
     JacobianReading,
     WarningReading,
     jacobian_of,
-    pose_of,
     scale_of,
     warned_of,
 )
@@ -26,6 +25,7 @@ from ...printing import plain
 from ...robot.measures import MEASURES, Level
 from .demo_listener import INTERVAL, DemoListener
 from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number, scale_lines
+from .readings import pose_of
 
 # Number of lines of a sentence, so that nothing below it jumps.
 SENTENCE_LINES = 2

@@ -12,13 +12,9 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64, Float64MultiArray
 
 from ...node.messages.readings import (
-    ACCELERATION,
     TWIST,
-    WRENCH,
     jacobian_of,
-    pose_of,
     scale_of,
-    statuses_of,
     warned_of,
 )
 from ...node.messages.topics import (
@@ -40,6 +36,7 @@ from .live_table import (
     vector_lines,
     warned_lines,
 )
+from .readings import ACCELERATION, WRENCH, pose_of, statuses_of
 
 COMMANDS_ANSWERED = 'commands of joint velocities on ~/command'
 

@@ -13,9 +13,7 @@ from rich.text import Text
 from ...kernel import Floats
 from ...node.messages.readings import (
     JacobianReading,
-    PoseReading,
     ScaleReading,
-    StatusesReading,
     VectorPair,
     VectorReading,
     WarningReading,
@@ -23,6 +21,7 @@ from ...node.messages.readings import (
 from ...node.steady_time import steady_timer
 from ...printing import broken_name, plain
 from ...robot.measures import Level
+from .readings import PoseReading, StatusesReading
 
 # Width of a number and a gap, and how wide a column may grow for its joint's name.
 CELL, WIDEST_CELL = 9, 14

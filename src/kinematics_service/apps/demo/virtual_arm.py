@@ -11,10 +11,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import JointState
 
 from ...kernel import Floats
-from ...kinematics.motion import Trajectory
 from ...node.messages.messages import time_message
 from ...node.messages.topics import JOINT_STATES
 from ...node.steady_time import steady_timer
+from .motions.motion import Trajectory
 
 # Joint states per second along a path.
 RATE = 50.0

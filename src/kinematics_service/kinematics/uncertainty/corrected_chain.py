@@ -128,14 +128,6 @@ def small_motion(turns: bool, axis: int, value: float) -> Floats:
     return rigid_motion.screw('xyz'[axis], *((value, 0.0) if turns else (0.0, value)))
 
 
-def motion_of(six: Floats) -> Floats:
-    """Return the motion (4, 4) of the corrections x y z rx ry rz of a base or tool."""
-    T = np.eye(4)
-    for k, value in enumerate(six.tolist()):
-        T = T @ small_motion(k > 2, k % 3, value)
-    return T
-
-
 def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
     # All products side by side, their first parts first.
     parts, depths, places, turns, along, columns = chain._layout

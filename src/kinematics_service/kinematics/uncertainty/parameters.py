@@ -44,8 +44,6 @@ from .triangle import triangle_of
 EXTRA, WEAK = 0.1, 0.02
 # Number of random poses by which that is judged, and of those that tell the rank.
 POSES = 60
-# Singular values below this share of the largest are round-off.
-NOTHING = 1e-9
 
 # Where in a row of a table the extra corrections are.
 EXTRA_PLACES = ('Ry', 'Ty')
@@ -161,12 +159,6 @@ def scaled_jacobian(
     if positions:
         J = J[:, :3]
     return triangle_of(J.reshape(-1, len(scales)) / (LENGTH * np.sqrt(len(q))))
-
-
-def structural_rank(J: Floats) -> int:
-    """Return the rank of a scaled Jacobian, up to round-off."""
-    values = np.linalg.svd(J, compute_uv=False)
-    return int(np.sum(values > NOTHING * values[0])) if len(values) else 0
 
 
 def _span(J: Floats) -> Floats:

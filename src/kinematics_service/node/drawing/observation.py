@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ... import kernel
 from ...kernel import Floats
 from ...kinematics.loop_links import loop_links
-from ...kinematics.singularity import Singularity, singularity_of
-from ...kinematics.tool_state import ToolState, evaluate
+from ...kinematics.singularity import Singularity
+from ...kinematics.tool_state import ToolState
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .axes import RowAxis, axes_of, motor_axes
@@ -88,18 +86,3 @@ def observation_of(
         singularity=singularity,
         level=Level(int(singularity.level)) if level is None else level,
     )
-
-
-def observe(
-    robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None, level: Level | None = None
-) -> Observation:
-    """
-    Return the observation of an arm at joint positions q (n,), in rad and m.
-
-    Raises
-    ------
-    JointVectorError
-        `q` or `qdot` has not n numbers, or one is not finite.
-    """
-    state = evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
-    return observation_of(state, singularity_of(state), level)

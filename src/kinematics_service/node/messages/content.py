@@ -12,7 +12,7 @@ from ...estimation.estimator import StreamQuantity
 from ...kernel import Floats, Integers, PoseErrors
 from ...kinematics.forward import BASE
 from ...kinematics.singularity import measured
-from ...kinematics.uncertainty.pose_covariance import covariances
+from ...kinematics.uncertainty.covariances import covariances
 from ..parameters.settings import NodeSettings
 from .messages import StateReport
 

@@ -37,7 +37,7 @@ from ...kinematics.null_space import self_motion_of
 from ...kinematics.statics import WrenchEstimate, wrench_of
 from ...kinematics.tool_state import ToolState
 from ...kinematics.uncertainty.arm_errors import errors_of_file
-from ...kinematics.uncertainty.pose_covariance import covariances
+from ...kinematics.uncertainty.covariances import covariances
 from ...robot.measures import MEASURES, Measure, why_unsearched
 from ...robot.points import TOOL
 from ..parameters.settings import ROW_LABELS, NodeSettings

@@ -3,10 +3,11 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from std_msgs.msg import Header
 
 from ...errors import LayoutError
 from ...kernel import Floats
-from ...rigid_motion import roll_pitch_yaw, rotation_of_quaternion
+from ...rigid_motion import rotation_of_quaternion
 from ...robot.measures import Level
 
 
@@ -15,6 +16,11 @@ class Stamp(NamedTuple):
 
     sec: int
     nanosec: int
+
+    @classmethod
+    def of(cls, header: Header) -> 'Stamp':
+        """Return the stamp of a message's header."""
+        return cls(int(header.stamp.sec), int(header.stamp.nanosec))
 
 
 class ScaleReading(NamedTuple):
@@ -29,16 +35,6 @@ class JacobianReading(NamedTuple):
     rows: tuple[str, ...]
     columns: tuple[str, ...]
     jacobian: Floats
-
-
-class PoseReading(NamedTuple):
-    """A pose in a frame: position (3,) in m, quaternion x y z w, roll pitch yaw (3,) in rad."""
-
-    stamp: Stamp
-    frame: str
-    position: Floats
-    quaternion_xyzw: Floats
-    roll_pitch_yaw: Floats
 
 
 class VectorReading(NamedTuple):
@@ -68,14 +64,10 @@ class VectorPair(NamedTuple):
         """Return the vectors of a stamped message."""
         pair = getattr(message, self.field)
         vectors = {name: numbers_of(getattr(pair, name)) for name in self.vectors}
-        return VectorReading(_stamp(message), message.header.frame_id, vectors)
+        return VectorReading(Stamp.of(message.header), message.header.frame_id, vectors)
 
 
 TWIST = VectorPair('twist', {'linear': ('vx vy vz', 'm/s'), 'angular': ('wx wy wz', 'rad/s')})
-ACCELERATION = VectorPair(
-    'accel', {'linear': ('ax ay az', 'm/s^2'), 'angular': ('x y z', 'rad/s^2')}
-)
-WRENCH = VectorPair('wrench', {'force': ('x y z', 'N'), 'torque': ('x y z', 'N m')})
 
 
 class WarningReading(NamedTuple):
@@ -91,18 +83,6 @@ class WarningReading(NamedTuple):
         """Return what slows a command: `position limit of elbow`; empty where nothing does."""
         cause, of = (self.values.get(key, '') for key in ('cause', 'of'))
         return f'{cause} of {of}' if of else cause
-
-
-class StatusesReading(NamedTuple):
-    """The statuses of one node in a DiagnosticArray."""
-
-    statuses: tuple[WarningReading, ...]
-
-
-def statuses_of(node: str, message: Any) -> StatusesReading:
-    """Return the statuses of a node, given by its name without a leading slash."""
-    ours = (status for status in message.status if status.name.startswith(f'{node}: '))
-    return StatusesReading(tuple(map(warned_of, ours)))
 
 
 def jacobian_of(message: Any) -> JacobianReading:
@@ -130,10 +110,6 @@ def jacobian_of(message: Any) -> JacobianReading:
     return JacobianReading(rows, columns, values)
 
 
-def _stamp(message: Any) -> Stamp:
-    return Stamp(int(message.header.stamp.sec), int(message.header.stamp.nanosec))
-
-
 def numbers_of(vector: Any) -> Floats:
     """Return the numbers of a vector or a point, x y z, or of a quaternion, x y z w."""
     return np.array([getattr(vector, name) for name in vector.get_fields_and_field_types()])
@@ -151,18 +127,6 @@ def in_base_axes(six_rows: Floats, tool: Floats) -> Floats:
     """Return a twist (6,), or the six rows of a Jacobian, given in the axes of the tool."""
     R = tool[:3, :3]
     return np.concatenate([R @ six_rows[:3], R @ six_rows[3:]])
-
-
-def pose_of(message: Any) -> PoseReading:
-    """Return the pose of a PoseStamped."""
-    quaternion = numbers_of(message.pose.orientation)
-    return PoseReading(
-        _stamp(message),
-        message.header.frame_id,
-        numbers_of(message.pose.position),
-        quaternion,
-        roll_pitch_yaw(rotation_of_quaternion(quaternion)),
-    )
 
 
 def scale_of(message: Any) -> ScaleReading:

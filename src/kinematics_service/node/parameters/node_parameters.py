@@ -89,7 +89,10 @@ class NodeParameters:
             raise RobotConflictError(
                 f'--robot {robot} and the parameter robot:={name} differ; give one of them'
             )
-        self.transport = self._transport()
+        self.transport = str(
+            self._declare(TRANSPORT.name, TRANSPORT.default, TRANSPORT.descriptor())
+        )
+        check_value(TRANSPORT, self.transport)
         self.by_default = robot is None and name == ROBOT.default
         self._load: Callable[[], Robot] = lambda: load_robot(name)
         self.description: DescriptionTopic | None = None
@@ -193,11 +196,6 @@ class NodeParameters:
             ) from None
         except InvalidParameterValueException as error:
             raise SettingsError(f'parameter {name} is refused: {error}') from None
-
-    def _transport(self) -> str:
-        value = self._declare(TRANSPORT.name, TRANSPORT.default, TRANSPORT.descriptor())
-        check_value(TRANSPORT, value)
-        return str(value)
 
     def _values(self) -> dict[str, Any]:
         return {name: self._node.get_parameter(name).value for name in NAMES}

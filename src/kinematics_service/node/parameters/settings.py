@@ -396,12 +396,10 @@ def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> Se
 
 def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
     # The parameters override the file; thresholds of the file hold for its own measure only.
-    measure = values['singularity.measure']
-    of_file = (
-        robot.singularity.thresholds if measure == robot.singularity.thresholds.measure else None
-    )
-    warn = values['singularity.warn'] or (of_file.warn if of_file else None)
-    stop = values['singularity.stop'] or (of_file.stop if of_file else None)
+    measure, of_file = values['singularity.measure'], robot.singularity.thresholds
+    holds = measure == of_file.measure
+    warn = values['singularity.warn'] or (of_file.warn if holds else None)
+    stop = values['singularity.stop'] or (of_file.stop if holds else None)
     try:
         thresholds: Thresholds = thresholds_for(robot.singularity.task, measure, warn, stop)
     except KinematicsError as error:

@@ -11,8 +11,8 @@ from ....errors import RecordingError
 from ....kernel import Floats
 from ....robot.chain import FrozenArrays
 from ....robot.file.text.yaml_reader import YamlError
-from ....robot.file.text.yaml_values import read_documents
 from ...recordings.readers.block import Flags
+from ...recordings.readers.yaml_values import read_documents
 from .opencv import opencv
 
 # The names of each entry: of ROS's camera_calibration and its messages, and of OpenCV's samples.

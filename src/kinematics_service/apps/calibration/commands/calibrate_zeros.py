@@ -12,10 +12,9 @@ import numpy as np
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
 from ....output_file import say_written, write_file
 from ....printing import attributes
-from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...recordings.commands.frame_options import given_limit
-from ..checking import rigid_positions
+from ..checking import refuse_loops, rigid_positions
 from ..output.calibration_run import CalibratedPoses, CalibrationRun, origin_of
 from ..output.servo_file import read_servos, servos_text
 from ..output.sheet import SHEETS
@@ -92,7 +91,7 @@ def calibrate_zeros(
         raise WrongUsage(
             f'--backlash: {backlash!r} is half a turn or more: no joint has such play'
         )
-    refuse_loops(arm.description, 'the calibration')
+    refuse_loops(arm.description)
     servos = _servos(arm, motors, outputs.force)
     if not given:
         if outputs.html is None:

@@ -18,13 +18,12 @@ from ....printing import Output, attributes, heading, json_text, plain, table
 from ....rigid_motion import inverses
 from ....robot.bundled import find_robot, find_robot_file
 from ....robot.file.reader import robot_file_text
-from ....robot.loops import refuse_loops
 from ....robot.robot import Robot
 from ...checking.errors import PoseLimit
 from ...recordings.readers.source import Selection
 from ..calibration import calibrate
 from ..camera import ON_TOOL, Camera
-from ..checking import Measured
+from ..checking import Measured, refuse_loops
 from ..chosen_parameters import ChosenParameters, asks_for_gears
 from ..reading import (
     MeasuredRecording,
@@ -128,7 +127,7 @@ class CalibrationRun(NamedTuple):
         CalibrationError
             The arm has closed loops, a word is no parameter, or nothing is left to be fitted.
         """
-        refuse_loops(self.arm.description, 'the calibration')
+        refuse_loops(self.arm.description)
         q = np.zeros((1, self.arm.dof))
         given = Measured.of(q, np.eye(4)[None], False, np.zeros(1, dtype=np.int64), q)
         every = parameters_of(self.arm, asks_for_gears(self.fit)).table

@@ -21,12 +21,12 @@ from ....robot.closed_poses import tried_poses
 from ....robot.file.parts.convention_table import CONVENTIONS
 from ....robot.file.parts.description import Placement, PointDescription
 from ....robot.file.parts.loop_groups import group_name, loop_groups, passive_of
-from ....robot.loops import other_branches
 from ....robot.robot import Robot, robot_in_letters
 from ....robot.task import SEEDED_POSES, seeded_poses
 from ..accuracy_report import tolerances_in_words, uncertainty_in_words
 from ..known_pose_causes import pose_causes
 from ..known_poses import PoseError, pose_errors, pose_faults
+from ..loop_branches import other_branches
 from ..textbook_table import motion_text, textbook_table
 
 # Of a group of loops; a machine of several arms has many.

@@ -8,11 +8,11 @@ import numpy as np
 from ....errors import PlotError
 from ....kernel import Floats
 from ....kinematics.singularity import singularity
-from ....kinematics.sweep import map_batches
 from ....robot.closed_poses import closed_poses, closes_at
 from ....robot.file.parts.loop_groups import all_in_words
 from ....robot.robot import Robot
 from ....robot.task import SEED
+from .batches import map_batches
 from .ranges import clear_pose, finite_ranges, random_positions
 
 # Number of positions of each joint for the test which joints matter, and of poses of the others.

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from ....kernel import Floats
-from ....robot.file.parts.loop_groups import not_all_closed
 from ....robot.robot import Robot
 from .artists import Artist, Axes, Figure
 from .captions import joint_label, positions
 from .distance_colours import ColourScale, draw_distances
 from .distance_map import DistanceMap
 from .picture import Draw, words
+from .ranges import not_all_closed
 from .set_styles import set_styles
 
 # A factor that is this small on the border, as a share of its largest value, is zero there.

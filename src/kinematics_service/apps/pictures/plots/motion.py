@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ....app_modules import app_module
 from ....errors import PlotError
 from ....kernel import Floats, Integers
-from ....kinematics.trajectory import TRAJECTORIES
 from ....robot.closed_poses import closes_at
 from ....robot.measures import Level
 from ....robot.robot import Robot
@@ -80,16 +80,21 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
         Neither a file nor a name, or a recording without two different times at which the loops of
         the arm close.
     """
-    if path in TRAJECTORIES:
-        trajectory = TRAJECTORIES[path](robot)
+    demo = app_module('motions')
+    built_in = {} if demo is None else demo.TRAJECTORIES
+    if path in built_in:
+        trajectory = built_in[path](robot)
         times = np.linspace(0.0, trajectory.period, SAMPLES)
         q, qdot = trajectory.at(times)
         return _closed(robot, times, q, qdot, f'trajectory {path}', False)
     file = Path(path)
     if not file.exists():
+        names = f'or one of: {", ".join(built_in)}'
+        if not built_in:
+            names = '(the app demo, which has the built-in motions, was removed)'
         raise PlotError(
             f'--path: there is no file {path}; give a CSV file '
-            f'(stamp,position.<joint>,...) or one of: {", ".join(TRAJECTORIES)}'
+            f'(stamp,position.<joint>,...) {names}'
         )
     recording = read_recording(file, robot)
     times = recording.due

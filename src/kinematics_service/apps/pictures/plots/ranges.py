@@ -3,6 +3,7 @@ Where each joint is looked at: finite ranges, and a pose to start from that is w
 """
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +13,7 @@ from ....kernel import Floats
 from ....kinematics.singularity import singularity
 from ....kinematics.tool_state import evaluate
 from ....robot.closed_poses import closed_poses
+from ....robot.file.parts.loop_groups import all_in_words
 from ....robot.robot import Robot
 from ....robot.task import SEED
 
@@ -97,3 +99,9 @@ def clear_pose(robot: Robot) -> Floats:
     found: Floats = q[int(np.argmax(worth))] + 0.0  # no negative zero
     found.setflags(write=False)
     return found
+
+
+def not_all_closed(names: Sequence[str]) -> str:
+    """Return that the loops of groups do not close, in words: `loop a does not close`."""
+    words = all_in_words(names)
+    return f'{words} do not all close' if ' and ' in words else f'{words} does not close'

@@ -12,14 +12,13 @@ import numpy.typing as npt
 from ....errors import PlotError
 from ....kernel import Floats, Integers
 from ....kinematics.singularity import singularity_of
-from ....kinematics.sweep import map_batches
 from ....kinematics.tool_state import evaluate
 from ....robot.closed_poses import closes_at
-from ....robot.file.parts.loop_groups import not_all_closed
 from ....robot.robot import Robot
 from ....robot.task import SEED
+from .batches import map_batches
 from .plane import Plane
-from .ranges import finite_ranges, random_positions
+from .ranges import finite_ranges, not_all_closed, random_positions
 
 # Cells along the longest side.
 CELLS = 100

@@ -5,12 +5,12 @@ import collections
 import numpy as np
 
 from ....kernel import Floats
-from ....robot.file.parts.loop_groups import not_all_closed
 from ....robot.robot import Robot
 from .artists import Axes, Figure
 from .critical import CriticalPoints
 from .distance_colours import ColourScale, draw_distances
 from .picture import BLACK, Draw, words
+from .ranges import not_all_closed
 from .set_styles import set_styles
 from .workspace import Workspace
 

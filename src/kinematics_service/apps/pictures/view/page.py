@@ -7,10 +7,11 @@ import viser
 
 from ....errors import ViewError
 from ....kernel import Floats
-from ....node.drawing.observation import Observation, observe
+from ....node.drawing.observation import Observation
 from ....node.drawing.scene import scene_of
 from ....robot.robot import Robot
 from .address import Address, check_address
+from .computed import observe
 from .drawing import Drawing
 from .guarded_server import guarded_server
 from .origin_check import origin_check_of

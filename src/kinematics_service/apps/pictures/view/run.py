@@ -8,9 +8,10 @@ from collections.abc import Callable
 
 from ....errors import LoopError
 from ....kernel import Floats
-from ....node.drawing.observation import Observation, observe
+from ....node.drawing.observation import Observation
 from ....robot.robot import Robot
 from .address import Address
+from .computed import observe
 from .origin_check import ANYWHERE
 from .page import Page, serve
 from .viewpoint import Viewpoint

@@ -18,9 +18,9 @@ from ....estimation.estimator import (
     EstimatorSettings,
 )
 from ....kernel import Floats
-from ....kinematics.plans.verdicts import PlanCheck
 from ....robot.measures import MEASURES, Level
 from ....robot.robot import Robot
+from ..plans.verdicts import PlanCheck
 from ..readers.block import Block
 from ..readers.columns import Column, spans
 from ..readers.source import RecordingSource, Remark

@@ -13,15 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....estimation.estimator import (
-    ACCEPTED,
-    LARGEST,
-    RESETS,
-    UNREADABLE,
-    Estimator,
-    RefusedMessage,
-)
-from ....kernel import Floats
+from ....estimation.estimator import ACCEPTED, RESETS, UNREADABLE, Estimator, RefusedMessage
+from ....kernel import LARGEST, Floats
 from ....robot.robot import Robot
 from ..readers.block import Block, Flags, Times, UnreadableMessage
 

@@ -7,12 +7,12 @@ from typing import Literal
 import numpy as np
 
 from ....estimation.status_text import flat_position
-from ....kinematics.plans.point_speed import TOOL
-from ....kinematics.plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from ....kinematics.singularity import flat_loop, singularity
 from ....robot.measures import Level
 from ....robot.robot import Robot
 from ....typography import counted
+from ..plans.point_speed import TOOL
+from ..plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from .auditing import Audit
 from .findings import Finding, seconds
 

@@ -7,11 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ....errors import PlanError
-from ....kinematics.plans.check import check_plan
-from ....kinematics.plans.point_speed import TOOL, chain_to
-from ....kinematics.plans.verdicts import PlanCheck
 from ....robot.measures import Level
 from ....robot.robot import Robot
+from ..plans.check import check_plan
+from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 
@@ -41,19 +40,6 @@ class PlanSettings(NamedTuple):
     def speeds_told(self) -> bool:
         """Return whether somebody asked for speeds."""
         return self.speed_limit is not None or bool(self.speed_of)
-
-
-def refuse_unknown_point(robot: Robot, of: str) -> None:
-    """
-    Refuse a point that the arm does not have.
-
-    Raises
-    ------
-    PlanError
-        There is no such point; the message lists those there are.
-    """
-    if of != TOOL:
-        chain_to(robot, of)
 
 
 def checks_of(

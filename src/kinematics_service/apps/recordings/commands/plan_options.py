@@ -5,9 +5,10 @@ from collections.abc import Sequence
 
 from ....cli.options import WrongUsage
 from ....errors import PlanError
-from ....kinematics.plans.check import threshold_of_distance
 from ....robot.robot import Robot
-from ..audit.planned import PlanSettings, refuse_unknown_point
+from ..audit.planned import PlanSettings
+from ..plans.check import threshold_of_distance
+from ..plans.point_speed import chain_to
 
 
 def given_plans(
@@ -19,7 +20,7 @@ def given_plans(
     names = tuple(name.strip() for name in (points or '').split(',') if name.strip())
     for name in names:
         try:
-            refuse_unknown_point(robot, name)
+            chain_to(robot, name)  # refuses a point that the arm does not have
         except PlanError as error:
             raise WrongUsage(f'--speed-of: {error}') from None
     strict = failures is not None and 'warn' in failures

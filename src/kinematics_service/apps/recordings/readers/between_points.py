@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....kernel import Floats, Integers
-from ....kinematics.plans.polynomials import polynomial_motion
+from ..plans.polynomials import polynomial_motion
 
 # Between two points no joint moves more than this from sample to sample (rad, m).
 FINEST = 0.01

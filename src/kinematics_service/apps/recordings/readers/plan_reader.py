@@ -12,11 +12,11 @@ from ....errors import RecordingError
 from ....kernel import Floats
 from ....robot.file.text.entries import choice, did_you_mean, meant_by
 from ....robot.file.text.yaml_reader import YamlError
-from ....robot.file.text.yaml_values import MOST_VALUES, Values, read_documents
 from ....robot.measures import Level
 from .between_points import FINEST, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, SECOND, Block, Times
 from .source import RecordingSource, Remark, Selection
+from .yaml_values import MOST_VALUES, Values, read_documents
 
 # Trajectories of one topic follow each other with a pause longer than any timeout (ns).
 PAUSE = 3_600 * SECOND

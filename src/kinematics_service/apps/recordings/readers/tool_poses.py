@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from ....kernel import Floats
-from ....rigid_motion import EULER_ORDERS, exponential, rotation_of_euler, rotation_of_quaternion
+from ....rigid_motion import exponential, rotation_of_quaternion
+from ...checking.euler_orders import EULER_ORDERS, rotation_of_euler
 from ...checking.pose_format import EULER, PoseFormat
 from .block import Flags, Times
 from .columns import Column, StateTable, spans

@@ -73,9 +73,3 @@ def all_in_words(names: Sequence[str]) -> str:
     """Return all loops of groups by their names, in words: `loop a`, or `loops a, b and c`."""
     *others, last = (name for group in names for name in group.split(BETWEEN))
     return f'loops {", ".join(others)} and {last}' if others else f'loop {last}'
-
-
-def not_all_closed(names: Sequence[str]) -> str:
-    """Return that the loops of groups do not close, in words: `loop a does not close`."""
-    words = all_in_words(names)
-    return f'{words} do not all close' if ' and ' in words else f'{words} does not close'

@@ -134,11 +134,6 @@ def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
     ]
 
 
-LAG = ArmParameter('lag', 'lag', False)
-# The whole play of the joints, of which they lack half in the direction they came from.
-BACKLASH = ArmParameter('backlash', 'backlash', True)
-
-
 def end_parameters(end: str, number: int) -> list[ArmParameter]:
     """Return the parameters of a base or tool; numbered from the second one on."""
     label = end if number == 0 else f'{end}{number + 1}'

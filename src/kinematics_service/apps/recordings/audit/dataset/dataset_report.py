@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from rich.text import Text
 
-from .....page import TableColumn, document, table_of
+from .....page import document
 from .....printing import Json, Output, heading, plain, table
 from .....robot.measures import Level
 from .....typography import counted
@@ -15,6 +15,7 @@ from .....version import __version__
 from ...datasets.arms import TAKEN
 from ..findings import seconds
 from ..report.summary import STYLES
+from ..report.tables import TableColumn, table_of
 from .episode_audit import EpisodeRow
 
 # Episodes and kinds of findings on the screen, and episodes on the page.

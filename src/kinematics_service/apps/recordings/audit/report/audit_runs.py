@@ -16,12 +16,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
 
 from .....errors import KinematicsError
-from .....kinematics.plans.verdicts import PlanCheck
-from .....kinematics.sweep import Item, Result, results_of_workers
 from .....printing import json_text
 from .....robot.measures import Level
+from ...plans.verdicts import PlanCheck
 from ...readers.open_file import open_source
 from ...readers.source import Selection
+from ...sweep import Item, Result, results_of_workers
 from ..auditing import Audit, AuditProgress, AuditSettings, audit
 from ..plan_findings import joints_refuted
 from .bag_writer import open_writer

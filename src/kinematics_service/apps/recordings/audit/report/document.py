@@ -6,7 +6,6 @@ from functools import partial
 import numpy as np
 
 from .....kernel import Floats
-from .....kinematics.plans.verdicts import PlanCheck, PlanClosure, PlanMoment
 from .....kinematics.singularity import measured_before, singularity_of
 from .....kinematics.tool_state import evaluate
 from .....printing import Json, attributes
@@ -14,6 +13,7 @@ from .....rigid_motion import roll_pitch_yaw
 from .....robot.measures import MEASURES, Level
 from .....version import __version__
 from ....checking.causes import TestedCause
+from ...plans.verdicts import PlanCheck, PlanClosure, PlanMoment
 from ...readers.block import Times
 from ..auditing import Audit
 from ..frames import NotCompared

@@ -11,7 +11,7 @@ from functools import partial
 from html import escape
 
 from .....estimation.estimator import ACCEPTED
-from .....page import MOST, NOTHING, TableColumn, document, more_of, resource, table, table_of
+from .....page import document, resource, table
 from .....robot.measures import MEASURES
 from .....typography import counted
 from .....version import __version__
@@ -25,6 +25,7 @@ from .page_charts import interval_chart, joint_charts, measure_charts, slowing_c
 from .page_frames import frame_section
 from .page_header import Provenance, header
 from .page_plans import plan_section
+from .tables import MOST, NOTHING, TableColumn, more_of, table_of
 
 SIGNS = {'OK': '&#10003; OK', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 

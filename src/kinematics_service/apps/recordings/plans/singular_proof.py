@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel import Floats, Integers
-from ...robot.clearance_bounds import moving_joints
-from ...robot.robot import Robot
-from ..clearance import clearances
-from ..singularity import singularity
+from ....kernel import Floats, Integers
+from ....kinematics.clearance import clearances
+from ....kinematics.singularity import singularity
+from ....robot.clearance_bounds import moving_joints
+from ....robot.robot import Robot
 from .polynomials import Pieces, PolynomialMotion, Which, joined, moment_at
 from .verdicts import PlanSingularity, PlanVerdict
 
@@ -200,8 +200,6 @@ class _Proof:
             nearest = self._nearest
         moment = moment_at(motion, segment, s)
         pose = nearest.pose if (nearest.segment, nearest.s) == (segment, s) else None
-        if pose is not None:
-            pose.setflags(write=False)
         return PlanSingularity(
             verdict,
             self._threshold,

@@ -1,32 +1,21 @@
 """
-One function over many joint positions, in batches: here, or by the workers of a dask cluster.
+One function over many items by the workers of a dask cluster.
 
-The batches are cut alike wherever they run, and the robot travels as the very constants it has
-here, so that the numbers are the same bit for bit.
+A robot travels as the very constants it has here, so that the numbers are the same bit for bit.
 """
 
 import logging
 import re
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, TypeVar
 
-import numpy as np
-
-from ..errors import KinematicsError, SweepError
-from ..kernel import Floats
-from ..robot.robot import Robot
+from ...errors import KinematicsError, SweepError
 
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 
-# A function of a robot and rows (k, ...) that answers each row by itself: (k, ...). Workers import
-# it by its name, so it must be in a module they have; `functools.partial` of one is fine.
-Batch = Callable[[Robot, Floats], Floats]
-
-# Rows of a batch: 3 MB on the wire for six joints.
-ROWS = 65_536
 # Batches under way for each thread of the cluster: enough that none waits for the wire.
 AHEAD = 3
 # Time-out for a scheduler's answer, and for its first worker, s.
@@ -50,66 +39,34 @@ def cluster_address(workers: str) -> str:
     return f'tcp://{found[1]}:{found[2]}'
 
 
-def map_batches(
-    function: Batch, robot: Robot, array: Floats, workers: str | None = None, rows: int = ROWS
-) -> Floats:
+def results_of_workers(
+    function: Callable[[Item], Result], items: Iterable[Item], workers: str
+) -> Iterator[Result]:
     """
-    Return `function(robot, array)`, computed in batches of rows.
+    Yield the function's result of each item, in order, computed by the workers of a cluster.
 
     Parameters
     ----------
     function
-        Answers each row independently of the others.
-    robot
-        The arm.
-    array : shape (N, ...)
-        Joint positions, or whatever else the function takes row by row.
+        Workers import it by its name, so it must be in a module they have; `functools.partial` of
+        one is fine.
+    items
+        Taken as workers become free.
     workers
-        `dask://HOST:PORT` of a scheduler whose workers have this package in the same version;
-        without it this process.
-    rows
-        Of a batch.
-
-    Returns
-    -------
-    shape (N, ...)
-        Rows of the batches' results, in order.
+        `dask://HOST:PORT` of a scheduler whose workers have this package in the same version.
 
     Raises
     ------
     SweepError
         No dask, no scheduler or no worker there, or workers that cannot run the function.
     """
-    starts = range(0, max(len(array), 1), rows)
-    pieces = (array[start : start + rows] for start in starts)
-    if workers is None:
-        return np.concatenate([function(robot, piece) for piece in pieces])
-    calls = ((function, robot, piece) for piece in pieces)
-    return np.concatenate(list(_by_workers(calls, workers)))
-
-
-def results_of_workers(
-    function: Callable[[Item], Result], items: Sequence[Item], workers: str
-) -> Iterator[Result]:
-    """
-    Yield the function's result of each item, in order, computed by the workers of a cluster.
-
-    Raises
-    ------
-    SweepError
-        As `map_batches`.
-    """
-    return _by_workers(((function, item) for item in items), workers)
-
-
-def _by_workers(calls: Iterator[tuple[Any, ...]], workers: str) -> Iterator[Any]:
     # In order, with no more under way than keeps every thread busy: memory holds, whatever N is.
     with _client(workers) as client:
         threads = sum(client.nthreads().values())
         under_way: deque[Any] = deque()
         try:
-            for call in calls:
-                under_way.append(client.submit(*call, pure=False))
+            for item in items:
+                under_way.append(client.submit(function, item, pure=False))
                 if len(under_way) >= AHEAD * threads:
                     yield _result(under_way.popleft())
             while under_way:

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import kernel
-from ...errors import PlanError
-from ...kernel import Chain, Floats
-from ...robot.robot import Robot
+from .... import kernel
+from ....errors import PlanError
+from ....kernel import Chain, Floats
+from ....robot.robot import Robot
 from .extremes import Extreme
 from .polynomials import Pieces, PolynomialMotion, derivative, moment_at
 from .verdicts import PlanSpeed, PlanVerdict

@@ -7,8 +7,14 @@ A plain scalar is a number if YAML 1.2 says so: `1e-3` is one, `1_0` and `0o7` a
 import re
 from typing import TypeAlias
 
-from .yaml_document import ScalarNode
-from .yaml_reader import MappingStart, Scalar, SequenceStart, YamlError, YamlReader
+from ....robot.file.text.yaml_document import ScalarNode
+from ....robot.file.text.yaml_reader import (
+    MappingStart,
+    Scalar,
+    SequenceStart,
+    YamlError,
+    YamlReader,
+)
 
 DEEPEST = 40
 # A point of a six-joint arm has some thirty values: more than 100,000 points.

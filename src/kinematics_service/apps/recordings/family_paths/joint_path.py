@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel import Floats
-from ...rigid_motion import exponential, rotation_vector
-from ...robot.robot import Robot
-from ..forward import forward_kinematics
-from ..inverse.problem.plan import InversePlan
+from ....kernel import Floats
+from ....kinematics.forward import forward_kinematics
+from ....kinematics.inverse.problem.plan import InversePlan
+from ....rigid_motion import exponential, rotation_vector
+from ....robot.robot import Robot
 
 # Where the tool is looked at between two targets.
 BETWEEN = np.arange(1, 8)[:, None] / 8.0

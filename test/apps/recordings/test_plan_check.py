@@ -11,10 +11,10 @@ from tolerances import ROUND_OFF
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.kinematics.plans import singular_proof
-from kinematics_service.kinematics.plans.extremes import largest
-from kinematics_service.kinematics.plans.point_speed import _Speeds, chain_to
-from kinematics_service.kinematics.plans.polynomials import Pieces, polynomial_motion
+from kinematics_service.apps.recordings.plans import singular_proof
+from kinematics_service.apps.recordings.plans.extremes import largest
+from kinematics_service.apps.recordings.plans.point_speed import _Speeds, chain_to
+from kinematics_service.apps.recordings.plans.polynomials import Pieces, polynomial_motion
 
 THRESHOLD = 0.03
 # Six joints with factors and without, seven, four, and those that slide.

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from ...kernel import Floats
-from ...robot.chain import FrozenArrays
-from ..inverse.self_motion.arcs import IkArc
+from ....kernel import Floats
+from ....kinematics.inverse.self_motion.arcs import IkArc
+from ....robot.chain import FrozenArrays
 from ..plans.verdicts import PlanCheck
 
 FamilyVerdict = Literal['yes', 'not found']

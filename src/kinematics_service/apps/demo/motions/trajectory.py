@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..kernel import Floats
-from ..robot.robot import Robot
+from ....kernel import Floats
+from ....robot.robot import Robot
 from .motion import JointMotion, Trajectory, allowed_speeds, inside_limits
 from .passage import smooth_trajectory
 

@@ -2,29 +2,21 @@
 How uncertain pose and twist of the tool are: by the encoders, and by what is open of the table.
 """
 
-import math
-from typing import Protocol
-
 import numpy as np
 import numpy.typing as npt
 
 from ... import kernel
 from ...errors import CalibrationError
 from ...kernel import Floats, PoseErrors
+from ...kinematics.acceleration import jacobian_rate
+from ...kinematics.arguments import numbers_of
+from ...kinematics.forward import BASE, cross, in_axes_of
+from ...kinematics.tool_state import ToolState, evaluate, velocities_of
+from ...kinematics.uncertainty.arm_errors import errors_of_file, pose_errors, table_errors_of
+from ...kinematics.uncertainty.covariances import covariances
 from ...robot.points import TOOL
 from ...robot.robot import AnyRobot, Robot, as_robot
-from ..acceleration import jacobian_rate
-from ..arguments import numbers_of
-from ..forward import BASE, cross, in_axes_of
-from ..tool_state import ToolState, evaluate, velocities_of
-from .arm_errors import TableErrors, errors_of_file, pose_errors, table_errors_of
-
-
-class TableCalibration(Protocol):
-    """A calibration, as the covariance of a pose needs it."""
-
-    def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
-        """Return what it left open of the table; q (..., n) tells whether the robot is its own."""
+from .identified_table import IdentifiedTable
 
 
 def pose_covariance(
@@ -32,7 +24,7 @@ def pose_covariance(
     q: npt.ArrayLike,
     *,
     joints: npt.ArrayLike | None = None,
-    calibration: TableCalibration | None = None,
+    calibration: IdentifiedTable | None = None,
 ) -> Floats:
     """
     Return the covariance of the tool's pose in the base frame, shape (..., 6, 6), m and rad.
@@ -87,7 +79,7 @@ def twist_covariance(
     *,
     joints: npt.ArrayLike | None = None,
     velocities: npt.ArrayLike | None = None,
-    calibration: TableCalibration | None = None,
+    calibration: IdentifiedTable | None = None,
 ) -> Floats:
     """
     Return the covariance of the tool's twist, shape (..., 6, 6), m/s and rad/s.
@@ -143,7 +135,7 @@ def twist_covariance(
 
 
 def _of_joints_alone(
-    robot: Robot, joints: npt.ArrayLike | None, calibration: TableCalibration | None
+    robot: Robot, joints: npt.ArrayLike | None, calibration: IdentifiedTable | None
 ) -> Floats:
     # Numbers of the table are not carried through loops: neither a file nor a calibration has any.
     if calibration is not None or joints is None:
@@ -172,32 +164,15 @@ def _twist_derivatives(robot: Robot, state: ToolState, axes: str) -> tuple[Float
     return in_axes_of(state.pose, by_q), in_axes_of(state.pose, J)
 
 
-def covariances(errors: PoseErrors, state: ToolState, axes: str = BASE) -> Floats:
-    """
-    Return the covariances of pose and twist, shape (..., 2, 6, 6), of a state with all frames.
-
-    Those of the twist are of its numbers in these axes, `base` or `tool`.
-    """
-    qdot = np.zeros_like(state.q) if state.qdot is None else state.qdot
-    count = math.prod(state.row.shape[:-1])
-    rows, positions, rates = (
-        np.ascontiguousarray(table).reshape(count, table.shape[-1])
-        for table in (state.row, state.q, qdot)
-    )
-    found = np.empty((count, 2, 6, 6))
-    kernel.covariances(errors, rows, positions, rates, axes == TOOL, found)
-    return found.reshape(*state.row.shape[:-1], 2, 6, 6)
-
-
 def _errors(
     robot: Robot,
     q: Floats,
     joints: npt.ArrayLike | None,
     velocities: npt.ArrayLike | None,
-    calibration: TableCalibration | None,
+    calibration: IdentifiedTable | None,
 ) -> PoseErrors:
     said = robot.description.uncertainty
-    if not hasattr(TableCalibration if calibration is None else calibration, 'table_errors'):
+    if calibration is not None and not isinstance(calibration, IdentifiedTable):
         raise CalibrationError(f'calibration must be a Calibration, not {calibration!r:.80}')
     if joints is None and calibration is None:
         of_file = errors_of_file(robot)

@@ -7,16 +7,16 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from .. import kernel
-from ..kernel import Floats
-from ..robot.closed_poses import close_at
-from ..robot.measures import Level
-from ..robot.robot import Robot
-from ..robot.task import ROW_NAMES, seeded_poses
+from .... import kernel
+from ....kernel import Floats
+from ....kinematics.singular_poses import STARTS, singular_poses
+from ....kinematics.singularity import singularity
+from ....kinematics.tool_state import evaluate
+from ....robot.closed_poses import close_at
+from ....robot.measures import Level
+from ....robot.robot import Robot
+from ....robot.task import ROW_NAMES, seeded_poses
 from .motion import JointMotion, allowed_speeds, inside_limits
-from .singular_poses import STARTS, singular_poses
-from .singularity import singularity
-from .tool_state import evaluate
 
 # Speeds of joints without a limit, rad/s, m/s.
 FREE_TURNING, FREE_SLIDING = 1.0, 0.2

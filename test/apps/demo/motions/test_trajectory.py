@@ -9,8 +9,8 @@ from arms import DISTINCT_BUNDLED, robot_of
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
-from kinematics_service.kinematics.motion import SPEED_SHARE
-from kinematics_service.kinematics.passage import (
+from kinematics_service.apps.demo.motions.motion import SPEED_SHARE
+from kinematics_service.apps.demo.motions.passage import (
     DAMPED,
     FREE_SLIDING,
     FREE_TURNING,
@@ -18,8 +18,8 @@ from kinematics_service.kinematics.passage import (
     clearances_of_ways,
     smooth_trajectory,
 )
+from kinematics_service.apps.demo.motions.trajectory import TRAJECTORIES, sine_trajectory
 from kinematics_service.kinematics.singular_poses import singular_poses
-from kinematics_service.kinematics.trajectory import TRAJECTORIES, sine_trajectory
 
 # The demo's joint states are 20 ms apart; at the slowed-down singular pose that is 1e-4 rad.
 SAMPLES = 2001

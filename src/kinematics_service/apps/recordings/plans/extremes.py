@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...kernel import Floats
+from ....kernel import Floats
 
 # Nothing is split that could exceed the largest value seen by less than this share.
 ROUND_OFF = 1e-12

@@ -12,17 +12,17 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import JointVectorError, PlanError, TargetError
-from ...kernel import Floats, Integers
-from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import number_or_nan, numbers_of
-from ..inverse.problem.plan import InversePlan, plan_for
-from ..inverse.problem.target import IkTarget, ik_target_of
-from ..inverse.search import errors_at
-from ..inverse.self_motion.arcs import IkArc
-from ..inverse.solve import TOLERANCE, inverse_kinematics
+from ....errors import JointVectorError, PlanError, TargetError
+from ....kernel import Floats, Integers
+from ....kinematics.arguments import number_or_nan, numbers_of
+from ....kinematics.inverse.problem.plan import InversePlan, plan_for
+from ....kinematics.inverse.problem.target import IkTarget, ik_target_of
+from ....kinematics.inverse.search import errors_at
+from ....kinematics.inverse.self_motion.arcs import IkArc
+from ....kinematics.inverse.solve import TOLERANCE, inverse_kinematics
+from ....kinematics.singularity import singularity
+from ....robot.robot import AnyRobot, Robot, as_robot
 from ..plans.check import check_plan, threshold_of_distance
-from ..singularity import singularity
 from .joint_path import StepRule, deviations, on_turns_inside, step_rule
 from .result import FamilyPath, FollowedPath
 

@@ -10,13 +10,14 @@ from arms import DISTINCT_BUNDLED, robot_of
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
+from kinematics_service.apps.pictures.plots.batches import map_batches
 from kinematics_service.apps.pictures.plots.distance_map import singular_table
 from kinematics_service.apps.pictures.plots.plane import plane_of
 from kinematics_service.apps.pictures.plots.ranges import random_positions
 from kinematics_service.apps.pictures.plots.workspace import section_rows
+from kinematics_service.apps.recordings import sweep
+from kinematics_service.apps.recordings.sweep import cluster_address
 from kinematics_service.errors import SweepError
-from kinematics_service.kinematics import sweep
-from kinematics_service.kinematics.sweep import cluster_address, map_batches
 
 NOBODY = 'dask://127.0.0.1:9'  # the port of "discard", where no scheduler listens
 

@@ -8,15 +8,14 @@ is not refuted is not decided.
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from ...errors import PlanError
-from ...kernel import Floats, Integers
-from ...robot.closed_poses import closes_at
-from ...robot.robot import Robot
-from ..closure import why_not_closed
-from ..forward import twist
-from ..singularity import singularity
+from ....errors import PlanError
+from ....kernel import Floats, Integers
+from ....kinematics.closure import why_not_closed
+from ....kinematics.forward import twist
+from ....kinematics.singularity import singularity
+from ....robot.closed_poses import closes_at
+from ....robot.robot import Robot
 from .point_speed import SLACK, TOOL, chain_to
 from .polynomials import Pieces, PolynomialMotion, derivative, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed, PlanVerdict
@@ -126,7 +125,7 @@ class ClosedPlan:
         k = int(np.argmin(distances))
         if not np.isfinite(distances[k]):
             return found
-        return _NearestSample(float(distances[k]), float(x[k]), _read_only(poses[k].copy()))
+        return _NearestSample(float(distances[k]), float(x[k]), poses[k].copy())
 
     def _crossing(self, determinants: Floats, found: '_NearestSample') -> '_NearestSample':
         # Where det(J_t) changes its sign between two samples there is a singular pose, if the
@@ -147,7 +146,7 @@ class ClosedPlan:
                     after = middle
             q = self._positions(np.array([after]))
             if singularity(self._robot, q).distance[0] < ARRIVED:
-                return _NearestSample(0.0, after, _read_only(q[0]))
+                return _NearestSample(0.0, after, q[0])
         return found
 
     def speed(self, of: str, limit: float | None) -> PlanSpeed:
@@ -195,8 +194,3 @@ def _verdict(limit: float | None, fast: bool) -> PlanVerdict | None:
     if limit is None:
         return None
     return 'refuted' if fast else 'not decided'
-
-
-def _read_only(pose: npt.NDArray[np.float64]) -> Floats:
-    pose.setflags(write=False)
-    return pose

@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ...kernel import Floats, Integers
+from ....kernel import Floats, Integers
 from .verdicts import PlanMoment
 
 Which: TypeAlias = npt.NDArray[np.bool_] | slice

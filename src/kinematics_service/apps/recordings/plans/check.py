@@ -6,12 +6,12 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from ... import kernel
-from ...errors import JointVectorError, PlanError
-from ...kernel import Floats
-from ...robot.measures import MEASURES
-from ...robot.robot import AnyRobot, Robot, as_robot
-from ..arguments import check_positive, number_or_nan, numbers_of, refused
+from .... import kernel
+from ....errors import JointVectorError, PlanError
+from ....kernel import Floats
+from ....kinematics.arguments import check_positive, number_or_nan, numbers_of, refused
+from ....robot.measures import MEASURES
+from ....robot.robot import AnyRobot, Robot, as_robot
 from .closed_plan import ClosedPlan
 from .extremes import largest
 from .point_speed import TOOL, speed_over_plan

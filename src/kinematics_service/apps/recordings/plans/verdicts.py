@@ -3,17 +3,12 @@
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
-from ...kernel import Floats
-from ...robot.chain import FrozenArrays
+from ....kernel import Floats
+from ....robot.chain import FrozenArrays
 
 PlanVerdict = Literal['proved', 'refuted', 'not decided']
 # From the best to the worst.
 _ORDER: tuple[PlanVerdict, ...] = ('proved', 'not decided', 'refuted')
-
-
-def worst_of(verdicts: list[PlanVerdict]) -> PlanVerdict:
-    """Return the worst verdict: refuted before not decided before proved."""
-    return max(verdicts, key=_ORDER.index)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +51,7 @@ class PlanSingularity:
     moment
         Where `upper` is taken if the plan is refuted, otherwise where the least is proved.
     nearest_singular : shape (n,), rad or m
-        The singular pose found for `moment`; None where none was.
+        The singular pose found for `moment`; read-only; None where none was.
     undecided
         Times (begin, end) for which nothing is decided, s.
     evaluations
@@ -71,6 +66,11 @@ class PlanSingularity:
     nearest_singular: Floats | None
     undecided: tuple[tuple[float, float], ...]
     evaluations: int
+
+    def __post_init__(self) -> None:
+        """Freeze the pose."""
+        if self.nearest_singular is not None:
+            self.nearest_singular.setflags(write=False)
 
 
 class JointExtreme(NamedTuple):
@@ -190,4 +190,4 @@ class PlanCheck:
         for joint in self.joints:
             verdicts += [joint.limits, joint.speed]
         verdicts += [speed.verdict for speed in self.speeds if speed.verdict is not None]
-        return worst_of(verdicts)
+        return max(verdicts, key=_ORDER.index)

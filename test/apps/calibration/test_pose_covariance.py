@@ -7,9 +7,9 @@ from calibrated_arms import measured_arm
 from tolerances import DIFFERENCE, DIFFERENCE_STEP
 
 import kinematics_service as ks
+from kinematics_service.apps.calibration import pose_covariance
 from kinematics_service.apps.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.errors import CalibrationError
-from kinematics_service.kinematics.uncertainty import pose_covariance
 from kinematics_service.rigid_motion import rotation_vector
 
 DRAWS = 20_000

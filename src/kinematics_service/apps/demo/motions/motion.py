@@ -5,8 +5,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ..kernel import Floats
-from ..robot.robot import Robot
+from ....kernel import Floats
+from ....robot.robot import Robot
 
 # A path stays away from limits by this share of their range, and of a one-sided limit by this.
 MARGIN, ONE_SIDED_MARGIN = 0.05, 0.05

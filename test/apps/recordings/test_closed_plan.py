@@ -8,7 +8,7 @@ import pytest
 from arms import LOOPED, robot_of
 
 import kinematics_service as ks
-from kinematics_service.kinematics.plans import closed_plan
+from kinematics_service.apps.recordings.plans import closed_plan
 
 # A five-bar's elbows part until its rods are straight: half the way between them is a rod then.
 OPENING = [[math.pi / 2, math.pi / 2], [math.pi / 2 + 0.9, math.pi / 2 - 0.9]]

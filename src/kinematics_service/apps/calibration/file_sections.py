@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 import yaml
 from yaml import MappingNode
 
-from ....errors import RobotFileWriteError
-from ..parts.description import (
+from ...errors import RobotFileWriteError
+from ...robot.file.parts.description import (
     IDENTITY,
     DhRow,
     ElementaryMotion,
@@ -21,9 +21,9 @@ from ..parts.description import (
     RigidMotion,
     RobotDescription,
 )
-from ..parts.tolerances import GEAR, kind_of
-from ..text.yaml_reader import LOADER
-from .writer import BOM, entry_of, last_line, scalar, written_entries
+from ...robot.file.parts.tolerances import GEAR, kind_of
+from ...robot.file.text.yaml_reader import LOADER
+from ...robot.file.writing.writer import BOM, entry_of, last_line, scalar, written_entries
 
 
 def with_sections(

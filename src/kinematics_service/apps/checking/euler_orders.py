@@ -1,0 +1,57 @@
+"""Rotations as three angles about axes, in any of the 24 orders: Craig, appendix B."""
+
+import itertools
+
+import numpy as np
+import numpy.typing as npt
+
+from ...kernel import Floats
+from ...rigid_motion import turn_about
+
+# The 24 orders of three angles (Craig, appendix B): each letter is the axis of the angle in its
+# place, small where the axes stand still, capital where they move along. roll pitch yaw is xyz.
+EULER_ORDERS = tuple(
+    order
+    for axes in itertools.product('xyz', repeat=3)
+    if axes[0] != axes[1] != axes[2]
+    for order in (''.join(axes), ''.join(axes).upper())
+)
+
+
+def rotation_of_euler(order: str, angles: npt.ArrayLike) -> Floats:
+    """
+    Return the rotations (..., 3, 3) of angles (..., 3), rad, of one of `EULER_ORDERS`.
+
+    xyz is Rz(c) Ry(b) Rx(a), about axes that stand still; XYZ is Rx(a) Ry(b) Rz(c).
+    """
+    about = [
+        turn_about(np.eye(3)['xyz'.index(axis)], angle)
+        for axis, angle in zip(order.lower(), np.moveaxis(np.asarray(angles), -1, 0))
+    ]
+    first, second, third = about if order.isupper() else about[::-1]
+    return np.asarray(first @ second @ third)
+
+
+def euler_angles(order: str, R: Floats) -> Floats:
+    """
+    Return the angles (..., 3), rad, of rotations (..., 3, 3), that multiply out to them.
+
+    The middle one is within a quarter turn of 0, or from 0 to half a turn where the first axis is
+    the third; the others are within half a turn.
+    """
+    axes = order.upper() if order.isupper() else order[::-1].upper()
+    i, j, k = ('XYZ'.index(axis) for axis in axes)
+    last = 3 - i - j
+    sign = 1.0 if (j - i) % 3 == 1 else -1.0
+    if i != k:
+        a = np.arctan2(-sign * R[..., j, k], R[..., k, k])
+        b = np.arctan2(sign * R[..., i, k], np.hypot(R[..., i, i], R[..., i, j]))
+    else:
+        a = np.arctan2(R[..., j, i], -sign * R[..., last, i])
+        b = np.arctan2(np.hypot(R[..., i, j], R[..., i, last]), R[..., i, i])
+    # Next to where a and c turn about one axis a may be anything; then c makes up for it.
+    M = np.swapaxes(turn_about(np.eye(3)[i], a), -1, -2) @ R
+    other = i if i != k else last
+    c = np.arctan2((sign if i != k else -sign) * M[..., j, other], M[..., j, j])
+    three = (a, b, c) if order.isupper() else (c, b, a)
+    return np.stack(three, axis=-1)

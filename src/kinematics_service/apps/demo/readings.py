@@ -1,0 +1,46 @@
+"""The content of messages that only `echo` and `demo` show, as plain data."""
+
+from typing import Any, NamedTuple
+
+from ...kernel import Floats
+from ...node.messages.readings import Stamp, VectorPair, WarningReading, numbers_of, warned_of
+from ...rigid_motion import roll_pitch_yaw, rotation_of_quaternion
+
+ACCELERATION = VectorPair(
+    'accel', {'linear': ('ax ay az', 'm/s^2'), 'angular': ('x y z', 'rad/s^2')}
+)
+WRENCH = VectorPair('wrench', {'force': ('x y z', 'N'), 'torque': ('x y z', 'N m')})
+
+
+class PoseReading(NamedTuple):
+    """A pose in a frame: position (3,) in m, quaternion x y z w, roll pitch yaw (3,) in rad."""
+
+    stamp: Stamp
+    frame: str
+    position: Floats
+    quaternion_xyzw: Floats
+    roll_pitch_yaw: Floats
+
+
+class StatusesReading(NamedTuple):
+    """The statuses of one node in a DiagnosticArray."""
+
+    statuses: tuple[WarningReading, ...]
+
+
+def pose_of(message: Any) -> PoseReading:
+    """Return the pose of a PoseStamped."""
+    quaternion = numbers_of(message.pose.orientation)
+    return PoseReading(
+        Stamp.of(message.header),
+        message.header.frame_id,
+        numbers_of(message.pose.position),
+        quaternion,
+        roll_pitch_yaw(rotation_of_quaternion(quaternion)),
+    )
+
+
+def statuses_of(node: str, message: Any) -> StatusesReading:
+    """Return the statuses of a node, given by its name without a leading slash."""
+    ours = (status for status in message.status if status.name.startswith(f'{node}: '))
+    return StatusesReading(tuple(map(warned_of, ours)))

@@ -1,0 +1,22 @@
+"""The observation of an arm that is computed here, not received from a node."""
+
+import numpy.typing as npt
+
+from .... import kernel
+from ....kinematics.singularity import singularity_of
+from ....kinematics.tool_state import evaluate
+from ....node.drawing.observation import Observation, observation_of
+from ....robot.robot import Robot
+
+
+def observe(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None) -> Observation:
+    """
+    Return the observation of an arm at joint positions q (n,), in rad and m.
+
+    Raises
+    ------
+    JointVectorError
+        `q` or `qdot` has not n numbers, or one is not finite.
+    """
+    state = evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
+    return observation_of(state, singularity_of(state))
