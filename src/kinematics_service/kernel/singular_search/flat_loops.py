@@ -19,8 +19,8 @@ from ..measures import gradient
 from . import projection, rank_equations
 from .rank_equations import RankEquations
 
-# Share of a step that is taken; it is halved each time that the loops do not close. The least share
-# is that of a projection: to find that no loop closes takes the time of 50 steps.
+# Share of a step that is taken; it is halved each time that the loops do not close, down to the
+# least share of a projection: to find that no loop closes takes the time of 50 steps.
 DAMPING = 0.5
 # Converged: rest of the way to the flat position, rad.
 FLAT_TOLERANCE = 1e-4
