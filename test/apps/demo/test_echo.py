@@ -175,7 +175,7 @@ def test_one_pose_and_one_twist_as_json(arm, once):
 
 def test_a_scale_and_its_reason(arm, told):
     one = arm('planar_2r')
-    code, _, errors = told('scale', '--once', '--timeout', '1')
+    code, _, errors = told('scale', '--once', '--timeout', '4')
     assert code == 1
     assert 'nothing; the node answers commands of joint velocities on ~/command' in errors
     one.answer((0.3, 0.02))  # nearly stretched
