@@ -20,9 +20,11 @@ from kinematics_service.kinematics import singularity_rates
 from kinematics_service.robot.joint_spans import joint_spans
 
 POSES = 12
-# The pose whose nearest singular pose is searched, and the joints of an arm that is searched:
-# plain Python takes 6 s at the first pose of a crank slider, and 16 s for six joints.
-SEARCHED, SEARCHED_JOINTS = 4, 3
+# The pose whose nearest singular pose is searched: plain Python takes 6 s for the first one of a
+# crank slider, which is far from singular.
+SEARCHED = 4
+# The most joints of an arm that is searched: plain Python takes 16 s for the six of a hexapod.
+SEARCHED_JOINTS = 3
 
 
 def with_few_seeds(robot):
