@@ -25,6 +25,8 @@ DISTINCT_BUNDLED = (
     *('planar_2r', 'craig_3r', 'rrp_elementary', 'parallelogram_left', 'scara_hsr065', 'so101'),
     *('puma560', 'six_joint_dh', 'offset_stanford_shape', 'panda'),
 )
+# Those, a closed loop, and loops that are closed together.
+DISTINCT_MACHINES = (*DISTINCT_BUNDLED, 'five_bar', 'flexpicker')
 DISTINCT = (
     *DISTINCT_BUNDLED,
     *('standard-1-0', 'modified-2-0', 'shape-4-0', 'elementary-6-0', 'standard-7-0'),

@@ -78,7 +78,14 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let xdist keep to our order of files: it would begin with those of the most tests."""
+    """
+    Let xdist keep to our order of files: it would begin with those of the most tests.
+
+    A job in the background of a script ignores SIGINT, and so would every process that a test
+    starts and interrupts.
+    """
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config.option, 'loadscopereorder'):
         config.option.loadscopereorder = False
 

@@ -356,7 +356,7 @@ def test_a_robot_crosses_processes(copied):
 @pytest.mark.slow
 def test_threads_share_a_robot():
     robot = robot_of('panda')
-    batches = np.random.default_rng(0).uniform(-1, 1, (16, 500, 7))
+    batches = np.random.default_rng(0).uniform(-1, 1, (16, 100, 7))
     expected = [ks.singularity(robot, q).distance for q in batches]
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda q: ks.singularity(robot, q).distance, batches))

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer.completion
-from arms import BUNDLED, LOOPED
+from arms import DISTINCT_MACHINES
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -322,7 +322,7 @@ def test_a_known_pose_that_the_table_misses_is_a_fault(capsys, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', [*BUNDLED, *LOOPED])
+@pytest.mark.parametrize('name', DISTINCT_MACHINES)
 def test_fk_and_jacobian_in_json_are_what_the_library_says(capsys, name):
     robot = ks.load_robot(name)
     q, qdot = middle(robot), np.linspace(-0.5, 0.4, robot.dof)

@@ -273,7 +273,8 @@ def kept(robot, ways, shares, command):
     assert np.min(distances) >= least - FOUND
 
 
-LOOPED_COMMANDS = ('planar_2r', 'craig_3r', 'scara_hsr065', 'puma560', 'panda', 'elementary-6-0')
+# Six joints with factors are driven below.
+LOOPED_COMMANDS = ('planar_2r', 'craig_3r', 'scara_hsr065', 'panda', 'elementary-6-0')
 
 
 @pytest.mark.parametrize('name', LOOPED_COMMANDS)
@@ -404,6 +405,8 @@ def test_an_arm_with_closed_loops_stops_where_they_still_close(name):
     joints = tuple(dataclasses.replace(one, acceleration=6.0) for one in description.joints)
     robot = build_robot(dataclasses.replace(description, joints=joints))
     random, tried = np.random.default_rng(3), 0
+    # A motion of a machine with two loops or more takes seconds.
+    wanted = 1 if robot.chain.loops > 1 else 2
     for q in calm_poses(robot, 30)[:30]:
         command = random.normal(size=robot.dof)
         command /= np.max(np.abs(command))
@@ -415,6 +418,6 @@ def test_an_arm_with_closed_loops_stops_where_they_still_close(name):
         distances = ks.singularity(robot, ways).distance
         assert np.min(distances) >= min(distances[0], robot.singularity.thresholds.stop) - FOUND
         tried += 1
-        if tried == 2:
+        if tried == wanted:
             return
     assert tried

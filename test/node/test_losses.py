@@ -69,8 +69,7 @@ def test_where_nothing_is_numbered_nothing_is_known():
     assert heard(losses(), [None, None]) is None
 
 
-@pytest.mark.parametrize('count', range(1, 9))
-@pytest.mark.parametrize('seed', range(4))
+@pytest.mark.parametrize(('count', 'seed'), [(1, 0), (2, 1), (3, 2), (5, 3), (8, 0), (8, 1)])
 def test_gaps_of_several_publishers_add_up_however_their_numbers_mix(seed, count):
     draw = random.Random(seed)
     last = draw.sample(range(1, draw.choice([2 * count + 2, 40, 4_000]), 2), count)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from arms import robot_of
+from arms import DISTINCT_MACHINES, robot_of
 
 pytest.importorskip('rclpy', reason='needs ROS 2: ros-jazzy-rclpy or a sourced Jazzy')
 pytest.importorskip('visualization_msgs', reason='needs visualization_msgs')
@@ -21,7 +21,6 @@ from kinematics_service.node.messages.markers import markers_message
 from kinematics_service.node.messages.messages import StateReport
 from kinematics_service.node.parameters.settings import defaults, settings_from
 
-ROBOTS = tuple(ks.bundled_robots())
 STAMP = 12_345_678_901
 # Markers are drawn from double precision numbers; colours are single precision.
 CLOSE = 1e-9
@@ -103,7 +102,7 @@ def pose_of(robot):
     return low + (high - low) * (0.3 + 0.3 * np.linspace(0.0, 1.0, robot.dof))
 
 
-@pytest.mark.parametrize('name', ROBOTS)
+@pytest.mark.parametrize('name', DISTINCT_MACHINES)
 def test_the_links_drawn_lead_from_the_base_to_the_tool(name):
     robot = robot_of(name)
     q = pose_of(robot)
@@ -129,7 +128,7 @@ def apart(p, q):
     return float(np.linalg.norm(np.subtract(p, q)))
 
 
-@pytest.mark.parametrize('name', ROBOTS)
+@pytest.mark.parametrize('name', DISTINCT_MACHINES)
 def test_the_ellipsoid_drawn_is_that_of_the_jacobian(name):
     robot = robot_of(name)
     q = pose_of(robot)
@@ -149,7 +148,7 @@ def test_the_ellipsoid_drawn_is_that_of_the_jacobian(name):
 
 def test_every_marker_can_be_drawn_by_rviz():
     # RViz refuses zero scales, colours that cannot be seen, and quaternions of zero length.
-    for name in ROBOTS:
+    for name in DISTINCT_MACHINES:
         robot = robot_of(name)
         other = np.zeros(robot.dof) if not robot.chain.loops else pose_of(robot)
         for q in (pose_of(robot), other):

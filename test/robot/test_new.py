@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from arms import DISTINCT_MACHINES
 
 import kinematics_service as ks
 from kinematics_service.__main__ import main
@@ -82,7 +83,7 @@ def test_the_comments_say_what_each_key_means(convention):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('source', ks.bundled_robots())
+@pytest.mark.parametrize('source', DISTINCT_MACHINES)
 def test_a_copy_of_a_bundled_robot_is_that_arm(capsys, source):
     assert main(['new', 'mine', '--from', source, '--out', 'copy.yaml']) == 0
     assert capsys.readouterr().out.startswith('wrote copy.yaml; next: ')

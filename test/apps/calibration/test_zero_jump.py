@@ -5,19 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arms import DISTINCT_BUNDLED
 from second_source import CALIBRATED, CAMERA, NOMINAL, TRACKER, WatchedArm
 
-import kinematics_service as ks
 from kinematics_service.apps.calibration.corrections import corrected_robot
 from kinematics_service.apps.calibration.zero_jump import THRESHOLDS, JumpDetector
 from kinematics_service.rigid_motion import exponential
-from kinematics_service.robot.bundled import bundled_robots
 from kinematics_service.robot.file.parts.parameters import gear_parameters
 from kinematics_service.robot.robot import build_robot
 
 FIRST = 20
 SOURCES = [(CALIBRATED, TRACKER), (CALIBRATED, CAMERA), (NOMINAL, TRACKER), (NOMINAL, CAMERA)]
-OPEN_ARMS = [name for name in bundled_robots() if not ks.load_robot(name).chain.loops]
 
 
 def an_arm(error, noise, name='ur5e', seed=3):
@@ -64,7 +62,7 @@ def test_a_slip_is_found_and_the_joint_named_with_its_size(error, noise, begin):
         assert f'zero of joint {arm.file.joint_names[joint]} +' in jump.sentence
 
 
-@pytest.mark.parametrize('name', OPEN_ARMS)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_a_healthy_arm_raises_no_alarm_in_a_new_region(name):
     arm = an_arm(NOMINAL, TRACKER, name)
     q = np.concatenate([arm.region(60, 0.3), arm.region(40, 0.3)])

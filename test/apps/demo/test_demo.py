@@ -133,7 +133,7 @@ def test_five_seconds_lead_through_a_singular_pose(ros_domain):
 
 @pytest.mark.parametrize(
     ('robot', 'trajectory'),
-    [('scara_hsr065', 'smooth'), ('six_joint_dh', 'sine'), ('panda', 'smooth')],
+    [('scara_hsr065', 'smooth'), ('panda', 'sine')],
 )
 def test_other_arms_and_the_other_trajectory(told, robot, trajectory):
     code, output, errors = told('--robot', robot, '--trajectory', trajectory, '--duration', '1')
@@ -147,7 +147,7 @@ def test_other_arms_and_the_other_trajectory(told, robot, trajectory):
 # The other two pairs are those of the node, which has the same way with signals.
 @pytest.mark.parametrize(('number', 'times'), [(signal.SIGINT, 1), (signal.SIGTERM, 2)])
 def test_a_signal_in_the_middle_ends_it_with_a_summary(started, number, times):
-    process = started()
+    process = started('--robot', 'planar_2r')
     line_with(process, ' s  tool ')
     for _ in range(times):
         process.send_signal(number)
@@ -255,7 +255,8 @@ def test_a_bad_setting_is_one_sentence(told, arguments, code, words):
 
 
 def test_a_parameter_of_the_user_holds(told):
-    code, output, _ = told('--duration', '1', '--ros-args', '-p', 'joint_prefix:=left_')
+    options = ('--robot', 'craig_3r', '--duration', '1')
+    code, output, _ = told(*options, '--ros-args', '-p', 'joint_prefix:=left_')
     assert code == 0
     sent, poses = map(int, SUMMARY.search(output).groups()[1:3])
     assert sent == poses > 10
@@ -412,6 +413,7 @@ def test_a_wide_terminal_has_two_columns(columns, lines):
 
 @pytest.mark.parametrize('ends_by', [signal.SIGINT, None])
 def test_on_a_terminal_the_table_comes_and_goes(ros_domain, ends_by):
+    # The smooth path begins far from singular poses: OK is shown before a signal ends it.
     code, written = on_terminal(80, 24, ['--duration', '3', '--robot', 'ur5e'], ends_by)
     assert code == 0
     assert b'Traceback' not in written

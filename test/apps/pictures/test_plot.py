@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ElementTree
 import linkages
 import numpy as np
 import pytest
-from arms import BUNDLED, DISTINCT_BUNDLED, LOOPED, robot_of, without_known_poses
+from arms import DISTINCT_BUNDLED, LOOPED, robot_of, without_known_poses
 from folders import GOLDEN
 
 import kinematics_service as ks
@@ -161,14 +161,14 @@ def is_one_of(point, points):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', BUNDLED)
+@pytest.mark.parametrize('name', DISTINCT_BUNDLED)
 def test_the_default_pose_is_inside_the_limits_and_not_singular(name):
     robot, q = robot_of(name), shown_pose(name)
     assert np.all((q >= robot.limits[:, 0]) & (q <= robot.limits[:, 1]))
     assert ks.singularity(robot, q).distance > 0.3
 
 
-@pytest.mark.parametrize('name', ['craig_3r', 'ur5e', 'panda'])
+@pytest.mark.parametrize('name', ['craig_3r', 'panda'])
 def test_the_default_pose_is_the_best_of_all_and_the_same_each_time(name, monkeypatch):
     for at_once in (2, ranges.CANDIDATES):
         monkeypatch.setattr(ranges, 'AT_ONCE', at_once)
@@ -221,7 +221,7 @@ def test_a_map_on_which_no_loop_closes_is_refused():
 @pytest.mark.slow
 @pytest.mark.parametrize('plane', ['xy', 'xz'])
 def test_a_workspace_counts_where_loops_do_not_close(short_rods, dead_centres, plane):
-    space = workspace(short_rods, plane_of(short_rods, plane), 200)
+    space = workspace(short_rods, plane_of(short_rods, plane), 100)
     assert 0.05 < space.open_poses / space.poses < 0.4
     assert np.isfinite(space.best).any()
     words = texts(drawn(workspace_picture(short_rods, space, dead_centres)))
@@ -407,7 +407,7 @@ def test_the_velocity_of_document_002_is_drawn():
 @pytest.mark.parametrize('name', ['craig_3r', 'panda', 'planar_2r'])
 def test_measures_are_those_of_the_library(name):
     robot = robot_of(name)
-    motion = motion_of(robot, 'smooth')
+    motion = motion_of(robot, 'sine')
     near = ks.singularity(robot, motion.q)
     figure = drawn(measures_picture(robot, motion))
     names = [m for m in MEASURES if m != 'determinant' or near.determinant is not None]
@@ -426,15 +426,20 @@ def test_measures_are_those_of_the_library(name):
 
 def test_intervals_near_singular_poses_are_shaded_and_named():
     robot = robot_of('ur5e')
-    motion = motion_of(robot, 'smooth')
+    motion = motion_of(robot, 'sine')
     figure = drawn(measures_picture(robot, motion))
     near = ks.singularity(robot, motion.q)
     error = motion.times[near.level == 2]
     spans = [p.get_extents().transformed(figure.axes[0].transData.inverted())
              for p in figure.axes[0].patches]  # fmt: skip
     assert any(abs(span.x0 - error[0]) < 1e-6 for span in spans)
+    named = figure.axes[0].texts
+    assert len(named) > 1
+    for text in named:
+        k = np.argmin(np.abs(motion.times - text.get_position()[0]))
+        assert text.get_text() == near.factors.names[near.factors.estimates[k].argmin()]
     worst = near.factors.names[near.factors.estimates.min(axis=0).argmin()]
-    assert worst in [text.get_text() for text in figure.axes[0].texts]
+    assert worst in [text.get_text() for text in named]
 
 
 @pytest.mark.slow
@@ -588,7 +593,7 @@ def test_the_workspace_of_two_links_is_a_ring():
     robot = ks.robot_from_text(re.sub(r'constants:.*', 'constants: {L1: 1.0, L2: 0.6}', text))
     plane = plane_of(robot)
     assert (plane.name, plane.at) == ('xy', 0.0)
-    space = workspace(robot, plane, 30_000)
+    space = workspace(robot, plane, 12_000)
     rows, columns = np.nonzero(np.isfinite(space.best))
     centres = space.corner + space.size * (np.column_stack([columns, rows]) + 0.5)
     radius = np.hypot(*centres.T)
@@ -611,7 +616,7 @@ def test_the_workspace_of_two_links_is_a_ring():
 def test_the_colours_of_a_workspace_are_those_of_its_distances(name):
     robot = robot_of(name)
     plane = plane_of(robot)
-    space = workspace(robot, plane, 3000)
+    space = workspace(robot, plane, 1500)
     figure = drawn(workspace_picture(robot, space, critical_points(robot, plane, 50)))
     low, high = figure.axes[0].images[0].get_clim()
     cells = space.best[np.isfinite(space.best)]
@@ -759,8 +764,11 @@ def test_every_kind_of_random_arms(kind, dof, tmp_path, capsys, monkeypatch):
     file = tmp_path / 'arm.yaml'
     file.write_text(arm_of(f'modified-{dof}-0').text())
     monkeypatch.chdir(tmp_path)
-    few = ['--points', '1000'] if kind == 'workspace' else []
-    assert main(['plot', str(file), kind, *few]) == 0, capsys.readouterr().err
+    options = ['--points', '1000'] if kind == 'workspace' else []
+    if kind in ('velocity', 'measures') and dof == 7:
+        # The smooth path of seven joints takes seconds to find.
+        options = ['--path', 'sine']
+    assert main(['plot', str(file), kind, *options]) == 0, capsys.readouterr().err
     name = ks.load_robot(file).name
     assert capsys.readouterr().out == f'wrote {name}_{kind}.png\n'
     assert (tmp_path / f'{name}_{kind}.png').exists()

@@ -16,7 +16,7 @@ from html.parser import HTMLParser
 
 import numpy as np
 import pytest
-from arms import DISTINCT_BUNDLED, robot_of
+from arms import DISTINCT_BUNDLED, DISTINCT_MACHINES, robot_of
 from folders import CONFIG
 from tolerances import ROUND_OFF
 
@@ -46,7 +46,6 @@ from kinematics_service.node.drawing.scene import (
 )
 from kinematics_service.robot.measures import Level
 
-ROBOTS = tuple(ks.bundled_robots())
 RANDOM = np.random.default_rng(11)
 # Differences of two poses with this step (rad or m) know a direction to about its square root.
 STEP, COARSE = 1e-6, 1e-5
@@ -65,7 +64,7 @@ def singular_view(name='ur5e'):
     return observe(robot, q)
 
 
-@pytest.mark.parametrize('name', ROBOTS)
+@pytest.mark.parametrize('name', DISTINCT_MACHINES)
 def test_the_ellipsoid_is_the_image_of_the_unit_ball_of_joint_velocities(name):
     robot = robot_of(name)
     J = ks.jacobian(robot, pose_of(robot))
@@ -118,7 +117,7 @@ def test_a_joint_turns_the_tool_about_the_axes_drawn_for_it(name):
     assert {j for axis in seen.axes for j in axis.joints} == set(range(robot.dof))
 
 
-@pytest.mark.parametrize('name', ROBOTS)
+@pytest.mark.parametrize('name', DISTINCT_MACHINES)
 def test_axes_are_drawn_beside_the_links(name):
     robot = robot_of(name)
     seen = observe(robot, pose_of(robot))
@@ -136,7 +135,7 @@ def test_the_coupled_rows_of_a_parallelogram_have_axes_of_their_own():
         assert abs(axis.direction @ y) < ROUND_OFF
 
 
-@pytest.mark.parametrize('name', ROBOTS)
+@pytest.mark.parametrize('name', DISTINCT_MACHINES)
 def test_links_are_a_line_from_the_base_to_the_tool(name):
     robot = robot_of(name)
     q = pose_of(robot)

@@ -110,7 +110,7 @@ def test_a_target_out_of_reach_is_named():
 def test_short_steps_lead_to_paths_that_are_right_or_to_none():
     robot, verdicts = position_arm(), []
     random = np.random.default_rng(7)
-    for q in joint_paths(robot, 12, 11, 3):
+    for q in joint_paths(robot, 7, 11, 3):
         # Steps that are too short for some of them.
         step = float(random.uniform(0.04, 0.15))
         targets = positions(robot, q)

@@ -173,7 +173,7 @@ def test_singular_poses_are_singular_and_inside(name):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('name', ['puma560', 'panda', 'scara_hsr065'])
+@pytest.mark.parametrize('name', ['craig_3r', 'scara_hsr065'])
 @pytest.mark.parametrize('kind', KINDS)
 def test_a_motion_is_the_same_each_time_and_repeats_itself(kind, name):
     robot = robot_of(name)
