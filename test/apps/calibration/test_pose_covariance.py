@@ -130,6 +130,7 @@ def test_what_does_not_fit_is_refused():
         (arm.robot, arm.q, {'calibration': found}, 'give the calibrated robot'),
         (robot_of('panda'), Q['panda'], {'calibration': found}, 'is one of ur5e'),
         (arm.robot, arm.q, {'joints': -1.0}, 'none below 0'),
+        (arm.robot, arm.q, {'joints': np.inf}, 'finite and none below 0'),
         (arm.robot, arm.q, {'joints': [1.0, 2.0]}, 'one standard deviation or 6'),
     ):
         with pytest.raises(ks.KinematicsError, match=sentence):

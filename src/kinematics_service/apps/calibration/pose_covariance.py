@@ -203,6 +203,9 @@ def _errors(
 
 def _each(name: str, given: npt.ArrayLike, count: int) -> Floats:
     deviations = numbers_of(name, given)
-    if deviations.shape not in ((), (count,)) or not np.all(deviations >= 0.0):
-        raise CalibrationError(f'{name} must be one standard deviation or {count}, none below 0')
+    usable = np.isfinite(deviations) & (deviations >= 0.0)
+    if deviations.shape not in ((), (count,)) or not usable.all():
+        raise CalibrationError(
+            f'{name} must be one standard deviation or {count}, finite and none below 0'
+        )
     return np.array(np.broadcast_to(deviations, count))
