@@ -5,6 +5,7 @@ import math
 import re
 from dataclasses import replace
 
+import general_arms
 import mpmath
 import numpy as np
 import pytest
@@ -612,6 +613,38 @@ def test_the_step_that_closes_a_curve_leaves_no_bend_out():
         assert np.linalg.norm(np.diff(curve.q, axis=0), axis=1).max() < 0.13
     # Two of them once were one, traced from two seeds.
     assert len(curves) == 4
+
+
+def test_a_plane_arm_with_two_joints_more_has_no_curves():
+    # On a rail in its plane: all postures of a position form a surface.
+    rows = [(0.0, 0.5 * math.pi, 0.0, 0.0), *((one, 0.0, 0.0, 0.0) for one in (0.4, 0.4, 0.2))]
+    limits = [(-1.0, 1.0), (-3.0, 3.0), (-3.0, 3.0), (-3.0, 3.0)]
+    robot = ks.robot_from_text(general_arms.text_of('standard', rows, 'PRRR', limits))
+    position = ks.forward_kinematics(robot, [-0.4, 0.97, 0.89, -1.13])[:3, 3]
+    found = ks.inverse_kinematics(robot, position)
+    (family,) = found.families
+    assert (found.status, family.intervals) == ('family', ())
+    assert family.motions.shape == (2, 4)
+    assert family.joints == robot.joint_names
+
+
+def test_a_direction_and_two_coordinates_are_no_target_of_arcs():
+    robot = ks.load_robot('kuka_iiwa14')
+    q = [0.3, 0.4, 0.5, 1.0, 0.2, 0.7, 0.1]
+    target = ks.forward_kinematics(robot, q)
+    found = ks.inverse_kinematics(robot, target, axis='z', rows=['x', 'y'])
+    (family,) = found.families
+    assert (found.status, family.motions.shape) == ('family', (3, 7))
+    reached = ks.forward_kinematics(robot, family.q)
+    np.testing.assert_allclose(reached[[0, 1], 3], target[[0, 1], 3], rtol=0, atol=REACHED)
+    np.testing.assert_allclose(reached[:3, 2], target[:3, 2], rtol=0, atol=REACHED)
+
+
+def test_a_posture_to_be_near_may_be_far_away():
+    robot = ks.load_robot('kuka_iiwa14')
+    target = ks.forward_kinematics(robot, [0.3, 0.4, 0.5, 1.0, 0.2, 0.7, 0.1])
+    found = ks.inverse_kinematics(robot, target, near=[1e16, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert found.status == 'solved'
 
 
 @pytest.mark.parametrize('degrees', [540.0, 900.0])

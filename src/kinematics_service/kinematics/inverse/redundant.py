@@ -18,7 +18,6 @@ from .curve_search import curves_of, is_on_surface
 from .families import SolutionFamily, nearer, tangent
 from .problem.plan import InversePlan
 from .problem.problem import IkProblem
-from .problem.target import IkTarget
 from .result import IkFamily, IkResult
 from .search import LeastError, errors_at, no_solutions, refined, starts
 from .self_motion.arcs import IkArc, squares_of
@@ -53,7 +52,7 @@ def _near_alone(
     error = float(errors_at(target, plan, near[None])[0])
     if not target.is_reached_at(near, error):
         return []
-    motions = tangent(problem, near, dimension(robot, target))
+    motions = tangent(problem, near, plan.freedom)
     alone = family_of(problem, SolutionFamily(near, error, motions, False))
     if alone.feasible:
         inside = (one.q for one in families if one.feasible)
@@ -95,7 +94,7 @@ def _of_curves(
 
 
 def _surfaces(problem: IkProblem, point: kernel.CurvePoint, families: list[IkFamily]) -> str:
-    # What is said of families on surfaces: closed curves are regular, and on none.
+    # What is said of families on surfaces. No curve on a surface closes, but by chance.
     count = sum(not one.closed and is_on_surface(problem, point, one.q) for one in families)
     if not count:
         return ''
@@ -118,7 +117,7 @@ def _family_of_curve(
         known = representatives(robot, plan, curve.q, near)
         q = known.q[int(np.argmax(known.margin))]
     error = float(errors_at(target, plan, q[None])[0])
-    motions = tangent(problem, q, dimension(robot, target))
+    motions = tangent(problem, q, plan.freedom)
     moved = np.ptp(curve.q, axis=0)[None]
     family = family_of(problem, SolutionFamily(q, error, motions, False), moved)
     return replace(family, intervals=arcs, closed=curve.closed)
@@ -134,7 +133,7 @@ def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
     nearest = [
-        arc.nearest_to(near) for arc, way in zip(arcs, away) if way < min(away) + SAMPLE_DISTANCE
+        arc.nearest_to(near) for arc, way in zip(arcs, away) if way <= min(away) + SAMPLE_DISTANCE
     ]
     return min(nearest, key=lambda q: float(np.linalg.norm((q - near) / plan.scales)))
 
@@ -166,17 +165,12 @@ def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, LeastEr
         distance = np.linalg.norm((arrived.q[good] - near) / plan.scales, axis=1)
         one = good[int(np.argmin(distance))]
         q_one = arrived.q[one]
-        motions = tangent(problem, q_one, dimension(robot, target))
+        motions = tangent(problem, q_one, plan.freedom)
         family = SolutionFamily(q_one, float(arrived.errors[one]), motions, False)
         slack = limits + [-kernel.AT_LIMIT / 2, kernel.AT_LIMIT / 2]
         open_limits = slack if bounded else np.full_like(slack, np.inf) * [-1.0, 1.0]
         return nearer(problem, family, open_limits), best
     return None, best
-
-
-def dimension(robot: Robot, target: IkTarget) -> int:
-    """Return the dimension of the families of a redundant arm."""
-    return max(robot.chain.dof - target.equations, 1)
 
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:

@@ -48,7 +48,7 @@ from .multiple import with_multiplicities
 from .problem.plan import as_six, elimination_of, plan_for
 from .problem.problem import IkProblem, near_or_middle
 from .problem.target import ik_target_of, poses_of
-from .redundant import dimension, into_limits, redundant_result
+from .redundant import into_limits, redundant_result
 from .result import IkFamily, IkResult, Method
 from .search import (
     DistinctSolutions,
@@ -412,7 +412,7 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
     error = proved.miss(0)
     motions = plan.idle
     if plan.redundant:
-        motions = tangent(problem, proved.q[0], dimension(robot, target))
+        motions = tangent(problem, proved.q[0], plan.freedom)
     if len(motions):
         continuum = IkFamily(
             q=proved.q[0].copy(),

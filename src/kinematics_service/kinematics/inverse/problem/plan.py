@@ -70,6 +70,8 @@ class InversePlan(FrozenArrays):
         Scaled joint motions that never move the rows; two joints on one axis have one.
     redundant
         Whether solutions come in families even with those joints held.
+    freedom
+        Dimension of the null space of the rows at most poses, and of a family.
     overdetermined
         Whether the joints move the tool in fewer ways than count: then no target that was rounded
         is met exactly.
@@ -90,6 +92,7 @@ class InversePlan(FrozenArrays):
     held: Floats
     idle: Floats
     redundant: bool
+    freedom: int
     overdetermined: bool
     periods: Floats
     middle: Floats
@@ -134,6 +137,7 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
         held=held,
         idle=idle,
         redundant=redundant,
+        freedom=robot.dof - rank,
         overdetermined=rank < len(rows) + (2 if axis else 0),
         periods=periods,
         middle=middle,

@@ -19,7 +19,7 @@ from ....robot.robot import Robot
 from ....robot.task import ROW_NAMES, seeded_poses
 from ...forward import forward_kinematics
 from ..problem.chain_geometry import with_turn
-from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to_one
+from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to_one, plan_for
 from ..problem.screws import Screws, screws_of
 from ..problem.target import TOOL_AXES
 
@@ -82,12 +82,15 @@ class SlicedArm(NamedTuple):
 def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm | None:
     """Return the arm for the rows that count; None where it is not one whose curves are known."""
     screws = None if robot.chain.loops else screws_of(robot.chain)
-    if screws is None or not one_to_one(screws, robot):
+    position, whole = rows == ROW_NAMES[:3], bool(axis) or rows == ROW_NAMES
+    if screws is None or not one_to_one(screws, robot) or not (position or rows == ROW_NAMES):
         return None
-    if axis and rows == ROW_NAMES[:3]:
+    if plan_for(robot, rows, axis).overdetermined:
+        # A plane arm: more than one of its joints are left.
+        return None
+    if axis:
         screws = with_turn(screws, screws.home[:3, TOOL_AXES.index(axis)], screws.tool)
-    whole = bool(axis) or rows == ROW_NAMES
-    if len(screws.axes) != (7 if whole else 4) or (not whole and rows != ROW_NAMES[:3]):
+    if len(screws.axes) != (7 if whole else 4):
         return None
     to_joints = np.asarray(np.linalg.inv(screws.coupling).T[:, : robot.dof])
     arm = SlicedArm(robot, screws, to_joints, whole)
