@@ -382,7 +382,10 @@ def test_a_file_that_does_not_say_has_no_covariance_of_zeros():
         ks.pose_covariance(rates, q)
     assert np.all(np.linalg.eigvalsh(ks.twist_covariance(rates, q, q)) > -ROUND_OFF)
     for said, sentence in (
-        ({'velocities': -1.0}, 'velocities must be one standard deviation or 2, finite and none below 0'),
+        (
+            {'velocities': -1.0},
+            'velocities must be one standard deviation or 2, finite and none below 0',
+        ),
         ({'velocities': 1.0, 'axes': 'elbow'}, "axes must be base or tool, not 'elbow'"),
     ):
         with pytest.raises(ks.KinematicsError, match=sentence):
