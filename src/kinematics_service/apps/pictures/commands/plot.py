@@ -146,7 +146,7 @@ def plot(
         start = None if near is None else joint_values(arm, near, '--near', deg)
         draw, failed = _ik(arm, kind, target_from(xyz or '', rpy, quaternion, deg), start)
     else:
-        draw, failed = _drawing(arm, kind, pose, path, joints, (plane, at), count, workers), False
+        draw, failed = _drawing(arm, kind, pose, path, joints, (plane, at), count, workers), ''
     if save is not None or not show:
         file = save or Path(f'{arm.name}_{kind}.png')
         save_picture(draw, file)
@@ -154,6 +154,7 @@ def plot(
     if show:
         show_picture(draw, f'{arm.name} {kind}')
     if failed:
+        typer.echo(f'{arm.name}: {failed}', err=True)
         raise typer.Exit(1)
 
 
@@ -200,13 +201,13 @@ def _fewer(robot: Robot, kind: str, points: int) -> int:
     return points
 
 
-def _ik(robot: Robot, kind: str, target: Floats, near: Floats | None) -> tuple[Draw, bool]:
+def _ik(robot: Robot, kind: str, target: Floats, near: Floats | None) -> tuple[Draw, str]:
     curves = kind == 'family'
     result = inverse_kinematics(robot, target, near=near, respect_limits=False, curves=curves)
     if curves:
-        return family_picture(robot, result), False
+        return family_picture(robot, result), ''
     failed = result.status in ('outside_limits', 'unreachable')
-    return solutions_picture(robot, target, result), failed
+    return solutions_picture(robot, target, result), result.reason if failed else ''
 
 
 def _drawing(
