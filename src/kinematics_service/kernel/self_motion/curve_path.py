@@ -3,7 +3,8 @@ Places on a curve of solutions between its samples, and roots of functions along
 
 A place is a number: k + x is the share x of the way from sample k to the next one. Hermite's cubic
 predicts the solution there, and Newton's method corrects it across the chord. Roots are found by
-the Illinois method (Dowell and Jarratt 1971): regula falsi, the value at an end halved that stays.
+the Illinois method (Dowell and Jarratt 1971): regula falsi, which halves the value at an end that
+stays.
 """
 
 import math
@@ -16,7 +17,8 @@ from .curve_point import CurvePoint
 MAX_ROOT_STEPS = 100
 # A smaller value is a root, rad or m: round-off of 100 operations at 3 rad.
 TOLERANCE = 1e-13
-# A joint turns round where its slope is smaller: its position there is off by the square of this.
+# A joint turns round where its slope is smaller: to second order, its position there is off by the
+# square of this.
 SLOPE_TOLERANCE = 1e-9
 
 
@@ -61,6 +63,7 @@ class CurvePath:
             chord = border[j]
             bend = y * (size * a[n + j] - chord) - x * (size * b[n + j] - chord)
             q[j] = a[j] + x * chord + x * y * bend
+        # It may fail beside a singular pose; the samples at both ends are solutions.
         self.point.improve()
 
     def value(self) -> float:

@@ -15,7 +15,7 @@ from ..layout.arrays import Floats
 
 # Newton's steps at most: from a prediction three are usual.
 MAX_NEWTON_STEPS = 12
-# After a step that is shorter the error is round-off, rad or m: the square of this.
+# The last step, rad or m: Newton's method squares the error, so what is left is round-off.
 STEP_TOLERANCE = 1e-7
 
 
@@ -60,7 +60,11 @@ class CurvePoint:
         arrays.fill(self.ones, n, 1.0)
 
     def look_along(self, side: float) -> None:
-        """Set the border to the null vector at q, by cofactors; orientation 1 if `side` is 1."""
+        """
+        Set the border to the null vector at q; orientation 1 if `side` is 1.
+
+        Its numbers are cofactors: determinants with a unit vector as the border.
+        """
         n, null = self.n, self.tangent
         arrays.fill(self.border, n, 0.0)
         for j in range(n):

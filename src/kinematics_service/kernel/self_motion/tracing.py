@@ -17,11 +17,11 @@ FIRST_STEP = 0.02
 LONGEST_STEP = 0.1
 # A shorter step ends the curve, rad: a singular pose is there.
 SHORTEST_STEP = 1e-7
-# Least cosine of the angle between two tangents (0.35 rad): beyond it a step is halved.
+# Least cosine of the angle between two tangents (0.35 rad) for which a step is taken.
 COSINE_HALVED = 0.94
-# Cosine of the angle between two tangents (0.1 rad) below which a step is doubled.
+# Least cosine of the angle between two tangents (0.1 rad) for which the next step is doubled.
 COSINE_DOUBLED = 0.995
-# Largest correction, as a share of the step; 0.18 if the tangent turns by 0.35 rad.
+# Largest correction, as a share of the step: on a circle whose tangent turns by 0.35 rad, 0.18.
 CORRECTION = 0.25
 # Largest way of a joint between two samples, rad: LONGEST_STEP and its correction.
 FARTHEST_STEP = 0.125
@@ -110,7 +110,8 @@ def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float
 
 
 def _leads_to(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: float) -> bool:
-    # Whether a step from a sample, longer than the least, leads to a goal on the curve.
+    # Whether a step from a sample leads to a goal on the curve. Its length along the tangent must
+    # exceed the least one, which is negative if a step back is allowed.
     n = point.n
     step: float = 0.0
     for j in range(n):
@@ -144,7 +145,7 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
         for j in range(n):
             far = max(far, abs(point.way(j, goal[j] - row[j])))
         found = far < FARTHEST_STEP and _leads_to(point, 1.0, row, goal, -FARTHEST_STEP)
-        # The samples after it that are farther away, too.
+        # The next sample that can be near enough: samples are no farther apart than FARTHEST_STEP.
         k += 1 + int(max(far / FARTHEST_STEP - 1.0, 0.0))
     arrays.take_back(lock)
     return found

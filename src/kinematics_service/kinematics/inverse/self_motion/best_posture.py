@@ -24,8 +24,8 @@ SAMPLE_DISTANCE = 0.2
 ON_ARC = 1e-6
 # Number of postures of an arc whose clearance is computed first, a tenth of a millisecond each.
 CLEARANCE_SAMPLES = 48
-# Criterion that a posture 1 rad farther away must gain, rad: without it, answers change from one
-# posture to another that is as good.
+# A posture that is 1 rad farther away must be better by this, rad: otherwise the answer jumps
+# between postures that are equally good.
 COST_OF_DISTANCE = 1e-3
 # Number of corrections of a step that is too long by 0.1 %: each divides the error by 1000.
 CORRECTIONS = 3

@@ -6,8 +6,8 @@ rises or falls, so that it passes a limit at most once in each. The places where
 limits divide it into pieces, and the posture in the middle of a piece tells by which full turns
 it is inside. Runs of pieces inside are arcs (`turns.py`).
 
-Steps along which a joint is far beyond its limits are skipped: between a posture inside all
-limits and a posture outside, some joint is at a limit and no joint is far beyond.
+Steps along which a joint is far beyond its limits are skipped: an arc ends where a joint passes a
+limit while all others are inside theirs, so no arc ends in such a step.
 """
 
 import functools
@@ -24,8 +24,8 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# A joint leaves its limits where it is this far beyond one, rad or m: half of AT_LIMIT, the error
-# of a posture inside. A joint that rests at a limit, with round-off, stays inside.
+# A joint leaves its limits where it is this far beyond one, rad or m, so that one that rests at a
+# limit, with round-off, stays inside. It is half of what a solution may be beyond (AT_LIMIT).
 EXIT_MARGIN = 5e-10
 # A joint turns round between two samples if the product of its slopes is below this: otherwise it
 # stands still, or turns round at a sample.
@@ -60,8 +60,8 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 
 def _is_near(curve: SolutionCurve) -> Flags:
-    # Whether no joint is far beyond its limits, of each step between samples: farther than the way
-    # of all joints in the step, half of which is the most that a joint goes there and back.
+    # Of each step between samples: whether no joint is far beyond its limits at both ends. A joint
+    # that is beyond by the way of all joints in the step cannot come back inside in it.
     q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
@@ -110,7 +110,7 @@ class _CutCurve:
         k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
         turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
         before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
-        # A joint that was within EXIT_MARGIN of the limit leaves it where it was.
+        # A joint that begins or ends the step within EXIT_MARGIN of the limit passes it there.
         level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
         self._add(k, (joint, level, before - level, after - level), side)
 

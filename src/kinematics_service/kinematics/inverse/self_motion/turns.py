@@ -2,9 +2,10 @@
 Maximal runs of pieces of a curve inside the joint limits, with full turns counted as intervals.
 
 The full turns by which a piece is inside all limits are a box of integers, one interval a joint.
-A run of pieces is followed with every vector of turns in the intersection of its boxes. By
-inclusion and exclusion the sizes of four boxes give the number of vectors for which the run can
-be extended at neither end.
+A run of pieces is followed with every vector of turns in the intersection of its boxes. For some
+of them the piece before the run is inside, too, for some the piece after it, for some both: by
+inclusion and exclusion the sizes of these four boxes give the number of vectors for which the run
+can be extended at neither end.
 """
 
 import functools
@@ -86,7 +87,8 @@ def _size(box: Box) -> int:
 
 
 def _outside(box: Box, *others: Box) -> Turns:
-    # A vector of a box that is in none of the others: its least corner, or next to theirs.
+    # A vector of a box that is in none of the others. Each of its numbers is the least of the box,
+    # or the first one beyond another box.
     ways = [
         sorted({low, *(end + 1 for _, end in beside if low <= end < high)})
         for (low, high), *beside in zip(box, *others)
