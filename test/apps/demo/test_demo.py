@@ -109,9 +109,9 @@ def line_with(process, text):
     pytest.fail(f'it ended without {text!r}: {process.stderr.read()}')
 
 
-def test_five_seconds_lead_through_a_singular_pose(ros_domain):
-    # The first crossing of the default path is at 4 s; a busy machine may stall for the rest.
-    done = demo('--duration', '5')
+def test_seven_seconds_lead_through_a_singular_pose(ros_domain):
+    # The default path is nearest to it at 4.7 s; a busy machine may stall for the rest.
+    done = demo('--duration', '7')
     assert (done.returncode, done.stderr) == (0, '')
     assert '\x1b' not in done.stdout
     assert 'puma560 moves through the singular pose' in done.stdout
@@ -121,7 +121,7 @@ def test_five_seconds_lead_through_a_singular_pose(ros_domain):
         assert f' s  {level} singularity: ' in done.stdout
     seconds, *counts = SUMMARY.search(done.stdout).groups()
     sent, poses, jacobians, twists, warnings = map(int, counts)
-    assert 5.0 <= float(seconds) < 10.0
+    assert float(seconds) >= 7.0
     # No more than were due: the end is noticed a turn of the executor late, or later still.
     assert 100 <= sent <= RATE * (float(seconds) + 0.05) + 1
     assert sent == poses == jacobians == twists
