@@ -121,7 +121,7 @@ def test_seven_seconds_lead_through_a_singular_pose(ros_domain):
         assert f' s  {level} singularity: ' in done.stdout
     seconds, *counts = SUMMARY.search(done.stdout).groups()
     sent, poses, jacobians, twists, warnings = map(int, counts)
-    assert float(seconds) >= 7.0
+    assert 7.0 <= float(seconds) < 12.0
     # No more than were due: the end is noticed a turn of the executor late, or later still.
     assert 100 <= sent <= RATE * (float(seconds) + 0.05) + 1
     assert sent == poses == jacobians == twists
