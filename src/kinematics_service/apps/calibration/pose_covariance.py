@@ -50,8 +50,8 @@ def pose_covariance(
     Raises
     ------
     CalibrationError
-        A standard deviation is negative; the calibration is that of another arm, or of one with
-        closed loops; or nothing is given, and the robot file has no `uncertainty`.
+        A standard deviation is negative or infinite; the calibration is of another arm, or of one
+        with closed loops; or nothing is given, and the robot file has no `uncertainty`.
     JointVectorError
         The last dimension is not n, or a number is not finite.
 
