@@ -221,14 +221,12 @@ def run_doctest(names, block, page):
 
 def test_every_indented_command_line_of_the_readme_can_be_given():
     lines = re.findall(
-        r'^    (.*)$', (ROOT / 'README.md').read_text(encoding='utf-8'), re.MULTILINE
+        r'^    ([^ ].*)$', (ROOT / 'README.md').read_text(encoding='utf-8'), re.MULTILINE
     )
     commands = [command for line in lines for command in line.split(' && ')]
-    assert sum(shlex.split(command)[: len(RUN)] == RUN for command in commands) > 10
+    assert ' '.join(RUN) + ' demo' in commands
     for command in commands:
         parse(command, f'README.md: {command}')
-    made = re.findall(r' new (\w+)', '\n'.join(commands))
-    assert len(set(made)) == len(made) > 1  # `new` refuses to write a file again
 
 
 def test_every_page_has_been_found():
