@@ -323,7 +323,7 @@ def test_messages_that_troubleshooting_quotes_are_those_of_the_code(words):
 
 @pytest.mark.parametrize('page', ['tutorials/warning.md', 'explanation/guarantees.md'])
 def test_the_hysteresis_that_is_told_is_that_of_the_code(page):
-    text = (DOCS / page).read_text(encoding='utf-8')
+    text = ' '.join((DOCS / page).read_text(encoding='utf-8').split())
     assert f'A level is left only at {HYSTERESIS:g} times its threshold' in text
 
 
