@@ -57,7 +57,13 @@ WORDING = {
 }
 # Wordings in 1,000 words of comments and docstrings, in each room. Sentences of a page can need
 # one of them; the packages of others that were read as models have 0.4 to 0.8.
-MOST_WORDINGS = 1.5
+MAX_WORDINGS = 1.5
+# Rooms whose words are still to be rewritten; remove a room from here when it is done.
+NOT_YET = {
+    *('kernel', 'robot', 'kinematics', 'estimation', 'node', 'cli'),
+    *('apps/calibration', 'apps/checking', 'apps/demo', 'apps/pictures', 'apps/recordings'),
+    'apps/formulas',
+}
 
 
 def nodes_of(file: Path) -> list[ast.AST]:
@@ -88,7 +94,8 @@ def retired_words() -> Iterator[str]:
 def plain_words() -> Iterator[str]:
     """Yield the rooms of the package with too many wordings that stop a reader."""
     patterns = {name: re.compile(pattern) for name, pattern in WORDING.items()}
-    for room in sorted({*PACKAGE.glob('*/'), *PACKAGE.glob('apps/*/')} - {PACKAGE / 'apps'}):
+    rooms = {*PACKAGE.glob('*/'), *PACKAGE.glob('apps/*/')} - {PACKAGE / 'apps'}
+    for room in sorted(rooms - {PACKAGE / name for name in NOT_YET}):
         words, found = 0, list[str]()
         for file in room.rglob('*.py'):
             for text in texts_of(file):
@@ -98,7 +105,7 @@ def plain_words() -> Iterator[str]:
                     for name, pattern in patterns.items()
                     if pattern.search(text)
                 ]
-        if len(found) > MOST_WORDINGS * words / 1000:
+        if len(found) > MAX_WORDINGS * words / 1000:
             yield from found
 
 
