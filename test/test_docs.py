@@ -3,7 +3,7 @@ What the pages of docs/ show is so: their commands run and print that, and their
 
 A block with `$` lines is run in a folder of its page, unless the comment before it says why it is
 not; then its command lines are only parsed. The last one may end with exit code 1 where the
-comment says so. A block with a caption is the file of that name.
+comment says so. A block with a caption, or after a comment `file: NAME`, is the file of that name.
 """
 
 import contextlib
@@ -64,6 +64,8 @@ def blocks_of(page):
         body, caption = found['body'], ''
         if titled := CAPTION.match(body):
             caption, body = titled[1], body[titled.end() :]
+        elif (found['comment'] or '').startswith('file: '):
+            caption = found['comment'].removeprefix('file: ')
         line = text.count('\n', 0, found.start('body')) + 1
         yield Block(found['language'], found['comment'] or '', caption, body, line)
 
