@@ -4,8 +4,8 @@ HEARD_TOPICS = {
     'joint_states': 'the joints of the arm, by name; every message that is accepted is answered',
     '~/target_pose': 'a pose to reach; answered on `~/ik/joint_states` and `~/ik/solutions`',
     '~/target_twist': 'a twist to follow; answered on `~/ik/joint_velocity`',
-    '~/command': 'joint velocities that are asked for, by name; each is answered on `~/scale`',
-    '~/reference_pose': "the tool's pose from elsewhere, compared in the status `frames` on "
+    '~/command': 'commanded joint velocities, by name; each is answered on `~/scale`',
+    '~/reference_pose': "the tool's pose from another source, compared in the status `frames` on "
     '`/diagnostics`',
 }
 
@@ -17,50 +17,47 @@ TOPICS = {
     '[how to pair them](../how_to/quality_of_service.md#a-subscriber-of-your-own)',
     '~/twist': 'J qdot; `frame_id` is the frame whose axes are used',
     '~/velocity': 'the same with body, reference and axes named',
-    '~/acceleration': 'J qddot + dJ/dt qdot in the axes of the twist; of velocities that messages '
-    'report, half of `acceleration_window` late; none of differences of positions',
-    '~/wrench': 'force and torque that the tool exerts, J^T w = efforts, at the origin and in the '
-    'axes of `frame_id`, the tool; not external before `~/wrench/zero`; none while an effort is '
-    'not known',
-    '~/pose_with_covariance': 'the pose, and how far it may be off: rows and columns x y z, then '
-    'rotations about x y z of the base frame; offered where the robot file has `uncertainty`',
-    '~/twist_with_covariance': 'the twist, and how far it may be off, in the same axes; offered '
-    'where the robot file has `uncertainty` with `velocity_noise`',
-    '~/null_space': "orthonormal basis of the joint motions that leave the task's rows at rest, "
-    'n x k, row-major; `dim[0]` has the joint names; continuous from message to message; offered '
-    'where the arm has self-motion',
-    '~/null_space/away': 'the self-motion that raises the distance fastest, its gradient in the '
-    'null space, a number for each joint; zeros where no singular pose was found within 1 rad',
-    '~/singularity/clearance': 'radius in which no pose is singular, proved, rad; costs nothing '
-    'unheard',
+    '~/acceleration': 'J qddot + dJ/dt qdot in the axes of the twist; needs reported velocities, '
+    'lags by half of `acceleration_window`',
+    '~/wrench': 'force and torque that the tool exerts, J^T w = efforts, at the origin and in '
+    'the axes of `frame_id`, the tool; external only after `~/wrench/zero`; needs the efforts of '
+    'all joints',
+    '~/pose_with_covariance': 'the pose and its covariance: rows and columns x y z, then '
+    'rotations about x y z of the base frame; exists if the robot file has `uncertainty`',
+    '~/twist_with_covariance': 'the twist and its covariance, in the same axes; exists if the '
+    'robot file has `uncertainty` with `velocity_noise`',
+    '~/null_space': "orthonormal basis of the joint motions that do not move the task's rows, n "
+    'x k, row-major; `dim[0]` has the joint names; continuous from message to message; exists if '
+    'the arm has self-motion',
+    '~/null_space/away': 'the self-motion that raises the distance fastest: its gradient in the '
+    'null space, a number for each joint; zeros if no singular pose was found within 1 rad',
+    '~/singularity/clearance': 'radius in which no pose is singular, with a proof, rad',
     '~/link_frames': 'every frame of the table in the base frame',
     '~/markers': 'links, joint axes, velocity ellipsoid, twist, lost direction, level and '
     'distance for RViz and Foxglove; at most thirty a second',
     'robot_description': 'with `publish_robot_description`: a URDF made from the table',
-    '/tf': 'with `publish_tf`, where tf2_msgs is installed: the tool in the base frame',
-    '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values; a node that '
-    'starts late gets the last one',
-    '~/ik/joint_states': 'for a target pose: the solution nearest to the present joint positions, '
-    'or of a redundant arm what `ik.redundancy` says',
+    '/tf': 'with `publish_tf`, if tf2_msgs is installed: the tool in the base frame',
+    '~/singularity/warning': 'OK, WARN, ERROR or STALE, a sentence, key-values; a late '
+    'subscriber gets the last one',
+    '~/ik/joint_states': 'for a target pose: the solution nearest to the present joint '
+    'positions, or for a redundant arm the posture by `ik.redundancy`',
     '~/ik/solutions': 'for a target pose: the solutions inside the limits, solutions x joints, '
-    'nearest first; `dim[0]` labels their postures, `dim[1]` the joint names',
+    'nearest first; `dim[0]` has the names of the postures, `dim[1]` the joint names',
     '~/ik/joint_velocity': 'for a target twist: joint velocities by damped least squares, inside '
     'every limit',
-    '~/ik/status': 'one for each target that is not replaced by a newer one (`replaced` is their '
-    'number): OK, WARN (a twist is followed in part), ERROR (refused, '
-    'unreachable) and the reason; where `ik.redundancy` is not `near`, the arc of postures and '
-    'its ends',
-    '~/scale': 'for a command: the share of it that may be kept now, 0 to 1; it falls at once and '
-    'rises by `scale.rise`; 0 where the joint positions are not known; no safety function',
+    '~/ik/status': 'one for each target that is not replaced by a newer one (`replaced` counts '
+    'these): OK, WARN (a twist is followed in part), ERROR (refused, unreachable) and the '
+    'reason; unless `ik.redundancy` is `near`, the arc of postures and its ends',
+    '~/scale': 'for a command: the factor by which to multiply it now, 0 to 1; it falls at once '
+    'and rises by `scale.rise`; 0 if the joint positions are unknown; not a safety function',
     '~/scale_reason': 'when it changes: OK, WARN (slowed), ERROR (stopped) or STALE (refused), '
-    'and the cause with joint or point, margin and time left; a node that starts late gets the '
-    'last one',
-    '~/servo_status': 'the same as a code of MoveIt Servo: 0 nothing, 1 slowed and 2 stopped '
-    'before a singularity, 3 slowed on the way out (by its own rule alone), 6 a limit of '
-    'position, -1 refused',
-    '/diagnostics': 'once a second: input rate, age, messages by what became of them, missing '
-    'joints, publishers; beside it `frames`, `parameters` and `wrench`, where there is something '
-    'to say of them',
+    'and the cause with joint or point, margin and time left; a late subscriber gets the last '
+    'one',
+    '~/servo_status': 'the same as a code of MoveIt Servo: 0 full speed, 1 slowed and 2 stopped '
+    "before a singularity, 3 slowed while leaving one (only by Servo's rule), 6 position limit, "
+    '-1 refused',
+    '/diagnostics': 'once a second: input rate, age, counts of messages by outcome, missing '
+    'joints, publishers; also the statuses `frames`, `parameters` and `wrench` if they apply',
 }
 
 _XYZ = 'position'
@@ -85,11 +82,11 @@ ROBOT_FILE = {
             'tool': 'the tool, in the last frame of the table',
             'points': 'other points of the arm, by name: `{elbow: {row: 2}}`',
             'loops': 'closed loops, whose passive joints follow the others',
-            'singularity': 'what is called singular, and when to warn',
+            'singularity': 'the task, the named factors, and the thresholds of the warning',
             'speed_limits': 'largest speeds of the tool and of points, for `ks.scale`',
-            'uncertainty': 'how far joints and table may be off',
-            'known_poses': 'poses known from elsewhere, which `check` compares',
-            'tolerance': 'how far the numbers of the table may be off, for `calibrate`',
+            'uncertainty': 'errors of joints and table',
+            'known_poses': 'poses from another source, which `check` compares',
+            'tolerance': 'standard deviations of the numbers of the table, for `calibrate`',
         },
     ),
     'UnitsEntry': (
@@ -99,15 +96,16 @@ ROBOT_FILE = {
     ),
     'JointEntry': (
         'joints',
-        'A joint without `limits` turns without end.',
+        'A revolute joint without `limits` is continuous; a prismatic one is unbounded.',
         {
             'name': 'as the driver publishes it in `joint_states`',
-            'variable': 'what the table calls it; without it the name',
-            'type': '`revolute` stands in `theta`, `prismatic` in `d`, `helical` in both',
+            'variable': 'its name in the table; by default `name`',
+            'type': 'a `revolute` variable occurs in `theta`, a `prismatic` one in `d`, a '
+            '`helical` one in both',
             'limits': 'range of the joint, `[lower, upper]`',
-            'velocity': 'largest speed, a second',
-            'acceleration': 'how fast the joint can be stopped, a second squared',
-            'unused': 'the joint stands in no row of the table, on purpose',
+            'velocity': 'largest speed, per second',
+            'acceleration': 'deceleration with which the joint can be stopped, per second squared',
+            'unused': '`true` if no row of the table uses the joint, on purpose',
         },
     ),
     'DhRowEntry': (
@@ -125,7 +123,7 @@ ROBOT_FILE = {
     'ShapeRowEntry': (
         'links, shape',
         'A row is in * joint * inverse(out), after Sheth and Uicker. A matrix has 3 or 4 rows of '
-        '4 numbers, or is `{xyz, rpy}`; left out it is the identity.',
+        '4 numbers, or is `{xyz, rpy}`; by default it is the identity.',
         {
             'in': 'shape matrix on the side of the link before',
             'joint': 'one of `Rx() ... Tz()` with the joint variable',
@@ -134,14 +132,15 @@ ROBOT_FILE = {
     ),
     'PlacementEntry': (
         'base and tool',
-        'What is left out is zero, and the frames are called `base_link` and `tool0`.',
+        'All keys are optional. The default pose is the identity; the default frames are '
+        '`base_link` and `tool0`.',
         {'frame': 'name of the frame in ROS', 'xyz': _XYZ, 'rpy': _RPY},
     ),
     'PointEntry': (
         'points',
-        'A mapping of names to points. A name may be part of a topic, `~/elbow/pose`. The `tool` '
-        'is always a point, and has a key of its own. A point that is written to a URDF is a link '
-        'there, and `import --point` reads it back.',
+        'A mapping of names to points. A name may become part of a topic, `~/elbow/pose`. The '
+        '`tool` is always a point, and has its own key. In an exported URDF a point is a link; '
+        '`import --point` reads it back.',
         {
             'row': 'the frame that the point moves with, counted as `link_frames` does: 0 is the '
             "table's frame 0, i the frame after row i",
@@ -151,28 +150,28 @@ ROBOT_FILE = {
     ),
     'LoopEntry': (
         'loops',
-        'A list of closed loops. Each is a second chain that parts from the table and meets it '
-        'again. Its passive joints have no motor, and may stand in rows like joints. They follow '
-        "from the joints by Newton's method, on the branch of the known position. A loop may use "
-        'the passive joints of the loops before it, and of the next ones where these need its '
-        'own. Messages have the joints only.',
+        'A list of closed loops. Each is a second chain that leaves the table and meets it '
+        "again. Its passive joints have no motor; rows may use them like joints. Newton's method "
+        'computes them from the joints, on the branch of the assembled position. A loop may use '
+        'the passive joints of earlier loops, and those of later loops that also use its own. '
+        'Messages contain only the joints with motors.',
         {
-            'name': 'what messages call it',
-            'passive': 'names of the joints that it moves, as many as `rows`; revolute, or as '
-            '`{name, type}`',
-            'from': "where the second chain begins: without it the table's frame 0",
+            'name': 'its name in warnings and errors',
+            'passive': 'names of the joints that it determines, as many as `rows`; revolute, or '
+            'as `{name, type}`',
+            'from': "where the second chain begins; by default the table's frame 0",
             'links': 'its rows, in the convention of the table',
             'meets': 'the frame that its end coincides with, moved by the rows of the table',
-            'rows': 'which components coincide, of x y z rx ry rz, in the axes of `from`; of a '
-            'rotation all three, or those of a loop whose other axes are always parallel',
-            'assembled': 'a position at which the loop closes, or nearly: it says which branch is '
-            'meant, and is checked',
+            'rows': 'components that coincide, of x y z rx ry rz, in the axes of `from`; of a '
+            'rotation all three, or fewer if the other axes of the loop are always parallel',
+            'assembled': 'a position at which the loop closes, or nearly: it selects the branch, '
+            'and is checked',
         },
     ),
     'PassiveEntry': (
         'loops[].passive[]',
         'A joint without a motor. Its limits are those of its loop.',
-        {'name': 'in expressions', 'type': '`revolute` where it is left out'},
+        {'name': 'in expressions', 'type': 'by default `revolute`'},
     ),
     'LoopEndEntry': (
         'loops[].from, loops[].meets',
@@ -186,15 +185,16 @@ ROBOT_FILE = {
     ),
     'SingularityEntry': (
         'singularity',
-        'All of it may be left out.',
+        'All keys are optional.',
         {
-            'task': 'rows of J that count, of `x y z rx ry rz`; without it those the arm can move',
-            'length': 'the characteristic length; without it the RMS reach',
-            'measure': 'measure the warning watches; without it `distance`, above 16 joints '
+            'task': 'rows of J that count, of `x y z rx ry rz`; by default the rows that the arm '
+            'can move',
+            'length': 'the characteristic length; by default the RMS reach',
+            'measure': 'measure of the warning; by default `distance`, above 16 joints '
             '`condition_number`',
-            'warn': "WARN beyond it; without it the measure's default; at most 1 rad of "
-            '`distance`',
-            'stop': 'ERROR beyond it; likewise',
+            'warn': 'threshold of WARN; by default that of the measure; for `distance` at most 1 '
+            'rad',
+            'stop': 'threshold of ERROR; likewise',
             'factors': 'the named singular factors, which `derive --write` stores',
         },
     ),
@@ -202,72 +202,72 @@ ROBOT_FILE = {
         'singularity.factors',
         'A list.',
         {
-            'name': 'what the warning calls it',
+            'name': 'its name in the warning',
             'expression': 'a function of the joints whose zeros are singular poses',
-            'approximate': '`true` if it is that of a table without corrections: it names what is '
-            'near and is not counted on for distances',
+            'approximate': '`true` if it belongs to the table without corrections: it names a '
+            'nearby singularity and is not used for distances',
         },
     ),
     'SpeedLimitEntry': (
         'speed_limits',
-        'A mapping of `tool` and names of points to their largest speeds, a second: '
-        '`ks.scale` keeps to them.',
+        'A mapping of `tool` and names of points to their largest speeds, per second, for '
+        '`ks.scale`.',
         {
             'linear': 'of the origin of the tool or point',
             'angular': 'of its frame',
-            'reduced': 'of its origin, where the arm has been told to move at reduced speed',
+            'reduced': 'of its origin, with `reduced=True` or `scale.reduced`',
         },
     ),
     'UncertaintyEntry': (
         'uncertainty',
-        'Without it the node publishes no covariances. A key for joints takes a list with one '
-        'number for each joint: an angle if it turns, a length if it slides. Where all joints '
-        'turn or all slide, it also takes one number for all. Deviations are standard deviations. '
-        'A width counts as the standard deviation width / sqrt(12). All errors are independent.',
+        'Without this key the node publishes no covariances. A key for joints takes a list with '
+        'one number for each joint: an angle if it is revolute, a length if it is prismatic. If '
+        'all joints are of one kind, it also takes one number for all. Deviations are standard '
+        'deviations. A width counts as the standard deviation width / sqrt(12). All errors are '
+        'independent.',
         {
             'encoder_noise': 'deviation of joint positions',
-            'encoder_resolution': 'the steps that positions are counted in: a width',
-            'backlash': 'the whole play between encoder and joint: a width',
-            'velocity_noise': 'deviation of joint velocities, a second',
+            'encoder_resolution': 'step of the encoder: a width',
+            'backlash': 'the whole backlash between encoder and joint: a width',
+            'velocity_noise': 'deviation of joint velocities, per second',
             'parameters': 'deviations of numbers of the table, by group (`offsets`, `lengths`, '
-            '`angles`; `gears`: the shares by which joints move more than they say) or by name as '
-            '`calibrate` calls them (`theta2`, `a3`, `gear1`, `base.x`, `tool.rz`); a name counts '
-            'for more than its group',
-            'covariance': 'instead, as `calibrate` writes it: of their covariance L L^T a row of '
-            'L for each, by name',
-            'floor': '`{xyz, rpy}`: deviation of each position and rotation that nothing above '
-            'explains, as what a fit leaves',
+            '`angles`; `gears`: relative errors of gear ratios) or by the names of `calibrate` '
+            '(`theta2`, `a3`, `gear1`, `base.x`, `tool.rz`); a name overrides its group',
+            'covariance': 'instead of `parameters`, as `calibrate` writes it: the rows of L, by '
+            'name, of their covariance L L^T',
+            'floor': '`{xyz, rpy}`: deviation of errors that the keys above do not explain, such '
+            'as the remaining error of a fit',
         },
     ),
     'FloorEntry': (
         'uncertainty.floor',
-        'Each of them may be left out.',
+        'All keys are optional.',
         {'xyz': 'along each axis', 'rpy': 'about each axis'},
     ),
     'KnownPoseEntry': (
         'known_poses',
-        'A list. A pose without `rpy` is compared in its position alone, and one without '
-        '`tolerance` to 1e-6 m and rad. Rounded numbers need a `tolerance`; `check` says which.',
+        'A list. Without `rpy` only the position is compared; without `tolerance` to 1e-6 m and '
+        'rad. Rounded numbers need a `tolerance`; `check` proposes it.',
         {
             'q': 'joint positions, in the units of the file',
-            'xyz': 'where the tool then is',
+            'xyz': 'position of the tool',
             'rpy': _RPY,
             'tolerance': '`{xyz, rpy}`: how exact the pose is',
         },
     ),
     'ToleranceEntry': (
         'known_poses.tolerance',
-        'Each of them may be left out.',
+        'All keys are optional.',
         {'xyz': 'of the position', 'rpy': 'of the orientation, as an angle'},
     ),
     'TableToleranceEntry': (
         'tolerance',
-        'Standard deviations, with which a calibration begins. Each of them may be left out. The '
-        'defaults are 1 mm, 0.2 degrees, and a thousandth of a gear ratio.',
+        'Standard deviations of the priors of a calibration. All keys are optional. The defaults '
+        'are 1 mm, 0.2 degrees, and a thousandth of a gear ratio.',
         {
             'length': 'of every length of the table',
             'angle': 'of every angle',
-            'gear': 'of every gear ratio, as a share of it',
+            'gear': 'of every gear ratio, relative to it',
             'of': 'of single numbers, by the names that `calibrate` prints: `{d1: 0.2e-3}`',
         },
     ),

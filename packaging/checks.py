@@ -1,0 +1,210 @@
+"""
+Check files that no test runs: retired words, plain words, names in benchmarks and workflows.
+
+    python packaging/checks.py
+
+prints each fault and ends with exit code 1 if there is one. It needs an environment with the
+package and PyYAML; `.ci/run` and `.pre-commit-config.yaml` call it.
+"""
+
+import ast
+import importlib
+import io
+import os
+import re
+import subprocess
+import sys
+import tokenize
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[1]
+NAME = 'kinematics_service'
+PACKAGE = ROOT / 'src' / NAME
+RELEASE = 'packaging/release.py'
+SCRIPTS = ('.ci/run', '.ci/floors')
+
+# A word, or the beginning of one, and the words that have replaced it.
+RETIRED = {
+    'admission': 'origin check',
+    'aim_': 'target',
+    'angle_place': 'angle_index',
+    'arm that is not there': 'simulated arm',
+    'bench_of': 'sampler_of',
+    'frame doctor': 'frame check',
+    'Heard': 'LatestMessage or ActiveTopics',
+    'Notice': 'StatusText',
+    'notice_of': 'status text',
+    'of its making': 'by itself',
+    'patience': 'time-out',
+    'reason_of_silence': 'why_no_messages',
+    'so often': 'period or number of times',
+    'stirring': 'with an event',
+    'to the letter': 'exactly',
+    'whoever': 'the client, the user, the node',
+    'wire_': 'message or form',
+}
+# Wordings that stop a reader, by what to write instead.
+WORDING = {
+    'begin with the subject': r'(?:^|[.;:] )'
+    r'(?:Of(?! course)|By(?! default)|Where|What|In which) [a-z]',
+    'write the number': r'\b(?:so many|so much|as near|this share|by so|than this|what is left)\b',
+    'write if': r'\bwhere (?:nothing|none|no |it is not|they are|there is|there are|that is)\b',
+    'name who says it': r'\b(?:is told|are told|is said|are said|stands? in|is heard|shall)\b',
+    'write not or without': r'\b(?:is|are|was|were|be) no(?!w| longer| more| less)(?:ne)? [a-z]',
+}
+# Wordings in 1,000 words of comments and docstrings, in each room. Sentences of a page can need
+# one of them; the packages of others that were read as models have 0.4 to 0.8.
+MAX_WORDINGS = 1.5
+# Rooms whose words are still to be rewritten; remove a room from here when it is done.
+NOT_YET = {
+    *('kernel', 'robot', 'kinematics', 'estimation', 'node', 'cli'),
+    *('apps/calibration', 'apps/checking', 'apps/demo', 'apps/pictures', 'apps/recordings'),
+    'apps/formulas',
+}
+
+
+def nodes_of(file: Path) -> list[ast.AST]:
+    """Return all nodes of the syntax tree of a file."""
+    return list(ast.walk(ast.parse(file.read_text(encoding='utf-8'))))
+
+
+def texts_of(file: Path) -> Iterator[str]:
+    """Yield the comments and the docstrings of a Python file, line by line."""
+    source = file.read_text(encoding='utf-8')
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            yield token.string.lstrip('# ')
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
+            yield from map(str.strip, (ast.get_docstring(node) or '').splitlines())
+
+
+def retired_words() -> Iterator[str]:
+    """Yield the places of words that docs/terms.md has replaced."""
+    pages = [page for page in (ROOT / 'docs').rglob('*.md') if page.name != 'terms.md']
+    word = re.compile(rf'(?<![A-Za-z])({"|".join(map(re.escape, RETIRED))})')
+    for file in [*PACKAGE.rglob('*.py'), *pages]:
+        for old in word.findall(file.read_text(encoding='utf-8')):
+            yield f'{file.relative_to(ROOT)}: {old!r} is now {RETIRED[old]!r}'
+
+
+def plain_words() -> Iterator[str]:
+    """Yield the rooms of the package with too many wordings that stop a reader."""
+    patterns = {name: re.compile(pattern) for name, pattern in WORDING.items()}
+    rooms = {*PACKAGE.glob('*/'), *PACKAGE.glob('apps/*/')} - {PACKAGE / 'apps'}
+    for room in sorted(rooms - {PACKAGE / name for name in NOT_YET}):
+        words, found = 0, list[str]()
+        for file in room.rglob('*.py'):
+            for text in texts_of(file):
+                words += len(text.split())
+                found += [
+                    f'{file.relative_to(ROOT)}: {name}: {text}'
+                    for name, pattern in patterns.items()
+                    if pattern.search(text)
+                ]
+        if len(found) > MAX_WORDINGS * words / 1000:
+            yield from found
+
+
+def names_in_benchmarks() -> Iterator[str]:
+    """Yield the names that benchmarks take from the package and that it does not have."""
+    kernel = importlib.import_module(f'{NAME}.kernel')
+    for file in sorted((ROOT / 'bench').glob('*.py')):
+        for node in nodes_of(file):
+            if isinstance(node, ast.ImportFrom) and (node.module or '').split('.')[0] == NAME:
+                if find_spec('rclpy') is None and f'{NAME}.node' in (node.module or ''):
+                    continue
+                module = importlib.import_module(node.module or '')
+                for name in (alias.name for alias in node.names):
+                    if not (hasattr(module, name) or find_spec(f'{node.module}.{name}')):
+                        yield f'bench/{file.name}: {node.module} has no {name}'
+            elif (
+                isinstance(node, ast.Attribute)
+                and isinstance(node.value, ast.Name)
+                and node.value.id == 'kernel'
+                and not hasattr(kernel, node.attr)
+            ):
+                yield f'bench/{file.name}: the kernel has no {node.attr}'
+
+
+def jobs() -> list[dict[str, Any]]:
+    """Return the jobs of both workflows."""
+    import yaml
+
+    files = [ROOT / f'.github/workflows/{name}.yaml' for name in ('ci', 'release')]
+    texts = [file.read_text(encoding='utf-8') for file in files]
+    return [job for text in texts for job in yaml.safe_load(text)['jobs'].values()]
+
+
+def steps() -> Iterator[str]:
+    """Yield the steps of workflows, and the scripts, that name what is not there."""
+    for step in (step for job in jobs() for step in job['steps']):
+        if 'uses' in step:
+            if not re.fullmatch(r'actions/[a-z-]+@[0-9a-f]{40}', step['uses']):
+                yield f'workflow: {step["uses"]} is not an action pinned to a commit'
+        elif (command := step['run'].split()[0]) != 'python' and not (
+            command in SCRIPTS and os.access(ROOT / command, os.X_OK)
+        ):
+            yield f'workflow: {command} is neither python nor one of {SCRIPTS}'
+        file = step.get('with', {}).get('cache-dependency-path')
+        if file and not (ROOT / file).is_file():
+            yield f'workflow: there is no {file}'
+    for script in SCRIPTS:
+        done = subprocess.run(['bash', '-n', ROOT / script], capture_output=True, text=True)
+        if done.returncode:
+            yield f'{script}: {done.stderr}'
+
+
+def commands() -> Iterator[str]:
+    """Yield test commands that are not the README's, and extras and files that do not exist."""
+    texts = [(ROOT / file).read_text(encoding='utf-8') for file in ('README.md', *SCRIPTS)]
+    texts += [step.get('run', '') for job in jobs() for step in job['steps']]
+    for text in texts:
+        for options in re.findall(r'-m pytest\b *([^&|`\n]*)', text):
+            if options.strip() not in ('', '-p no:cacheprovider'):
+                yield f'the tests run with {options}, not as in the README'
+    (extras,) = (
+        {ast.literal_eval(key) for key in node.value.keys if key}
+        for node in nodes_of(ROOT / 'setup.py')
+        if isinstance(node, ast.keyword)
+        and node.arg == 'extras_require'
+        and isinstance(node.value, ast.Dict)
+    )
+    texts.append((ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8'))
+    for found in re.findall(r"'\.\[([\w,-]+)\]'", '\n'.join(texts)):
+        yield from (f'there is no extra {extra}' for extra in {*found.split(',')} - extras)
+    for name in (RELEASE, 'pyproject.toml'):
+        for file in re.findall(r'test/[\w/]+\.py', (ROOT / name).read_text(encoding='utf-8')):
+            if not (ROOT / file).is_file():
+                yield f'{name}: there is no {file}'
+
+
+def python_versions() -> Iterator[str]:
+    """Yield if setup.py, the tests and the released wheels differ in their Python versions."""
+    setup = (ROOT / 'setup.py').read_text(encoding='utf-8')
+    (versions,) = re.findall(r'Python :: 3\.\{minor\}.* range\((\d+), (\d+)\)', setup)
+    named = {f'3.{minor}' for minor in range(*map(int, versions))}
+    matrices = [job.get('strategy', {}).get('matrix', {}) for job in jobs()]
+    tested = {version for matrix in matrices for version in matrix.get('python', [])}
+    runs = [step.get('run', '') for job in jobs() for step in job['steps']]
+    released = next(run for run in runs if run.startswith(f'python {RELEASE}')).split()[2:]
+    (constant,) = re.findall(
+        r'^PYTHONS = (.*)$', (ROOT / RELEASE).read_text(encoding='utf-8'), re.MULTILINE
+    )
+    if not named == tested == set(released) == set(ast.literal_eval(constant)):
+        yield f'Python {named} in setup.py, {tested} tested, {released} and {constant} released'
+
+
+def main() -> int:
+    """Print all faults; return the exit code."""
+    checks = (retired_words, plain_words, names_in_benchmarks, steps, commands, python_versions)
+    faults = [fault for check in checks for fault in check()]
+    print(*faults, sep='\n', end='\n' if faults else '')
+    return bool(faults)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
