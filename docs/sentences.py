@@ -53,9 +53,9 @@ TOPICS = {
     '~/scale_reason': 'when it changes: OK, WARN (slowed), ERROR (stopped) or STALE (refused), '
     'and the cause with joint or point, margin and time left; a late subscriber gets the last '
     'one',
-    '~/servo_status': 'the same as a code of MoveIt Servo: 0 full speed, 1 slowed and 2 stopped '
-    "before a singularity, 3 slowed while leaving one (only by Servo's rule), 6 position limit, "
-    '-1 refused',
+    '~/servo_status': 'the cause as a code of MoveIt Servo: 0 no warning (also at a velocity or '
+    'speed limit), 1 slowed and 2 stopped before a singularity, 3 slowed while leaving one (only '
+    "by Servo's rule), 6 position limit, -1 refused",
     '/diagnostics': 'once a second: input rate, age, counts of messages by outcome, missing '
     'joints, publishers; also the statuses `frames`, `parameters` and `wrench` if they apply',
 }
