@@ -1,5 +1,5 @@
 """
-Check files that no test runs: retired words, plain words, names in benchmarks and workflows.
+Check files that no test runs: words of the pages, names in benchmarks and workflows.
 
     python packaging/checks.py
 
@@ -9,13 +9,11 @@ package and PyYAML; `.ci/run` and `.pre-commit-config.yaml` call it.
 
 import ast
 import importlib
-import io
 import os
 import re
 import subprocess
 import sys
-import tokenize
-from collections.abc import Iterator
+from collections.abc import Iterator, Sized
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -55,15 +53,14 @@ WORDING = {
     'name who says it': r'\b(?:is told|are told|is said|are said|stands? in|is heard|shall)\b',
     'write not or without': r'\b(?:is|are|was|were|be) no(?!w| longer| more| less)(?:ne)? [a-z]',
 }
-# Wordings in 1,000 words of comments and docstrings, in each room. Sentences of a page can need
-# one of them; the packages of others that were read as models have 0.4 to 0.8.
-MAX_WORDINGS = 1.5
-# Rooms whose words are still to be rewritten; remove a room from here when it is done.
-NOT_YET = {
-    *('kernel', 'robot', 'kinematics', 'estimation', 'node', 'cli'),
-    *('apps/calibration', 'apps/checking', 'apps/demo', 'apps/pictures', 'apps/recordings'),
-    'apps/formulas',
-}
+# Lines with such a wording, in 1,000 words of all pages; four packages of others have 0.4 to 0.8.
+MAX_WORDINGS = 1.0
+# A check that finds fewer of them looks in the wrong place.
+MIN_IMPORTS = 21
+MIN_STEPS = 11
+MIN_TEST_COMMANDS = 6
+MIN_EXTRAS = 5
+MIN_TEST_FILES = 5
 
 
 def nodes_of(file: Path) -> list[ast.AST]:
@@ -71,15 +68,20 @@ def nodes_of(file: Path) -> list[ast.AST]:
     return list(ast.walk(ast.parse(file.read_text(encoding='utf-8'))))
 
 
-def texts_of(file: Path) -> Iterator[str]:
-    """Yield the comments and the docstrings of a Python file, line by line."""
-    source = file.read_text(encoding='utf-8')
-    for token in tokenize.generate_tokens(io.StringIO(source).readline):
-        if token.type == tokenize.COMMENT:
-            yield token.string.lstrip('# ')
-    for node in ast.walk(ast.parse(source)):
-        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)):
-            yield from map(str.strip, (ast.get_docstring(node) or '').splitlines())
+def prose_of(page: Path) -> Iterator[str]:
+    """Yield the lines of a page outside code blocks and tables."""
+    is_code = False
+    for line in page.read_text(encoding='utf-8').splitlines():
+        if line.startswith('```'):
+            is_code = not is_code
+        elif not is_code and not line.startswith(('|', '    ')):
+            yield line
+
+
+def too_few(what: str, found: Sized, least: int) -> Iterator[str]:
+    """Yield a fault if a check has found so little that it looks in the wrong place."""
+    if len(found) < least:
+        yield f'only {len(found)} {what}: {Path(__file__).name} looks in the wrong place'
 
 
 def retired_words() -> Iterator[str]:
@@ -92,35 +94,42 @@ def retired_words() -> Iterator[str]:
 
 
 def plain_words() -> Iterator[str]:
-    """Yield the rooms of the package with too many wordings that stop a reader."""
+    """Yield the wordings of the pages that stop a reader, if they are more than `MAX_WORDINGS`."""
     patterns = {name: re.compile(pattern) for name, pattern in WORDING.items()}
-    rooms = {*PACKAGE.glob('*/'), *PACKAGE.glob('apps/*/')} - {PACKAGE / 'apps'}
-    for room in sorted(rooms - {PACKAGE / name for name in NOT_YET}):
-        words, found = 0, list[str]()
-        for file in room.rglob('*.py'):
-            for text in texts_of(file):
-                words += len(text.split())
-                found += [
-                    f'{file.relative_to(ROOT)}: {name}: {text}'
-                    for name, pattern in patterns.items()
-                    if pattern.search(text)
-                ]
-        if len(found) > MAX_WORDINGS * words / 1000:
-            yield from found
+    pages = [*(ROOT / 'docs').rglob('*.md'), ROOT / 'README.md', ROOT / 'CONTRIBUTING.md']
+    lines = [(page.relative_to(ROOT), line) for page in pages for line in prose_of(page)]
+    words = sum(len(line.split()) for _, line in lines)
+    found = [
+        f'{page}: {name}: {line}'
+        for page, line in lines
+        for name, pattern in patterns.items()
+        if pattern.search(line)
+    ]
+    if len(found) > MAX_WORDINGS * words / 1000:
+        yield from found
+
+
+def exists(module: str, name: str) -> bool:
+    """Return whether `from module import name` succeeds."""
+    try:
+        return hasattr(importlib.import_module(module), name) or bool(
+            importlib.import_module(f'{module}.{name}')
+        )
+    except ImportError:
+        return False
 
 
 def names_in_benchmarks() -> Iterator[str]:
     """Yield the names that benchmarks take from the package and that it does not have."""
     kernel = importlib.import_module(f'{NAME}.kernel')
+    taken = set[tuple[str, str]]()
     for file in sorted((ROOT / 'bench').glob('*.py')):
         for node in nodes_of(file):
             if isinstance(node, ast.ImportFrom) and (node.module or '').split('.')[0] == NAME:
-                if find_spec('rclpy') is None and f'{NAME}.node' in (node.module or ''):
+                module = node.module or ''
+                if find_spec('rclpy') is None and module.startswith(f'{NAME}.node'):
                     continue
-                module = importlib.import_module(node.module or '')
-                for name in (alias.name for alias in node.names):
-                    if not (hasattr(module, name) or find_spec(f'{node.module}.{name}')):
-                        yield f'bench/{file.name}: {node.module} has no {name}'
+                taken |= {(module, alias.name) for alias in node.names}
             elif (
                 isinstance(node, ast.Attribute)
                 and isinstance(node.value, ast.Name)
@@ -128,6 +137,10 @@ def names_in_benchmarks() -> Iterator[str]:
                 and not hasattr(kernel, node.attr)
             ):
                 yield f'bench/{file.name}: the kernel has no {node.attr}'
+    yield from too_few('imports of benchmarks', taken, MIN_IMPORTS)
+    for module, name in sorted(taken):
+        if not exists(module, name):
+            yield f'bench: {module} has no {name}'
 
 
 def jobs() -> list[dict[str, Any]]:
@@ -141,7 +154,9 @@ def jobs() -> list[dict[str, Any]]:
 
 def steps() -> Iterator[str]:
     """Yield the steps of workflows, and the scripts, that name what is not there."""
-    for step in (step for job in jobs() for step in job['steps']):
+    found = [step for job in jobs() for step in job['steps']]
+    yield from too_few('steps of workflows', found, MIN_STEPS)
+    for step in found:
         if 'uses' in step:
             if not re.fullmatch(r'actions/[a-z-]+@[0-9a-f]{40}', step['uses']):
                 yield f'workflow: {step["uses"]} is not an action pinned to a commit'
@@ -162,10 +177,10 @@ def commands() -> Iterator[str]:
     """Yield test commands that are not the README's, and extras and files that do not exist."""
     texts = [(ROOT / file).read_text(encoding='utf-8') for file in ('README.md', *SCRIPTS)]
     texts += [step.get('run', '') for job in jobs() for step in job['steps']]
-    for text in texts:
-        for options in re.findall(r'-m pytest\b *([^&|`\n]*)', text):
-            if options.strip() not in ('', '-p no:cacheprovider'):
-                yield f'the tests run with {options}, not as in the README'
+    found = re.findall(r'-m pytest\b *([^&|`\n]*)', '\n'.join(texts))
+    yield from too_few('commands of tests', found, MIN_TEST_COMMANDS)
+    for options in {options.strip() for options in found} - {'', '-p no:cacheprovider'}:
+        yield f'the tests run with {options}, not as in the README'
     (extras,) = (
         {ast.literal_eval(key) for key in node.value.keys if key}
         for node in nodes_of(ROOT / 'setup.py')
@@ -174,12 +189,18 @@ def commands() -> Iterator[str]:
         and isinstance(node.value, ast.Dict)
     )
     texts.append((ROOT / 'CONTRIBUTING.md').read_text(encoding='utf-8'))
-    for found in re.findall(r"'\.\[([\w,-]+)\]'", '\n'.join(texts)):
-        yield from (f'there is no extra {extra}' for extra in {*found.split(',')} - extras)
-    for name in (RELEASE, 'pyproject.toml'):
-        for file in re.findall(r'test/[\w/]+\.py', (ROOT / name).read_text(encoding='utf-8')):
-            if not (ROOT / file).is_file():
-                yield f'{name}: there is no {file}'
+    found = re.findall(r"'\.\[([\w,-]+)\]'", '\n'.join(texts))
+    yield from too_few('lists of extras', found, MIN_EXTRAS)
+    for extra in {extra for listed in found for extra in listed.split(',')} - extras:
+        yield f'there is no extra {extra}'
+    found = [
+        file
+        for name in (RELEASE, 'pyproject.toml')
+        for file in re.findall(r'test/[\w/]+\.py', (ROOT / name).read_text(encoding='utf-8'))
+    ]
+    yield from too_few('files of tests of a wheel', found, MIN_TEST_FILES)
+    for file in {file for file in found if not (ROOT / file).is_file()}:
+        yield f'there is no {file}, which a wheel is tested with'
 
 
 def python_versions() -> Iterator[str]:
