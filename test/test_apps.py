@@ -130,6 +130,7 @@ def test_without_recordings_the_demo_replays_none(tmp_path, ros_domain):
 
 
 def test_without_the_demo_a_plot_says_where_its_motions_were(tmp_path):
+    pytest.importorskip('matplotlib')
     folder = without(tmp_path, 'demo')
     ((code, said),) = commands(folder, 'plot measures --robot planar_2r --path smooth')
     assert code == 2

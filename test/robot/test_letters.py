@@ -83,6 +83,8 @@ def test_derive_and_compare_work_on_letters(file, capsys, tmp_path):
     ],
 )
 def test_what_needs_numbers_names_the_letters(file, command, capsys):
+    if command[0] == 'plot':
+        pytest.importorskip('matplotlib')
     assert main([*command, '--robot', str(file)]) != 0
     assert 'L1, L2: no value; write a number for each' in capsys.readouterr().err
 
