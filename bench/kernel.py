@@ -196,7 +196,7 @@ def batches(robot, most):
         judge = nanoseconds({'judge': on_cores(1, judge)}, calls, 5)
         judged = judge['judge'] / len(state.q)
         line = f'{count:9}{found["one"] / count:21.0f}{found["all"] / count:10.0f}{judged:15.0f}'
-        if count > 2 * threads.LEAST_PART:
+        if count > 2 * threads.MIN_PART:
             line += ''.join(f'{processor_time(run) / count:15.0f}' for run in (one, several))
         print(line)
 

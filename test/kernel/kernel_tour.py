@@ -27,7 +27,7 @@ from kinematics_service.estimation.joint_state_form import SerializedSample, for
 from kinematics_service.kinematics.inverse.problem.plan import plan_for
 from kinematics_service.kinematics.inverse.problem.problem import IkProblem
 from kinematics_service.kinematics.inverse.problem.screws import screws_of
-from kinematics_service.kinematics.inverse.problem.target import PROVED, ik_target_of
+from kinematics_service.kinematics.inverse.problem.target import EXACT_ERROR, ik_target_of
 from kinematics_service.kinematics.inverse.search import refinement
 from kinematics_service.kinematics.inverse.self_motion.curve import point_of
 from kinematics_service.rigid_motion import inverse
@@ -51,6 +51,7 @@ SOLVED = ('craig_3r', 'puma560', 'ur5e', 'scara_hsr065', 'panda')
 GIVEN = (
     *(kernel.Loop, kernel.LoopGroup),
     *(kernel.Arm, kernel.Chain, kernel.TaskRows, kernel.Tape, kernel.OurJoints),
+    kernel.ReportedJoints,
     *(kernel.ClosedForm, kernel.Joints, kernel.Refinement, kernel.Residual, kernel.Servo),
     *(kernel.SixJoints, kernel.CurvePoint, kernel.CurvePath),
     *(kernel.Clearance, kernel.NearestSearch, kernel.PoseErrors),
@@ -89,7 +90,7 @@ def said_by(argument):
     elif isinstance(argument, kernel.OutgoingMessages):
         yield argument.table.data.tobytes()
     elif isinstance(argument, kernel.IncomingForm):
-        yield from said_by(argument.stamp)
+        yield from said_by(argument.reported.stamp)
     elif isinstance(argument, kernel.Solutions):
         yield from said_by(argument.q[: argument.count])
         for k, record in enumerate(records_of(argument)):
@@ -107,7 +108,7 @@ def said_by(argument):
 def records_of(found):
     """Return solutions as records, with the places of joints as their names."""
     joints = tuple(range(found.q.shape[1]))
-    return found.records(SimpleNamespace, joints, SIGNS, PROVED, 0, found.count, False)
+    return found.records(SimpleNamespace, joints, SIGNS, EXACT_ERROR, 0, found.count, False)
 
 
 class Record:
@@ -303,12 +304,12 @@ def targets(robot: Robot, random: np.random.Generator):
         ks.joint_velocity(robot, state, 1e3 * random.normal(size=6), axes='tool')
         # What a search finds: the same solution twice, and one nearby.
         found = np.array([q, q + 2 * np.pi, q + 0.1])
-        errors = np.array([0.0, 0.1, 0.2]) * PROVED
+        errors = np.array([0.0, 0.1, 0.2]) * EXACT_ERROR
         plan = plan_for(robot, ROW_NAMES)
         kernel.distinct(
             ik_target_of(robot, state.pose).residual,
             plan.joints,
-            PROVED,
+            EXACT_ERROR,
             found,
             errors,
             *np.zeros((2, 3), np.int64),
@@ -347,7 +348,6 @@ def details(random: np.random.Generator):
     screws[:, 6] = 0.0
     screws[:, :3] /= np.linalg.norm(screws[:, :3], axis=1)[:, None]
     T = ks.forward_kinematics(ks.load_robot('ur5e'), random.normal(size=6))
-    kernel.off_rotation(T)
     for way in (kernel.POSITION_3, kernel.SPHERICAL_WRIST, kernel.PARALLEL_AXES):
         for slides in (0.0, 1.0):
             table = screws.copy()
@@ -385,7 +385,7 @@ def details(random: np.random.Generator):
     arm = kernel.SixJoints(table, inverse(turning.home), np.eye(6), options[:1], 16)
     plan, target = plan_for(robot, ROW_NAMES), ik_target_of(robot, T)
     q = np.zeros((kernel.MOST_CANDIDATES, 6))
-    solutions = kernel.Solutions(plan.joints, np.zeros(6), PROVED, q)
+    solutions = kernel.Solutions(plan.joints, np.zeros(6), EXACT_ERROR, q)
     kernel.eliminated_solutions(arm, refinement(target, plan), solutions, np.zeros(3, int))
 
 

@@ -1,8 +1,8 @@
 """
-The kernel: the computations for every message, compiled when the package is installed.
+The kernel: the computations for each message, compiled when the package is installed.
 
-Each name is imported when it is first used: a process that needs the Jacobian alone does not load
-inverse kinematics. Compiled, all modules are there at once.
+In plain Python each name is imported when it is first used, so a process that only needs the
+Jacobian does not load inverse kinematics. The compiled kernel imports all modules at once.
 """
 
 from importlib import import_module
@@ -12,8 +12,8 @@ from .layout.places import *  # noqa: F403
 
 compiled.use_compiled()
 
-# The exported names and their modules are written once, in the stub, for type checkers and for
-# this: each line is `from .module import name as name`.
+# The stub lists the exported names and their modules, for type checkers and for this module. Each
+# of its lines is `from .module import name as name`.
 with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:  # noqa: F405
     _LINES = [_line.split() for _line in _stub if ' as ' in _line]
 _HOME = {_words[-1]: (_words[1], _words[3]) for _words in _LINES}

@@ -1,4 +1,4 @@
-"""Whether the kernel is compiled, and from which source."""
+"""Selection of the compiled kernel or its plain Python source."""
 
 import copyreg
 import functools
@@ -16,17 +16,18 @@ import numpy as np
 
 from .layout.arrays import given
 
-# If it is set, to anything, the kernel's source runs as plain Python: for coverage, a debugger,
-# and as a second way to compute every number.
+# If this variable is set to any text, the kernel's source runs as plain Python: for coverage, for
+# a debugger, and as a second computation of each number.
 VARIABLE = 'KINEMATICS_UNCOMPILED'
 _FOLDER = Path(__file__).parent
 
 
 def use_compiled() -> None:
     """
-    Put the compiled modules in the place of the files that they are made of. Not if the
-    environment asks for plain Python, or if the source has changed since it was compiled: then
-    modules of different versions would mix.
+    Register the compiled modules under the names of their source files.
+
+    Nothing is registered if the environment asks for plain Python, or if the source has changed
+    since it was compiled: modules of different versions must not be mixed.
     """
     if is_compiled():
         for module, files in _built().MODULES.items():
@@ -42,15 +43,15 @@ def is_compiled() -> bool:
 
 @functools.cache
 def is_stale() -> bool:
-    """Return whether there is a compiled kernel, but not of the source beside it."""
+    """Return whether the source has changed since the kernel was compiled."""
     built = _built()
     return built is not None and hash_of(built.FILES) != built.HASH
 
 
 @functools.cache
 def _built() -> Any:
-    # What compiled modules were made from, None without them: those of another copy of the
-    # package do not count, which an editable installation would find.
+    # The module that describes the compiled modules; None without them. An editable installation
+    # could also find those of another copy of the package, so only this folder is searched.
     name = f'{__package__}._origin'
     return importlib.import_module(name) if PathFinder.find_spec(name, [str(_FOLDER)]) else None
 
@@ -59,9 +60,9 @@ def as_exported(value: Any) -> Any:
     """
     Return a class, a function or a type of the kernel as the kernel exports it.
 
-    A class is pickled by that name, which is the same compiled and not: a compiled class is known
-    by the module that it was joined into. A function of plain Python is as quiet as a compiled
-    one: its results tell of overflows and of invalid numbers; numpy would warn, or raise.
+    A class is pickled by its exported name, which is the same compiled and uncompiled. A function
+    of plain Python gives no warnings of numpy, as a compiled one: overflows and invalid numbers
+    are in its results.
     """
     if isinstance(value, FunctionType):
         return _quiet(value)
@@ -74,12 +75,12 @@ def as_exported(value: Any) -> Any:
 
 
 def restored(name: str, *arguments: Any) -> Any:
-    """Return an object of a class that the kernel exports, as it was pickled."""
+    """Return an unpickled object of an exported class."""
     return getattr(sys.modules[__package__], name)(*arguments)
 
 
-def _reduced(one: Any) -> tuple[Any, ...]:
-    return restored, (type(one).__name__, *one.__reduce__()[1])
+def _reduced(instance: Any) -> tuple[Any, ...]:
+    return restored, (type(instance).__name__, *instance.__reduce__()[1])
 
 
 def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -87,9 +88,9 @@ def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(function)
     def call(*arguments: Any) -> Any:
-        for one, kind in zip(arguments, kinds):
-            if one is None and isinstance(kind, type):
-                given(one)
+        for argument, kind in zip(arguments, kinds):
+            if argument is None and isinstance(kind, type):
+                given(argument)
         with np.errstate(all='ignore'):
             return function(*arguments)
 
@@ -98,7 +99,7 @@ def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def hash_of(names: Sequence[str]) -> str:
     """
-    Return the hash of the kernel's files of these names as they are now, nothing without them.
+    Return the hash of the present content of files of the kernel; '' if one is missing.
     """
     try:
         return hashlib.sha256(
@@ -110,15 +111,15 @@ def hash_of(names: Sequence[str]) -> str:
 
 def notice() -> str:
     """
-    Return a warning about the kernel before work begins, with the command that helps. It is empty
-    if the kernel runs compiled.
+    Return a warning if the kernel runs as plain Python, with the command that compiles it; else
+    ''.
     """
     slowly = 'runs as plain Python, hundreds of times slower'
     if os.environ.get(VARIABLE):
         return f'the kernel {slowly}, since {VARIABLE} is set'
     if is_compiled():
         return ''
-    # Imported here, because it takes 60 ms.
+    # Imported here, because the import takes 60 ms.
     from .reinstallation import command
 
     if is_stale():

@@ -1,4 +1,4 @@
-"""The state of each joint, and the joints that messages name."""
+"""The stored state of each joint, and the joints that a message reports."""
 
 from typing import Any, NamedTuple
 
@@ -10,25 +10,26 @@ from .layout.arrays import Floats, Integers, Nanoseconds, Public
 
 class JointColumns(NamedTuple):
     """
-    The arrays of a memory: a number for each joint, unless said otherwise.
+    The arrays of a joint memory, of shape (n,) if no other shape is given.
 
     Attributes
     ----------
     position, before, velocity : rad or m, rad/s or m/s
-        Now, and the position before that; NaN if unknown.
+        Present and previous position, and velocity; NaN if unknown.
     differenced, known, stamped, wraps
-        1 or 0: whether the velocity is a difference, the joint is known, its message had a stamp,
-        and it turns without end.
+        1 or 0: the velocity is a difference of positions; the joint is known; its last message had
+        a stamp; the joint turns without limits.
     stamp, arrival : ns
-        Time of its last message: by the stamp, or the receipt if there was no stamp; steady clock.
+        Time of the last message: its stamp, or the receipt for a message without a stamp; and the
+        receipt on the steady clock.
     jump_count
-        Number of its jumps.
+        Number of jumps.
     jumps : shape (n, JUMPS_KEPT), ns
-        Times of the last jumps, steady clock: a ring buffer.
+        Times of the last jumps on the steady clock: a ring buffer.
     last_quaternion : shape (4,)
-        Of the last answer.
+        The quaternion of the last tool state.
     closed : shape (width of the closure,)
-        The closed loops of the last answer.
+        The section of the closed loops of the last tool state.
     """
 
     position: Floats
@@ -55,29 +56,29 @@ def _empty_columns(joints: int, closure: int) -> JointColumns:
 
 class JointMemory:
     """
-    An estimator's knowledge of each joint: all that it keeps from message to message.
+    The state of each joint that an estimator keeps between messages.
 
     Parameters
     ----------
     joints
-        Their number.
+        Number of joints n.
     closure
         Width of the arm's closure; 0 without loops.
 
     Attributes
     ----------
     columns
-        Its arrays. The kernel has the same ones, flat and under the same names; to the compiled
-        kernel they are addresses that Python does not see.
+        Its arrays. The kernel uses the same arrays, flat, in fields of the same names; in the
+        compiled kernel these fields are addresses that Python does not see.
     timeout : ns
-        A joint without a position for longer is missing; stamps that step back by more start a new
-        time.
+        A joint without a position for longer is missing. If a stamp steps back by more, all joints
+        are forgotten, and a new time begins.
     velocity_source
         AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     is_new_tool
-        Whether the next quaternion may have any sign.
+        Whether the next quaternion has no previous one whose sign it follows.
     is_closed
-        Whether the loops closed at the last answer.
+        Whether the loops closed at the last tool state.
     """
 
     def __init__(self, joints: int, closure: int = 0) -> None:
@@ -106,23 +107,23 @@ class JointMemory:
 
 class OurJoints:
     """
-    Joints of an arm that messages with certain names have.
+    The joints of an arm in messages with the same names.
 
     Parameters
     ----------
     joints, places_of
-        Their indices in the arm, and in the messages.
+        Indices of the joints in the arm, and in the messages.
 
     Attributes
     ----------
     table
-        Both arrays, as given.
+        The arrays `joints` and `places_of`.
     count
-        How many.
+        Number of these joints.
     joint, place
-        Their indices in the arm, and in the message.
+        Indices of the joints in the arm, and in the message.
     joints_needed, places_needed
-        Least number of joints of the arm, and of a message.
+        Smallest number of joints of an arm, and of positions in a message, with these indices.
     """
 
     def __init__(self, joints: Integers, places_of: Integers) -> None:
@@ -136,8 +137,37 @@ class OurJoints:
         self.place = arrays.whole(places_of, self.count)
 
 
+class ReportedJoints:
+    """
+    The joint positions and velocities of one message, with its times.
+
+    Parameters
+    ----------
+    ours
+        The joints of the arm that the message names.
+    positions, velocities : rad or m, rad/s or m/s
+        The numbers of the message. Velocities are used if there are as many as positions.
+    stamp, received, arrival : ns
+        The times in joint_sample.JointSample.
+    """
+
+    def __init__(
+        self,
+        ours: OurJoints,
+        positions: Floats,
+        velocities: Floats,
+        stamp: Nanoseconds,
+        received: Nanoseconds,
+        arrival: Nanoseconds,
+    ) -> None:
+        self.ours, self.stamp, self.received, self.arrival = ours, stamp, received, arrival
+        self.has_velocities = arrays.size(velocities) == arrays.size(positions)
+        self.positions = arrays.numbers(positions, ours.places_needed)
+        self.velocities = arrays.numbers(velocities, 0)
+
+
 def clear(memory: JointMemory) -> None:
-    """Do the work of `forget`."""
+    """Forget the states of all joints, for callers in the kernel."""
     memory.is_closed = False
     for j in range(memory.joints):
         memory.position[j] = places.NAN

@@ -1,4 +1,4 @@
-"""The measures of evaluated rows with the factors there, and the level they come to."""
+"""Singularity measures, factors and level of evaluated rows, and their nearest singular poses."""
 
 import math
 
@@ -11,10 +11,11 @@ from .singular_search.nearest_search import NearestSearch
 
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
-    # The same of the loops' determinants, behind the factors. Where a branch ends, its determinant
-    # falls as a root, and it is half as far as the first order says. J grows towards there: the
-    # way out of the manipulability would lead to the end of a branch that is nearer than the arm
-    # is to a singular pose.
+    # Writes the distances of the loops' determinants, after those of the factors. Near the end of
+    # a branch a determinant is proportional to the square root of the distance, so half of the
+    # first order is taken. J grows toward the end of a branch, so the gradient of the
+    # manipulability would lead there. If the end of a branch is nearest, the way out is that of
+    # its determinant.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest, first = measures[places.DISTANCE], -1
@@ -35,7 +36,7 @@ def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
 
 
 def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
-    # Away from the flat position of a group of loops, by its determinant and gradient.
+    # Writes the motion that leads away from a zero of a determinant, from its value and gradient.
     n, squares = arm.chain.dof, 0.0
     way_out = arrays.after(measures, places.LOST_AT + 6 + n)
     sign = 1.0 if determinant[0] > 0.0 else -1.0
@@ -48,7 +49,7 @@ def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
 
 
 def _judge(arm: Arm, measures: Flat) -> None:
-    # Nearest factor and level, of all that has been measured and found.
+    # Writes the watched measure, its level and the nearest factor.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
@@ -59,22 +60,22 @@ def _judge(arm: Arm, measures: Flat) -> None:
     judged[places.WATCHED] = watched
     sign = 1.0 if arm.stop < arm.warn else -1.0
     level = 0.0
-    if arm.watched == places.DISTANCE and not watched < places.FARTHEST:
-        level = 0.0  # none was found: no threshold is farther
+    by_distance = arm.watched == places.DISTANCE
+    if by_distance and not watched < places.FARTHEST:
+        level = 0.0  # none was found, and thresholds are at most FARTHEST
     elif not sign * watched > sign * arm.stop:
         level = 2.0
     elif not sign * watched > sign * arm.warn:
         level = 1.0
-    if arm.watched == places.DISTANCE and level == 0.0:
-        nearly = measures[places.CONDITION_NUMBER] > places.NEARLY_SINGULAR
-        level = 1.0 if nearly else 0.0
+    if by_distance and measures[places.CONDITION_NUMBER] > places.NEARLY_SINGULAR:
+        level = max(level, 1.0)
     judged[places.LEVEL] = level
-    judged[places.NEAREST] = nearest
+    judged[places.NEAREST_FACTOR] = nearest
 
 
 def _first_order(arm: Arm, measures: Flat) -> float:
-    # Factors do not suffer between two singular sets; where their product is the determinant
-    # nothing else is needed.
+    # Between two singular surfaces the first-order distance of the manipulability is wrong, and
+    # those of the factors are right. If their product is the determinant, they are sufficient.
     estimate = measures[places.DISTANCE]
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest = places.PI
@@ -86,7 +87,7 @@ def _first_order(arm: Arm, measures: Flat) -> float:
 
 
 def _judge_first_order(arm: Arm, measures: Flat) -> None:
-    # The distance by first order: no singular pose has been looked for.
+    # Writes the first-order distance, without a search for a singular pose.
     judged = arrays.after(measures, _judged_at(arm))
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
     estimate = _first_order(arm, measures)
@@ -97,21 +98,24 @@ def _judge_first_order(arm: Arm, measures: Flat) -> None:
     _judge(arm, measures)
 
 
-def _take_over(arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch) -> None:
-    # What was found, into measures of first order.
+def _write_search_result(
+    arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
+) -> None:
+    # Replaces the first-order distance by the result of the search.
     measures[places.DISTANCE] = places.FARTHEST
     if search.distance <= places.FARTHEST:
         search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
         measures[places.DISTANCE] = search.distance
         if arm.chain.loops > 0:
-            _take_loops_over(arm, row, measures, work, search)
+            _write_loop_results(arm, row, measures, work, search)
     _judge(arm, measures)
 
 
-def _take_loops_over(
+def _write_loop_results(
     arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
-    # The flat positions that were found; the way out is that of what is nearest now.
+    # Writes the distances of the zeros of determinants that the search found, and the way out of
+    # the nearest singular pose.
     n, first = arm.chain.dof, -1
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
@@ -135,17 +139,17 @@ def judge_row(
     arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
     """
-    Fill the measures of a row, the factors there, and the level without hysteresis.
+    Fill the measures of a row, its factors, and the level without hysteresis.
 
-    `work` has room for `room` numbers; the search is that of the pose before, or a new one.
+    `work` has `room` numbers. The search is that of the previous pose, or a new one.
     """
     _judge_one(arm, row, q, measures, work)
     search.follow(q, row)
-    _take_over(arm, row, measures, work, search)
+    _write_search_result(arm, row, measures, work, search)
 
 
 def _judge_one(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None:
-    # As `judge_row`, by first order; leaves the directions in `work`.
+    # As `judge_row`, with the first-order distance. The singular directions stay in `work`.
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
         steps = arrays.after(work, _directions(arm))
@@ -164,7 +168,7 @@ def _judge_rows(
     measures: Flat,
     work: Flat,
 ) -> int:
-    # As `_judge_one` fills each of LANES rows; returns a bit for each that is left to it.
+    # Fills LANES rows as `_judge_one`. Returns a bit for each row that `_judge_one` must fill.
     n, columns, length = arm.chain.dof, width(arm), arm.chain.frames_at
     measured = work
     evaluated = arrays.after(measured, columns * places.LANES)
@@ -178,75 +182,16 @@ def _judge_rows(
         if not factors.judge_factors(
             arm.tape, arm.task, _factors(arm), positions, distances, free, places.LANES
         ):
-            return singularity.ALL_LANES
+            return singularity.ALL_LANE_BITS
     blocks.put_one_by_one(measured, columns, measures, columns)
     for lane in range(places.LANES):
-        if (left >> lane) & 1:
-            continue
-        _judge_first_order(arm, arrays.after(measures, lane * columns))
+        if not (left >> lane) & 1:
+            _judge_first_order(arm, arrays.after(measures, lane * columns))
     return left
 
 
-def _judge_all(
-    arm: Arm,
-    count: int,
-    rows: Flat,
-    row_width: int,
-    q: Flat,
-    measures: Flat,
-    work: Flat,
-) -> None:
-    n, columns = arm.chain.dof, width(arm)
-    regular = _is_regular(arm)
-    k = 0
-    while k < count:
-        together, left = 1, 1
-        if regular and count - k >= places.LANES:
-            together = places.LANES
-            left = _judge_rows(
-                arm,
-                arrays.after(rows, k * row_width),
-                row_width,
-                arrays.after(q, k * n),
-                arrays.after(measures, k * columns),
-                work,
-            )
-        for one in range(k, k + together):
-            if left & 1:
-                _judge_one(
-                    arm,
-                    arrays.after(rows, one * row_width),
-                    arrays.after(q, one * n),
-                    arrays.after(measures, one * columns),
-                    work,
-                )
-            left >>= 1
-        k += together
-
-
-def _find_all(
-    arm: Arm,
-    count: int,
-    rows: Flat,
-    row_width: int,
-    q: Flat,
-    measures: Flat,
-    work: Flat,
-    search: NearestSearch,
-    in_order: bool,
-) -> None:
-    n, columns = arm.chain.dof, width(arm)
-    for k in range(count):
-        position, row = arrays.after(q, k * n), arrays.after(rows, k * row_width)
-        if in_order:
-            search.follow(position, row)
-        else:
-            search.look(position, row)
-        _take_over(arm, row, arrays.after(measures, k * columns), work, search)
-
-
 def _is_regular(arm: Arm) -> bool:
-    # Whether LANES poses can be taken at once.
+    # Whether LANES poses can be measured side by side.
     return arm.task.generic_rank == min(arm.chain.dof, arm.task.count) and arm.chain.loops == 0
 
 
@@ -255,18 +200,18 @@ def _judged_at(arm: Arm) -> int:
 
 
 def _factors(arm: Arm) -> int:
-    # Of the robot file, and the determinants of loops.
+    # Number of factors of the robot file and determinants of loops.
     return arm.tape.factors + arm.chain.groups
 
 
 def _directions(arm: Arm) -> int:
-    # How many numbers the directions that `measure_row` leaves take.
+    # Number of numbers of the singular directions that `measure_row` leaves in `work`.
     n, m = arm.chain.dof, arm.task.count
     return min(m, n) * (m + n)
 
 
 def room(arm: Arm) -> int:
-    """Return how many numbers `judge_row` needs room for."""
+    """Return the number of scratch numbers of `judge_row`."""
     n = arm.chain.dof
     spare = max(n * n, gradient.room(arm.chain))
     own = _directions(arm) + max(6 * n + spare, arm.tape.steps * (n + 1))
@@ -298,29 +243,48 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     """
     Fill `measures` with the singularity measures of each evaluated row (depth JACOBIAN or more).
 
-    The distance is of first order: `find_nearest` looks for the singular poses.
+    The distance is of first order; `find_nearest` searches the singular poses.
 
     Parameters
     ----------
     arm
         The arm.
     rows : shape (N, width)
-        As `evaluate` filled them.
+        Rows as `evaluate` fills them.
     q : shape (N, n), rad or m
-        Where the rows were evaluated.
+        Joint positions of the rows.
     measures : shape (N, 6 + 6 + 2 n + min(m, n) + 4 + F (2 + n) + n)
-        Scalars DETERMINANT (NaN where J_t is not square) to RANK, the lost direction (6,) in base
-        axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values; WATCHED
-        to FIRST_ORDER; the distances to the zeros of the F factors, those of loops behind those of
-        the robot file; value and gradient of each; the singular pose that was found nearest (n,).
+        The scalars DETERMINANT (NaN if J_t is not square) to RANK, the lost direction (6,) in base
+        axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values, WATCHED
+        to FIRST_ORDER, the distances to the zeros of the F factors (first those of the robot file,
+        then those of loops), value and gradient of each factor, and the nearest singular pose
+        (n,).
     """
     _check_rows(arm, rows, measures)
+    n, columns, regular = arm.chain.dof, width(arm), _is_regular(arm)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
-    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * arm.chain.dof)
-    results = arrays.results(measures, count * width(arm))
+    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
+    results = arrays.results(measures, count * columns)
     work = arrays.scratch(_room_side_by_side(arm))
     lock = arrays.let_go()
-    _judge_all(arm, count, table, row_width, positions, results, work)
+    k = 0
+    while k < count:
+        row, q_k = arrays.after(table, k * row_width), arrays.after(positions, k * n)
+        result = arrays.after(results, k * columns)
+        block, alone = 1, 1
+        if regular and count - k >= places.LANES:
+            block = places.LANES
+            alone = _judge_rows(arm, row, row_width, q_k, result, work)
+        for lane in range(block):
+            if (alone >> lane) & 1:
+                _judge_one(
+                    arm,
+                    arrays.after(row, lane * row_width),
+                    arrays.after(q_k, lane * n),
+                    arrays.after(result, lane * columns),
+                    work,
+                )
+        k += block
     arrays.take_back(lock)
     arrays.give_back(work)
 
@@ -329,33 +293,39 @@ def find_nearest(
     search: NearestSearch, rows: Floats, q: Floats, measures: Floats, in_order: bool
 ) -> None:
     """
-    Look for the singular pose nearest to each pose, and bring what `measure` filled up to it.
+    Search the singular pose nearest to each pose, and update the measures that `measure` filled.
 
     Parameters
     ----------
     search
-        Of the arm.
+        A search of the arm.
     rows, q, measures
         As in `measure`.
     in_order
-        Whether they are poses of a motion, of which the search has seen those before.
+        Whether the poses are those of a motion. Then the search continues from the previous pose.
     """
     arm = search.arm
     _check_rows(arm, rows, measures)
+    n, columns = arm.chain.dof, width(arm)
     count, row_width = arrays.extent(rows, 0), arrays.extent(rows, 1)
-    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * arm.chain.dof)
-    results = arrays.results(measures, count * width(arm))
+    table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
+    results = arrays.results(measures, count * columns)
     work = arrays.scratch(room(arm))
     lock = arrays.let_go()
-    _find_all(arm, count, table, row_width, positions, results, work, search, in_order)
+    for k in range(count):
+        position, row = arrays.after(positions, k * n), arrays.after(table, k * row_width)
+        if in_order:
+            search.follow(position, row)
+        else:
+            search.look(position, row)
+        _write_search_result(arm, row, arrays.after(results, k * columns), work, search)
     arrays.take_back(lock)
     arrays.give_back(work)
 
 
 def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
     """
-    Do `measure` and `find_nearest` for one row, after which its q stands, as `evaluate_one` has
-    it.
+    Do `measure` and `find_nearest` for one row with its q after it, as `evaluate_one` fills it.
     """
     arm = search.arm
     tail = 2 * arm.chain.dof + places.ROW_TAIL
@@ -370,8 +340,8 @@ def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
 def evaluate_and_measure_one(
     arm: Arm, q: Floats, qdot: Floats, row: Floats, measures: Floats
 ) -> int:
-    """`evaluate_one`, then `measure_one` with a new search; returns what the first returns."""
-    bad = evaluation.evaluate_one(arm.chain, q, qdot, row)
-    if bad == -1:
+    """Call `evaluate_one`, then `measure_one` with a new search; return the first result."""
+    stopped = evaluation.evaluate_one(arm.chain, q, qdot, row)
+    if stopped == -1:
         measure_one(NearestSearch(arm), row, measures)
-    return bad
+    return stopped

@@ -1,9 +1,11 @@
-"""Serialized messages: joint states taken from their bytes, and answered."""
+"""Joint states from the bytes of serialized messages, and the messages that answer them."""
 
 from typing import Any
 
+import numpy as np
+
 from . import judging, observing, outgoing
-from .joint_memory import JointMemory, OurJoints
+from .joint_memory import JointMemory, OurJoints, ReportedJoints
 from .layout import arrays, places
 from .layout.arrays import Bytes, Flat, FlatBytes, Floats, Nanoseconds
 from .outgoing import OutgoingMessages
@@ -12,27 +14,27 @@ from .singular_search.nearest_search import NearestSearch
 
 class IncomingForm:
     """
-    A form of serialized joint states, and the joints of ours in them.
+    The byte layout of serialized joint states with the same names.
 
     Parameters
     ----------
     fixed, same : shape (size,)
-        Bytes that select what must not change, and what stands there.
+        A mask of the bits that are the same in all messages, and the bytes under this mask.
     stamp_at
-        Where int32 seconds and uint32 nanoseconds begin, as in this machine's memory.
+        Offset of the stamp: int32 seconds, then uint32 nanoseconds, in this machine's byte order.
     positions, velocities
-        Where their doubles are.
+        Byte ranges of the doubles.
     ours
-        Our joints.
+        The joints of the arm in the messages.
 
     Attributes
     ----------
     table
-        Both arrays, as given; the compiled kernel has their addresses.
+        The arrays `fixed` and `same`; the compiled kernel uses their addresses.
     size
-        Bytes of a message.
-    stamp : ns
-        Of the message that was last taken.
+        Number of bytes of a message.
+    reported
+        The content of the last message.
     """
 
     def __init__(
@@ -45,8 +47,7 @@ class IncomingForm:
         ours: OurJoints,
     ) -> None:
         self.table: tuple[Any, ...] = (fixed, same)
-        self.ours, self.size, self.stamp_at = ours, arrays.size(fixed), stamp_at
-        self.stamp: Nanoseconds = 0
+        self.size, self.stamp_at = arrays.size(fixed), stamp_at
         self.positions_at: int = positions.start
         self.velocities_at: int = velocities.start
         self.position_count: int = (positions.stop - positions.start) // 8
@@ -56,12 +57,14 @@ class IncomingForm:
         counts = (self.position_count - ours.places_needed, self.velocity_count)
         if min(begins) < 0 or max(ends) > self.size or min(counts) < 0:
             raise ValueError('a place outside of the message')
+        numbers, rates = np.zeros(self.position_count), np.zeros(self.velocity_count)
+        self.reported = ReportedJoints(ours, numbers, rates, 0, 0, 0)
         self.fixed = arrays.octets(fixed, self.size)
         self.same = arrays.octets(same, self.size)
 
 
 def _fits(form: IncomingForm, data: FlatBytes) -> bool:
-    # Whether the bytes are those of the form, where they are to be.
+    # Whether all fixed bits have the values of the form.
     other = 0
     for k in range(form.size):
         other |= (data[k] & form.fixed[k]) ^ form.same[k]
@@ -84,25 +87,27 @@ def observe_bytes(
     answers: OutgoingMessages | None,
 ) -> int:
     """
-    Take a serialized message of a known form, and answer it: all in one call.
+    Take a serialized message of a known form into the memory, and fill the answers.
 
-    Returns what `observe` returns, or NOT_THIS_FORM for bytes of another form and for a message
+    Return the result of `observe`, or NOT_THIS_FORM for bytes of another form and for a message
     without a stamp.
 
     Parameters
     ----------
     search
-        Of the arm: that of the message before, or a new one.
-    memory, arrival, row
+        The search of the arm from the previous message, or a new one.
+    memory, row
         As in `observe`.
     form
-        The form; its stamp is written.
+        The form. The call overwrites its `reported`.
     data
         The message.
+    arrival : ns
+        Time of receipt, steady clock.
     measures
         As in `measure_one`.
     answers
-        What is filled with the state, as `fill_messages` does it.
+        Messages to fill with the new state, as `fill_messages` fills them; None for no answers.
     """
     arm = search.arm
     if len(data) != form.size:
@@ -115,39 +120,26 @@ def observe_bytes(
     if stamp == 0:
         return places.NOT_THIS_FORM
 
-    n, count = memory.joints, form.position_count
+    n, reported = memory.joints, form.reported
     width = arrays.size(row) - 2 * n - places.ROW_TAIL
-    observing.check_fit(arm, memory, form.ours, count, width)
+    observing.check_fit(arm, memory, reported.ours, width)
     evaluated = arrays.results(row, arm.chain.frames_at + 2 * n + places.ROW_TAIL)
     measured = arrays.results(measures, judging.width(arm))
     if answers is not None:
         numbers = arrays.size(row) + arrays.size(measures)
         outgoing.check_fit(answers, arm.chain, width, numbers)
-    form.stamp = stamp
-    work = arrays.scratch(max(count + form.velocity_count, judging.room(arm)))
-    velocities = arrays.after(work, count)
-    _copy_numbers(octets, form.positions_at, count, work)
-    _copy_numbers(octets, form.velocities_at, form.velocity_count, velocities)
-    said = observing.take(
-        arm,
-        memory,
-        form.ours,
-        work,
-        velocities,
-        count == form.velocity_count,
-        stamp,
-        0,
-        arrival,
-        evaluated,
-        width,
-    )
-    if said % places.STARTED_ANEW <= places.SAID_WITH_DIFFERENCES:
+    reported.stamp, reported.arrival = stamp, arrival
+    _copy_numbers(octets, form.positions_at, form.position_count, reported.positions)
+    _copy_numbers(octets, form.velocities_at, form.velocity_count, reported.velocities)
+    work = arrays.scratch(judging.room(arm))
+    outcome = observing.take(arm, memory, reported, evaluated, width)
+    if outcome % places.STARTED_ANEW <= places.WITH_DIFFERENCES:
         judging.judge_row(arm, evaluated, arrays.after(evaluated, width), measured, work, search)
         if answers is not None:
             q, qdot = arrays.after(evaluated, width), arrays.after(evaluated, width + n)
-            outgoing.spread(answers, evaluated, q, qdot)
+            outgoing.fill_covariances(answers, evaluated, q, qdot)
             outgoing.fill(
                 answers, stamp, evaluated, arrays.size(row), measured, arrays.size(measures)
             )
     arrays.give_back(work)
-    return said
+    return outcome

@@ -1,4 +1,4 @@
-"""Serialized messages that go out, and the numbers of a state that are written into them."""
+"""Serialized outgoing messages, and the numbers of a tool state that are written into them."""
 
 from typing import NamedTuple
 
@@ -20,14 +20,14 @@ class OutgoingTable(NamedTuple):
     Attributes
     ----------
     data
-        The bytes of all messages; those that are not filled stay unchanged.
+        The bytes of all messages. Bytes outside of stamps and targets do not change.
     stamps
-        Offsets of stamps: int32 seconds and uint32 nanoseconds.
+        Offsets of stamps: int32 seconds, then uint32 nanoseconds.
     targets
-        Offsets of numbers: doubles.
+        Offsets of doubles.
     sources : shape of targets
-        Index in a row of each number; beyond the row's end, in its measures; beyond these, in the
-        covariances of pose and twist.
+        Index of each number in a row, followed by its measures and by the covariances of pose and
+        twist.
     """
 
     data: Bytes
@@ -43,19 +43,19 @@ class OutgoingMessages:
     Parameters
     ----------
     table
-        Their arrays.
+        The arrays.
     errors, of_pose, of_twist
-        Where covariances are among their numbers: what they are of, and which are wanted.
+        For messages with covariances: the errors of the arm, and the covariances that are needed.
 
     Attributes
     ----------
     table
-        Their arrays. The kernel has the same ones, flat and under the same names; to the compiled
-        kernel they are addresses that Python does not see.
+        The arrays. The kernel uses the same arrays, flat, in fields of the same names; in the
+        compiled kernel these fields are addresses that Python does not see.
     stamped, count
-        Numbers of stamps and of numbers.
+        Number of stamps, and number of doubles.
     needed
-        Least length of a row, its measures and the covariances together.
+        Smallest length of a row, its measures and the covariances together.
     """
 
     def __init__(
@@ -68,8 +68,8 @@ class OutgoingMessages:
         size = arrays.size(table.data)
         self.table, self.errors = table, errors
         self.of_pose, self.of_twist = of_pose, of_twist
-        self.found: Floats = np.zeros(0 if errors is None else pose_errors.COVARIANCES)
-        self.covariances = arrays.results(self.found, 0)
+        self.covariance_array: Floats = np.zeros(0 if errors is None else pose_errors.COVARIANCES)
+        self.covariances = arrays.results(self.covariance_array, 0)
         self.stamped, self.count = arrays.size(table.stamps), arrays.size(table.targets)
         self.needed: int = int(table.sources.max(initial=-1)) + 1
         self.data = arrays.octets_to_fill(table.data, 0)
@@ -87,14 +87,14 @@ def fill_messages(
     messages: OutgoingMessages, stamp: Nanoseconds, row: Floats, measures: Floats
 ) -> None:
     """
-    Write a stamp and the numbers of a state into messages without covariances.
+    Write a stamp and the numbers of a tool state into messages without covariances.
 
     Parameters
     ----------
     messages
         The messages.
     stamp : ns
-        A stamp beyond the range of a message becomes the nearest one.
+        A stamp outside the range of a message becomes the nearest one.
     row, measures
         Together at least `messages.needed` numbers.
     """
@@ -106,7 +106,7 @@ def fill_messages(
 
 def check_fit(messages: OutgoingMessages, chain: Chain, width: int, numbers: int) -> None:
     """
-    Raise TypeError if they do not fit a row `width` wide, of so many numbers with its measures.
+    Raise TypeError if a row of `width` numbers, `numbers` with tail and measures, is too short.
     """
     if messages.errors is not None:
         if messages.errors.chain is not chain or width < chain.width:
@@ -124,7 +124,7 @@ def fill(
     measures: Flat,
     measured: int,
 ) -> None:
-    """Do the work of `fill_messages`; `size` and `measured` are those of row and measures."""
+    """Do what `fill_messages` does, for `size` numbers of a row and `measured` measures."""
     seconds = stamp // 1_000_000_000
     if seconds * 1_000_000_000 > stamp:  # C rounds towards zero
         seconds -= 1
@@ -144,8 +144,8 @@ def fill(
         arrays.put_number(messages.data, messages.targets[k], number)
 
 
-def spread(messages: OutgoingMessages, row: Flat, q: Flat, qdot: Flat) -> None:
-    """Compute the covariances of a row that are among the numbers of the messages."""
+def fill_covariances(messages: OutgoingMessages, row: Flat, q: Flat, qdot: Flat) -> None:
+    """Compute the covariances of a row if the messages have covariances."""
     if messages.errors is not None:
         work = arrays.scratch(pose_errors.room(messages.errors))
         pose_errors.write_covariances(

@@ -1,7 +1,4 @@
-"""
-The command that compiles the kernel again: it repeats the installation of this copy of the
-package.
-"""
+"""The command that compiles the kernel again, by installing this copy of the package again."""
 
 import json
 import shlex
@@ -34,7 +31,7 @@ def command() -> str:
 
 def _by_pip(what: str) -> str:
     command = f'{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {what}'
-    # No compiler works without these.
+    # A compiler needs the headers of Python.
     headers = Path(sysconfig.get_path('include'), 'Python.h').exists()
     return command if headers else f'sudo apt install python3-dev && {command}'
 
@@ -48,13 +45,13 @@ def _by_colcon(build: Path, option: str = '') -> str:
 
 
 def _origin(written: str | None) -> str:
-    # The source that pip recorded (PEP 610); the package's name if that was an index.
+    # The source of the package that pip recorded (PEP 610); the package's name for an index.
     if not written:
         return _PACKAGE
-    given = json.loads(written)
-    url = given['url']
-    if 'vcs_info' in given:
-        url = f'{given["vcs_info"]["vcs"]}+{url}@{given["vcs_info"]["commit_id"]}'
+    record = json.loads(written)
+    url = record['url']
+    if 'vcs_info' in record:
+        url = f'{record["vcs_info"]["vcs"]}+{url}@{record["vcs_info"]["commit_id"]}'
     elif url.startswith('file:'):
         url = unquote(urlsplit(url).path)
     return shlex.quote(url)

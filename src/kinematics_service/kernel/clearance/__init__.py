@@ -1,1 +1,1 @@
-"""The clearance from singular poses: a radius in which, by proof, no pose is singular."""
+"""The clearance: a radius around a pose in which, by proof, no pose is singular."""

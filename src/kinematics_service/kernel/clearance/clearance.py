@@ -1,19 +1,19 @@
 """
-A radius around a pose in which no pose is singular, proved.
+The clearance of a pose: a proved radius in which no pose is singular, by Weyl's inequality.
 
-J_t is brought into the bases of its singular values. Between the directions of the larger ones it
-stays invertible as long as bounds of its change say so; then it has full rank where the Schur
-complement of that block is not zero. To first order the bases move along with the block, which
-leaves hardly anything of what couples the two; what is left is known to third order, and bounded
-beyond.
+J_t is written in the bases of its singular vectors. The block of all singular values but the
+smallest stays invertible while bounds of its change are below 1. Then J_t has full rank if the
+Schur complement of this block is not zero. The bases move with the block, so that the coupling
+between the block and the last direction is zero to first order. The complement is expanded to
+third order, and bounds are added for the higher orders.
 
-Of a redundant arm the complement has several numbers, of which not all are zero at once: a sum of
-them, with weights that are polynomials too, is shown to be positive.
+For a redundant arm the complement has several entries, and J_t has full rank unless all of them
+are zero. A sum of the entries, with polynomials as weights, is proved to be positive.
 """
 
 import math
 
-from ..forward import chain_pass
+from ..forward import chain_pass, vectors
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers
 from ..measures import symmetric
@@ -23,30 +23,30 @@ from .cubic import Cubic
 from .directions import Directions
 from .expansion import Expansion
 
-# Largest number of halvings of the radius.
+# Largest number of bisections of the radius.
 HALVINGS = 32
-# The halvings end at this error of the radius, relative to it.
+# Relative error of the radius at which the bisection ends.
 RADIUS_TOLERANCE = 1e-5
-# Number of sums of the complement's entries that are tried.
-SUMS = 4
+# Number of weighted sums of the complement's entries that are tried.
+MAX_SUMS = 4
 
 
 class Clearance:
     """
-    What is known of an arm's J_t at every pose, and room to prove that no pose nearby is singular.
+    Bounds of the derivatives of an arm's J_t, and scratch memory for the clearances of its poses.
 
     Parameters
     ----------
     arm
         The arm.
-    moving : the joints that can change the rank of J_t
-        Counted from 0.
+    moving
+        The joints that can change the rank of J_t, counted from 0.
     point : shape (3,), m
-        The point whose velocity is taken, in the axes of the tool and from its origin: where all
-        rows of J count, the rank is the same for each.
+        The point whose velocity is taken, in tool axes relative to the tool's origin. If J_t has
+        all six rows, its rank is the same for each point.
     bend, twist, fourth
         Bounds of the second, third and fourth derivatives of the scaled J_t along a unit motion of
-        the joints that count; the last two infinite where they are not known.
+        the joints in `moving`; infinity for an unknown third or fourth one.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Clearance:
     def radius(self, q: Flat) -> float:
         """Return the radius around q (n,) within which no pose is singular, rad."""
         k = self.arm.task.generic_rank
-        self._stand_at(q)
+        self._evaluate(q)
         sigma = self.directions.sigma
         smallest, self.largest = sigma[k - 1], sigma[0]
         if not smallest > self.share * self.largest:
@@ -100,62 +100,57 @@ class Clearance:
         self._write_norms()
         arrays.fill(self.first, self.directions.count, 0.0)
         self.first[0] = 1.0
-        self._become(self.sum, self.first)
+        self._set_sum(self.sum, self.first)
         radius = self._by_complement(radius)
         if self.directions.count > 1 and self._choose_shares():
-            for turn in range(1, SUMS):
-                self._mix(turn / (SUMS - 1.0))
-                self._become(self.sum, self.across)
+            for turn in range(1, MAX_SUMS):
+                self._mix(turn / (MAX_SUMS - 1.0))
+                self._set_sum(self.sum, self.across)
                 radius = self._by_complement(radius)
-            self._become(self.sum, self.shares)
-            self._become(self.steep, self.steepest)
+            self._set_sum(self.sum, self.shares)
+            self._set_sum(self.steep, self.steepest)
             self.steep.write_sizes()
             self.sum.take_away(self.steep)
             radius = self._by_complement(radius)
         return radius
 
     def _mix(self, share: float) -> None:
-        # The sum between the first number alone and that with the least slope.
+        # Weights between those of the first entry alone and those of the smallest slope.
         for i in range(self.directions.count):
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
         unit(self.across, self.directions.count)
 
-    def _become(self, cubic: Cubic, shares: Flat) -> None:
-        # A sum of the complement's numbers.
-        count, smallest = (
-            self.directions.count,
-            self.directions.sigma[self.arm.task.generic_rank - 1],
-        )
-        cubic.become(self.expansion, self.F, shares, count, shares[0] * smallest)
+    def _set_sum(self, cubic: Cubic, shares: Flat) -> None:
+        # Sets a cubic to a weighted sum of the complement's entries.
+        count = self.directions.count
+        smallest = self.directions.sigma[self.arm.task.generic_rank - 1]
+        cubic.set_sum(self.expansion, self.F, shares, count, shares[0] * smallest)
 
-    def _stand_at(self, q: Flat) -> None:
-        # Evaluates q, takes the velocities of the point, and decomposes J_t.
+    def _evaluate(self, q: Flat) -> None:
+        # Evaluates q, changes the velocities to those of the point, and decomposes J_t.
         n = self.arm.chain.dof
         arrays.copy(self.directions.q, n, q)
         row = self.directions.row
         chain_pass.evaluate_row(
             self.arm.chain, self.directions.q, self.directions.still, places.JACOBIAN, row
         )
-        px, py, pz = self.point[0], self.point[1], self.point[2]
-        x = row[0] * px + row[1] * py + row[2] * pz
-        y = row[4] * px + row[5] * py + row[6] * pz
-        z = row[8] * px + row[9] * py + row[10] * pz
+        point = vectors.times_vector(row, vectors.three(self.point, 0))
         entries = self.arm.chain.entries
         v = arrays.after(row, self.arm.chain.screws_at)
         w = arrays.after(v, 3 * entries)
         for e in range(entries):
-            wx, wy, wz = w[e], w[e + entries], w[e + 2 * entries]
-            v[e] += wy * z - wz * y
-            v[e + entries] += wz * x - wx * z
-            v[e + 2 * entries] += wx * y - wy * x
+            way = vectors.cross(vectors.apart(w, e, entries), point)
+            v[e] += way[0]
+            v[e + entries] += way[1]
+            v[e + 2 * entries] += way[2]
         if self.arm.chain.form == places.MIXED:
             chain_pass.add_up_screws(self.arm.chain, v, row)
         self.directions.decompose()
 
     def _condition(self) -> float:
-        # Which share of the largest singular value another one has counts at the tool's origin,
-        # where a search judges it. On the way there from the point p, J_t is multiplied by
-        # [1, p x / length; 0, 1]: by so much, its condition number, the share may fall.
+        # The search tests the ratio of singular values for the velocity of the tool's origin. To
+        # change from the point p to the origin, J_t is multiplied by [1, p x / length; 0, 1]. The
+        # ratio decreases at most by the condition number of this matrix.
         away = 0.0
         for i in range(self.arm.task.count):
             if self.arm.task.axis[i] >= 3:
@@ -165,11 +160,11 @@ class Clearance:
         return root * root
 
     def _changed(self, r: float) -> float:
-        # How much J_t and its singular values change within r at most.
+        # Bound of the change of J_t and of its singular values within r.
         return self.change * r + 0.5 * self.bend * r * r
 
     def _by_change(self, smallest: float) -> float:
-        # Weyl: no singular value falls faster than J_t changes.
+        # Weyl's inequality: no singular value changes by more than the norm of the change of J_t.
         good, bad = 0.0, places.FARTHEST
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
@@ -181,8 +176,8 @@ class Clearance:
         return good
 
     def _write_complement(self) -> None:
-        # F, the complement of each line to third order; of what the moving bases leave of the
-        # turns and lines, B and C, the second order.
+        # Fills F, the complement of each line to third order; and B and C, the second order of the
+        # turns and lines in the moving bases, where the first order is 0.
         d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
@@ -207,12 +202,12 @@ class Clearance:
                 self._subtract(turn, arrays.after(line, d), 2, cubed)
 
     def _cell(self, turn: int, line: int) -> Flat:
-        # The terms of J_t between a turn and a line.
+        # The terms of the entry of J_t between a turn and a line.
         cell = turn * self.directions.length + line
         return arrays.after(self.expansion.G, cell * self.expansion.terms)
 
     def _subtract(self, a: Flat, b: Flat, order: int, product: Flat) -> None:
-        # Subtracts the product of a, terms of the first order, and b, of an order.
+        # Subtracts the product of `a` (first order) and `b` (of order 1 or 2) from `product`.
         d, pair, triple = self.count, self.expansion.pair, self.expansion.triple
         for i in range(d):
             for j in range(d):
@@ -223,7 +218,7 @@ class Clearance:
                     product[triple[(i * d + j) * d + p]] -= a[i] * b[pair[j * d + p]]
 
     def _write_norms(self) -> None:
-        # How much block, turns and lines change for motions of length 1, order by order.
+        # Bounds of the changes of block, turns and lines by a motion of length 1, for each order.
         k, count, d = self.arm.task.generic_rank - 1, self.directions.count, self.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         step, cubed = self.directions.length * terms, d + pairs
@@ -240,8 +235,8 @@ class Clearance:
         self.twist_of_lines = self.expansion.norm(lines, k, terms, 1, 0, 1, 3)
 
     def _choose_shares(self) -> bool:
-        # Of the sums of the complement's numbers that which has the least slope for its size, and
-        # of those across it the steepest.
+        # Chooses the weights of a sum of the complement's entries with the smallest slope relative
+        # to its value, and those of the steepest sum orthogonal to it. Returns whether both exist.
         d, count, terms = self.count, self.directions.count, self.expansion.terms
         trace, most = 0.0, 0.0
         for i in range(count):
@@ -269,14 +264,12 @@ class Clearance:
         return most > 0.0
 
     def _by_complement(self, best: float) -> float:
-        # The largest radius within which the sum is proved to be positive, or what is proved
-        # already.
+        # The largest radius in which the sum is proved to be positive; `best` if it is larger.
         self.sum.write_sizes()
         self.sum.diagonalise()
         good, bad = best, places.FARTHEST
-        if not self._is_proved(
-            (1.0 + RADIUS_TOLERANCE) * best + RADIUS_TOLERANCE * RADIUS_TOLERANCE
-        ):
+        at_least = (1.0 + RADIUS_TOLERANCE) * best + RADIUS_TOLERANCE * RADIUS_TOLERANCE
+        if not self._is_proved(at_least):
             return best
         if self._is_proved(bad):
             return bad
@@ -291,10 +284,11 @@ class Clearance:
         return good
 
     def _is_proved(self, r: float) -> bool:
-        # Whether the sum is positive for all |d| <= r. With P, B, C the changes of block, turns
-        # and lines and B1, C1 their first order, the moving bases leave of the complement
-        # f - C1 B' - C B1 - C' (1 + P)^-1 B', B' = B - (1 + P) B1, C' = C - C1 (1 + P). What a
-        # singular value may be counts as a change: J_t stays regular with any that is as large.
+        # Whether the sum is proved to be positive for all |d| <= r. P, B, C are the changes of
+        # block, turns and lines, and B1, C1 their first orders. In the moving bases the complement
+        # is f - C1 B' - C B1 - C' (1 + P)^-1 B', with B' = B - (1 + P) B1 and C' = C - C1 (1 + P).
+        # The largest singular value that counts as zero is added to the change of J_t: the proof
+        # holds for each perturbation of that size.
         square, singular = r * r, self.share * (self.largest + self._changed(r))
         third = self.twist * square * r / 6.0 + singular
         fourth = self.fourth * square * square / 24.0 + singular
@@ -311,7 +305,7 @@ class Clearance:
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         rest += twisted * turns + behind * before / (1.0 - inside)
-        # The weight of the steepest number, and its products with it from the fourth order on.
+        # The weight of the steepest sum, and its products with that sum from fourth order on.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
         rest *= 1.0 + abs(self.sum.weight) + slope + bend
@@ -320,7 +314,7 @@ class Clearance:
 
 
 def unit(v: Flat, count: int) -> bool:
-    """Make the first number of v (count,) positive and its length 1, where it has one."""
+    """Normalize v (count,), with its first number >= 0; return False if v is 0."""
     size = directions.length_of(v, count)
     if not size > 0.0:
         return False

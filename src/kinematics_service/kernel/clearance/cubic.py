@@ -1,4 +1,4 @@
-"""A polynomial of third order in a joint motion, and what it is at least in a ball."""
+"""Polynomials of third order in a joint motion, and a lower bound of each in a ball (dual)."""
 
 from ..layout import arrays
 from ..layout.arrays import Flat
@@ -7,37 +7,36 @@ from . import directions
 from .expansion import Expansion
 from .norms import Norms
 
-# Halvings of the multiplier of a minimum, which proves with any.
+# Bisections of the Lagrange multiplier; the bound holds for each multiplier.
 MULTIPLIER_HALVINGS = 20
-# Times that what goes with a slope is taken away.
-ROUNDS = 4
-# No denominator of a minimum is smaller, as a share of the curvature and the slope.
-TINY = 1e-14
+# Number of repetitions of `take_away`'s division.
+DIVISIONS = 4
+# Smallest denominator of the bound, relative to curvature and slope.
+MIN_DENOMINATOR = 1e-14
 
 
 class Cubic:
     """
-    constant + g.d + d'Qd + T(d, d, d), of motions d of so many joints.
+    A polynomial constant + g.d + d'Qd + T(d, d, d) of joint motions d.
 
     Parameters
     ----------
     count
-        Of joints.
+        Number of joints.
 
     Attributes
     ----------
     constant, g, Q, T
-        Its parts: a number, (d,), symmetric (d, d), and (d, d, d) the same in all orders of the
-        indices.
+        Its coefficients: a number, (d,), symmetric (d, d), and symmetric (d, d, d).
     weight, l, M
-        The polynomial of second order by which another was multiplied that has been added.
+        Coefficients of the quadratic polynomial that `take_away` multiplied the other one by.
     size_of_l, size_of_M, size_of_Q, size_of_T
-        Bounds of them for motions of length 1.
+        Bounds of these parts for motions of length 1.
     """
 
     def __init__(self, count: int) -> None:
         self.count = count
-        d = self.count
+        d = count
         self.norms = Norms(max(d, 1), max(d * d * d, 1))
         self.constant, self.weight, self.size_of_l, self.size_of_M = 0.0, 0.0, 0.0, 0.0
         self.size_of_Q, self.size_of_T = 0.0, 0.0
@@ -46,10 +45,10 @@ class Cubic:
         self.Q, self.M, self.H = arrays.rooms(d * d, d * d, d * d)
         self.Z, self.half, self.T = arrays.rooms(d * d, d * d, d * d * d)
 
-    def become(
+    def set_sum(
         self, expansion: Expansion, F: Flat, shares: Flat, count: int, constant: float
     ) -> None:
-        """Become a sum of so many rows of terms, as the expansion has them, with shares."""
+        """Set it to the sum of `count` rows of terms of the expansion, weighted by `shares`."""
         d, begins = self.count, expansion.begins
         self.constant, self.weight, self.size_of_l, self.size_of_M = constant, 0.0, 0.0, 0.0
         for a in range(d):
@@ -67,9 +66,9 @@ class Cubic:
 
     def take_away(self, other: 'Cubic') -> None:
         """
-        Add another one, multiplied by what takes all away that has the direction of its slope.
+        Add another polynomial times a quadratic one, which removes the terms along its slope.
 
-        Where the other one vanishes, this one stays what it was.
+        At motions at which the other polynomial is 0 the value does not change.
         """
         d = self.count
         slope = directions.length_of(other.g, d)
@@ -77,7 +76,7 @@ class Cubic:
             return
         for j in range(d):
             self.way[j] = other.g[j] / slope
-        for _ in range(ROUNDS):
+        for _ in range(DIVISIONS):
             self._divide(slope)
             self._add_product(other)
         self.size_of_l = directions.length_of(self.l, d)
@@ -92,8 +91,8 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # The weight (along[0], more, half) of a form slope way.d that takes away all of g, Q and T
-        # that has its direction: what they lose where d loses its share of it.
+        # The quadratic factor (along[0], more, half) of the linear form slope way.d, whose product
+        # removes the parts of g, Q and T along `way`.
         d, way, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0
@@ -119,61 +118,59 @@ class Cubic:
         self.along[0] = -value / slope
 
     def _add_product(self, other: 'Cubic') -> None:
-        # Adds another one times the weight of `_divide`, up to the third order.
-        d, one, more, half = self.count, self.along[0], self.more, self.half
-        self.weight += one
-        self.constant += one * other.constant
+        # Adds another polynomial times the factor of `_divide`, up to third order.
+        d, first, more, half = self.count, self.along[0], self.more, self.half
+        self.weight += first
+        self.constant += first * other.constant
         for a in range(d):
             self.l[a] += more[a]
-            self.g[a] += one * other.g[a] + other.constant * more[a]
+            self.g[a] += first * other.g[a] + other.constant * more[a]
             for b in range(d):
                 p = a * d + b
                 self.M[p] += half[p]
                 both = more[a] * other.g[b] + other.g[a] * more[b]
-                self.Q[p] += one * other.Q[p] + 0.5 * both + other.constant * half[p]
+                self.Q[p] += first * other.Q[p] + 0.5 * both + other.constant * half[p]
                 for c in range(d):
                     value = more[a] * other.Q[b * d + c] + more[b] * other.Q[a * d + c]
                     value += more[c] * other.Q[p] + half[p] * other.g[c]
                     value += half[a * d + c] * other.g[b] + half[b * d + c] * other.g[a]
-                    self.T[p * d + c] += one * other.T[p * d + c] + value / 3.0
+                    self.T[p * d + c] += first * other.T[p * d + c] + value / 3.0
 
     def write_sizes(self) -> None:
-        """Fill the bounds of Q and T."""
+        """Fill the bounds size_of_Q and size_of_T."""
         self.size_of_Q = self._norm(self.Q, self.count)
         self.size_of_T = self._norm(self.T, self.count * self.count)
 
     def _norm(self, matrix: Flat, length: int) -> float:
-        # At least the largest singular value of a matrix (d, length).
+        # An upper bound of the largest singular value of a matrix (d, length).
         arrays.copy(self.norms.W, self.count * length, matrix)
         return self.norms.norm(self.count, length)
 
     def diagonalise(self) -> None:
-        """Prepare `lowest`, after `write_sizes`."""
+        """Decompose Q for `lowest`; call `write_sizes` before."""
         d = self.count
         for p in range(d * d):
             self.H[p] = 2.0 * self.Q[p]
-        symmetric.diagonalise(self.H, self.Z, d, symmetric.NEGLIGIBLE)
+        symmetric.diagonalise(self.H, self.Z, d, symmetric.ROUND_OFF)
         for i in range(d):
             self.turned[i] = arrays.dot(arrays.after(self.Z, i * d), self.g, d)
 
     def lowest(self, r: float) -> float:
         """
-        Return a lower bound of it over abs(d) <= r.
+        Return a lower bound of the polynomial over |d| <= r.
 
-        Of g.d + d'Qd it is the Lagrange dual, which is one for any multiplier that makes
-        2 Q + multiplier positive.
+        The bound of g.d + d'Qd is the Lagrange dual. It is a lower bound for each multiplier that
+        makes 2 Q + multiplier positive (Boyd and Vandenberghe, Convex Optimization, 5.2).
         """
-        high: float
-        low: float
-        size: float
         d = self.count
         least, size = 0.0, 0.0
         for i in range(d):
             least = max(least, -self.H[i * d + i])
             size = max(size, abs(self.H[i * d + i]))
         whole = 2.0 * size + directions.length_of(self.turned, d) / r
-        tiny = TINY * whole if whole > 0.0 else 1.0
-        low, high = least, least + whole
+        tiny = MIN_DENOMINATOR * whole if whole > 0.0 else 1.0
+        low: float = least
+        high: float = least + whole
         for _ in range(MULTIPLIER_HALVINGS):
             multiplier: float = 0.5 * (low + high)
             squares: float = 0.0

@@ -1,4 +1,4 @@
-"""The singular values and directions of J_t at a pose, those of its null space included."""
+"""Singular values and directions of J_t at a pose, including its null space."""
 
 import math
 
@@ -11,23 +11,23 @@ from ..measures.task_rows import TaskRows
 
 class Directions:
     """
-    Room for a pose, its Jacobian and the decomposition of J_t.
+    Memory for a pose, its Jacobian and the decomposition of J_t.
 
-    `lines` are the directions that there are max(m, n) of, `turns` those that there are min(m, n)
-    of: of the joints and of the tool for a redundant arm, otherwise of the tool and of the joints.
+    The max(m, n) `lines` and the min(m, n) `turns` are the singular directions of both sides. For
+    a redundant arm the lines are joint motions and the turns are tool motions; else the reverse.
 
     Attributes
     ----------
     q, still : shape (n,)
-        The pose, and no velocities.
+        The pose, and zero velocities.
     row
         The evaluated row of the pose.
     W, sigma
-        As `unit_rows` leaves them, with a row for each line.
+        The results of `unit_rows`; W has a row for each line.
     length, width
         Number of lines, and length of a row of W.
     count
-        Number of lines from the generic rank on.
+        Number of lines from the generic rank on, those of the last direction and the null space.
     """
 
     def __init__(self, chain: Chain, task: TaskRows) -> None:
@@ -42,7 +42,7 @@ class Directions:
         arrays.fill(self.still, n, 0.0)
 
     def decompose(self) -> None:
-        """Fill W and sigma of the row."""
+        """Fill W and sigma from the row."""
         singularity.write_directions(self.chain.dof, self.task, self.row, self.W, self.sigma)
         for i in range(self.turns, self.length):
             singular_values.write_orthogonal_row(self.W, i, self.length, self.width)

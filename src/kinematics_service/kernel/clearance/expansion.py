@@ -1,10 +1,10 @@
-"""J_t around a pose as a polynomial of the joints' motions, between its singular directions."""
+"""The Taylor expansion of J_t at a pose to third order, in the bases of its singular vectors."""
 
 import math
 
 from ..forward import vectors
 from ..forward.chain import Chain
-from ..layout import arrays
+from ..layout import arrays, places
 from ..layout.arrays import Flat, Integers, Vector
 from ..measures import singularity
 from ..measures.task_rows import TaskRows
@@ -12,38 +12,38 @@ from .directions import Directions
 from .norms import Norms
 
 # The highest order.
-ORDERS = 3
+MAX_ORDER = 3
 
 
 class Expansion:
     """
-    The scaled J_t around a pose to third order in the motions of the joints that count.
+    The Taylor expansion of the scaled J_t at a pose, to third order in the motions of some joints.
 
-    Its terms are the products of one of these motions, of two, and of three: first all of the
-    first order, then of the second, then of the third.
+    A term is a product of one, two or three of these motions. The terms of first order come first,
+    then those of second and of third order.
 
     Parameters
     ----------
     chain, task
         The arm.
     moving
-        The joints that count, from 0.
+        The joints whose motions are variables, counted from 0.
     orders
-        1 or 3: with many joints the third order would be large.
+        The highest order, 1 or 3. The third order is large if there are many joints.
 
     Attributes
     ----------
     terms
-        How many there are.
+        Number of terms.
     begins, sizes : shape (4,)
-        The first term of each order, and how many terms it has.
+        Index of the first term of each order, and number of its terms.
     pair, triple : shape (d, d), (d, d, d)
-        Where a product stands among those of its order.
+        Index of a product among those of its order.
     share : shape (terms,)
-        1 over the number of orders in which the factors of each can be multiplied.
+        1 over the number of permutations of the factors of each term; `root` is its square root.
     G : shape (rank, lines, terms)
-        The terms between each turn and each line of the equations, over the roots of the singular
-        values of those before the last of the rank.
+        The terms of the entry between each turn and each line, divided by the square roots of
+        their singular values, except the last one.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
@@ -59,10 +59,10 @@ class Expansion:
         cells = self.turns * self.length
         largest = max(d, max(pairs, triples))
         self.norms = Norms(max(self.turns, max(self.length, d)), max(cells, d * d) * largest)
-        self.begins, self.sizes = arrays.whole_rooms(ORDERS + 1, ORDERS + 1)
-        self.place, self.chosen = arrays.whole_rooms(n, ORDERS)
+        self.begins, self.sizes = arrays.whole_rooms(MAX_ORDER + 1, MAX_ORDER + 1)
+        self.place, self.chosen = arrays.whole_rooms(n, MAX_ORDER)
         self.pair, self.triple = arrays.whole_rooms(d * d, d * d * d)
-        self.share, self.half = arrays.rooms(self.terms, cells)
+        self.share, self.root, self.half = arrays.rooms(self.terms, self.terms, cells)
         self.K, self.G = arrays.rooms(self.terms * cells, self.terms * cells)
         for j in range(n):
             self.place[j] = -1
@@ -75,6 +75,8 @@ class Expansion:
         if orders > 1:
             self._number_pairs()
             self._number_triples()
+        for k in range(self.terms):
+            self.root[k] = math.sqrt(self.share[k])
 
     def _number_pairs(self) -> None:
         d, k = self.count, 0
@@ -104,9 +106,9 @@ class Expansion:
         """
         Fill the terms at an evaluated row.
 
-        Of entries in the order of the chain, a, b, c, ..., the tool's velocity changes by
-        w_a x (w_b x ... v_c), whichever of them is the column; the axis of a column by
-        w_a x (w_b x ... w_i), where all others are before it.
+        For entries a, b, c, ... in the order of the chain, the derivative of the linear velocity
+        of each of these columns is w_a x (w_b x ... v_c). The derivative of the angular velocity
+        of a column i after all of them is w_a x (w_b x ... w_i).
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
         arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
@@ -129,24 +131,24 @@ class Expansion:
                     if c < 0:
                         continue
                     self.chosen[2] = h
-                    one = share * self._scale(h)
+                    weight = share * self._scale(h)
                     if f == g and g == h:
-                        one /= 6.0
+                        weight /= 6.0
                     elif f == g or g == h:
-                        one *= 0.5
-                    self._add(self.begins[3] + self.triple[(a * d + b) * d + c], 3, one, row)
+                        weight *= 0.5
+                    self._add(self.begins[3] + self.triple[(a * d + b) * d + c], 3, weight, row)
 
     def _scale(self, entry: int) -> float:
         return self.task.column_scale[self.chain.joint[entry]]
 
     def _add(self, term: int, order: int, share: float, row: Flat) -> None:
-        # The change of all columns of J by the entries chosen, of which there are `order`.
+        # Adds the derivative of all columns of J by the first `order` chosen entries to a term.
         entries = self.chain.entries
         v = arrays.after(row, self.chain.screws_at)
         w = arrays.after(v, 3 * entries)
         K = arrays.after(self.K, term * self.turns * self.length)
         for i in range(entries):
-            # The last of the chain among the column and those chosen is moved by all others.
+            # All earlier entries move the last one of the column and the chosen entries.
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
             left = i < last
@@ -170,7 +172,7 @@ class Expansion:
                 K[r * self.length + j if self.wide else j * self.length + r] += value
 
     def turn(self, directions: Directions) -> None:
-        """Fill G, from the terms and the directions of the pose."""
+        """Fill G from the terms and the singular directions of the pose."""
         turns, length, rank, terms = self.turns, self.length, self.rank, self.terms
         for k in range(terms):
             K = arrays.after(self.K, k * turns * length)
@@ -191,7 +193,7 @@ class Expansion:
                     self.G[(a * length + b) * terms + k] = share * value
 
     def change(self) -> float:
-        """Return at least the largest change of J_t to first order by a motion of length 1."""
+        """Return an upper bound of the first-order change of J_t by a motion of length 1."""
         cells = self.turns * self.length
         return self.norm(self.K, self.turns, self.length, self.length, 1, cells, 1)
 
@@ -206,31 +208,31 @@ class Expansion:
         order: int,
     ) -> float:
         """
-        Return at least the norm of a matrix of terms of one order, for motions of length 1.
+        Return an upper bound of the norm of a matrix of terms of one order, for a unit motion.
 
-        Its rows are `step` apart, its columns `stride`, its terms `apart`. It is the least norm of
-        matrices whose rows are those, the columns, or the joints.
+        Its rows are `step` numbers apart, its columns `stride`, its terms `apart`. The bound is
+        the smallest norm of three matrices: with its rows, its columns or its joints as rows.
         """
         count, W = self.sizes[order], self.norms.W
-        share = arrays.after(self.share, self.begins[order])
-        for a in range(outer):
-            for b in range(inner):
-                cell = arrays.after(terms, a * step + b * stride)
-                for k in range(count):
-                    W[(a * inner + b) * count + k] = math.sqrt(share[k]) * cell[k * apart]
-        least = self.norms.norm(outer, inner * count)
-        if inner > 1:
+        root = arrays.after(self.root, self.begins[order])
+        least: float = places.INFINITY
+        for rows in range(3 if order == 1 else 2):
+            if rows == 1 and inner == 1:
+                continue
+            # The shape (number, length) of the matrix in W, and the strides of its indices.
+            number, length = outer, inner * count
+            by_outer, by_inner, by_term = length, count, 1
+            if rows == 1:
+                number, length = inner, outer * count
+                by_outer, by_inner = count, length
+            elif rows == 2:
+                number, length = count, outer * inner
+                by_outer, by_inner, by_term = inner, 1, length
             for a in range(outer):
                 for b in range(inner):
                     cell = arrays.after(terms, a * step + b * stride)
+                    into = arrays.after(W, a * by_outer + b * by_inner)
                     for k in range(count):
-                        W[(b * outer + a) * count + k] = math.sqrt(share[k]) * cell[k * apart]
-            least = min(least, self.norms.norm(inner, outer * count))
-        if order == 1:
-            for a in range(outer):
-                for b in range(inner):
-                    cell = arrays.after(terms, a * step + b * stride)
-                    for k in range(count):
-                        W[(k * outer + a) * inner + b] = cell[k * apart]
-            least = min(least, self.norms.norm(count, outer * inner))
+                        into[k * by_term] = root[k] * cell[k * apart]
+            least = min(least, self.norms.norm(number, length))
         return least

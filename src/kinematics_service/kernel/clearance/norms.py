@@ -1,19 +1,19 @@
-"""The largest singular value of a matrix with few rows, rounded up."""
+"""Upper bounds of the largest singular value of a matrix, by Gershgorin's theorem."""
 
 import math
 
 from ..layout import arrays
 from ..measures import symmetric
 
-# Of a norm, as a share.
+# Relative round-off of a norm, about 5,000 machine epsilons.
 ROUND_OFF = 1e-12
-# What is left beside a diagonal, as a share of it: a bound is larger by a few of these.
-COARSE = 1e-4
+# Tolerance of the off-diagonal entries: the bound is larger by this times the number of rows.
+OFF_DIAGONAL_TOLERANCE = 1e-4
 
 
 class Norms:
     """
-    Room for matrices of up to so many rows, and so many numbers.
+    Memory for matrices with at most `rows` rows and `size` numbers.
 
     Attributes
     ----------
@@ -25,8 +25,8 @@ class Norms:
         self.W, self.G, self.Z = arrays.rooms(size, rows * rows, rows * rows)
 
     def norm(self, count: int, length: int) -> float:
-        """Return at least the largest singular value of W, `count` rows of `length` numbers."""
-        # With more rows than numbers in them Frobenius' norm is enough.
+        """Return an upper bound of the largest singular value of W (count, length)."""
+        # For a tall matrix the Frobenius norm is used.
         if count > length:
             squares = arrays.dot(self.W, self.W, count * length)
             return (1.0 + ROUND_OFF) * math.sqrt(squares)
@@ -36,10 +36,10 @@ class Norms:
                 value = arrays.dot(a, arrays.after(self.W, j * length), length)
                 self.G[i * count + j] = value
                 self.G[j * count + i] = value
-        symmetric.diagonalise(self.G, self.Z, count, COARSE)
+        symmetric.diagonalise(self.G, self.Z, count, OFF_DIAGONAL_TOLERANCE)
         largest = 0.0
         for i in range(count):
-            around = 0.0  # Gershgorin: no eigenvalue is beyond the sum of a row
+            around = 0.0  # Gershgorin: no eigenvalue is larger than the largest row sum
             for j in range(count):
                 around += abs(self.G[i * count + j])
             largest = max(largest, around)

@@ -1,1 +1,1 @@
-"""From joint variables to frames, screws and the twist: one pose, or sixteen side by side."""
+"""Frames, screws and the twist from joint variables: of one pose, or of 16 side by side."""

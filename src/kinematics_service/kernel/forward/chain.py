@@ -1,8 +1,8 @@
 """
-The chain of an arm: constant motions with one screw about z between each two of them.
+The chain of an arm as the kernel reads it: constant motions, and one screw about z between two.
 
-Where the arm has closed loops, some variables of its screws are no joints of the arm: they are
-passive, and follow from its joints.
+If the arm has closed loops, its screws have passive variables besides the joints. The passive
+variables follow from the joints.
 """
 
 from typing import Any, NamedTuple
@@ -17,27 +17,28 @@ class ChainTable(NamedTuple):
     """
     The arrays of a chain.
 
-    An element is one screw about its own z axis. An entry is the share of one joint in the screw
-    of one element: most elements have one.
+    An element is one screw about its own z axis. An entry is one joint that moves one element;
+    most elements have one entry.
 
     Attributes
     ----------
     dof
         Number of joints n.
     before : shape (elements + 1, 3, 4)
-        The constant motion before each element, and after the last; rows of a 4 x 4 motion.
+        The constant motion before each element, and after the last one; the first three rows of a
+        4 x 4 matrix.
     theta_0, d_0 : shape (elements,), rad, m
-        The screw of each element with all joints at zero.
+        Angle and translation of each element if all joints are 0.
     first_entry : shape (elements + 1,)
-        First entry of each element, and one past the last.
+        First entry of each element; the last number is the number of entries.
     joint : shape (entries,)
         The joint of each entry.
     by_theta, by_d : shape (entries,)
-        Turn and translation of the element per unit of the entry's joint.
+        Angle and translation of the element per unit of the entry's joint.
     frame_parent : shape (frames,)
-        The last element in front of each frame of the table, base to tool; -1 for none.
+        The last element before each frame of the table, base to tool; -1 for a fixed frame.
     frame_offset : shape (frames, 3, 4)
-        Each frame in that of its parent.
+        The pose of each frame in the frame of its parent.
     """
 
     dof: int
@@ -53,7 +54,7 @@ class ChainTable(NamedTuple):
 
 
 def _goes_together(table: ChainTable, variables: int) -> bool:
-    # Returns whether every index exists.
+    # Whether every index exists.
     elements, entries = len(table.theta_0), len(table.joint)
     first = table.first_entry
     return bool(
@@ -66,7 +67,7 @@ def _goes_together(table: ChainTable, variables: int) -> bool:
 
 
 def _is_twist(motion: Floats) -> bool:
-    # Returns whether it is Rx(alpha) Tx(a) and nothing else, as in a row of a table.
+    # Whether the motion is Rx(alpha) Tx(a), as in a row of a Denavit-Hartenberg table.
     c, s = motion[1, 1], motion[2, 1]
     return np.array_equal(motion, [[1, 0, 0, motion[0, 3]], [0, c, -s, 0], [0, s, c, 0]])
 
@@ -84,32 +85,32 @@ def _form(table: ChainTable) -> int:
 
 class Chain:
     """
-    A chain as the kernel reads it: frozen.
+    A chain as the kernel reads it, frozen.
 
     Parameters
     ----------
     table
         Its arrays.
     closure
-        The loops whose passive variables move it, a `Closure`; None for most arms.
+        The closed loops of the arm, a `Closure`; None for an arm without loops.
 
     Attributes
     ----------
     table
-        Its arrays, read-only. The kernel has the same ones, flat and under the same names; to the
-        compiled kernel they are addresses that Python does not see.
+        Its arrays, read-only. The kernel reads the same arrays, flat, in fields of the same names;
+        in the compiled kernel these fields are addresses that Python does not see.
     dof, elements, entries, frames
-        Their number.
+        Numbers of joints, elements, entries and frames.
     form
         MIXED, PLAIN, TWISTED or CLOSED.
     variables, loops, groups
-        Number of joints and passive variables, of loops, and of groups of them.
+        Numbers of joints and passive variables together, of loops, and of groups of loops.
     screws_at, closure_at, frames_at, width
-        Where the screws of the entries, (6, entries), the numbers of the closure, and the frames
-        of the table start in a row of results, and its length.
+        Indices in a row of results at which the screws of the entries (6, entries), the numbers of
+        the closure, and the frames of the table begin; and the length of the row.
     widths, single_widths
-        Length of a row at each depth: POSE, JACOBIAN, ALL_FRAMES; of the row of one pose, with its
-        q, qdot and quaternion at the end.
+        Length of a row at each depth (POSE, JACOBIAN, ALL_FRAMES); and of the row of one pose,
+        which has q, qdot and a quaternion at its end.
     at_rest : shape (n,)
         Zero velocities; read-only.
     """
@@ -134,14 +135,14 @@ class Chain:
         self.elements, self.entries = len(table.theta_0), len(table.joint)
         self.frames: int = len(table.frame_parent)
         self.form: int = _form(table) if closure is None else places.CLOSED
-        # If entry k is joint k, the screws of the entries are J itself and share its columns.
+        # If entry k is joint k, the screws of the entries are the columns of J in a row.
         mixed = self.form == places.MIXED or self.form == places.CLOSED
         after_twist = places.JACOBIAN_AT + 6 * n + 6
         self.screws_at: int = after_twist if mixed else places.JACOBIAN_AT
         self.closure_at: int = after_twist + (6 * self.entries if mixed else 0)
         self.frames_at: int = self.closure_at + (0 if closure is None else closure.width)
         self.width: int = self.frames_at + 16 * self.frames
-        # A pose of a closed loop needs the variables behind it.
+        # A pose of an arm with loops needs the passive variables, which are after it in the row.
         self.pose_width: int = places.JACOBIAN_AT if closure is None else self.frames_at
         self.widths: tuple[int, ...] = (self.pose_width, self.frames_at, self.width)
         self.single_widths: tuple[int, ...] = tuple(
@@ -167,28 +168,28 @@ class Chain:
 
 class Loop:
     """
-    One closed loop, frozen: two chains that begin in one frame, and whose ends coincide.
+    A closed loop, frozen: two chains that begin in the same frame, and whose ends coincide.
 
-    The chains are of the joints and of the passive variables of all loops, in this order.
+    The variables of both chains are the joints, then the passive variables of all loops.
 
     Parameters
     ----------
     there, back
-        The chains; the residual is that of the end of `back` from the end of `there`.
+        The chains. The residual is the pose of the end of `back` relative to the end of `there`.
     axes : shape (r,)
-        Components that coincide, in the axes of the frame where both begin: 0 to 2 of the
-        position, 3 to 5 of the rotation.
+        The components that coincide, in the axes of the common first frame: 0 to 2 for the
+        position, 3 to 5 for the rotation.
     row
-        How many components the loops before it in its group have.
+        Number of components of the loops before this one in its group.
     following
-        The next loop of its group; None behind the last.
+        The next loop of its group; None for the last one.
 
     Attributes
     ----------
     count
-        Number r of its components.
+        Number r of components.
     entries
-        Of both chains.
+        Number of entries of both chains.
     """
 
     def __init__(
@@ -204,7 +205,7 @@ class Loop:
             not 0 < count <= 6
             or not bool(np.all((axes >= 0) & (axes < 6)))
             or back.dof != there.dof
-            or max(there.entries, back.entries) > places.MOST_LOOP_ENTRIES
+            or max(there.entries, back.entries) > places.MAX_LOOP_ENTRIES
             or following is not None
             and (following.arguments[3] != row + count or following.arguments[0].dof != there.dof)
         ):
@@ -212,7 +213,7 @@ class Loop:
         self.arguments: tuple[Any, ...] = there, back, axes, row, following
         axes.setflags(write=False)
         self.there, self.back, self.row, self.count = there, back, row, count
-        self.following: Loop = following  # type: ignore[assignment]  # nobody asks for one behind the last
+        self.following: Loop | None = following
         self.entries = there.entries + back.entries
         self.axis = arrays.whole(axes, count)
 
@@ -228,58 +229,56 @@ class Loop:
 
 class LoopGroup:
     """
-    Closed loops that are solved together, frozen: a loop alone, or several of which each needs
-    passive variables of the others.
+    Closed loops that are solved together, frozen: one loop, or loops that share variables.
 
     Parameters
     ----------
     loop
-        The first of them.
-    loops
-        Their number.
+        The first loop of the group.
     first
-        Index of the first of the passive variables of the group.
+        Index of the first passive variable of the group.
     size : m
-        What a metre of the residual is compared with.
+        Length scale: position residuals are divided by it.
     units : shape (variables,), rad or m
-        What counts as a rad of each variable.
+        The motion of each variable that is equivalent to 1 rad.
     following
-        The next group, which may move with this one's variables; None behind the last.
+        The next group, which this group's variables may move; None for the last one.
 
     Attributes
     ----------
+    loops
+        Number of loops.
     count
-        Number p of its components, and of its passive variables.
+        Number p of components, which is also the number of passive variables of the group.
     entries
-        Of all its chains.
+        Number of entries of all chains of the group.
     variables
-        Joints and passive variables of all groups.
+        Number of joints and passive variables of all groups.
     spans : shape (p,), m or rad
-        What each component of the residual is compared with: the size, or 1.
+        Scale of each component of the residual: the size for a position, 1 for a rotation.
     scale
-        A determinant of the residual's slopes times this has no unit.
+        Factor that makes the determinant of the residual's slopes dimensionless.
     """
 
     def __init__(
         self,
         loop: Loop,
-        loops: int,
         first: int,
         size: float,
         units: Floats,
         following: 'LoopGroup | None' = None,
     ) -> None:
-        self.arguments: tuple[Any, ...] = loop, loops, first, size, units, following
-        self.loop, self.loops, self.first, self.size = loop, loops, first, size
+        self.arguments: tuple[Any, ...] = loop, first, size, units, following
+        self.loop, self.first = loop, first
         self.following: LoopGroup = following  # type: ignore[assignment]
         self.variables = loop.there.dof
         members = self.members()
+        self.loops: int = len(members)
         self.count: int = sum(one.count for one in members)
         self.entries: int = sum(one.entries for one in members)
         if (
             loop.row != 0
-            or members[loops - 1].arguments[4] is not None
-            or self.count > places.MOST_LOOP_ROWS
+            or self.count > places.MAX_LOOP_ROWS
             or not 0 <= first <= self.variables - self.count
             or len(units) != self.variables
             or not size > 0.0
@@ -303,26 +302,24 @@ class LoopGroup:
 
     def members(self) -> list[Loop]:
         """Return the loops of the group."""
-        members, loop = [self.loop], self.loop
-        while len(members) < self.loops and loop.arguments[4] is not None:
-            loop = loop.following
+        members, loop = [self.loop], self.loop.following
+        while loop is not None:
             members.append(loop)
-        if len(members) != self.loops:
-            raise TypeError('the parts of a group of loops do not go together')
+            loop = loop.following
         return members
 
 
 def groups_from(first: LoopGroup) -> list[LoopGroup]:
     """Return a group and all that follow it."""
     groups, group = [first], first
-    while group.arguments[5] is not None:
+    while group.arguments[4] is not None:
         group = group.following
         groups.append(group)
     return groups
 
 
 def section_width(dof: int, first: LoopGroup) -> int:
-    """Return how many numbers a `Closure` has of a position."""
+    """Return the length of a section: the numbers that a row of results has about closed loops."""
     groups, variables = groups_from(first), first.variables
     entries = sum(group.entries for group in groups)
     return 2 * variables + (variables - dof) * dof + 3 * len(groups) + 6 * entries
@@ -337,25 +334,26 @@ class Closure:
     dof
         Number of joints n.
     first
-        The first group of loops that are solved together; most often a loop alone.
+        The first group of loops.
     turns : shape (n,)
-        1 for each joint that turns without end, and with it the loops: a turn changes nothing.
+        1 for each joint without limits whose full turns do not change the loops; else 0.
     start : shape (width,)
-        What `closing.assemble` makes of the positions at which the loops are known to close. A row
-        of results has the same numbers of its own position: the variables (n + P), their rates
-        (n + P), how passive variables follow the joints (P, n), and for each group the determinant
-        of the slopes of its residual by its passive variables, the largest component of the
-        residual, as a share of the loops' size or in rad, and the number of Newton's steps;
-        and the screws of each loop's entries.
+        The section at which the loops are known to close, as `closing.assemble` completes it. A
+        section has: the variables (n + P); their rates (n + P); the derivatives of the passive
+        variables by the joints (P, n); three numbers for each group; and the screws of each loop's
+        entries. The three numbers are the determinant of the slopes of the residual by the group's
+        passive variables, the largest component of the residual (divided by the loops' size, or
+        rad), and the number of Newton steps. A row of results has a section of its own pose.
 
     Attributes
     ----------
     variables, passive
         n + P, and P.
     loops, groups
-        Number of loops, and of groups.
-    screws_at
-        Where the screws begin.
+        Numbers of loops and of groups.
+    coupling_at, status_at, screws_at
+        Indices in a section at which the derivatives, the three numbers of each group, and the
+        screws begin.
     """
 
     def __init__(self, dof: int, first: LoopGroup, turns: Integers, start: Floats) -> None:
@@ -363,8 +361,8 @@ class Closure:
         passive = variables - dof
         width, groups = section_width(dof, first), groups_from(first)
         if (
-            not 0 < passive <= places.MOST_PASSIVE
-            or not 0 < dof <= places.MOST_JOINTS
+            not 0 < passive <= places.MAX_PASSIVE_VARIABLES
+            or not 0 < dof <= places.MAX_LOOP_JOINTS
             or first.first != dof
             or groups[len(groups) - 1].first + groups[len(groups) - 1].count != variables
             or len(turns) != dof
@@ -377,29 +375,32 @@ class Closure:
         self.dof, self.variables, self.passive = dof, variables, passive
         self.first, self.groups, self.width = first, len(groups), width
         self.loops: int = sum(group.loops for group in groups)
-        self.coupling_at, self.told_at = 2 * variables, 2 * variables + passive * dof
-        self.screws_at = self.told_at + 3 * self.groups
+        self.coupling_at, self.status_at = 2 * variables, 2 * variables + passive * dof
+        self.screws_at = self.status_at + 3 * self.groups
         self.turns = arrays.whole(turns, dof)
         self.start = arrays.numbers(start, width)
 
     def assembled(self) -> Floats:
-        """Return the joint positions at which the loops are known to close, shape (n,)."""
+        """Return the joint positions at which the loops close, from the robot file, shape (n,)."""
         start: Floats = self.arguments[3]
         return start[: self.dof].copy()
 
     def variables_at_start(self) -> Floats:
-        """Return the joint positions and passive variables there, shape (n + P,)."""
+        """Return joint positions and passive variables at which the loops close, (n + P,)."""
         start: Floats = self.arguments[3]
         return start[: self.variables].copy()
 
     def is_periodic(self) -> tuple[bool, ...]:
-        """Return for each joint whether a turn of it leaves the loops as they are."""
+        """Return for each joint whether a full turn of it leaves the loops unchanged."""
         turns = self.arguments[2] != 0
         return tuple((turns | np.isinf(self.units())).tolist())
 
     def units(self) -> Floats:
-        """Return what counts as a rad of each joint, shape (n,); infinite for one of no loop."""
-        units: Floats = self.first.arguments[4]
+        """
+        Return the motion of each joint that is equivalent to 1 rad, shape (n,); infinite for a
+        joint outside of all loops.
+        """
+        units: Floats = self.first.arguments[3]
         return units[: self.dof].copy()
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:

@@ -1,13 +1,13 @@
 """
-One pass over the chain: pose, quaternion, Jacobian, twist and frames of joint positions.
+Pose, quaternion, Jacobian, twist and frames of joint positions, in one pass over the chain.
 
-Of one pose, or of LANES side by side: number k of the pose in a lane stands at k * lanes + lane.
-Every number comes from the same operations in the same order: it is the same to the last bit.
+The pass evaluates one pose, or LANES poses side by side: number k of the pose in a lane is at
+k * lanes + lane. Both use the same operations in the same order, so the bits are the same.
 
-An element k is one moving screw of the chain, its axis the z axis (unit vector z) through the
-point o, its motion Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and
-d = d_0 + sum(c_d q_j). Each pair (c_theta, c_d) of one joint in one element is an entry. Motions
-are twelve numbers, row by row.
+An element k is one moving screw of the chain. Its axis is the unit vector z through the point o.
+Its motion is Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and d = d_0 + sum(c_d q_j).
+Each pair (c_theta, c_d) of one joint in one element is an entry. A motion has twelve numbers, row
+by row.
 """
 
 import math
@@ -16,38 +16,34 @@ from ..layout import arrays, blocks, places
 from ..layout.arrays import Flat, Int32, Numbers
 from .chain import Chain
 
-# Sine and cosine together in two fifths of the time of two calls of the C library. Coefficients
-# and parts of pi/2 from fdlibm (Sun Microsystems 1993: k_sin.c, k_cos.c, e_rem_pio2.c).
-SIN_3, SIN_5, SIN_7 = (
-    -1.66666666666666324348e-01,
-    8.33333333332248946124e-03,
-    -1.98412698298579493134e-04,
-)
-SIN_9, SIN_11, SIN_13 = (
-    2.75573137070700676789e-06,
-    -2.50507602534068634195e-08,
-    1.58969099521155010221e-10,
-)
-COS_4, COS_6, COS_8 = (
-    4.16666666666666019037e-02,
-    -1.38888888888741095749e-03,
-    2.48015872894767294178e-05,
-)
-COS_10, COS_12, COS_14 = (
-    -2.75573143513906633035e-07,
-    2.08757232129817482790e-09,
-    -1.13596475577881948265e-11,
-)
-# Added and taken away, it rounds to a whole number: above it the last place of a double is 1.
+# Sine and cosine together take 0.4 of the time of two calls of the C library. The coefficients of
+# sine and cosine and the parts of pi/2 are from fdlibm (Sun Microsystems 1993: k_sin.c, k_cos.c,
+# e_rem_pio2.c), whose names are in the comments.
+SIN_3 = -1.66666666666666324348e-01  # S1
+SIN_5 = 8.33333333332248946124e-03  # S2
+SIN_7 = -1.98412698298579493134e-04  # S3
+SIN_9 = 2.75573137070700676789e-06  # S4
+SIN_11 = -2.50507602534068634195e-08  # S5
+SIN_13 = 1.58969099521155010221e-10  # S6
+COS_4 = 4.16666666666666019037e-02  # C1
+COS_6 = -1.38888888888741095749e-03  # C2
+COS_8 = 2.48015872894767294178e-05  # C3
+COS_10 = -2.75573143513906633035e-07  # C4
+COS_12 = 2.08757232129817482790e-09  # C5
+COS_14 = -1.13596475577881948265e-11  # C6
+# Adding and then subtracting it rounds a double to an integer, because doubles above 2^52 are
+# integers.
 ROUNDER = 1.5 * 2.0**52
+# 2 / pi, and pi / 2 as the sum of three numbers; the first two have 33 bits.
 TWO_BY_PI = 6.36619772367581382433e-01
-HALF_PI_1 = 1.57079632673412561417e00
-HALF_PI_2 = 6.07710050630396597660e-11
-HALF_PI_3 = 2.02226624879595063154e-21
+HALF_PI_1 = 1.57079632673412561417e00  # pio2_1
+HALF_PI_2 = 6.07710050630396597660e-11  # pio2_2
+HALF_PI_3 = 2.02226624879595063154e-21  # pio2_2t
 
 
 def _sincos_reduced(x: float) -> tuple[float, float]:
-    # Of an angle up to LARGEST_REDUCED, without a branch or a call: a loop does several at once.
+    # For an angle up to LARGEST_REDUCED. It has no branch and no call, so that a loop computes
+    # several lanes at once.
     turns = (x * TWO_BY_PI + ROUNDER) - ROUNDER
     first = x - turns * HALF_PI_1
     second = turns * HALF_PI_2
@@ -62,7 +58,7 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
     half = 0.5 * z
     w = 1.0 - half
     cosine = w + (((1.0 - w) - half) + (z * p - y * tail))
-    # Selections, not branches: which quarter it is cannot be predicted.
+    # The compiler makes selections of these, not branches, which would be mispredicted.
     quarter: Int32 = int(turns)
     if quarter & 1:
         sine, cosine = cosine, sine
@@ -72,29 +68,24 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
 
 
 def sincos(x: float) -> tuple[float, float]:
-    """Return sine and cosine, to two units in the last place."""
+    """Return sine and cosine of x in rad, with errors of at most two units in the last place."""
     if abs(x) <= places.LARGEST_REDUCED:
         return _sincos_reduced(x)
-    if not math.isfinite(x):  # a sum of huge angles; plain Python would raise here
+    if not math.isfinite(x):  # overflow of a sum of angles; plain Python would raise
         return places.NAN, places.NAN
     return math.sin(x), math.cos(x)
 
 
 def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None:
     """Write the results of `sincos` for LANES angles up to LARGEST_REDUCED."""
-    # Arrays of its own (LANES numbers): the compiler knows that they do not overlap with the
-    # constants, and computes several lanes at once.
+    # The compiler knows that local arrays do not overlap with the constants, so it computes
+    # several lanes at once.
     s, c = [0.0] * 16, [0.0] * 16
     for lane in range(places.LANES):
         pair = _sincos_reduced(angles[lane])
         s[lane], c[lane] = pair[0], pair[1]
     for lane in range(places.LANES):
         sines[lane], cosines[lane] = s[lane], c[lane]
-
-
-def start(T: Numbers, motion: Flat) -> None:
-    """T becomes a constant motion."""
-    _start(T, motion, 1)
 
 
 def _start(T: Numbers, motion: Flat, lanes: int) -> None:
@@ -104,12 +95,12 @@ def _start(T: Numbers, motion: Flat, lanes: int) -> None:
 
 
 def times(T: Numbers, motion: Flat) -> None:
-    """T becomes T times a constant motion."""
+    """Multiply T by a constant motion from the right."""
     _times(T, motion, 1)
 
 
 def _times(T: Numbers, motion: Flat, lanes: int) -> None:
-    # Constants first: to the compiler what is written might change them.
+    # Read the constants first: the compiler assumes that each write may change them.
     xx, xy, xz, xp = motion[0], motion[1], motion[2], motion[3]
     yx, yy, yz, yp = motion[4], motion[5], motion[6], motion[7]
     zx, zy, zz, zp = motion[8], motion[9], motion[10], motion[11]
@@ -124,7 +115,7 @@ def _times(T: Numbers, motion: Flat, lanes: int) -> None:
 
 
 def _times_twist(T: Numbers, motion: Flat, lanes: int) -> None:
-    # Like `_times`, for a constant motion that is a turn about x and a step along it.
+    # As `_times`, for a motion Rx(alpha) Tx(a).
     a, c, s = motion[3], motion[5], motion[9]
     for row in range(3):
         i = 4 * row * lanes
@@ -136,7 +127,7 @@ def _times_twist(T: Numbers, motion: Flat, lanes: int) -> None:
 
 
 def times_screw(T: Numbers, theta: float, d: float) -> None:
-    """T becomes T Rz(theta) Tz(d)."""
+    """Multiply T by Rz(theta) Tz(d) from the right."""
     sine, cosine, along = [0.0], [0.0], [0.0]
     pair = sincos(theta)
     sine[0], cosine[0], along[0] = pair[0], pair[1], d
@@ -164,7 +155,7 @@ def write_quaternion(T: Numbers, row: Flat, at: int) -> None:
     """
     Write the unit quaternion x y z w of the rotation in T, w >= 0.
 
-    From its largest component (Shepperd, 1978): no cancellation anywhere.
+    It is computed from its largest component (Shepperd, 1978), which avoids cancellation.
     """
     _write_quaternion(T, arrays.after(row, at), 1)
 
@@ -191,7 +182,8 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
 
 
 def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
-    # Of an element, for one entry; they become the screw, once the tool is known.
+    # Writes point and axis of an element in the place of an entry's screw; `_finish` turns them
+    # into the screw when the tool pose is known.
     for i in range(3):
         for lane in range(lanes):
             screw[i * step + lane] = T[(4 * i + 3) * lanes + lane]
@@ -199,39 +191,33 @@ def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> Non
             screw[(3 + i) * step + lane] = T[(4 * i + 2) * lanes + lane]
 
 
-def _write_fixed_frames(chain: Chain, row: Flat) -> int:
-    # Writes the frames before every element; returns their number.
-    frame = 0
-    while frame < chain.frames and chain.frame_parent[frame] < 0:
-        offset = arrays.after(chain.frame_offset, 12 * frame)
-        _write_motion(offset, arrays.after(row, chain.frames_at + 16 * frame), 1)
-        frame += 1
-    return frame
-
-
 def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Flat) -> int:
-    # Writes the frames that an element carries, from `frame` on; returns the first of the next
-    # element.
+    # Writes the frames whose parent is `element` (-1: fixed frames), the first of which is
+    # `frame`. Returns the first frame of the next element.
     pose = [0.0] * 12
     while frame < chain.frames and chain.frame_parent[frame] == element:
-        arrays.copy(pose, 12, T)
-        _times(pose, arrays.after(chain.frame_offset, 12 * frame), 1)
+        offset = arrays.after(chain.frame_offset, 12 * frame)
+        if element < 0:
+            arrays.copy(pose, 12, offset)
+        else:
+            arrays.copy(pose, 12, T)
+            _times(pose, offset, 1)
         _write_motion(pose, arrays.after(row, chain.frames_at + 16 * frame), 1)
         frame += 1
     return frame
 
 
 def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> float:
-    """Fill a row as `evaluation.evaluate` does; the result is finite if all of the row is."""
+    """Fill a row as `evaluation.evaluate` does; return a number, finite if the row is finite."""
     T, twist = [0.0] * 12, [0.0] * 12
     return _evaluate(chain, q, qdot, depth, True, row, T, twist, 1)
 
 
 def write_jacobian(chain: Chain, q: Flat, row: Flat) -> None:
     """
-    Fill the Jacobian and the screws of a row, and nothing else of it.
+    Fill only the Jacobian and the screws of a row.
 
-    A search for singular poses reads no more, and takes a twentieth less.
+    The search for singular poses needs no other numbers, and takes 5 % less time.
     """
     T, twist = [0.0] * 12, [0.0] * 12
     _evaluate(chain, q, q, places.JACOBIAN, False, row, T, twist, 1)
@@ -255,17 +241,17 @@ def evaluate_rows(
     """
     Fill LANES rows, of depth POSE or JACOBIAN, as `evaluate_row` fills each.
 
-    Returns False if they have to be filled one by one: a number is not finite or too large.
+    Return False if a number is too large or not finite; then fill them one by one.
     """
     n = chain.dof
     positions = arrays.after(work, chain.frames_at * places.LANES)
     rates = arrays.after(positions, n * places.LANES)
     blocks.put_side_by_side(q, n, n, positions)
     blocks.put_side_by_side(qdot, each, n, rates)
-    if not blocks.all_within(positions, 2 * n, places.LARGEST):  # of the rates, too
+    if not blocks.all_within(positions, 2 * n, places.LARGEST):  # positions and rates
         return False
-    # As literals because C arrays are made of them. The compiler knows that arrays of this module
-    # alone overlap with no others.
+    # 12 * LANES. A C array needs a literal length. The compiler knows that local arrays overlap
+    # with no others.
     T, twist = [0.0] * 192, [0.0] * 192
     size = _evaluate(chain, positions, rates, depth, True, work, T, twist, places.LANES)
     if not size <= places.LARGEST:
@@ -286,15 +272,16 @@ def _evaluate(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Returns a number that is as large as any in the rows, if all are finite. T and `twist`, of
-    # the caller's own, have room for twelve numbers of each pose. `whole`: or no pose and twist.
+    # Returns a number at least as large as each number in the rows, if all are finite. T and
+    # `twist` are local arrays of the caller, twelve numbers for each pose. Without `whole` it
+    # writes no pose and no twist.
     elements, step = chain.elements, chain.entries * lanes
     twisted = chain.form == places.TWISTED
     framed = lanes == 1 and depth >= places.ALL_FRAMES
     screws = arrays.after(rows, chain.screws_at * lanes)
     turn, d, theta = [0.0] * 16, [0.0] * 16, [0.0] * 16  # one number of LANES poses
     sines, cosines = [0.0] * 16, [0.0] * 16
-    frame = _write_fixed_frames(chain, rows) if framed else 0
+    frame = _write_frames(chain, -1, 0, T, rows) if framed else 0
     _start(T, chain.before, lanes)
     for k in range(elements):
         for lane in range(lanes):
@@ -341,38 +328,18 @@ def _finish(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Completes rows whose tool poses T are known, with points and axes in place of the screws.
+    # Completes rows whose tool poses T are known. Points and axes become screws: the linear
+    # velocity of the tool's origin and the angular velocity of the tool per unit of each entry.
+    # The last six numbers of `twist` are memory for a screw.
+    step = chain.entries * lanes
+    screws = arrays.after(rows, chain.screws_at * lanes)
+    twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)
     sizes = [0.0] * 16
     for lane in range(lanes):
         x, y, z = T[3 * lanes + lane], T[7 * lanes + lane], T[11 * lanes + lane]
         sizes[lane] = abs(x) + abs(y) + abs(z)
-    if depth >= places.JACOBIAN:
-        _write_screws(chain, qdot, whole, rows, sizes, T, twist, lanes)
-        if chain.form == places.MIXED:
-            _add_up_screws(chain, arrays.after(rows, chain.screws_at * lanes), rows, lanes)
-    total = 0.0
-    for lane in range(lanes):
-        total += sizes[lane]
-    return total
-
-
-def _write_screws(
-    chain: Chain,
-    qdot: Flat,
-    whole: bool,
-    rows: Flat,
-    sizes: Numbers,
-    T: Numbers,
-    twist: Numbers,
-    lanes: int,
-) -> None:
-    # From points and axes: how each entry moves the tool's origin, and turns the tool; and the
-    # twist. `sizes` becomes as large as any of them; behind the twist is room for a screw.
-    step = chain.entries * lanes
-    screws = arrays.after(rows, chain.screws_at * lanes)
-    twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)
     arrays.fill(twist, 6 * lanes, 0.0)
-    for e in range(chain.entries):
+    for e in range(chain.entries if depth >= places.JACOBIAN else 0):
         by_theta, by_d = chain.by_theta[e], chain.by_d[e]
         at = arrays.after(screws, e * lanes)
         rate = arrays.after(qdot, chain.joint[e] * lanes)
@@ -404,16 +371,19 @@ def _write_screws(
         for i in range(6):
             for lane in range(lanes):
                 at[i * step + lane] = twist[(6 + i) * lanes + lane]
-    if not whole:
-        return
-    for i in range(6):
-        for lane in range(lanes):
+    if depth >= places.JACOBIAN and chain.form == places.MIXED:
+        _add_up_screws(chain, screws, rows, lanes)
+    total = 0.0
+    for lane in range(lanes):
+        for i in range(6 if depth >= places.JACOBIAN and whole else 0):
             twists[i * lanes + lane] = twist[i * lanes + lane]
             sizes[lane] += abs(twist[i * lanes + lane])
+        total += sizes[lane]
+    return total
 
 
 def add_up_screws(chain: Chain, screws: Flat, row: Flat) -> None:
-    """Fill the Jacobian, if entries and joints differ."""
+    """Fill the Jacobian with the sums of the screws of each joint's entries."""
     _add_up_screws(chain, screws, row, 1)
 
 

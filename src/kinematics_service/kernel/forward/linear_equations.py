@@ -1,13 +1,13 @@
-"""Linear equations by elimination with partial pivoting, and those of the transposed matrix."""
+"""Linear equations by LU decomposition with partial pivoting, also of the transposed matrix."""
 
 from ..layout.arrays import Numbers, WholeNumbers
 
 
 def factorise(A: Numbers, size: int, order: WholeNumbers) -> float:
     """
-    Overwrite A (size, size) with its factors for `solve`; return its determinant: 0, no inverse.
+    Overwrite A (size, size) with its factors for `solve`; return its determinant, 0 if singular.
 
-    `order` (size,) becomes the row that each step has taken for its pivot.
+    `order` (size,) becomes the row of the pivot of each step.
     """
     product = 1.0
     for i in range(size):
@@ -33,7 +33,7 @@ def factorise(A: Numbers, size: int, order: WholeNumbers) -> float:
 
 
 def solve(A: Numbers, size: int, order: WholeNumbers, x: Numbers) -> None:
-    """Overwrite x (size,) with the solution of A y = x, from what `factorise` has left of A."""
+    """Overwrite x (size,) with the solution y of A y = x; A and `order` are from `factorise`."""
     for i in range(size):
         pivot = order[i]
         value = x[pivot]
@@ -49,7 +49,7 @@ def solve(A: Numbers, size: int, order: WholeNumbers, x: Numbers) -> None:
 
 
 def solve_transposed(A: Numbers, size: int, order: WholeNumbers, x: Numbers) -> None:
-    """Overwrite x (size,) with the solution of A' y = x, from what `factorise` has left of A."""
+    """Overwrite x (size,) with the solution y of A' y = x; A and `order` are from `factorise`."""
     for i in range(size):
         value = x[i]
         for k in range(i):

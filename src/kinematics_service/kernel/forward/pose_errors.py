@@ -1,10 +1,10 @@
 """
-Covariances of the tool's pose and twist by what may be off in an arm.
+Covariances of the tool's pose and twist from the errors of an arm, by linear error propagation.
 
-Whatever may be off, a joint's position or a number of the table, moves the tool as a small motion
-along a screw that stands still in some frame of the arm. So its derivatives follow from the frames
-of one pass: where the screw is gives that of the pose; the twists of the arm before and behind it,
-which it turns against each other, that of the twist.
+An error of a joint position or of a number of the table moves the tool along a screw that is fixed
+in one frame of the arm. The frames of one pass over the chain give the derivatives: the screw
+itself is the derivative of the pose. The derivative of the twist follows from the twists of the
+parts of the arm before and after the screw.
 """
 
 from typing import NamedTuple
@@ -15,28 +15,29 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
 from .chain import Chain
 
-# The numbers of two covariances, of the pose and of the twist, 6 x 6 each.
+# Number of entries of two covariances, of the pose and of the twist, 6 x 6 each.
 COVARIANCES = 72
 
 
 class PoseErrorTable(NamedTuple):
     """
-    The arrays of what may be off.
+    The arrays of the errors of an arm.
 
     Attributes
     ----------
     frame : shape (screws,)
-        The frame of the table in which each screw stands still, ascending.
+        The frame of the table in which each screw is fixed, ascending.
     screw : shape (screws, 6)
-        Along it, linear velocity of that frame's origin and angular velocity, in its axes.
+        Each screw: linear velocity of that frame's origin and angular velocity, in its axes.
     gear : shape (screws,)
-        The joint that moves along it by a share more than it says; -1: it is moved by itself.
+        The joint whose position the motion along the screw is proportional to, for an error of its
+        scale; -1 for a motion that depends on no joint.
     spread : shape (screws, causes)
-        How far each of independent causes, at one standard deviation, moves along it.
+        The motion along each screw by one standard deviation of each independent cause.
     rates : shape (n,)
         Standard deviations of the joint velocities, rad/s or m/s.
     floor : shape (6,)
-        Variances that the pose has besides: x y z in m^2, rotations in rad^2.
+        Variances added to those of the pose: x y z in m^2, rotations in rad^2.
     """
 
     frame: Integers
@@ -48,7 +49,7 @@ class PoseErrorTable(NamedTuple):
 
 
 def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
-    # Returns whether every index exists and every array is as long as the others say.
+    # Whether every index exists, and the lengths of the arrays agree.
     screws = len(table.frame)
     return bool(
         table.screw.shape == (screws, 6)
@@ -66,28 +67,27 @@ def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
 
 
 def _reaches(spread: Floats) -> Integers:
-    # The first cause that moves along each screw, and one past the last.
-    screws, causes = spread.shape
-    found = np.zeros((screws, 2), dtype=np.int64)
-    for one, row in zip(found, spread):
+    # For each screw the first cause that moves along it, and the last one plus 1; zeros if none.
+    ranges = np.zeros((len(spread), 2), dtype=np.int64)
+    for bounds, row in zip(ranges, spread):
         moving = np.flatnonzero(row)
         if len(moving):
-            one[0], one[1] = moving[0], moving[len(moving) - 1] + 1
-    return found
+            bounds[0], bounds[1] = moving[0], moving[len(moving) - 1] + 1
+    return ranges
 
 
 class PoseErrors:
     """
-    What may be off in an arm, as the kernel reads it: frozen.
+    The errors of an arm as the kernel reads them, frozen.
 
     Attributes
     ----------
     chain
-        Of the arm.
+        The chain of the arm.
     table
-        The arrays, read-only; the kernel has the same ones.
+        The arrays, read-only; the kernel reads the same arrays.
     reaches : shape (screws, 2)
-        The causes that move along each screw: the first, and one past the last.
+        The range of causes that move along each screw: the first one, and the last one plus 1.
     screws, causes
         Their number.
     """
@@ -110,12 +110,12 @@ class PoseErrors:
 
 
 def room(errors: PoseErrors) -> int:
-    """Return how many numbers `write_covariances` needs room for."""
+    """Return the number of scratch numbers of `write_covariances`."""
     return 12 * errors.causes + 6 * errors.chain.dof
 
 
 def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> None:
-    # How the tool moves along a screw: linear velocity of its origin, angular velocity.
+    # The motion of the tool along a screw: linear velocity of its origin, angular velocity.
     T = arrays.after(row, errors.chain.frames_at + 16 * errors.frame[s])
     screw = arrays.after(errors.screw, 6 * s)
     for i in range(3):
@@ -129,8 +129,8 @@ def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> Non
 
 
 def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) -> None:
-    # How a motion along a screw changes the twist: what is behind it moves in another direction,
-    # w x v; and the tool is elsewhere in the motion of what is before it.
+    # The change of the twist by a motion along a screw. The twist of the part of the arm after the
+    # screw is rotated, w x v. The part before it moves the tool, which is at another place.
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         vj, vk = twist[j] - before[j], twist[k] - before[k]
@@ -141,15 +141,8 @@ def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) ->
         rate[3 + i] = column[3 + j] * wk - column[3 + k] * wj
 
 
-def _drive(share: float, rate_of_share: float, column: Numbers, rate: Numbers) -> None:
-    # From a motion along a screw to that by a share of a joint's position.
-    for i in range(6):
-        rate[i] = share * rate[i] + rate_of_share * column[i]
-        column[i] = share * column[i]
-
-
 def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers) -> None:
-    # The change of a twist's numbers in the axes of the tool, which turn with the error.
+    # The change of the twist in the axes of the tool, which rotate with the error.
     turned = [0.0] * 6
     for part in range(0, 6, 3):
         for i in range(3):
@@ -165,7 +158,7 @@ def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers)
 
 
 def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers) -> None:
-    # Adds an element's share of the twist to that of what is before it.
+    # Adds the twist of an element to the twist of the part of the arm before it.
     screws = arrays.after(row, chain.screws_at)
     for e in range(chain.first_entry[element], chain.first_entry[element + 1]):
         rate = qdot[chain.joint[e]]
@@ -174,23 +167,23 @@ def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers
 
 
 def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> None:
-    # Of the causes that move along a screw, what they do to the tool: moved (causes, 6). The six
-    # are written out: the compiler takes two at once.
+    # Adds the motion of the tool by each cause along a screw: moved (causes, 6). The six lines are
+    # written out, because the compiler computes two at once.
     spread = arrays.after(errors.spread, s * errors.causes)
     vx, vy, vz = column[0], column[1], column[2]
     wx, wy, wz = column[3], column[4], column[5]
     for k in range(errors.reach[2 * s], errors.reach[2 * s + 1]):
-        along, one = spread[k], arrays.after(moved, 6 * k)
-        one[0] += vx * along
-        one[1] += vy * along
-        one[2] += vz * along
-        one[3] += wx * along
-        one[4] += wy * along
-        one[5] += wz * along
+        along, motion = spread[k], arrays.after(moved, 6 * k)
+        motion[0] += vx * along
+        motion[1] += vy * along
+        motion[2] += vz * along
+        motion[3] += wx * along
+        motion[4] += wy * along
+        motion[5] += wz * along
 
 
 def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat) -> None:
-    # The noise of each velocity is a cause of its own: what it does to the twist, moved (n, 6).
+    # The noise of each joint velocity is a cause: its change of the twist, moved (n, 6).
     n = errors.chain.dof
     twist = arrays.after(row, places.JACOBIAN_AT + 6 * n)
     still, rate = [0.0] * 6, [0.0] * 6
@@ -203,13 +196,13 @@ def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat)
 
 
 def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
-    # The sum of products of each two of (count, 6).
+    # The covariance moved' moved of `moved` (count, 6).
     sums = [0.0] * 36
     for k in range(count):
-        one = arrays.after(moved, 6 * k)
+        motion = arrays.after(moved, 6 * k)
         for i in range(6):
             for j in range(6):
-                sums[6 * i + j] += one[i] * one[j]
+                sums[6 * i + j] += motion[i] * motion[j]
     arrays.copy(covariance, 36, sums)
 
 
@@ -225,20 +218,20 @@ def write_covariances(
     work: Flat,
 ) -> None:
     """
-    Write the covariance of the pose, and behind it that of the twist: those that are wanted.
+    Write the covariance of the pose if `of_pose`, and that of the twist if `of_twist`.
 
-    In base axes; with `in_tool_axes` that of the twist is of its numbers in the axes of the tool.
+    Both are in base axes; with `in_tool_axes` the covariance of the twist is in tool axes.
 
     Parameters
     ----------
     errors
-        What may be off.
+        The errors of the arm.
     row, q, qdot
-        As `evaluate` fills it with ALL_FRAMES, at these joint positions and velocities.
+        A row as `evaluate` fills it with ALL_FRAMES, and its joint positions and velocities.
     covariances : shape (2, 6, 6)
-        Rows and columns x y z of the tool's origin, rotations about x y z.
+        Pose, then twist. Rows and columns: x y z of the tool's origin, rotations about x y z.
     work
-        Has room for `room` numbers.
+        Scratch memory for `room` numbers.
     """
     n, causes = errors.chain.dof, errors.causes
     changed = arrays.after(work, 6 * causes)
@@ -255,7 +248,9 @@ def write_covariances(
             _write_rate(column, before, twist, rate)
         gear = errors.gear[s]
         if gear >= 0:
-            _drive(q[gear], qdot[gear], column, rate)
+            for i in range(6):  # d(q s) = q ds + dq s: the motion is proportional to the joint
+                rate[i] = q[gear] * rate[i] + qdot[gear] * column[i]
+                column[i] = q[gear] * column[i]
         if of_pose:
             _add_causes(errors, s, column, work)
         if of_twist:
@@ -282,23 +277,23 @@ def covariances(
     """
     Fill `results` (N, 2, 6, 6) with the covariances of pose and twist of each evaluated row.
 
-    Those of the twist are of its numbers in base axes, or in the axes of the tool.
+    Both are in base axes; with `in_tool_axes` the covariance of the twist is in tool axes.
 
     Parameters
     ----------
     errors
-        What may be off.
+        The errors of the arm.
     rows : shape (N, width)
-        As `evaluate` filled them with ALL_FRAMES.
+        Rows as `evaluate` fills them with ALL_FRAMES.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
-        Where they were evaluated.
+        Joint positions and velocities of the rows.
     """
     n, count, width = errors.chain.dof, arrays.extent(rows, 0), arrays.extent(rows, 1)
     if width < errors.chain.width:
         raise TypeError('the arrays of covariances do not go together')
     table, positions = arrays.numbers(rows, 0), arrays.numbers(q, count * n)
     rates = arrays.numbers(qdot, count * n)
-    found = arrays.results(results, COVARIANCES * count)
+    filled = arrays.results(results, COVARIANCES * count)
     work = arrays.scratch(room(errors))
     lock = arrays.let_go()
     for k in range(count):
@@ -310,7 +305,7 @@ def covariances(
             True,
             True,
             in_tool_axes,
-            arrays.after(found, COVARIANCES * k),
+            arrays.after(filled, COVARIANCES * k),
             work,
         )
     arrays.take_back(lock)

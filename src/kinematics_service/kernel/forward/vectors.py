@@ -1,7 +1,7 @@
 """
-Vectors of three numbers, and screws that carry points along.
+Vectors of three numbers, and points that move with screws.
 
-A screw is seven numbers: its axis, a point on it, 1 if it slides along the axis.
+A screw has seven numbers: its axis (3), a point on the axis (3), and 1 if it is prismatic, else 0.
 """
 
 import math
@@ -30,12 +30,12 @@ def plus(a: Vector, factor: float, b: Vector) -> Vector:
 
 
 def three(numbers: Numbers, at: int) -> Vector:
-    """Return the vector at an index."""
+    """Return the three numbers from index `at` on."""
     return (numbers[at], numbers[at + 1], numbers[at + 2])
 
 
 def apart(numbers: Numbers, at: int, step: int) -> Vector:
-    """Return the vector whose numbers are so many steps apart, from an index on."""
+    """Return the numbers at the indices `at`, at + step and at + 2 step."""
     return (numbers[at], numbers[at + step], numbers[at + 2 * step])
 
 
@@ -50,12 +50,12 @@ def point_of(screws: Numbers, k: int) -> Vector:
 
 
 def slides(screws: Numbers, k: int) -> bool:
-    """Return whether screw k slides."""
+    """Return whether screw k is prismatic."""
     return screws[7 * k + 6] > 0.5
 
 
 def turned(axis: Vector, angle: float, v: Vector) -> Vector:
-    """Return v turned about an axis through the origin (Rodrigues)."""
+    """Return v rotated about an axis through the origin (Rodrigues' formula)."""
     s, c = chain_pass.sincos(angle)
     along = dot(axis, v) * (1.0 - c)
     w = cross(axis, v)
@@ -67,7 +67,7 @@ def turned(axis: Vector, angle: float, v: Vector) -> Vector:
 
 
 def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
-    """Return a point carried along by screw k."""
+    """Return a point moved by screw k, by a value in rad or m."""
     axis = axis_of(screws, k)
     if slides(screws, k):
         return plus(point, value, axis)
@@ -77,10 +77,11 @@ def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
 
 def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
     """
-    Return the angle that turns a about the axis into the direction of b. It is `otherwise` if a is
-    on the axis, and any angle is right.
+    Return the angle about the axis from a to b; `otherwise` if a is parallel to the axis, and
+    every angle is a solution.
     """
-    # First the parts across the axis: near it, differences of products would be round-off alone.
+    # Project onto the plane normal to the axis first: for vectors nearly parallel to the axis,
+    # differences of products would be round-off.
     size = dot(a, a)
     a = plus(a, -dot(axis, a), axis)
     b = plus(b, -dot(axis, b), axis)
@@ -91,14 +92,14 @@ def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
 
 
 def across(axis: Vector) -> Vector:
-    """Return a unit vector across an axis."""
+    """Return a unit vector normal to an axis."""
     v = cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.6 else (0.0, 1.0, 0.0))
     length = math.sqrt(dot(v, v))
     return (v[0] / length, v[1] / length, v[2] / length)
 
 
 def times_vector(T: Numbers, v: Vector) -> Vector:
-    """Return a direction turned by a motion (4 x 4)."""
+    """Return a direction rotated by a motion (4 x 4)."""
     return (
         T[0] * v[0] + T[1] * v[1] + T[2] * v[2],
         T[4] * v[0] + T[5] * v[1] + T[6] * v[2],

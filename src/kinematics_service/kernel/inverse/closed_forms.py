@@ -1,7 +1,16 @@
 """
-Arms whose joint positions have a closed form: candidates for a target, and how far off they are.
+Solve six joints with a spherical wrist or three parallel axes, or three joints, in closed form.
 
-Errors are followed from joint to joint: `turn` is that of directions (rad), `way` that of points.
+Three joints for a position are the case of Pieper (three_joints.py). If axes 4, 5 and 6 meet in a
+point, joints 1 to 3 move this point to its position and joints 4 to 6 give the rotation (Pieper
+1968). If axes 2, 3 and 4 are parallel, the height of the wrist point along them gives joint 1, the
+direction of axis 2 in the tool frame gives joints 5 and 6, and joints 2 to 4 are a planar arm. The
+steps are subproblems: an angle that rotates a vector onto another (1: Paden and Kahan; Murray, Li
+and Sastry, A Mathematical Introduction to Robotic Manipulation, section 3.2) or to a given height
+(4: Elias and Wen, IK-Geo, arXiv:2211.05737).
+
+Errors are propagated from joint to joint: `turn` is that of directions, rad, `way` that of
+points, m.
 """
 
 import math
@@ -9,29 +18,30 @@ import math
 from ..forward import vectors
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
+from ..six_joints import six_screws
 from . import roots, three_joints
 
 
-def _back(screws: Numbers, values: Numbers, count: int, v: Vector) -> Vector:
-    # A direction as it was before the first `count` joints turned it.
-    for k in range(count):
+def _back(screws: Numbers, values: Numbers, begin: int, v: Vector) -> Vector:
+    # Returns a direction before joints 1 to 3, at values from an index on, rotated it.
+    for k in range(3):
         if not vectors.slides(screws, k):
-            v = vectors.turned(vectors.axis_of(screws, k), -values[k], v)
+            v = vectors.turned(vectors.axis_of(screws, k), -values[begin + k], v)
     return v
 
 
 def _circle_roots_or(
-    A: float, B: float, C: float, error: float, free: float, found: Numbers
+    A: float, B: float, C: float, error: float, free: float, angles: Numbers
 ) -> int:
-    # If every angle is a root, the free angle of the joint.
-    count = roots.circle_roots(A, B, C, error, found)
+    # Writes the roots of A cos + B sin = C, or the angle `free` if all angles are roots.
+    count = roots.circle_roots(A, B, C, error, angles)
     if count >= 0:
         return count
-    found[0] = free
+    angles[0] = free
     return 1
 
 
-def _turns_to(
+def _angles_to_height(
     axis: Vector,
     v: Vector,
     sign: float,
@@ -39,64 +49,59 @@ def _turns_to(
     height: float,
     error: float,
     free: float,
-    found: Numbers,
+    angles: Numbers,
 ) -> int:
-    # The angles by which v, turned about an axis, or backwards, is at a height along w.
-    still = vectors.dot(w, axis) * vectors.dot(axis, v)
-    A, B = vectors.dot(w, v) - still, sign * vectors.dot(w, vectors.cross(axis, v))
-    return _circle_roots_or(A, B, height - still, error, free, found)
+    # Subproblem 4: writes the angles by which v, rotated about an axis (sign 1) or backwards (sign
+    # -1), has a given height along w.
+    constant = vectors.dot(w, axis) * vectors.dot(axis, v)
+    A, B = vectors.dot(w, v) - constant, sign * vectors.dot(w, vectors.cross(axis, v))
+    return _circle_roots_or(A, B, height - constant, error, free, angles)
 
 
 def _wrist(
-    screws: Numbers, T: Numbers, arm: Numbers, turn: float, free: Numbers, found: Numbers
+    screws: Numbers, T: Numbers, arms: Numbers, i: int, turn: float, free: Numbers, angles: Numbers
 ) -> int:
-    # The last three joints make the rest of the rotation after the first three (positions `arm`);
-    # behind two of their positions stands the error of both.
+    # Joints 4 to 6 make the rotation that remains after joints 1 to 3, at candidate i of `arms`.
+    # Writes up to two times three angles, and their error to angles[6].
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
-    goal = _back(screws, arm, 3, vectors.times_vector(T, c))
+    goal = _back(screws, arms, 3 * i, vectors.times_vector(T, c))
     fifths = [0.0] * 3
-    count = _turns_to(b, c, 1.0, a, vectors.dot(a, goal), 4.0 * turn, free[4], fifths)
+    count = _angles_to_height(b, c, 1.0, a, vectors.dot(a, goal), 4.0 * turn, free[4], fifths)
     side = vectors.across(c)
-    goal_side = _back(screws, arm, 3, vectors.times_vector(T, side))
-    found[6] = fifths[2]
-    for i in range(count):
-        fourth = vectors.angle(a, vectors.turned(b, fifths[i], c), goal, free[3])
-        rest = vectors.turned(b, -fifths[i], vectors.turned(a, -fourth, goal_side))
-        found[3 * i] = fourth
-        found[3 * i + 1] = fifths[i]
-        found[3 * i + 2] = vectors.angle(c, side, rest, free[5])
-        found[6] = max(found[6], roots.turn_error(a, goal, 2.0 * turn + fifths[2]))
+    goal_side = _back(screws, arms, 3 * i, vectors.times_vector(T, side))
+    angles[6] = fifths[2]
+    for k in range(count):
+        fourth = vectors.angle(a, vectors.turned(b, fifths[k], c), goal, free[3])
+        rest = vectors.turned(b, -fifths[k], vectors.turned(a, -fourth, goal_side))
+        angles[3 * k] = fourth
+        angles[3 * k + 1] = fifths[k]
+        angles[3 * k + 2] = vectors.angle(c, side, rest, free[5])
+        angles[6] = max(angles[6], roots.turn_error(a, goal, 2.0 * turn + fifths[2]))
     return count
-
-
-def _times(rows: int, columns: int, A: Flat, x: Flat, y: Numbers) -> None:
-    # y = A x.
-    for i in range(rows):
-        y[i] = arrays.dot(arrays.after(A, i * columns), x, columns)
 
 
 class ClosedForm:
     """
-    A geometry that has a closed form, as screws psi = coupling q.
+    The screws of an arm with a closed form, at positions psi = coupling q.
 
     Parameters
     ----------
     way
         POSITION_3, SPHERICAL_WRIST or PARALLEL_AXES.
-    screws : shape (k, 7)
+    screws : shape (n, 7)
         Each joint at rest: its axis, a point on it, 1 if it slides.
     point : shape (3,), m
-        The point whose position is solved first, at rest.
+        The tool, the center of the wrist or the intersection of axes 5 and 6, at rest.
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
     backwards
         Whether the screws are ordered from tool to base.
-    to_joints, to_screws : shape (n, k), (k, n)
-        Joint positions from those of the screws, and back.
+    to_joints, to_screws : shape (n, n)
+        Matrices from positions of the screws to joint positions, and back.
     error
-        How far the arm's own axes are from those of the screws: rad, and as a share of its size.
-        It includes round-off.
+        Largest difference between the axes of the arm and of the screws, round-off included: rad
+        for directions, relative to the size of the arm for points.
     """
 
     def __init__(
@@ -111,87 +116,87 @@ class ClosedForm:
         error: float,
     ) -> None:
         self.way, self.backwards, self.error, self.size = way, backwards, error, 0.0
-        self.n, self.k = arrays.extent(to_joints, 0), arrays.extent(to_joints, 1)
-        if self.k != (3 if self.way == places.POSITION_3 else 6):
+        self.n = arrays.extent(to_joints, 0)
+        if self.n != (3 if self.way == places.POSITION_3 else 6):
             raise TypeError('a closed form has three screws for a position, six for a pose')
-        self.screws, self.point = arrays.numbers(screws, 7 * self.k), arrays.numbers(point, 3)
+        self.screws, self.point = arrays.numbers(screws, 7 * self.n), arrays.numbers(point, 3)
         self.home_inverse = arrays.numbers(home_inverse, 16)
-        self.to_joints = arrays.numbers(to_joints, self.n * self.k)
-        self.to_screws = arrays.numbers(to_screws, self.n * self.k)
-        for k in range(self.k):
+        self.to_joints = arrays.numbers(to_joints, self.n * self.n)
+        self.to_screws = arrays.numbers(to_screws, self.n * self.n)
+        for k in range(self.n):
             at = vectors.point_of(self.screws, k)
             self.size = max(self.size, math.sqrt(vectors.dot(at, at)))
         for at in (vectors.three(self.point, 0), vectors.apart(self.home_inverse, 3, 4)):
             self.size = max(self.size, math.sqrt(vectors.dot(at, at)))
 
     def write_screws(self, q: Flat, psi: Numbers) -> None:
-        """Write the screws' positions for positions of the joints."""
-        _times(self.k, self.n, self.to_screws, q, psi)
+        """Write the positions psi (n,) of the screws at joint positions q (n,)."""
+        for i in range(self.n):
+            psi[i] = arrays.dot(arrays.after(self.to_screws, i * self.n), q, self.n)
 
-    def write_joints(self, psi: Flat, q: Flat) -> None:
-        """Write the joints' positions for positions of the screws."""
-        _times(self.n, self.k, self.to_joints, psi, q)
+    def turn_into_joints(self, row: Flat) -> None:
+        """Replace positions of the screws (n,) by joint positions."""
+        psi = [0.0] * 6
+        arrays.copy(psi, self.n, row)
+        for i in range(self.n):
+            row[i] = arrays.dot(arrays.after(self.to_joints, i * self.n), psi, self.n)
 
     def write_motion(self, pose: Flat, T: Numbers) -> None:
-        """Write the motion (4, 4) from rest to a pose that the screws have to make."""
+        """Write the motion (3, 4) from rest to a pose, for screws in their order."""
         M = [0.0] * 12
-        for i in range(3):
-            for j in range(4):
-                if self.way == places.POSITION_3:
-                    M[4 * i + j] = 1.0 if i == j else 0.0
-                    continue
-                for k in range(4):
-                    M[4 * i + j] += pose[4 * i + k] * self.home_inverse[4 * k + j]
-            if self.way == places.POSITION_3:
-                M[4 * i + 3] = pose[4 * i + 3] - self.point[i]
-        for i in range(3):
-            T[4 * i + 3] = 0.0 if self.backwards else M[4 * i + 3]
-            for j in range(3):
-                T[4 * i + j] = M[4 * j + i] if self.backwards else M[4 * i + j]
-                if self.backwards:
-                    T[4 * i + 3] -= M[4 * j + i] * M[4 * j + 3]
+        if self.way == places.POSITION_3:
+            for i in range(3):
+                for j in range(3):
+                    T[4 * i + j] = 1.0 if i == j else 0.0
+                T[4 * i + 3] = pose[4 * i + 3] - self.point[i]
+            return
+        six_screws.write_motion(pose, self.home_inverse, M)
+        if self.backwards:
+            six_screws.write_inverse(M, T)
+        else:
+            arrays.copy(T, 12, M)
 
-    def candidates(self, T: Numbers, off: float, free: Numbers, found: Flat, said: Numbers) -> int:
-        """Do what `inverse_candidates` does, for a motion whose rotation is off by so much."""
+    def candidates(
+        self, T: Numbers, rotation_error: float, free: Numbers, psi: Flat, accuracy: Numbers
+    ) -> int:
+        """Do what `inverse_candidates` does; the rotation of T has an error `rotation_error`."""
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
-        turn = self.error + off
+        turn = self.error + rotation_error
         way = turn * (self.size + math.sqrt(vectors.dot(to, to)))
         if self.way == places.POSITION_3:
             arm = [0.0] * 25
             goal = vectors.times_point(T, start)
             count = three_joints.first_three(self.screws, start, goal, turn, way, free, arm)
-            arrays.copy(found, 3 * count, arm)
-            said[0] = arm[24]
+            arrays.copy(psi, 3 * count, arm)
+            accuracy[0] = arm[24]
             return count
         if self.way == places.SPHERICAL_WRIST:
-            return self._with_wrist(T, turn, way, free, found, said)
-        return self._with_parallel_axes(T, turn, way, free, found, said)
+            return self._with_wrist(T, turn, way, free, psi, accuracy)
+        return self._with_parallel_axes(T, turn, way, free, psi, accuracy)
 
     def _with_wrist(
-        self, T: Numbers, turn: float, way: float, free: Numbers, found: Numbers, said: Numbers
+        self, T: Numbers, turn: float, way: float, free: Numbers, psi: Numbers, accuracy: Numbers
     ) -> int:
-        # Axes 4 to 6 meet in the point, so joints 1 to 3 alone bring it to its place.
-        arms, wrists, arm = [0.0] * 25, [0.0] * 7, [0.0] * 3
+        # Axes 4 to 6 meet in the point: joints 4 to 6 do not move it.
+        arms, wrists = [0.0] * 25, [0.0] * 7
         count, point = 0, vectors.three(self.point, 0)
         goal = vectors.times_point(T, point)
-        known = three_joints.first_three(self.screws, point, goal, turn, way, free, arms)
-        said[0] = arms[24]
-        for i in range(known):
-            for k in range(3):
-                arm[k] = arms[3 * i + k]
-            doubled = _wrist(self.screws, T, arm, turn + 3.0 * arms[24], free, wrists)
-            said[0] = max(said[0], wrists[6])
-            for j in range(doubled):
+        arm_count = three_joints.first_three(self.screws, point, goal, turn, way, free, arms)
+        accuracy[0] = arms[24]
+        for i in range(arm_count):
+            wrist_count = _wrist(self.screws, T, arms, i, turn + 3.0 * arms[24], free, wrists)
+            accuracy[0] = max(accuracy[0], wrists[6])
+            for j in range(wrist_count):
                 for k in range(3):
-                    found[6 * count + k] = arm[k]
-                    found[6 * count + 3 + k] = wrists[3 * j + k]
+                    psi[6 * count + k] = arms[3 * i + k]
+                    psi[6 * count + 3 + k] = wrists[3 * j + k]
                 count += 1
         return count
 
     def _with_parallel_axes(
-        self, T: Numbers, turn: float, way: float, free: Numbers, found: Flat, said: Numbers
+        self, T: Numbers, turn: float, way: float, free: Numbers, psi: Flat, accuracy: Numbers
     ) -> int:
-        # Axes 2, 3, 4 are parallel, 5 and 6 meet in the point.
+        # Axes 2, 3 and 4 are parallel; axes 5 and 6 meet in the point.
         screws, point = self.screws, vectors.three(self.point, 0)
         o1, z1 = vectors.point_of(screws, 0), vectors.axis_of(screws, 0)
         z = vectors.axis_of(screws, 1)
@@ -202,30 +207,30 @@ class ClosedForm:
         to_wrist = vectors.plus(vectors.point_of(screws, 3), -1.0, point)
         lever = math.sqrt(vectors.dot(to_goal, to_goal))
         lever += math.sqrt(vectors.dot(to_wrist, to_wrist))
-        # The height of the point along axis 2, which joints 2 to 4 do not change, gives joint 1:
-        # that of the goal taken back by joint 1 is the height at rest.
+        # Joints 2 to 4 do not change the height of the point along axis 2. So the goal, moved back
+        # by joint 1, has the height of the point at rest.
         height = vectors.dot(z, vectors.plus(point, -1.0, o1))
-        known = _turns_to(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
-        said[0] = firsts[2]
-        for i in range(known):
-            # R^T (z as joint 1 turns it), axis 2 as the tool sees it, which joints 6 and 5 must
-            # turn into z.
-            z_now = vectors.turned(z1, firsts[i], z)
-            seen = (
-                T[0] * z_now[0] + T[4] * z_now[1] + T[8] * z_now[2],
-                T[1] * z_now[0] + T[5] * z_now[1] + T[9] * z_now[2],
-                T[2] * z_now[0] + T[6] * z_now[1] + T[10] * z_now[2],
+        first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
+        accuracy[0] = firsts[2]
+        for i in range(first_count):
+            # R^T (z rotated by joint 1) is axis 2 in the tool frame, which joints 6 and 5 must
+            # rotate onto z.
+            z_turned = vectors.turned(z1, firsts[i], z)
+            z_in_tool = (
+                T[0] * z_turned[0] + T[4] * z_turned[1] + T[8] * z_turned[2],
+                T[1] * z_turned[0] + T[5] * z_turned[1] + T[9] * z_turned[2],
+                T[2] * z_turned[0] + T[6] * z_turned[1] + T[10] * z_turned[2],
             )
-            off, height = 4.0 * (turn + firsts[2]), vectors.dot(z6, seen)
-            doubled = _turns_to(z5, z, -1.0, z6, height, off, free[4], fifths)
-            said[0] = max(said[0], fifths[2])
-            for j in range(doubled):
-                sixth = vectors.angle(z6, seen, vectors.turned(z5, -fifths[j], z), free[5])
-                off = roots.turn_error(z6, seen, 2.0 * turn + firsts[2] + fifths[2])
-                said[0] = max(said[0], off)
-                off = way + lever * (firsts[2] + fifths[2] + off)
-                to = arrays.after(found, 6 * count)
-                count += self._plane_arm(T, firsts[i], fifths[j], sixth, off, free, to, said)
+            error, height = 4.0 * (turn + firsts[2]), vectors.dot(z6, z_in_tool)
+            fifth_count = _angles_to_height(z5, z, -1.0, z6, height, error, free[4], fifths)
+            accuracy[0] = max(accuracy[0], fifths[2])
+            for j in range(fifth_count):
+                sixth = vectors.angle(z6, z_in_tool, vectors.turned(z5, -fifths[j], z), free[5])
+                error = roots.turn_error(z6, z_in_tool, 2.0 * turn + firsts[2] + fifths[2])
+                accuracy[0] = max(accuracy[0], error)
+                error = way + lever * (firsts[2] + fifths[2] + error)
+                to = arrays.after(psi, 6 * count)
+                count += self._plane_arm(T, firsts[i], fifths[j], sixth, error, free, to, accuracy)
         return count
 
     def _plane_arm(
@@ -236,11 +241,11 @@ class ClosedForm:
         sixth: float,
         way: float,
         free: Numbers,
-        found: Numbers,
-        said: Numbers,
+        psi: Numbers,
+        accuracy: Numbers,
     ) -> int:
-        # G = E1^-1 T E6^-1 E5^-1 moves within the plane across z: its turn, and where it brings
-        # the point of axis 4. Joints 2, 3 and 4 are an arm in that plane.
+        # E2 E3 E4 = E1^-1 T E6^-1 E5^-1 is a motion in the plane perpendicular to z. Its angle is
+        # `total`, and `goal` is where it moves the point of axis 4.
         screws = self.screws
         z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
         z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
@@ -269,46 +274,47 @@ class ClosedForm:
             free[2],
             thirds,
         )
-        said[0] = max(said[0], thirds[2])
+        accuracy[0] = max(accuracy[0], thirds[2])
         if count > 0:
-            said[0] = max(said[0], roots.turn_error(z, to_goal, 2.0 * way + size * thirds[2]))
+            error = roots.turn_error(z, to_goal, 2.0 * way + size * thirds[2])
+            accuracy[0] = max(accuracy[0], error)
         for k in range(count):
             bent = vectors.plus(upper, 1.0, vectors.turned(z, thirds[k], lower))
             second = vectors.angle(z, bent, to_goal, free[1])
-            found[6 * k] = first
-            found[6 * k + 1] = second
-            found[6 * k + 2] = thirds[k]
-            found[6 * k + 3] = total - second - thirds[k]
-            found[6 * k + 4] = fifth
-            found[6 * k + 5] = sixth
+            psi[6 * k] = first
+            psi[6 * k + 1] = second
+            psi[6 * k + 2] = thirds[k]
+            psi[6 * k + 3] = total - second - thirds[k]
+            psi[6 * k + 4] = fifth
+            psi[6 * k + 5] = sixth
         return count
 
 
 def inverse_candidates(
-    form: ClosedForm, T: Floats, free: Floats, found: Floats, said: Floats
+    form: ClosedForm, T: Floats, free: Floats, psi: Floats, accuracy: Floats
 ) -> int:
     """
-    Fill `found` with positions of screws that may bring about a motion; return their number.
+    Fill `psi` with candidates for the positions of the screws; return their number.
 
-    These are candidates, not solutions: `refine` improves them and returns the error of each.
+    Candidates are not solutions: `refine` improves them and returns the error of each.
 
     Parameters
     ----------
     form
-        Of the arm.
+        The closed form of the arm.
     T : shape (4, 4)
         The motion from rest to the target.
-    free : shape (k,), rad or m
-        Positions of screws that are free.
-    found : shape (MOST_CANDIDATES, k), rad or m
+    free : shape (n,), rad or m
+        Positions for screws that may have any position.
+    psi : shape (MOST_CANDIDATES, n), rad or m
         The candidates.
-    said : shape (1,)
-        How far they are from solutions, rad; infinite where one may be missing.
+    accuracy : shape (1,)
+        Bound of their distance from solutions, rad; infinite if a solution may be missing.
     """
     return form.candidates(
         arrays.numbers(T, 16),
         0.0,
-        arrays.numbers(free, form.k),
-        arrays.results(found, places.MOST_CANDIDATES * form.k),
-        arrays.results(said, 1),
+        arrays.numbers(free, form.n),
+        arrays.results(psi, places.MOST_CANDIDATES * form.n),
+        arrays.results(accuracy, 1),
     )

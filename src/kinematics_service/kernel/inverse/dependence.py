@@ -1,5 +1,9 @@
 """
-How near to dependent the columns of the rows of J that count are, and the motions they leave free.
+Measure how independent the columns of J are, in the rows of a target, and find the null motions.
+
+Null motions come from a singular value decomposition (one-sided Jacobi), independence from the
+ratio of the last pivot to the first with complete pivoting, which takes much less time (Golub and
+Van Loan, Matrix Computations, sections 3.4.8 and 8.6).
 """
 
 from ..layout import arrays, places
@@ -17,33 +21,33 @@ def free_motions(
     Parameters
     ----------
     residual
-        Of a target with these rows.
+        The residual of a target; its rows of J are decomposed.
     scales : shape (n,)
         Weight of a unit of each joint.
     q : shape (N, n), rad or m
         Joint positions.
     sigma : shape (N, n), m
-        Singular values, descending; those beyond the wanted rows are 0.
+        Singular values, descending. With n > 6 joints the last n - 6 are 0.
     motions : shape (N, n, n)
         Unit joint motions, scaled, one row per singular value.
     """
     n, count = residual.n, arrays.extent(q, 0)
     width = 6 + n
-    counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
+    weights, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     values, turns = arrays.results(sigma, count * n), arrays.results(motions, count * n * n)
     W = arrays.scratch(n * width)
     lock = arrays.let_go()
     for k in range(count):
         residual.evaluate(arrays.after(positions, k * n), places.JACOBIAN)
-        residual.write_columns(counted)
+        residual.write_columns(weights)
         for i in range(n):
             row = arrays.after(W, i * width)
             arrays.copy(row, 6, arrays.after(residual.columns, 6 * i))
             arrays.fill(arrays.after(row, 6), n, 0.0)
             row[6 + i] = 1.0
-        found = arrays.after(values, k * n)
+        singular = arrays.after(values, k * n)
         singular_values.orthogonalise(W, n, 6, width, 1)
-        singular_values.sort_by_norm(W, found, n, 6, width, 1)
+        singular_values.sort_by_norm(W, singular, n, 6, width, 1)
         for i in range(n):
             motion = arrays.after(turns, (k * n + i) * n)
             arrays.copy(motion, n, arrays.after(W, i * width + 6))
@@ -51,8 +55,8 @@ def free_motions(
     arrays.give_back(W)
 
 
-def share_of_last_pivot(residual: Residual, scales: Flat, q: Flat) -> float:
-    """Return one of the shares of `pivots`."""
+def pivot_ratio(residual: Residual, scales: Flat, q: Flat) -> float:
+    """Return the pivot ratio of joint positions (n,): see `pivots`."""
     if residual.n > 6:
         return 0.0
     residual.evaluate(q, places.JACOBIAN)
@@ -62,19 +66,17 @@ def share_of_last_pivot(residual: Residual, scales: Flat, q: Flat) -> float:
 
 def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> None:
     """
-    Fill `shares` (N,) with the linear independence of the columns of the rows of J: 0 if
-    dependent.
+    Fill `shares` (N,) with the ratio of the last pivot of J to the first: 0 if J has lost rank.
 
-    The last pivot as a share of the first, by complete pivoting: much faster than the singular
-    values, and hardly ever more than some ten times the smallest of them, as a share as well.
+    The ratio is rarely more than ten times that of the singular values.
 
     Parameters
     ----------
     residual, scales, q
-        As for `free_motions`; the share is 0, too, if there are more joints than rows.
+        As for `free_motions`. With more than six joints the ratio is 0.
     """
     n, count = residual.n, arrays.extent(q, 0)
-    counted, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
+    weights, positions = arrays.numbers(scales, n), arrays.numbers(q, count * n)
     result = arrays.results(shares, count)
     for k in range(count):
-        result[k] = share_of_last_pivot(residual, counted, arrays.after(positions, k * n))
+        result[k] = pivot_ratio(residual, weights, arrays.after(positions, k * n))

@@ -1,4 +1,4 @@
-"""Rules for joint positions: full turns, limits, and the weight of each joint."""
+"""Choose the full turns of joint positions: inside the limits if possible, nearest to a pose."""
 
 import math
 
@@ -8,16 +8,16 @@ from ..layout.arrays import Flat, Floats
 
 class Joints:
     """
-    Rules for joint positions that hold for any target.
+    Periods, limits and weights of the joints of an arm.
 
     Parameters
     ----------
     scales : shape (n,)
         Weight of a unit of each joint: `Task.column_scales`, inverted.
     periods : shape (n,)
-        Turn after which a joint is back, or infinite.
+        Motion of a joint after which the tool is back, rad or m; infinite for no period.
     limits : shape (n, 2), rad or m
-        Infinite if there are none.
+        Limits of positions; infinite for none.
     """
 
     def __init__(self, scales: Floats, periods: Floats, limits: Floats) -> None:
@@ -25,15 +25,15 @@ class Joints:
         self.scales, self.periods = arrays.numbers(scales, self.n), arrays.numbers(periods, self.n)
         self.limits = arrays.numbers(limits, 2 * self.n)
 
-    def without_turns(self, j: int, away: float) -> float:
-        """Return a way of joint j without the full turns in it."""
+    def without_turns(self, j: int, motion: float) -> float:
+        """Return a motion of joint j less its full turns: at most half a period."""
         period = self.periods[j]
         if not math.isfinite(period):
-            return away
-        return away - period * math.floor(away / period + 0.5)
+            return motion
+        return motion - period * math.floor(motion / period + 0.5)
 
     def represent(self, near: Flat, q: Flat) -> None:
-        """Turn q (n,) as `representatives` turns a row."""
+        """Change q (n,) by full turns as `representatives` does for a row."""
         for j in range(self.n):
             period = self.periods[j]
             if not math.isfinite(period):
@@ -47,7 +47,7 @@ class Joints:
                 x += period * math.ceil((low - x) / period)
             elif x > high:
                 x -= period * math.ceil((x - high) / period)
-            # If no turn is inside, the one that is beyond by less.
+            # If no position is inside the limits, take the one that exceeds them by less.
             if x > high and low - (x - period) < x - high:
                 x -= period
             elif x < low and x + period - high < low - x:
@@ -55,11 +55,11 @@ class Joints:
             q[j] = x
 
     def square_to(self, near: Flat, q: Flat) -> float:
-        """Return the square of the distance from q to `near`."""
+        """Return the squared, weighted distance from q (n,) to `near` (n,)."""
         square = 0.0
         for j in range(self.n):
-            share = (q[j] - near[j]) / self.scales[j]
-            square += share * share
+            scaled = (q[j] - near[j]) / self.scales[j]
+            square += scaled * scaled
         return square
 
     def space(self, j: int, q: Flat) -> float:
@@ -67,31 +67,31 @@ class Joints:
         return min(q[j] - self.limits[2 * j], self.limits[2 * j + 1] - q[j])
 
     def margin(self, q: Flat) -> float:
-        """Return the least space of a joint."""
+        """Return the least distance of a joint to a limit; negative beyond it."""
         margin = places.INFINITY
         for j in range(self.n):
             margin = min(margin, self.space(j, q))
         return margin
 
     def are_inside(self, q: Flat) -> bool:
-        """Return whether no joint is beyond its limits."""
+        """Return whether all joints are inside their limits, up to AT_LIMIT."""
         return self.margin(q) >= -places.AT_LIMIT
 
 
 def representatives(joints: Joints, near: Floats, q: Floats) -> None:
     """
-    Turn each row of q by full turns: into the limits if possible, and there nearest to `near`.
+    Change each row of q by full turns: into the limits if possible, and there nearest to `near`.
 
     Parameters
     ----------
     joints
         The joints of the arm.
     near : shape (n,), rad or m
-        Half a turn from it, the upper one is taken.
+        Joint positions. If two positions are half a period from them, the upper one is taken.
     q : shape (N, n), rad or m
-        Overwritten.
+        Joint positions, overwritten.
     """
     count, n = arrays.extent(q, 0), joints.n
-    middle, rows = arrays.numbers(near, n), arrays.results(q, count * n)
+    center, rows = arrays.numbers(near, n), arrays.results(q, count * n)
     for k in range(count):
-        joints.represent(middle, arrays.after(rows, k * n))
+        joints.represent(center, arrays.after(rows, k * n))

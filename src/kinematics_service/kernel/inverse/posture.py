@@ -1,4 +1,9 @@
-"""Postures of arms with a closed form: shoulder, elbow, wrist."""
+"""
+Name the posture of an arm with a closed form: shoulder right, elbow up, wrist not flipped.
+
+Each sign is that of a triple product. It is 0 if two solutions meet: if the end of joint 3 is in
+the plane of axes 1 and 2, the elbow is stretched, or axes 4 and 6 are parallel.
+"""
 
 import math
 
@@ -7,22 +12,29 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Vector
 from .closed_forms import ClosedForm
 
+# Largest ratio of a triple product to its factors that is taken as 0: poses have nine digits.
+ZERO_RATIO = 1e-9
+# Least squared sine of axes 1 and 2 of an arm with a shoulder: 3e-5 rad.
+MIN_SHOULDER_SINE_SQUARED = 1e-9
+# Largest squared sine of axes 2 and 3 of an arm with an elbow: 1e-6 rad.
+MAX_ELBOW_SINE_SQUARED = 1e-12
+
 
 def _sign(value: float, size: float) -> int:
-    if abs(value) <= 1e-9 * size:
+    if abs(value) <= ZERO_RATIO * size:
         return 0
     return 1 if value > 0.0 else -1
 
 
 def _shoulder(screws: Flat, end: Vector) -> int:
-    # Returns the side of the plane of the first two axes on which the end of joint 3 is.
+    # Returns on which side of the plane of axes 1 and 2 the end of joint 3 is.
     side = vectors.cross(vectors.axis_of(screws, 1), vectors.axis_of(screws, 0))
     reach = vectors.plus(end, -1.0, vectors.point_of(screws, 0))
     return _sign(vectors.dot(side, reach), math.sqrt(vectors.dot(reach, reach)))
 
 
 def _elbow(screws: Flat, second: float, tip: Vector) -> int:
-    # Returns the side of the line from axis 2 to the tip of the elbow's arm on which the elbow is.
+    # Returns on which side of the line from axis 2 to the tip the elbow is.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     chord = vectors.plus(tip, -1.0, o2)
     chord = vectors.plus(chord, -vectors.dot(chord, z2), z2)
@@ -46,7 +58,7 @@ def _wrist(screws: Flat, fifth: float) -> int:
 
 
 def write_posture(form: ClosedForm, q: Flat, signs: FlatIntegers) -> None:
-    """Write the posture of one row of `postures`."""
+    """Write the signs (3,) of the posture at joint positions q (n,): see `postures`."""
     signs[0], signs[1], signs[2] = 0, 0, 0
     if form.backwards:
         return
@@ -56,9 +68,17 @@ def write_posture(form: ClosedForm, q: Flat, signs: FlatIntegers) -> None:
     z1, z2, z3 = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1), vectors.axis_of(screws, 2)
     side, elbow = vectors.cross(z2, z1), vectors.cross(z2, z3)
     turn_2 = not vectors.slides(screws, 1)
-    has_shoulder = not vectors.slides(screws, 0) and turn_2 and vectors.dot(side, side) > 1e-9
-    has_elbow = turn_2 and not vectors.slides(screws, 2) and vectors.dot(elbow, elbow) < 1e-12
-    # The tool of joints 1 to 3, in the frame joint 1 carries along.
+    has_shoulder = (
+        not vectors.slides(screws, 0)
+        and turn_2
+        and vectors.dot(side, side) > MIN_SHOULDER_SINE_SQUARED
+    )
+    has_elbow = (
+        turn_2
+        and not vectors.slides(screws, 2)
+        and vectors.dot(elbow, elbow) < MAX_ELBOW_SINE_SQUARED
+    )
+    # The end of joint 3 in the frame of joint 1.
     end = vectors.three(form.point, 0)
     if form.way == places.PARALLEL_AXES:
         end = vectors.moved(screws, 3, psi[3], end)
@@ -82,7 +102,7 @@ def postures(form: ClosedForm, q: Floats, signs: Integers) -> None:
     Parameters
     ----------
     form
-        The arm's closed form; one with backward screws has no postures.
+        The closed form of the arm. If its screws are backwards, all signs are 0.
     q : shape (N, n), rad or m
         Joint positions.
     signs : shape (N, 3)

@@ -1,4 +1,11 @@
-"""Refinement: joint positions moved to where the tool misses its target least."""
+"""
+Minimize the distance of the tool from a target by Levenberg-Marquardt, with bounds on the joints.
+
+Nocedal and Wright, Numerical Optimization, section 10.3: each step solves
+(J^T J + damping size 1) step = J^T error, with `size` the largest squared column of J. A step that
+reduces the error divides the damping by 10, one that does not multiplies it by 8. Joints at a
+bound that would leave it are held, and steps are projected onto the bounds.
+"""
 
 import math
 
@@ -7,29 +14,43 @@ from ..layout.arrays import Flat, Floats
 from ..measures import symmetric
 from .residuals import Residual
 
-# A smaller error is round-off of forward kinematics, as a share of the length.
-ROUND_OFF = 1e-15
-# Where nothing is gained any more: so many steps that shrink the error by less than this share.
-SLOW, SLOW_STEPS = 1e-3, 12
-STIFFEST = 1e8
+# Error of a converged iteration, relative to the length: five units of round-off, 2.2e-16.
+ERROR_TOLERANCE = 1e-15
+# Error, relative to the length, at which a refused step ends the iteration: it is round-off.
+REFUSED_STEP_TOLERANCE = 1e-12
+# Least relative decrease of the squared error, 0.1 %, of a step that is not slow.
+MIN_DECREASE = 1e-3
+# Least motion of a joint, rad or m, of a refused step that is not slow: 500 units of round-off.
+MIN_MOTION = 1e-13
+# Number of slow steps that end the iteration at a local minimum.
+MAX_SLOW_STEPS = 12
+# Largest damping; with more, steps are shorter than round-off.
+MAX_DAMPING = 1e8
+# Least damping after a failed factorization: five units of round-off.
+MIN_FACTOR_DAMPING = 1e-15
+# Least damping after a refused step: from 0, factors of 8 reach MAX_DAMPING in 22 steps.
+MIN_STEP_DAMPING = 1e-12
+# Damping that is always added: J^T J + damping is never exactly singular.
+MIN_DAMPING = 1e-18
 
 
 class Refinement:
     """
-    Moves joint positions to where the tool misses its target least: Levenberg-Marquardt.
+    A minimization: target, weights and bounds of the joints, options.
 
     Parameters
     ----------
     residual
-        Of the target.
+        The residual of the target.
     scales : shape (n,)
-        What a unit of each joint counts, as `Task.column_scales`, inverted; 0 holds a joint.
+        Weight of a unit of each joint: `Task.column_scales`, inverted; 0 holds a joint.
     limits : shape (n, 2), rad or m
-        No joint leaves these; infinite where it may.
+        Bounds of the joints, infinite for a joint without bounds.
     damping
-        At first, as a share of the largest column of J squared: 1e-3 from afar, 0 at a solution.
+        Initial damping, relative to the largest squared column of J: 1e-3 for any start, 0 near a
+        solution.
     steps
-        Steps at most.
+        Largest number of steps.
     """
 
     def __init__(
@@ -47,49 +68,50 @@ class Refinement:
         self.g, self.step, self.trial = arrays.rooms(n, n, n)
 
     def refine_one(self, q: Flat) -> float:
-        """Refine joint positions (n,) where they are, and return what is left: see `refine`."""
+        """Move joint positions q (n,) in place; return the remaining error: see `refine`."""
         square = self.residual.square(q, places.JACOBIAN)
         if square == places.INFINITY:
             return places.INFINITY
         length = self.residual.size()
-        enough = (ROUND_OFF * length) * (ROUND_OFF * length)
-        nearly = (1e-12 * length) * (1e-12 * length)
-        damping, slow, fresh, size = self.damping, 0, True, 0.0
+        converged = (ERROR_TOLERANCE * length) * (ERROR_TOLERANCE * length)
+        negligible = (REFUSED_STEP_TOLERANCE * length) * (REFUSED_STEP_TOLERANCE * length)
+        damping, slow_steps, has_moved, size = self.damping, 0, True, 0.0
         for _ in range(self.steps):
-            if square <= enough or slow >= SLOW_STEPS:
+            if square <= converged or slow_steps >= MAX_SLOW_STEPS:
                 break
-            if fresh:
+            if has_moved:
                 size = self._linearise(q)
-                fresh = False
+                has_moved = False
             if size == 0.0:
                 break
+            added = damping * size + MIN_DAMPING * size
             if not symmetric.damped_step(
-                self.residual.n, self.A, self.g, damping * size + 1e-18 * size, self.L, self.step
+                self.residual.n, self.A, self.g, added, self.L, self.step
             ):
-                damping = max(10.0 * damping, 1e-15)
+                damping = max(10.0 * damping, MIN_FACTOR_DAMPING)
                 continue
             moved = self._try_step(q)
             if moved == 0.0:
                 break
             new = self.residual.square(self.trial, places.JACOBIAN)
             if new < square:
-                slow = slow + 1 if new > (1.0 - SLOW) * square else 0
+                slow_steps = slow_steps + 1 if new > (1.0 - MIN_DECREASE) * square else 0
                 arrays.copy(q, self.residual.n, self.trial)
                 square = new
                 damping = min(0.1 * damping, square / (length * length))
-                fresh = True
+                has_moved = True
             else:
-                # A refused step at the level of round-off is the end.
-                if square <= nearly or damping > STIFFEST:
+                if square <= negligible or damping > MAX_DAMPING:
                     break
-                damping = max(8.0 * damping, 1e-12)
-                # The error is the refused one's now, but g and A are still those of q.
-                slow += 1 if moved < 1e-13 else 0
+                # The residual now holds the error of the refused step; g and A are still those of
+                # q.
+                damping = max(8.0 * damping, MIN_STEP_DAMPING)
+                slow_steps += 1 if moved < MIN_MOTION else 0
         return math.sqrt(square)
 
     def _linearise(self, q: Flat) -> float:
-        # Fills the normal equations A and g at q, which the residual was evaluated at last, and
-        # returns the largest square of a column.
+        # Fills the normal equations A and g and returns the largest squared column of J. The
+        # residual must have been evaluated at q last.
         n, A, g, limits = self.residual.n, self.A, self.g, self.limits
         columns, error = self.residual.columns, self.residual.error
         self.residual.write_columns(self.scales)
@@ -100,7 +122,7 @@ class Refinement:
             for j in range(i + 1):
                 A[i * n + j] = arrays.dot(column, arrays.after(columns, 6 * j), 6)
             size = max(size, A[i * n + i])
-        # A joint at its bound that would go on is held; the others go where that is best.
+        # A joint at a bound that would leave it is held: its row becomes step = 0.
         for i in range(n):
             upper = q[i] >= limits[2 * i + 1] and g[i] > 0.0
             if upper or (q[i] <= limits[2 * i] and g[i] < 0.0):
@@ -112,7 +134,8 @@ class Refinement:
         return size
 
     def _try_step(self, q: Flat) -> float:
-        # Fills `trial` with q after the step, within the limits; the longest move of a joint.
+        # Fills `trial` with q after the step, inside the bounds; returns the largest motion of a
+        # joint.
         moved: float = 0.0
         for j in range(self.residual.n):
             value = q[j] + self.scales[j] * self.step[j]
@@ -122,27 +145,22 @@ class Refinement:
         return moved
 
 
-def _refine_rows(refinement: Refinement, rows: int, q: Flat, errors: Flat) -> None:
-    for k in range(rows):
-        errors[k] = refinement.refine_one(arrays.after(q, k * refinement.residual.n))
-
-
 def refine(refinement: Refinement, q: Floats, errors: Floats) -> None:
     """
-    Move each row of q to where the tool misses its target least.
+    Move each row of q to a local minimum of the distance of the tool from the target.
 
     Parameters
     ----------
     refinement
-        Of the target.
+        The refinement for the target.
     q : shape (N, n), rad or m
-        Starts, overwritten.
+        Starts, overwritten by the minima.
     errors : shape (N,), m
-        What is left: the norm of the weighted rows.
+        Remaining errors: the norm of the weighted rows.
     """
-    count = arrays.extent(q, 0)
-    positions = arrays.results(q, count * refinement.residual.n)
-    left = arrays.results(errors, count)
+    count, n = arrays.extent(q, 0), refinement.residual.n
+    positions, remaining = arrays.results(q, count * n), arrays.results(errors, count)
     lock = arrays.let_go()
-    _refine_rows(refinement, count, positions, left)
+    for k in range(count):
+        remaining[k] = refinement.refine_one(arrays.after(positions, k * n))
     arrays.take_back(lock)

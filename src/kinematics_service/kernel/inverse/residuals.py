@@ -1,4 +1,10 @@
-"""The residual of a pose against a target in the rows that count, and its Jacobian."""
+"""
+Evaluate the error of the tool against a target, weighted row by row, and its Jacobian.
+
+The angular error is the rotation vector from tool to target (logarithm of SO(3)), or the shortest
+rotation between two directions if only an axis of the tool matters. To first order its derivative
+is the angular part of the geometric Jacobian.
+"""
 
 import math
 
@@ -8,22 +14,25 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# Where no angles count errors are compared with this share of the arm's reach.
-LEAST = 1e-3
+# Least length that errors are compared with, relative to the reach of the arm: for targets whose
+# angular rows have no weight.
+MIN_LENGTH_RATIO = 1e-3
+# Sine below which the axis of a rotation is undefined: the angle is 0 or pi up to sqrt(1e-16).
+MIN_SINE = 1e-9
 
 
 def _rotation_vector(R: Numbers) -> Vector:
-    # Writes axis times angle of the nine numbers of a rotation matrix.
+    # Returns axis times angle of a rotation matrix, nine numbers.
     x, y, z = R[7] - R[5], R[2] - R[6], R[3] - R[1]
     sine = math.sqrt(x * x + y * y + z * z)
     cosine = R[0] + R[4] + R[8] - 1.0
     angle = math.atan2(sine, cosine)
-    if sine > 1e-9:
+    if sine > MIN_SINE:
         share = angle / sine
         return (x * share, y * share, z * share)
     if cosine > 0.0:
         return (0.5 * x, 0.5 * y, 0.5 * z)
-    # Half a turn: any column of R + I shows the axis, the longest is the safest.
+    # Half a turn: each column of R + I is along the axis; the longest has the least round-off.
     if R[0] >= R[4] and R[0] >= R[8]:
         a, b, c = R[0] + 1.0, R[3], R[6]
     elif R[4] >= R[8]:
@@ -35,14 +44,14 @@ def _rotation_vector(R: Numbers) -> Vector:
 
 
 def _turn_between(a: Vector, b: Vector) -> Vector:
-    # The shortest turn that takes the unit vector a to b, as axis times angle.
+    # Returns the shortest rotation of the unit vector a onto b, as axis times angle.
     normal = vectors.cross(a, b)
     sine = math.sqrt(vectors.dot(normal, normal))
     angle = math.atan2(sine, vectors.dot(a, b))
-    if sine < 1e-9:
+    if sine < MIN_SINE:
         if angle < 1.0:
             return normal
-        # Half a turn: about any axis across.
+        # Half a turn, about any axis perpendicular to a.
         normal = vectors.across(a)
         sine = math.sqrt(vectors.dot(normal, normal))
     share = angle / sine
@@ -70,25 +79,24 @@ def _write_weighted(
 
 class Residual:
     """
-    The residual of the tool against a target, row by row, and its Jacobian; for one caller at a
-    time.
+    The weighted error of the tool against a target and its Jacobian; for one caller at a time.
 
     Parameters
     ----------
     chain
-        Of the arm.
+        The chain of the arm.
     pose : shape (4, 4)
-        The target in the base frame; for a position the rotation does not matter.
+        The target in the base frame. A position has any rotation.
     axes : shape (3, 3)
-        The rotation of the axes the rows are in.
+        Rotation of the axes of the rows in the base frame.
     weights : shape (6,)
-        Weights of the rows x y z rx ry rz: 1, the length (m) for angular ones, 0 for rows that do
-        not count.
+        Weights of the rows x y z rx ry rz: 1 for linear rows, the length (m) for angular rows, 0
+        for rows without a target.
     tool_axis
-        0, 1, 2: of the rotation only the direction of this axis of the tool counts, in all three
-        angular rows: the tool may turn about it. -1: the rotation itself.
+        0, 1 or 2: the three angular rows are the error of the direction of this tool axis, and the
+        tool may turn about it. -1: they are the error of the rotation.
     reach
-        How large the arm is, m.
+        Reach of the arm, m.
     """
 
     def __init__(
@@ -112,18 +120,18 @@ class Residual:
 
     def evaluate(self, q: Flat, depth: int) -> bool:
         """
-        Fill `row` with the pose at q (n,), and with as much more as the depth asks for.
+        Fill `row` with the results of forward kinematics at q (n,) up to a depth.
 
-        Returns False, with the row as it was, if a loop does not close there.
+        Returns False and leaves the row unchanged if a loop does not close.
         """
         total = closed_pass.evaluate_row(self.chain, q, self.still, depth, self.row)
         return self.chain.loops == 0 or math.isfinite(total)
 
     def square(self, q: Flat, depth: int) -> float:
         """
-        Fill `error` (6,) with the weighted residual of the pose at q, and return its square.
+        Fill `error` (6,) with the weighted error at q (n,), and return the sum of its squares.
 
-        It is infinite if a loop does not close there.
+        The sum is infinite if a loop does not close.
         """
         if not self.evaluate(q, depth):
             return places.INFINITY
@@ -154,9 +162,9 @@ class Residual:
 
     def write_columns(self, scales: Flat) -> None:
         """
-        Fill `columns` (n, 6) with those of J in the axes of the rows, weighted like the error.
+        Fill `columns` (n, 6) with the columns of J in the axes of the rows, weighted as the error.
 
-        A unit of each joint counts scales[j] (0: the joint is held).
+        Column j is multiplied by scales[j]; 0 holds the joint.
         """
         n, k = self.n, self.tool_axis
         for j in range(n):
@@ -164,7 +172,7 @@ class Residual:
             linear = _turned_back(self.axes, (J[0], J[n], J[2 * n]))
             turn: Vector = (J[3 * n], J[4 * n], J[5 * n])
             if k >= 0:
-                # Turning about the axis itself leaves its direction.
+                # A rotation about the axis does not change its direction.
                 axis = (self.row[k], self.row[4 + k], self.row[8 + k])
                 turn = vectors.plus(turn, -vectors.dot(turn, axis), axis)
             angular = _turned_back(self.axes, turn)
@@ -173,22 +181,22 @@ class Residual:
             )
 
     def length(self) -> float:
-        """Return the length by which angles count; 0 if none does."""
+        """Return the weight of angles, m; 0 if angular rows have no weight."""
         return max(self.weights[3], self.weights[4], self.weights[5])
 
     def size(self) -> float:
         """Return the length that errors are compared with, m."""
-        return max(self.length(), LEAST * self.reach)
+        return max(self.length(), MIN_LENGTH_RATIO * self.reach)
 
 
 def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
-    """Return the errors of q (n,) against its target in the rows that count: m, rad."""
+    """Return the linear and angular error at joint positions q (n,): m, rad."""
     residual.square(arrays.numbers(q, residual.n), places.POSE)
     error, length = residual.error, residual.length()
     turn = arrays.after(error, 3)
     angular, linear = math.sqrt(arrays.dot(turn, turn, 3)), math.sqrt(arrays.dot(error, error, 3))
     largest: float = max(abs(error[0]), abs(error[1]), abs(error[2]))
-    # Squares of more than 1e154 m are beyond the largest double.
+    # The square of 1e154 m exceeds the largest double: divide by the largest component.
     if linear == places.INFINITY and largest < places.INFINITY:
         x, y, z = error[0] / largest, error[1] / largest, error[2] / largest
         linear = largest * math.sqrt(x * x + y * y + z * z)
@@ -199,14 +207,14 @@ def linearise(
     residual: Residual, scales: Floats, q: Floats, error: Floats, columns: Floats
 ) -> None:
     """
-    Fill the weighted error (6,) of q (n,) and the columns (n, 6) of its Jacobian, scaled.
+    Fill the weighted error (6,) at q (n,) and the columns (n, 6) of its Jacobian, scaled.
 
-    Where a loop does not close the errors are infinite.
+    The errors are infinite if a loop does not close.
     """
     n = residual.n
-    written, slopes = arrays.results(error, 6), arrays.results(columns, 6 * n)
+    errors, slopes = arrays.results(error, 6), arrays.results(columns, 6 * n)
     square = residual.square(arrays.numbers(q, n), places.JACOBIAN)
     residual.write_columns(arrays.numbers(scales, n))
     for k in range(6):
-        written[k] = residual.error[k] if square < places.INFINITY else places.INFINITY
+        errors[k] = residual.error[k] if square < places.INFINITY else places.INFINITY
     arrays.copy(slopes, 6 * n, residual.columns)

@@ -1,171 +1,128 @@
-"""Roots of the equations of closed forms."""
+"""
+Find the roots of A cos + B sin = C, of quadratics and of quartics, with bounds of their errors.
+
+The coefficients have errors. A root has a bound if the discriminant is larger than its error;
+otherwise the bound is infinite, because the exact equation may have another number of roots.
+Quartics are solved by the iteration of Aberth and Ehrlich (polynomials.py); the bound is a disc of
+Smith (J. ACM 17 (1970) 661).
+"""
 
 import math
 
 from ..forward import vectors
 from ..layout import places
 from ..layout.arrays import Numbers, Vector
+from ..six_joints import complex_numbers, pairs, polynomials
 
-# Tolerance at the border of a joint's reach: a cosine beyond 1 by less is taken as 1, since the
-# target may be on that border up to its last digits; a target beyond it fails the proof
-# afterwards.
-BORDER = 1e-6
-# Two roots nearer than the square root of this are one, up to round-off.
-APART = 1e-16
-SWEEPS = 60
-# What is not so many times as large as its error may be 0: errors are added up to first order.
-MARGIN = 8.0
+# Largest excess of a cosine over 1, and of a negative square relative to its terms, that is taken
+# as the border of a joint's reach: targets are given to six digits. Solutions of targets beyond
+# the border fail the proof by forward kinematics.
+BORDER_TOLERANCE = 1e-6
+# Least squared sine, and least square relative to its terms: round-off. Two equal roots are
+# returned 2e-8 apart, so that other joints can distinguish them.
+MIN_SQUARE = 1e-16
+# A number may be 0 if it is at most this many times its error: errors are added up to first order,
+# and the factor covers the terms of higher order.
+ERROR_MARGIN = 8.0
+# Factor between the disc of a root and the disc that must meet no other: a disc that two roots
+# share by round-off is found to be shared.
+DISC_MARGIN = 5.0
+# Radius relative to |C| below which the angle is undefined: 45 units of round-off.
+MIN_RADIUS_RATIO = 1e-14
 
 
 def circle_roots(A: float, B: float, C: float, error: float, roots: Numbers) -> int:
     """
-    Write the angles with A cos + B sin = C; return their number, up to 2.
+    Write the angles with A cos + B sin = C; return their number, up to 2, or -1 for all angles.
 
-    -1 if every angle is a root. Behind the two, how far they are from those of the exact
-    equation, whose coefficients differ by up to `error`: infinite if it may have others.
+    roots[2] is a bound of their errors, rad, if the coefficients have errors up to `error`. It is
+    infinite if the exact equation may have another number of roots.
     """
     radius = math.sqrt(A * A + B * B)
-    room, unsure = radius - abs(C), MARGIN * error
+    room, margin = radius - abs(C), ERROR_MARGIN * error
     roots[2] = places.INFINITY
-    if room < -unsure:
+    if room < -margin:
         roots[2] = 0.0
         return 0
-    if radius == 0.0 or radius <= 1e-14 * abs(C):
+    if radius == 0.0 or radius <= MIN_RADIUS_RATIO * abs(C):
         return -1 if C == 0.0 else 0
-    share = C / radius
-    if abs(share) > 1.0 + BORDER:
+    cosine = C / radius
+    if abs(cosine) > 1.0 + BORDER_TOLERANCE:
         return 0
     middle = math.atan2(B, A)
-    # There are always two: if they meet, round-off would hide that other joints tell them apart.
-    sine = math.sqrt(max((1.0 - share) * (1.0 + share), APART))
-    half = math.atan2(sine, share)
+    sine = math.sqrt(max((1.0 - cosine) * (1.0 + cosine), MIN_SQUARE))
+    half = math.atan2(sine, cosine)
     roots[0] = middle + half
     roots[1] = middle - half
-    if room > unsure:
+    if room > margin:
         roots[2] = (1.0 + 1.0 / sine) * error / radius
     return 2
 
 
 def square_roots(middle: float, square: float, size: float, error: float, roots: Numbers) -> int:
     """
-    Write the numbers whose distance to `middle` squared is `square`; return their number, up to 2.
+    Write the numbers x with (x - middle)^2 = square; return their number, 0 or 2.
 
-    `square` has terms of a size, and is known up to `error`. Behind the two, their error, as in
-    `circle_roots`. They are never so near to each other that they meet.
+    `square` is a sum of terms up to `size` and has an error up to `error`. roots[2] is a bound of
+    the errors of x, as in `circle_roots`.
     """
     roots[2] = places.INFINITY
-    if square < -MARGIN * error:
+    if square < -ERROR_MARGIN * error:
         roots[2] = 0.0
         return 0
-    if square < -BORDER * size:
+    if square < -BORDER_TOLERANCE * size:
         return 0
-    half = math.sqrt(max(square, APART * size))
+    half = math.sqrt(max(square, MIN_SQUARE * size))
     roots[0], roots[1] = middle + half, middle - half
-    if square > MARGIN * error:
+    if square > ERROR_MARGIN * error:
         roots[2] = 0.5 * error / half
     return 2
 
 
 def turn_error(axis: Vector, v: Vector, error: float) -> float:
-    """Return how far v's angle about an axis is off if v is by `error`; infinite if all may be."""
-    across = vectors.plus(v, -vectors.dot(axis, v), axis)
-    length = math.sqrt(vectors.dot(across, across))
-    return error / length if length > MARGIN * error else places.INFINITY
-
-
-def absolute(x: float, y: float) -> float:
-    """Return the absolute value of a complex number."""
-    return math.sqrt(x * x + y * y)
+    """Return the error of v's angle about an axis if v has an error; infinite for any angle."""
+    perpendicular = vectors.plus(v, -vectors.dot(axis, v), axis)
+    length = math.sqrt(vectors.dot(perpendicular, perpendicular))
+    return error / length if length > ERROR_MARGIN * error else places.INFINITY
 
 
 def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
     """
-    Write all roots of c[0] + ... + c[degree] z^degree, c[degree] not 0.
+    Write the complex roots of c[0] + ... + c[degree] z^degree, c[degree] not 0.
 
-    The method is the iteration of Aberth (1973) and Ehrlich (1967). Complex numbers are pairs of
-    real and imaginary part: languages divide them differently.
+    Starts are on a circle whose radius is half the bound of Fujiwara (1916).
     """
-    radius = 0.0
-    last = absolute(c[2 * degree], c[2 * degree + 1])
+    radius, last = 0.0, complex_numbers.absolute(pairs.pair(c, degree))
     for k in range(degree):
-        share = absolute(c[2 * k], c[2 * k + 1]) / last
-        radius = max(radius, math.pow(share, 1.0 / (degree - k)))
-    for k in range(degree):
-        turn = 2.0 * places.PI * k / degree + 0.4
-        z[2 * k] = radius * math.cos(turn)
-        z[2 * k + 1] = radius * math.sin(turn)
-    if radius == 0.0:
-        return
-    for _ in range(SWEEPS):
-        largest = 0.0
-        for k in range(degree):
-            dx, dy = _correction(c, degree, z, k)
-            z[2 * k] -= dx
-            z[2 * k + 1] -= dy
-            largest = max(largest, absolute(dx, dy))
-        if largest <= 4e-16 * radius:
-            return
-
-
-def _correction(c: Numbers, degree: int, z: Numbers, k: int) -> tuple[float, float]:
-    # Newton's step of root k of the polynomial divided by the other roots' factors.
-    x, y = z[2 * k], z[2 * k + 1]
-    value, value_i = c[2 * degree], c[2 * degree + 1]
-    slope, slope_i = 0.0, 0.0
-    for i in range(degree - 1, -1, -1):
-        product = slope * x - slope_i * y
-        slope_i = slope * y + slope_i * x + value_i
-        slope = product + value
-        product = value * x - value_i * y
-        value_i = value * y + value_i * x + c[2 * i + 1]
-        value = product + c[2 * i]
-    if value == 0.0 and value_i == 0.0:
-        return 0.0, 0.0
-    # The sum of 1 / (z[k] - z[i]) over the other roots.
-    others, others_i = 0.0, 0.0
-    for i in range(degree):
-        dx, dy = x - z[2 * i], y - z[2 * i + 1]
-        square = dx * dx + dy * dy
-        if i != k and square != 0.0:
-            others += dx / square
-            others_i -= dy / square
-    below = slope - (value * others - value_i * others_i)
-    below_i = slope_i - (value * others_i + value_i * others)
-    square = below * below + below_i * below_i
-    if square == 0.0:
-        return 0.0, 0.0
-    return (
-        (value * below + value_i * below_i) / square,
-        (value_i * below - value * below_i) / square,
-    )
+        ratio = complex_numbers.absolute(pairs.pair(c, k)) / last
+        radius = max(radius, math.pow(ratio, 1.0 / (degree - k)))
+    polynomials.write_starts(degree, radius, radius, z)
+    polynomials.find_roots(c, degree, z)
 
 
 def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> float:
     """
-    Return the radius of the disc about root k that holds one of the exact polynomial.
+    Return the radius of the disc about root k that contains a root of the exact polynomial.
 
-    That differs by up to `error` there. Discs that meet hold as many roots as there are discs
-    (Smith 1970).
+    The exact polynomial differs by up to `error` there. A connected set of m discs contains m
+    roots (Smith 1970).
     """
-    x, y = z[2 * k], z[2 * k + 1]
-    value, value_i = 0.0, 0.0
+    here, value = pairs.pair(z, k), (0.0, 0.0)
     for i in range(degree, -1, -1):
-        product = value * x - value_i * y + c[2 * i]
-        value_i = value * y + value_i * x + c[2 * i + 1]
-        value = product
-    away = absolute(c[2 * degree], c[2 * degree + 1])
+        value = pairs.plus(pairs.times(value, here), 1.0, pairs.pair(c, i))
+    product = complex_numbers.absolute(pairs.pair(c, degree))
     for i in range(degree):
         if i != k:
-            away *= absolute(x - z[2 * i], y - z[2 * i + 1])
-    if not away > 0.0:
+            product *= complex_numbers.absolute(pairs.plus(here, -1.0, pairs.pair(z, i)))
+    if not product > 0.0:
         return places.INFINITY
-    return degree * (absolute(value, value_i) + error) / away
+    return degree * (complex_numbers.absolute(value) + error) / product
 
 
 def is_apart(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
-    """Return whether the disc of root k, five times as large, meets none of the others."""
+    """Return whether the disc of root k, enlarged by DISC_MARGIN, meets no other disc."""
     for i in range(count):
-        away = absolute(z[2 * k] - z[2 * i], z[2 * k + 1] - z[2 * i + 1])
-        if i != k and not away > 5.0 * bounds[k] + bounds[i]:
+        distance = complex_numbers.absolute(pairs.plus(pairs.pair(z, k), -1.0, pairs.pair(z, i)))
+        if i != k and not distance > DISC_MARGIN * bounds[k] + bounds[i]:
             return False
     return True

@@ -1,4 +1,12 @@
-"""The servo of an arm, and a step of it: its results, and its scratch memory."""
+"""
+Compute joint velocities for a twist of the tool: damped least squares within the joint limits.
+
+Resolved-rate control (Whitney 1969) by the singular value decomposition of J, each singular value
+damped by itself (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Velocity limits shorten
+all joint velocities by one factor. A joint that would run into a position limit is held at the
+largest allowed velocity, and the other joints compensate (saturation in the null space: Flacco, De
+Luca and Khatib 2012).
+"""
 
 import math
 
@@ -7,26 +15,31 @@ from ..layout.arrays import Flat, Floats
 from ..measures import singular_values
 from ..measures.task_rows import TaskRows
 
-# Round-off is no motion of a joint at rest at its limit.
-AT_REST = 1e-12
+# Largest velocity of a joint at rest at its limit, rad/s: round-off.
+REST_VELOCITY = 1e-12
+# Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled to it: velocity
+# limits shorten both to the same joint velocities.
+MAX_TWIST = 1e9
 
 
 class Servo:
     """
-    Settings of a servo: how a twist of an arm's tool becomes joint velocities.
+    Settings of a servo.
 
     Parameters
     ----------
     task
-        The rows that count.
+        The rows of the twist that the servo follows.
     damping, damped_below
-        The largest damping, and the singular values it begins at, as shares of the length.
+        Largest damping, and singular value below which damping begins, relative to the length.
     length
-        Length by which angles count, m.
+        Characteristic length, m.
     horizon
-        No joint nears its limit faster than what is left of the way over this time, s.
-    limits, fastest : shape (n, 2), (n,), rad or m, rad/s or m/s
-        Limits of positions, infinite if there are none; of velocities, finite.
+        Time, s: a joint approaches a limit at most at the distance from it over this time.
+    limits : shape (n, 2), rad or m
+        Limits of positions, infinite for none.
+    fastest : shape (n,), rad/s or m/s
+        Limits of velocities, finite.
     """
 
     def __init__(
@@ -50,33 +63,33 @@ class Servo:
         return max((self.limits[2 * j + 1] - q[j]) / self.horizon, 0.0)
 
     def lower(self, q: Flat, j: int) -> float:
-        """Return the least velocity of joint j, not above 0, towards its lower limit."""
+        """Return the velocity of joint j, at most 0, that is the largest to its lower limit."""
         return min((self.limits[2 * j] - q[j]) / self.horizon, 0.0)
 
 
 class ServoOutput:
     """
-    The output of a servo's step: joint velocities, and the limits that shaped them.
+    The output of one step of a servo: joint velocities, and the limits that changed them.
 
     Parameters
     ----------
     servo
-        The servo of the step.
+        The servo.
     qdot : shape (n,), rad/s or m/s
-        Joint velocities, to be written.
+        Array that the joint velocities are written to.
 
     Attributes
     ----------
     damping
-        As a share of the largest.
+        Damping relative to the largest.
     least_singular_value
-        As a share of the length.
+        Least singular value relative to the length.
     followed
-        The share of the twist, along itself, that velocities without limits would make.
+        Component of the twist without limits along the wanted twist, relative to that.
     shortened
-        The share to which all velocities were shortened for their limits.
+        Factor by which velocity limits shortened all velocities.
     slowest
-        The joint whose velocity limit asked for that, or -1.
+        Number of the joint whose velocity limit gave the factor, or -1.
     """
 
     def __init__(self, servo: Servo, qdot: Floats) -> None:
@@ -89,24 +102,19 @@ class ServoOutput:
         self.J, self.v, self.u = arrays.rooms(m * n, m, n)
         self.sigma, self.W = arrays.rooms(least, least * (m + n))
         self.free, self.held = arrays.whole_rooms(n, n)
-
-    def begin(self) -> None:
-        """Reset an earlier step: all joints are free, and none moves."""
-        self.damping, self.least_singular_value, self.largest = 0.0, -1.0, 0.0
-        self.followed = 1.0
-        self.shortened, self.slowest, self.count = 1.0, -1, self.servo.n
-        for j in range(self.servo.n):
+        # At first no joint is held.
+        for j in range(n):
             self.rates[j], self.held[j], self.u[j], self.free[j] = 0.0, 0, 0.0, j
 
     def is_held(self, j: int) -> bool:
-        """Return whether a limit of its position decides the velocity of joint j."""
+        """Return whether joint j is held by a limit of its position."""
         return 0 <= j < self.servo.n and self.held[j] != 0
 
     def write_task(self, row: Flat, twist: Flat, size: float) -> None:
         """
-        Fill J with the rows that count, and v with the twist by them, as a share of `size`.
+        Fill J with the rows of the task, and v with the rows of the twist divided by `size`.
 
-        Everything is divided by the largest entry of J, so that no square overflows.
+        J is divided by its largest entry: no square overflows.
         """
         n, axes = self.servo.n, self.servo.task.rotation
         for i in range(self.servo.m):
@@ -130,11 +138,10 @@ class ServoOutput:
 
     def solve(self) -> None:
         """
-        Fill u with the damped least squares of J u = v over the joints that are free.
+        Fill u with the damped least squares solution of J u = v for the joints that are free.
 
-        Each singular value s below `below` has a damping of its own, damping^2 (1 - (s /
-        below)^2) (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988: directions that are not
-        lost are not damped).
+        A singular value s below `below` has the squared damping damping^2 (1 - (s / below)^2). So
+        directions that are not lost are not damped.
         """
         m, count, W, free = self.servo.m, self.count, self.W, self.free
         damping = self.servo.damping * self.servo.length / self.largest
@@ -153,8 +160,8 @@ class ServoOutput:
             turns = arrays.after(row, length)
             square = 0.0
             if self.sigma[i] < below:
-                share = self.sigma[i] / below
-                square = damping * damping * (1.0 - share * share)
+                ratio = self.sigma[i] / below
+                square = damping * damping * (1.0 - ratio * ratio)
                 if i < self.servo.task.generic_rank:
                     self.damping = max(self.damping, math.sqrt(square) / damping)
             along = 0.0
@@ -175,7 +182,8 @@ class ServoOutput:
             self.u[j] *= self.servo.task.column_scale[j] / self.largest
 
     def _write_matrix(self, rows: int, length: int) -> None:
-        # The free columns of J, or its rows, whichever are fewer, and the identity beside them.
+        # Fills W with the free columns of J, or with its rows if they are fewer, and the identity
+        # beside them.
         n, width = self.servo.n, rows + length
         wide = self.count > self.servo.m
         for i in range(self.servo.m):
@@ -187,8 +195,8 @@ class ServoOutput:
             self.W[i * width + length + i] = 1.0
 
     def worst(self, q: Flat) -> int:
-        """Return the free joint that would run into a limit most, -1 if none does."""
-        worst, over = -1, AT_REST
+        """Return the place in `free` of the joint that exceeds its limit most, or -1."""
+        worst, over = -1, REST_VELOCITY
         for k in range(self.count):
             j = self.free[k]
             upper, lower = self.servo.upper(q, j), self.servo.lower(q, j)
@@ -201,8 +209,7 @@ class ServoOutput:
 
     def hold(self, k: int, q: Flat) -> None:
         """
-        Move the k-th free joint towards its limit at its largest velocity, and remove it from the
-        free ones.
+        Hold free joint k at the largest velocity to its limit, and subtract its part of the twist.
         """
         n, j = self.servo.n, self.free[k]
         upwards = self.rates[j] > 0.0
@@ -211,6 +218,77 @@ class ServoOutput:
         self.count -= 1
         for i in range(k, self.count):
             self.free[i] = self.free[i + 1]
-        done = self.rates[j] / self.servo.task.column_scale[j] * self.largest
+        motion = self.rates[j] / self.servo.task.column_scale[j] * self.largest
         for i in range(self.servo.m):
-            self.v[i] -= self.J[i * n + j] * done
+            self.v[i] -= self.J[i * n + j] * motion
+
+
+def _within_limits(step: ServoOutput, rates: Flat, factor: float) -> float:
+    # Returns the largest factor, at most the given one, by which no velocity exceeds its limit.
+    for j in range(step.servo.n):
+        if abs(rates[j]) * factor > step.servo.fastest[j]:
+            factor = step.servo.fastest[j] / abs(rates[j])
+            step.slowest = j
+    return factor
+
+
+def _shorten_alike(step: ServoOutput, size: float) -> None:
+    # Multiplies all velocities by one factor: the twist keeps its direction.
+    rate = _within_limits(step, step.u, min(size, MAX_TWIST))
+    if size > 0.0:
+        step.shortened = rate / size
+    for j in range(step.servo.n):
+        step.rates[j] = rate * step.u[j]
+    for i in range(step.servo.m):
+        step.v[i] *= rate
+
+
+def _hold_joints(step: ServoOutput, q: Flat) -> None:
+    # Holds joints that would run into a limit, one by one; the other joints compensate.
+    for _ in range(step.servo.n):
+        worst = step.worst(q)
+        if worst < 0:
+            return
+        step.hold(worst, q)
+        if step.count == 0:
+            return
+        step.solve()
+        for k in range(step.count):
+            step.rates[step.free[k]] = step.u[step.free[k]]
+
+
+def _keep_to_limits(step: ServoOutput, q: Flat) -> None:
+    # Shortens velocities that became too fast by compensation.
+    factor = _within_limits(step, step.rates, 1.0)
+    step.shortened *= factor
+    for j in range(step.servo.n):
+        upper, lower = step.servo.upper(q, j), step.servo.lower(q, j)
+        step.rates[j] = min(max(step.rates[j] * factor, lower), upper)
+
+
+def servo(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
+    """
+    Fill a step with joint velocities for a twist.
+
+    Parameters
+    ----------
+    step
+        A new step of the servo.
+    q, row : shape (n,), (width,)
+        Joint positions, and the row that `evaluate` filled at them.
+    twist : shape (6,), m/s and rad/s
+        Twist in base axes, at the origin of the tool.
+    """
+    n, size = step.servo.n, 0.0
+    positions, wanted = arrays.numbers(q, n), arrays.numbers(twist, 6)
+    for i in range(6):
+        size = max(size, abs(wanted[i]))
+    step.write_task(arrays.numbers(row, places.JACOBIAN_AT + 6 * n), wanted, size)
+    if not step.largest > 0.0:
+        step.damping, step.least_singular_value = 1.0, 0.0
+        step.followed = 0.0 if size > 0.0 else 1.0
+        return
+    step.solve()
+    _shorten_alike(step, size)
+    _hold_joints(step, positions)
+    _keep_to_limits(step, positions)

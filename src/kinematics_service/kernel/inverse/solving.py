@@ -1,115 +1,118 @@
-"""All solutions of an arm without a search, or the nearest of them, in one call."""
+"""
+Solve an arm without a search: candidates of a closed form or of elimination, refined and proved.
+
+A candidate becomes a solution if Levenberg-Marquardt (refinement.py) reduces its error by forward
+kinematics below the tolerance. The solutions are all if the errors of the closed form exclude
+others, or if elimination has certified every root.
+"""
 
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
+from ..six_joints import six_screws
 from ..six_joints.six_joints import Roots, SixJoints
 from . import dependence, posture, solutions, targets
 from .closed_forms import ClosedForm
 from .refinement import Refinement
 from .solutions import SolutionCandidates, Solutions
 
-# Candidates as near to solutions (rad) lead each to its own.
-SURE = 1e-2
-# A candidate as near to its solution as the first (rad) has it beyond the limits if it is itself
-# by more than the second (rad or m).
-KNOWN, BEYOND = 1e-6, 1e-3
-# Penalty on the squared distance of a candidate outside the limits, which sorts it behind the
-# others.
-LAST = 1e200
+# Largest error of candidates, rad, from which each refinement converges to its own solution.
+MAX_SURE_ERROR = 1e-2
+# Largest error of candidates, rad, that are compared with the limits before their refinement.
+MAX_LIMIT_TEST_ERROR = 1e-6
+# A candidate that exceeds a limit by more, rad or m, is dropped: 1000 times its largest error.
+LIMIT_MARGIN = 1e-3
+# Number added to the squared distance of a candidate outside the limits: it comes last.
+OUTSIDE_PENALTY = 1e200
 
 
-def _find(
-    form: ClosedForm, pose: Flat, near: Flat, psi: Flat, found: SolutionCandidates, said: Numbers
+def _write_candidates(
+    form: ClosedForm, pose: Flat, near: Flat, candidates: SolutionCandidates, accuracy: Numbers
 ) -> int:
-    # Fills in the candidates for a pose, with room psi for their screws; returns their number.
+    # Writes the candidates for a pose; returns their number.
     T, free = [0.0] * 12, [0.0] * 6
     form.write_motion(pose, T)
     form.write_screws(near, free)
-    count = form.candidates(T, targets.off(pose), free, psi, said)
+    count = form.candidates(T, targets.rotation_error(pose), free, candidates.q, accuracy)
     for i in range(count):
-        form.write_joints(arrays.after(psi, i * form.k), arrays.after(found.q, i * form.n))
+        form.turn_into_joints(arrays.after(candidates.q, i * form.n))
     return count
 
 
-def _keep_nearest(
-    refinement: Refinement, count: int, found: SolutionCandidates, kept: Solutions
+def _add_nearest(
+    refinement: Refinement, count: int, candidates: SolutionCandidates, result: Solutions
 ) -> int:
-    # Keeps the nearest of the solutions inside the limits; returns their number, 0 or 1.
+    # Adds the nearest of the solutions inside the limits; returns their number, 0 or 1.
     for i in range(count):
-        q = arrays.after(found.q, i * kept.n)
-        inside = kept.represent(q)
-        found.away[i] = kept.joints.square_to(kept.near, q)
+        q = arrays.after(candidates.q, i * result.n)
+        inside = result.represent(q)
+        candidates.distances[i] = result.joints.square_to(result.near, q)
         if not inside:
-            found.away[i] += LAST
+            candidates.distances[i] += OUTSIDE_PENALTY
     for _ in range(count):
-        i = solutions.least(found.away, count)
-        found.away[i] = places.INFINITY
-        q = arrays.after(found.q, i * kept.n)
-        misses = refinement.refine_one(q)
-        if kept.represent(q) and misses < kept.proved:
-            kept.take(0, q, misses)
+        i = solutions.least(candidates.distances, count)
+        candidates.distances[i] = places.INFINITY
+        q = arrays.after(candidates.q, i * result.n)
+        error = refinement.refine_one(q)
+        if result.represent(q) and error < result.proved:
+            result.add(q, error)
             return 1
     return 0
 
 
-def _drop_beyond(count: int, found: SolutionCandidates, kept: Solutions) -> int:
-    # Keeps candidates that are not far beyond the limits; returns their number.
-    n, left = kept.n, 0
+def _drop_beyond(count: int, candidates: SolutionCandidates, result: Solutions) -> int:
+    # Moves candidates that may lead inside the limits to the front; returns their number.
+    n, remaining = result.n, 0
     for i in range(count):
-        q = arrays.after(found.q, i * n)
-        kept.joints.represent(kept.near, q)
-        if kept.joints.margin(q) > -BEYOND:
-            arrays.copy(arrays.after(found.q, left * n), n, q)
-            left += 1
-    return left
+        q = arrays.after(candidates.q, i * n)
+        result.joints.represent(result.near, q)
+        if result.joints.margin(q) > -LIMIT_MARGIN:
+            arrays.copy(arrays.after(candidates.q, remaining * n), n, q)
+            remaining += 1
+    return remaining
 
 
-def _keep_all(
-    refinement: Refinement, count: int, found: SolutionCandidates, kept: Solutions, first: int
+def _add_all(
+    refinement: Refinement, count: int, candidates: SolutionCandidates, result: Solutions
 ) -> int:
-    # Keeps all solutions, nearest first, from a place on; returns their number.
-    n = kept.n
+    # Adds all solutions, nearest first; returns their number.
+    n = result.n
     for i in range(count):
-        found.errors[i] = refinement.refine_one(arrays.after(found.q, i * n))
-    found.sort_by_error(count)
-    distinct = found.keep_distinct(count, refinement.residual, kept.joints, kept.proved)
+        candidates.errors[i] = refinement.refine_one(arrays.after(candidates.q, i * n))
+    distinct = candidates.keep_distinct(count, refinement.residual, result.joints, result.proved)
     for i in range(distinct):
-        q = arrays.after(found.q, found.which[i] * n)
-        kept.joints.represent(kept.near, q)
-        found.away[i] = kept.joints.square_to(kept.near, q)
-    for i in range(distinct):
-        best = solutions.least(found.away, distinct)
-        found.away[best] = places.INFINITY
-        row = found.which[best]
-        kept.take(first + i, arrays.after(found.q, row * n), found.errors[row])
+        q = arrays.after(candidates.q, candidates.which[i] * n)
+        result.joints.represent(result.near, q)
+        candidates.distances[i] = result.joints.square_to(result.near, q)
+    for _ in range(distinct):
+        best = solutions.least(candidates.distances, distinct)
+        candidates.distances[best] = places.INFINITY
+        row = candidates.which[best]
+        result.add(arrays.after(candidates.q, row * n), candidates.errors[row])
     return distinct
 
 
 def closed_solutions(
-    form: ClosedForm, refinement: Refinement, only_one: bool, only_inside: bool, kept: Solutions
+    form: ClosedForm, refinement: Refinement, only_one: bool, only_inside: bool, result: Solutions
 ) -> None:
     """
-    Fill in the solutions of an arm with a closed form.
-
-    Each is refined, and proved by forward kinematics. If one is enough, it is the nearest of those
-    inside the limits; if those inside them are, most others are left out.
+    Fill in the solutions of an arm with a closed form, nearest first.
 
     Parameters
     ----------
     form
-        Of the arm.
+        The closed form of the arm.
     refinement
-        Of the target, from candidates near to it.
-    only_one, only_inside
-        Whether the nearest solution inside the limits is enough, or all that are.
-    kept
-        Room for MOST_CANDIDATES solutions, or for one if that is enough.
+        The refinement for the target, without damping.
+    only_one
+        Whether to return only the nearest solution inside the limits.
+    only_inside
+        Whether to omit solutions that are clearly outside the limits.
+    result
+        Room for MOST_CANDIDATES solutions, or for one with `only_one`.
     """
     most = places.MOST_CANDIDATES
-    kept.require_fit(refinement.residual, form.n, 1 if only_one else most)
-    found, psi = SolutionCandidates(most, kept.n), arrays.scratch(most * form.k)
-    kept.count = _solve(form, refinement, only_one, only_inside, psi, found, kept, 0)
-    arrays.give_back(psi)
+    result.require_fit(refinement.residual, form.n, 1 if only_one else most)
+    _solve(form, refinement, only_one, only_inside, SolutionCandidates(most, result.n), result)
 
 
 def _solve(
@@ -117,33 +120,28 @@ def _solve(
     refinement: Refinement,
     only_one: bool,
     only_inside: bool,
-    psi: Flat,
-    found: SolutionCandidates,
-    kept: Solutions,
-    first: int,
+    candidates: SolutionCandidates,
+    result: Solutions,
 ) -> int:
-    # Does the work of `closed_solutions`; how many solutions stand from a place on.
-    said = [0.0]
-    candidates = _find(form, refinement.residual.pose, kept.near, psi, found, said)
-    if only_inside and said[0] < KNOWN:
-        candidates = _drop_beyond(candidates, found, kept)
-    count = candidates
+    # Adds the solutions of the refinement's target; returns their number.
+    accuracy, first = [0.0], result.count
+    wanted = _write_candidates(form, refinement.residual.pose, result.near, candidates, accuracy)
+    if only_inside and accuracy[0] < MAX_LIMIT_TEST_ERROR:
+        wanted = _drop_beyond(wanted, candidates, result)
     if only_one:
-        count = _keep_nearest(refinement, count, found, kept)
+        count = _add_nearest(refinement, wanted, candidates, result)
     else:
-        count = _keep_all(refinement, count, found, kept, first)
-    # Where no candidate is missing, and none has led to the solution of another.
-    kept.regular = said[0] < places.INFINITY and count == candidates
-    kept.sure = said[0] < SURE and count == candidates
+        count = _add_all(refinement, wanted, candidates, result)
+    # No candidate is missing, and each converged to a solution of its own.
+    result.regular = accuracy[0] < places.INFINITY and count == wanted
+    result.sure = accuracy[0] < MAX_SURE_ERROR and count == wanted
     for i in range(first, first + count):
-        q = arrays.after(kept.rows, i * kept.n)
-        # All of sure ones are far from singular.
-        kept.shares[i] = 1.0
-        if only_one or not kept.sure:
-            kept.shares[i] = dependence.share_of_last_pivot(
-                refinement.residual, kept.joints.scales, q
-            )
-        posture.write_posture(form, q, arrays.whole_after(kept.postures, 3 * i))
+        q = arrays.after(result.rows, i * result.n)
+        # If all solutions are sure, none is nearly singular.
+        result.shares[i] = 1.0
+        if only_one or not result.sure:
+            result.shares[i] = dependence.pivot_ratio(refinement.residual, result.joints.scales, q)
+        posture.write_posture(form, q, arrays.whole_after(result.postures, 3 * i))
     return count
 
 
@@ -152,81 +150,77 @@ def closed_solutions_of_each(
     refinement: Refinement,
     only_inside: bool,
     poses: Floats,
-    kept: Solutions,
+    result: Solutions,
     counts: Integers,
 ) -> None:
     """
-    Fill in the solutions of many targets, as `closed_solutions` those of one.
+    Fill in the solutions of many targets, each as `closed_solutions` does.
 
     Parameters
     ----------
     form, refinement, only_inside
-        As there; the refinement of any target.
+        As for `closed_solutions`; the refinement is that of any target.
     poses : shape (N, 4, 4)
         The targets.
-    kept
-        Room for MOST_CANDIDATES solutions of each; those of a target stand behind the others'.
+    result
+        Room for N MOST_CANDIDATES solutions, which come in the order of the targets.
     counts : shape (N, 2)
-        How many solutions each has, and 1 where there are surely no others.
+        Number of solutions of each target, and 1 if they are all.
     """
     most, count = places.MOST_CANDIDATES, arrays.extent(poses, 0)
-    kept.require_fit(refinement.residual, form.n, count * most)
+    result.require_fit(refinement.residual, form.n, count * most)
     rows, written = arrays.numbers(poses, 16 * count), arrays.whole_results(counts, 2 * count)
-    found, psi = SolutionCandidates(most, kept.n), arrays.scratch(most * form.k)
-    target, first = refinement.residual.pose, 0
+    candidates, target = SolutionCandidates(most, result.n), refinement.residual.pose
     for i in range(count):
         refinement.residual.pose = arrays.after(rows, 16 * i)
-        more = _solve(form, refinement, False, only_inside, psi, found, kept, first)
-        written[2 * i], written[2 * i + 1] = more, 1 if kept.sure else 0
-        first += more
+        written[2 * i] = _solve(form, refinement, False, only_inside, candidates, result)
+        written[2 * i + 1] = 1 if result.sure else 0
     refinement.residual.pose = target
-    kept.count = first
-    arrays.give_back(psi)
 
 
 def eliminated_solutions(
-    arm: SixJoints, refinement: Refinement, kept: Solutions, counts: Integers
+    arm: SixJoints, refinement: Refinement, result: Solutions, counts: Integers
 ) -> None:
     """
-    Fill in the solutions of an arm of six joints that elimination finds.
-
-    Each is refined, and proved by forward kinematics.
+    Fill in the solutions of an arm of six joints by elimination, nearest first.
 
     Parameters
     ----------
     arm
-        The joints.
+        The six joints.
     refinement
-        Of the target, from candidates near to it.
-    kept
+        The refinement for the target, without damping.
+    result
         Room for MOST_CANDIDATES solutions.
     counts : shape (3,)
-        How many complex solutions were found, each certified; how many of them are real; 1 where
-        no real one is missing.
+        Number of complex solutions, each certified; number of real ones; 1 if no real one is
+        missing.
     """
     most = places.MOST_CANDIDATES
-    kept.require_fit(refinement.residual, 6, most)
+    result.require_fit(refinement.residual, 6, most)
     written = arrays.whole_results(counts, 3)
-    found, roots = SolutionCandidates(most, 6), Roots()
+    candidates, roots = SolutionCandidates(most, 6), Roots()
     lock = arrays.let_go()
-    count = _find_roots(arm, refinement.residual.pose, roots, found)
+    count = _write_real_roots(arm, refinement.residual.pose, roots, candidates)
     written[0], written[1], written[2] = roots.count, count, 1 if roots.proved else 0
-    count = _keep_all(refinement, count, found, kept, 0)
+    count = _add_all(refinement, count, candidates, result)
     for i in range(count):
-        q = arrays.after(kept.rows, 6 * i)
-        kept.shares[i] = dependence.share_of_last_pivot(refinement.residual, kept.joints.scales, q)
-    kept.count = count
+        q = arrays.after(result.rows, 6 * i)
+        result.shares[i] = dependence.pivot_ratio(refinement.residual, result.joints.scales, q)
     arrays.take_back(lock)
 
 
-def _find_roots(arm: SixJoints, pose: Flat, roots: Roots, found: SolutionCandidates) -> int:
-    # Fills in the real solutions of a pose; how many there are.
+def _write_real_roots(
+    arm: SixJoints, pose: Flat, roots: Roots, candidates: SolutionCandidates
+) -> int:
+    # Writes the real solutions of a pose as candidates; returns their number.
     T = [0.0] * 12
-    arm.write_motion(pose, T)
+    six_screws.write_motion(pose, arm.home_inverse, T)
     roots.find(arm, T)
     count = 0
     for k in range(roots.count):
         if roots.is_real[k] == 1:
-            arm.write_joints(arrays.after(roots.psi, 12 * k), arrays.after(found.q, 6 * count))
+            q = arrays.after(candidates.q, 6 * count)
+            arm.write_joints(arrays.after(roots.psi, 12 * k), q)
             count += 1
     return count

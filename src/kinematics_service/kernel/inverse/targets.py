@@ -1,4 +1,9 @@
-"""Targets: whether a target is a pose, and how far it is from one."""
+"""
+Check a target: finite numbers, a rotation that is orthogonal, a last row of 0 0 0 1.
+
+A matrix R is a rotation if R R^T = 1 and det R = 1; its error is the largest element of
+|R R^T - 1|.
+"""
 
 import math
 
@@ -6,38 +11,37 @@ from ..forward import vectors
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats
 
-# A rotation matrix with four digits is still accepted as one; a better one is taken unchanged.
-NEARLY_ROTATION, ROTATION = 1e-3, 1e-13
+# Largest error of a rotation that is accepted: matrices printed with four digits pass.
+MAX_ROTATION_ERROR = 1e-3
+# Largest error of a rotation that is taken unchanged: round-off of a few products.
+EXACT_ROTATION_ERROR = 1e-13
 
 
-def off(T: Flat) -> float:
-    """Do what `off_rotation` does."""
-    most = 0.0
+def rotation_error(T: Flat) -> float:
+    """Return the error of the rotation of a pose (4, 4); infinite if its determinant is -1."""
+    largest = 0.0
     for i in range(3):
         for j in range(i + 1):
             a, b = vectors.three(T, 4 * i), vectors.three(T, 4 * j)
-            most = max(most, abs(vectors.dot(a, b) - (1.0 if i == j else 0.0)))
+            largest = max(largest, abs(vectors.dot(a, b) - (1.0 if i == j else 0.0)))
     a, b = vectors.three(T, 0), vectors.three(T, 4)
     if vectors.dot(vectors.cross(a, b), vectors.three(T, 8)) < 0.0:
         return places.INFINITY
-    return most
-
-
-def off_rotation(T: Floats) -> float:
-    """Return how far the rotation of a pose (4, 4) is from orthogonal; infinite for a mirror."""
-    return off(arrays.numbers(T, 12))
+    return largest
 
 
 def take_target(target: Floats, pose: Floats) -> int:
     """
-    Write a target into a pose and return FINE, or what is wrong with it; ROUGH: almost a rotation.
+    Write a target into a pose; return FINE, ROUGH, NOT_FINE or NOT_RIGID.
+
+    ROUGH: the rotation has to be made orthogonal before the pose is used.
 
     Parameters
     ----------
     target : shape (16,) or (3,)
-        Pose, row by row, or position (m).
+        Pose (4, 4) row by row, or position, m.
     pose : shape (4, 4)
-        The identity, of which a position changes three numbers only.
+        Overwritten by a pose. A position overwrites the last column alone: give the identity.
     """
     size = arrays.size(target)
     wanted = arrays.numbers(target, 3 if size == 3 else 16)
@@ -50,9 +54,9 @@ def take_target(target: Floats, pose: Floats) -> int:
             written[4 * i + 3] = wanted[i]
         return places.FINE
     arrays.copy(written, 16, wanted)
-    from_rotation = off(wanted)
-    if from_rotation > NEARLY_ROTATION or wanted[15] != 1.0:
+    error = rotation_error(wanted)
+    if error > MAX_ROTATION_ERROR or wanted[15] != 1.0:
         return places.NOT_RIGID
     if wanted[12] != 0.0 or wanted[13] != 0.0 or wanted[14] != 0.0:
         return places.NOT_RIGID
-    return places.FINE if from_rotation <= ROTATION else places.ROUGH
+    return places.FINE if error <= EXACT_ROTATION_ERROR else places.ROUGH

@@ -1,1 +1,1 @@
-"""How arrays are handed over, and where the numbers stand in them."""
+"""The interface of the kernel to numpy arrays, and the indices of the numbers in them."""

@@ -1,7 +1,8 @@
 """
-LANES rows side by side: number k of the row in a lane stands at k * LANES + lane.
+Rows of LANES poses side by side: number k of the row in a lane is at k * LANES + lane.
 
-Each loop over the lanes applies one operation to neighbours in memory, several at once.
+A loop over the lanes applies one operation to neighbours in memory, so the processor computes
+several lanes at once.
 """
 
 from . import arrays, places
@@ -9,19 +10,17 @@ from .arrays import Flat, Numbers
 
 
 def put_side_by_side(rows: Flat, width: int, count: int, lanes: Flat) -> None:
-    """Write the first `count` numbers of LANES rows, `width` numbers apart, side by side."""
+    """Write the first `count` numbers of LANES rows, `width` numbers each, side by side."""
     for k in range(count):
         for lane in range(places.LANES):
             lanes[k * places.LANES + lane] = rows[lane * width + k]
 
 
 def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
-    """
-    Write the first `count` numbers of LANES rows, `width` numbers apart, one row after the other.
-    """
+    """Write `count` numbers of each lane to the beginning of LANES rows, `width` numbers each."""
     for lane in range(places.LANES):
         row, of_lane = arrays.after(rows, lane * width), arrays.after(lanes, lane)
-        for k in range(0, count - 1, 2):  # two at once, which the compiler stores as one
+        for k in range(0, count - 1, 2):  # the compiler stores two at once
             first = of_lane[k * places.LANES]
             second = of_lane[(k + 1) * places.LANES]
             row[k], row[k + 1] = first, second
@@ -30,9 +29,7 @@ def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
 
 
 def all_within(numbers: Numbers, count: int, limit: float) -> bool:
-    """
-    Return whether the first `count` numbers of all lanes are within a limit, and are numbers.
-    """
+    """Return whether the first `count` numbers of all lanes are at most a limit, and not NaN."""
     beyond = 0
     for k in range(count * places.LANES):
         beyond += 0 if abs(numbers[k]) <= limit else 1

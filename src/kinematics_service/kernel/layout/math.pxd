@@ -1,4 +1,4 @@
-# The functions of Python's module of this name that the kernel calls, as C has them.
+# The functions of Python's math module that the kernel calls, from C's math.h.
 cdef extern from "<math.h>" nogil:
     double atan2(double, double)
     double ceil(double)

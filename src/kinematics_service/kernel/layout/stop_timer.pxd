@@ -1,4 +1,4 @@
-# What a handler of signals may do: alarm, sigaction and _exit are safe there (POSIX.1-2024, 2.4.3).
+# A signal handler may call alarm, sigaction and _exit (POSIX.1-2024, 2.4.3).
 cdef extern from *:
     """
     #include <signal.h>

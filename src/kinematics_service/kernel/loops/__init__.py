@@ -1,1 +1,1 @@
-"""Closed loops: passive variables follow from the joints."""
+"""Closed loops: the passive variables and their rates from the joints."""

@@ -1,4 +1,4 @@
-"""One pass over a chain whose loops are closed first: a row as `chain_pass` fills it."""
+"""Pose, Jacobian, twist and frames of an arm with closed loops, in one pass over its chain."""
 
 from ..forward import chain_pass
 from ..forward.chain import Chain
@@ -9,9 +9,9 @@ from . import closing
 
 def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> float:
     """
-    Fill a row as `evaluation.evaluate` does; the result is finite if all of the row is.
+    Fill a row as `evaluation.evaluate` does; return a number, finite if the row is finite.
 
-    It is not a number where a loop does not close.
+    The number is NaN if a loop does not close.
     """
     if chain.loops == 0:
         return chain_pass.evaluate_row(chain, q, qdot, depth, row)
@@ -21,7 +21,7 @@ def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> fl
 
 
 def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
-    """Fill the row of a chain whose loops have been closed in it."""
+    """Fill a row whose section has the closed loops of this pose already."""
     n, variables = chain.dof, chain.variables
     x = arrays.after(row, chain.closure_at)
     rates = arrays.after(x, variables)
@@ -39,7 +39,8 @@ def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
 
 
 def _add_up_screws(chain: Chain, screws: Flat, coupling: Flat, row: Flat) -> None:
-    # J = J_open [1; C]: a passive variable's screw counts for each joint that it follows.
+    # J = J_open [1; C]: adds the screw of a passive variable, times its derivative by a joint, to
+    # the column of that joint.
     n, entries = chain.dof, chain.entries
     J = arrays.after(row, places.JACOBIAN_AT)
     arrays.fill(J, 6 * n, 0.0)
@@ -50,6 +51,6 @@ def _add_up_screws(chain: Chain, screws: Flat, coupling: Flat, row: Flat) -> Non
                 J[i * n + variable] += screws[i * entries + e]
             continue
         for j in range(n):
-            share = coupling[(variable - n) * n + j]
+            derivative = coupling[(variable - n) * n + j]
             for i in range(6):
-                J[i * n + j] += share * screws[i * entries + e]
+                J[i * n + j] += derivative * screws[i * entries + e]

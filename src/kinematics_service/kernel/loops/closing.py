@@ -1,13 +1,17 @@
 """
-Passive variables from the joints: Newton's method along a line from where the loops are closed.
+Passive variables of closed loops from the joints: Newton's method with continuation.
 
-A branch is kept by small steps. Each predicts the variables by their slopes, corrects them by
-Newton's method, and counts only where the correction is small and contracts, and where no
-determinant changes its sign or much of its size: between two such poses it is not zero, and only
-where it is zero do branches meet or end. Other steps are halved, down to where the branch ends.
+The loops are known to close at one pose. The continuation goes from there to the joint positions
+along a straight line, by small steps, so that it stays on the same branch. Each step predicts the
+variables by their derivatives and corrects them by Newton's method. A step is accepted if the
+corrections are small and decrease, and no determinant changes its sign or much of its size.
+Branches meet or end only at poses with determinant 0. A rejected step is halved, until it is
+shorter than MIN_STEP_LENGTH: there the branch ends.
 
-Loops that need each other's variables are a group with one determinant, and are solved together;
-one group after another, for the later ones may move with the earlier ones' variables.
+Loops that share variables form a group with one determinant and are solved together. Groups are
+solved in order, because variables of an earlier group may move a later one.
+
+Allgower and Georg, "Introduction to Numerical Continuation Methods", chapter 2.
 """
 
 from ..forward import linear_equations
@@ -16,25 +20,36 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers
 from . import residual
 
-# A loop is closed where the largest component of its residual, as a share of its size or in rad,
-# is at most CLOSED; FINE is what round-off leaves.
-CLOSED, FINE = 1e-13, 4e-16
-NEWTON_STEPS = 12
-# A correction may be so large (rad, or as a share of the loop's size): of a step, and of the
-# positions in a robot file.
-CORRECTION, ROUGH = 0.1, 0.35
-# Longest and shortest step along the line, rad; their number at most; and how much of its size a
-# determinant may lose or gain within one.
-LONGEST, SHORTEST, MOST_STEPS = 0.25, 1e-8, 1000
-SHRUNK, GROWN = 0.4, 2.5
-# A determinant without unit has no digits left where it is smaller than this share of the product
-# of the largest slopes by each variable, each at least a LEVER.
-FLAT, LEVER = 1e-9, 0.01
-# Up to here, rad, the last answer is nearer than the known one.
-TRUSTED = 1.0
-# Joints at most whose turns are tried both ways.
-BOTH_WAYS = 4
-# How far beside a line, rad, a bent one passes.
+# Tolerance of the largest component of a residual, divided by the size of the loops, or rad.
+CLOSED_TOLERANCE = 1e-13
+# A residual of round-off: two machine epsilons. Newton's method ends there at once.
+ROUND_OFF = 4e-16
+MAX_NEWTON_STEPS = 12
+# Largest correction of a Newton step in the continuation, rad, or divided by the size of the
+# loops.
+MAX_CORRECTION = 0.1
+# The same for the positions in a robot file, which are approximate.
+MAX_FILE_CORRECTION = 0.35
+# Largest step of the continuation, rad.
+MAX_STEP_LENGTH = 0.25
+# Smallest step, rad: a branch ends if a step must be shorter.
+MIN_STEP_LENGTH = 1e-8
+MAX_STEPS = 1000
+# Smallest ratio of a determinant after a step to the one before it.
+MIN_DET_RATIO = 0.4
+# Largest ratio, the inverse of the smallest one.
+MAX_DET_RATIO = 2.5
+# A dimensionless determinant is round-off below this multiple of the product of the largest slope
+# by each variable.
+DETERMINANT_TOLERANCE = 1e-9
+# Lower bound of these slopes, dimensionless.
+MIN_SLOPE = 0.01
+# Largest motion from the last pose, rad, for which the continuation begins there and not at the
+# pose of the robot file.
+MAX_MOTION = 1.0
+# Largest number of joints without limits that are also turned the other way.
+MAX_OTHER_WAYS = 4
+# Offset of the middle of a line that passes a singular pose on one side, rad.
 BEND = 0.3
 
 
@@ -44,24 +59,24 @@ def _solve(
     largest: float,
     screws: Flat,
     slopes: Numbers,
-    told: Numbers,
+    status: Numbers,
     at: int,
 ) -> int:
-    # Newton's method for the passive variables of a group. Returns the number of steps, -1 where
-    # it does not come to an end or is flat there; tells the screws, the determinant and what is
-    # left of the residual.
+    # Newton's method for the passive variables of a group. Returns the number of steps; -1 if it
+    # does not converge, or the determinant is 0 there. Writes the screws, the determinant and the
+    # size of the residual.
     gap, order = [0.0] * 18, [0] * 18
     before = places.INFINITY
-    for step in range(NEWTON_STEPS):
+    for step in range(MAX_NEWTON_STEPS):
         size = residual.write_residual(group, x, gap, screws)
         residual.write_slopes(group, screws, slopes)
-        closed = size <= FINE or (size <= CLOSED and not size < 0.25 * before)
-        least = FLAT * _levers(group, slopes) if closed else 0.0
-        told[at] = linear_equations.factorise(slopes, group.count, order)
-        told[at + 1] = size
+        closed = size <= ROUND_OFF or (size <= CLOSED_TOLERANCE and not size < 0.25 * before)
+        least = DETERMINANT_TOLERANCE * _slope_product(group, slopes) if closed else 0.0
+        status[at] = linear_equations.factorise(slopes, group.count, order)
+        status[at + 1] = size
         if closed:
-            return step if abs(told[at]) * group.scale > least else -1
-        if told[at] == 0.0 or not size < 0.5 * before:
+            return step if abs(status[at]) * group.scale > least else -1
+        if status[at] == 0.0 or not size < 0.5 * before:
             return -1
         linear_equations.solve(slopes, group.count, order, gap)
         for i in range(group.count):
@@ -72,11 +87,11 @@ def _solve(
     return -1
 
 
-def _levers(group: LoopGroup, slopes: Numbers) -> float:
-    # The product of the largest slopes by each variable, without unit.
+def _slope_product(group: LoopGroup, slopes: Numbers) -> float:
+    # The product of the largest slope by each variable, dimensionless.
     product: float = 1.0
     for k in range(group.count):
-        longest: float = LEVER
+        longest: float = MIN_SLOPE
         for i in range(group.count):
             slope = abs(slopes[i * group.count + k]) * group.unit[group.first + k]
             longest = max(longest, slope / group.span[i])
@@ -92,33 +107,34 @@ def _solve_all(
     known: bool,
     screws: Flat,
     slopes: Numbers,
-    told: Numbers,
+    status: Numbers,
     at: int,
 ) -> int:
-    # This group and those after it. Returns 0, or their number where it failed, counted from the
-    # last; `before` tells of the pose before, if it is known. Told of each: determinant, residual,
-    # steps.
-    steps = _solve(group, x, CORRECTION if known else ROUGH, screws, slopes, told, at)
-    if steps < 0 or known and not SHRUNK < told[at] / before[at] < GROWN:
+    # Solves this group and the `left` - 1 groups after it. Returns 0, or the number of groups from
+    # the one that failed to the last. `before` has the status of the previous pose, if `known`.
+    # The status of a group is its determinant, its residual and the number of Newton steps.
+    largest = MAX_CORRECTION if known else MAX_FILE_CORRECTION
+    steps = _solve(group, x, largest, screws, slopes, status, at)
+    if steps < 0 or known and not MIN_DET_RATIO < status[at] / before[at] < MAX_DET_RATIO:
         return left
-    told[at + 2] = before[at + 2] + steps if known else 0.0
+    status[at + 2] = before[at + 2] + steps if known else 0.0
     if left == 1:
         return 0
     behind = arrays.after(screws, 6 * group.entries)
-    return _solve_all(group.following, left - 1, x, before, known, behind, slopes, told, at + 3)
+    return _solve_all(group.following, left - 1, x, before, known, behind, slopes, status, at + 3)
 
 
 def _couple(
     group: LoopGroup, left: int, n: int, section: Flat, screws: Flat, slopes: Numbers
 ) -> None:
-    # Fills how the passive variables of closed loops follow the joints, of the screws there.
+    # Fills the derivatives of the passive variables by the joints, from the screws.
     count = group.count
     gap, order = [0.0] * 18, [0] * 18
     residual.write_slopes(group, screws, slopes)
     linear_equations.factorise(slopes, count, order)
     coupling = arrays.after(section, 2 * group.variables + (group.first - n) * n)
     for j in range(n):
-        residual.write_by_joint(group, n, j, screws, section, gap)
+        residual.write_by_joint(group.loop, group.first, n, j, screws, section, gap)
         linear_equations.solve(slopes, count, order, gap)
         for i in range(count):
             coupling[i * n + j] = -gap[i]
@@ -137,16 +153,16 @@ def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
     return farthest
 
 
-def _go(closure: Closure, q: Numbers, section: Flat) -> int:
-    # Brings a section to q. Returns 0, or the number of the group that does not come along,
-    # counted from the last, with the section where it last was closed.
+def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
+    # Continues a section to q. Returns 0, or the number of groups from the one that failed to the
+    # last; then the section is that of the last closed pose.
     n, variables = closure.dof, closure.variables
-    told_at = closure.told_at
+    status_at = closure.status_at
     screws = arrays.after(section, closure.screws_at)
-    x, told, slopes = [0.0] * 152, [0.0] * 72, [0.0] * 324
+    x, status, slopes = [0.0] * 152, [0.0] * 72, [0.0] * 324
     for k in range(closure.groups):
-        section[told_at + 3 * k + 2] = 0.0
-    length, steps, arrived = LONGEST, 0, False
+        section[status_at + 3 * k + 2] = 0.0
+    length, steps, arrived = MAX_STEP_LENGTH, 0, False
     while not arrived:
         away = _farthest(closure.first, n, q, section)
         arrived = length >= away
@@ -157,28 +173,28 @@ def _go(closure: Closure, q: Numbers, section: Flat) -> int:
             x[n + i] = section[n + i]
             for j in range(n):
                 x[n + i] += section[closure.coupling_at + i * n + j] * (x[j] - section[j])
-        before = arrays.after(section, told_at)
+        before = arrays.after(section, status_at)
         failed = _solve_all(
-            closure.first, closure.groups, x, before, True, screws, slopes, told, 0
+            closure.first, closure.groups, x, before, True, screws, slopes, status, 0
         )
         if failed == 0:
             arrays.copy(section, variables, x)
-            arrays.copy(arrays.after(section, told_at), 3 * closure.groups, told)
+            arrays.copy(arrays.after(section, status_at), 3 * closure.groups, status)
             _couple(closure.first, closure.groups, n, section, screws, slopes)
-            length = min(LONGEST, 2.0 * length)
+            length = min(MAX_STEP_LENGTH, 2.0 * length)
         else:
             arrived = False
             length = 0.5 * min(length, away)
         steps += 1
-        if not length > SHORTEST or steps > MOST_STEPS:
+        if not length > MIN_STEP_LENGTH or steps > MAX_STEPS:
             return failed if failed > 0 else closure.groups
     return 0
 
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
-    # A copy of a section, its joints that turn without end turned by whole turns to where q is
-    # nearest; a bit of `other_ways` for each of the first of them that are to come from the other
-    # side. Returns how many there are.
+    # Copies a section, and turns its joints without limits by full turns to the positions nearest
+    # to q. A bit of `other_ways` for each of the first MAX_OTHER_WAYS of these joints turns it to
+    # the other side of q. Returns the number of these joints.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
@@ -188,7 +204,7 @@ def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: F
         whole: int = int(away / places.TAU + (0.5 if away > 0.0 else -0.5))
         turns = float(whole)
         away -= turns * places.TAU
-        if ways < BOTH_WAYS:
+        if ways < MAX_OTHER_WAYS:
             if (other_ways >> ways) & 1:
                 turns += 1.0 if away > 0.0 else -1.0
             ways += 1
@@ -196,8 +212,8 @@ def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: F
     return ways
 
 
-def _go_beside(closure: Closure, q: Flat, joint: int, bend: float, section: Flat) -> bool:
-    # From the known positions to q over a place beside the middle, by a joint of a loop.
+def _continue_beside(closure: Closure, q: Flat, joint: int, bend: float, section: Flat) -> bool:
+    # Continues from the known pose to q by way of a pose beside the middle, offset in one joint.
     unit = closure.first.unit[joint]
     if not unit < places.INFINITY:
         return False
@@ -206,69 +222,71 @@ def _go_beside(closure: Closure, q: Flat, joint: int, bend: float, section: Flat
     for j in range(closure.dof):
         beside[j] = 0.5 * (section[j] + q[j])
     beside[joint] += bend * unit
-    return _go(closure, beside, section) == 0 and _go(closure, q, section) == 0
+    return _continue(closure, beside, section) == 0 and _continue(closure, q, section) == 0
 
 
 def close(closure: Closure, q: Flat, section: Flat) -> int:
     """
-    Fill a section with the passive variables at q, on the branch of the known positions.
+    Fill a section with the passive variables at q, on the branch of the known pose.
 
-    A function of q alone: from the known positions along a straight line; where that ends, the
-    joints that turn without end are turned the other way, and then the line is bent: one that
-    meets a single flat position passes beside it.
+    The result depends on q only. The continuation goes along a straight line from the known pose.
+    If it fails, joints without limits are turned the other way. If it still fails, the line is
+    bent to both sides, which passes an isolated pose with determinant 0.
 
-    Returns 0, or the number of the group that does not close there, counted from the last, with
-    the section where the straight line ended.
+    Returns 0, or the number of groups from the one that does not close to the last; then the
+    section is that of the end of the straight line.
     """
     ways = _begin(closure, closure.start, q, 0, section)
-    failed = _go(closure, q, section)
+    failed = _continue(closure, q, section)
     if failed == 0:
         return failed
     for other in range(1, 1 << ways):
         _begin(closure, closure.start, q, other, section)
-        if _go(closure, q, section) == 0:
+        if _continue(closure, q, section) == 0:
             return 0
     for j in range(closure.dof):
-        if _go_beside(closure, q, j, BEND, section) or _go_beside(closure, q, j, -BEND, section):
+        if _continue_beside(closure, q, j, BEND, section) or _continue_beside(
+            closure, q, j, -BEND, section
+        ):
             return 0
     _begin(closure, closure.start, q, 0, section)
-    return _go(closure, q, section)
+    return _continue(closure, q, section)
 
 
 def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
-    """Do as `close`, from a last section where q is near it."""
+    """Do what `close` does, from the last section if q is within MAX_MOTION of it."""
     _begin(closure, last, q, 0, section)
-    if _farthest(closure.first, closure.dof, q, section) <= TRUSTED:
-        return _go(closure, q, section)
+    if _farthest(closure.first, closure.dof, q, section) <= MAX_MOTION:
+        return _continue(closure, q, section)
     return close(closure, q, section)
 
 
 def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
-    Complete a section whose variables are nearly those of closed loops.
+    Complete a section from approximate variables.
 
-    Returns 0, or the number of the group that does not close there, counted from the last; what
-    its determinant and residual came to is told in its place.
+    Returns 0, or the number of groups from the one that does not close to the last; the section
+    has its determinant and residual.
 
     Parameters
     ----------
     first, groups
-        The first group of loops, and how many of them and those that follow it are to close.
+        The first group of loops, and the number of groups to close.
     dof
         Number of joints.
     section : shape (Closure.width,)
-        As `Closure` says.
+        As in `Closure`, with the variables filled.
     """
     known = len(groups_from(first))
-    told, slopes = [0.0] * 72, [0.0] * 324
+    status, slopes = [0.0] * 72, [0.0] * 324
     passive = first.variables - dof
-    if not 0 < groups <= known or dof != first.first or passive > places.MOST_PASSIVE:
+    if not 0 < groups <= known or dof != first.first or passive > places.MAX_PASSIVE_VARIABLES:
         raise TypeError('the parts of a closure do not go together')
-    told_at = 2 * first.variables + passive * dof
+    status_at = 2 * first.variables + passive * dof
     numbers = arrays.results(section, section_width(dof, first))
-    screws = arrays.after(numbers, told_at + 3 * known)
-    failed = _solve_all(first, groups, numbers, told, False, screws, slopes, told, 0)
-    arrays.copy(arrays.after(numbers, told_at), 3 * groups, told)
+    screws = arrays.after(numbers, status_at + 3 * known)
+    failed = _solve_all(first, groups, numbers, status, False, screws, slopes, status, 0)
+    arrays.copy(arrays.after(numbers, status_at), 3 * groups, status)
     if failed == 0:
         _couple(first, groups, dof, numbers, screws, slopes)
     return failed
@@ -285,17 +303,17 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     q : shape (N, n), rad or m
         Joint positions.
     sections : shape (N, width)
-        As `Closure` says; where a loop does not close, where the straight line to it ended.
+        As in `Closure`; if a loop does not close, that of the end of the straight line.
     closed : shape (N,)
-        0 where the loops close, or the number of the group that does not, counted from the last.
+        0 if the loops close, or the number of groups from the one that does not close to the last.
     """
     arrays.given(chain.closure)
     count, n, width = arrays.extent(q, 0), chain.dof, chain.closure.width
     if arrays.extent(q, 1) != n or arrays.extent(sections, 1) != width:
         raise TypeError('the arrays of closed loops do not go together')
     positions, results = arrays.numbers(q, 0), arrays.results(sections, count * width)
-    said = arrays.results(closed, count)
+    failed = arrays.results(closed, count)
     for k in range(count):
-        said[k] = close(
+        failed[k] = close(
             chain.closure, arrays.after(positions, k * n), arrays.after(results, k * width)
         )

@@ -1,9 +1,10 @@
 """
-How far the two chains of each loop are from meeting, and how that changes with their variables.
+Residuals of closed loops, and their slopes by the variables.
 
-The components of loops that are solved together stand one after another. Both chains of a loop
-begin in the same frame, and everything is in its axes. The slopes are those of the ends' screws:
-exact for the position, and for the rotation where the ends are parallel.
+The residual of a loop is the pose of the end of one of its chains relative to the end of the
+other. Both chains begin in the same frame, and all numbers are in its axes. The residuals of the
+loops of a group are stacked. The slopes are the screws of the ends. For the rotation they are
+exact only if the ends are parallel.
 """
 
 import math
@@ -14,10 +15,10 @@ from ..layout import arrays
 from ..layout.arrays import Flat, Numbers
 
 
-def _walk(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -> None:
-    # The pose of a chain's end, and the screw of each entry, six numbers each: how it moves the
-    # end's origin, and turns the end.
-    chain_pass.start(T, chain.before)
+def _write_end(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -> None:
+    # Writes the pose T of the end of a chain, and the screw of each entry, six numbers: linear
+    # velocity of the origin of the end, and its angular velocity.
+    arrays.copy(T, 12, chain.before)
     for k in range(chain.elements):
         theta = chain.theta_0[k]
         d = chain.d_0[k]
@@ -44,7 +45,7 @@ def _walk(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -> Non
 
 
 def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
-    # The end of `back` seen from that of `there`: the way, and the rotation vector.
+    # The pose of the end of `back` relative to the end of `there`: translation, rotation vector.
     x, y, z, along = 0.0, 0.0, 0.0, 0.0
     for i in range(3):
         gap[i] = back[4 * i + 3] - there[4 * i + 3]
@@ -59,7 +60,7 @@ def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
     if sine > 0.0:
         share = 0.5 * angle / sine
         gap[3], gap[4], gap[5] = share * x, share * y, share * z
-    else:  # parallel, or turned by half a turn about any axis
+    else:  # parallel, or rotated by pi about an unknown axis
         gap[3], gap[4], gap[5] = angle, angle, angle
 
 
@@ -75,105 +76,81 @@ def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat
     x : shape (variables,), rad or m
         Joints and passive variables.
     residual : shape (p,), m or rad
-        The components that are to vanish.
+        The components, 0 if the loops are closed.
     screws : shape (entries, 6)
-        Of each loop the entries of `there`, then those of `back`, each of its own end.
+        For each loop the screws of the entries of `there`, then of `back`; each moves its own end.
     """
-    return _write_residuals(group.loop, group.loops, group.size, x, residual, screws, 0.0)
+    _write_residuals(group.loop, x, residual, screws)
+    largest: float = 0.0
+    for i in range(group.count):
+        component: float = abs(residual[i]) / group.span[i]
+        if component > largest or component != component:  # NaN stays
+            largest = component
+    return largest
 
 
-def _write_residuals(
-    loop: Loop,
-    left: int,
-    size: float,
-    x: Numbers,
-    residual: Numbers,
-    screws: Flat,
-    largest: float,
-) -> float:
+def _write_residuals(loop: Loop, x: Numbers, residual: Numbers, screws: Flat) -> None:
     there, back, gap = [0.0] * 12, [0.0] * 12, [0.0] * 6
-    _walk(loop.there, x, there, screws, 0)
-    _walk(loop.back, x, back, screws, 6 * loop.there.entries)
+    _write_end(loop.there, x, there, screws, 0)
+    _write_end(loop.back, x, back, screws, 6 * loop.there.entries)
     _write_gap(there, back, gap)
     for i in range(loop.count):
-        component = gap[loop.axis[i]]
-        residual[loop.row + i] = component
-        amount: float = abs(component)
-        if loop.axis[i] < 3:
-            amount /= size
-        if amount > largest or amount != amount:  # one that is not a number stays
-            largest = amount
-    if left == 1:
-        return largest
-    following = arrays.after(screws, 6 * loop.entries)
-    return _write_residuals(loop.following, left - 1, size, x, residual, following, largest)
+        residual[loop.row + i] = gap[loop.axis[i]]
+    if loop.following is not None:
+        _write_residuals(loop.following, x, residual, arrays.after(screws, 6 * loop.entries))
 
 
 def write_slopes(group: LoopGroup, screws: Flat, slopes: Numbers) -> None:
-    """
-    Fill the slopes (p, p) of the residual by the group's own passive variables.
-    """
+    """Fill the slopes (p, p) of the residual by the passive variables of the group."""
     arrays.fill(slopes, group.count * group.count, 0.0)
-    _write_slopes(group.loop, group.loops, group.first, group.count, screws, slopes)
+    _add_slopes(group.loop, group.first, group.count, screws, slopes)
 
 
-def _write_slopes(
-    loop: Loop, left: int, first: int, count: int, screws: Flat, slopes: Numbers
-) -> None:
+def _add_slopes(loop: Loop, first: int, count: int, screws: Flat, slopes: Numbers) -> None:
+    back = arrays.after(screws, 6 * loop.there.entries)
     for e in range(loop.there.entries):
         column = loop.there.joint[e] - first
         if 0 <= column < count:
             for i in range(loop.count):
                 slopes[(loop.row + i) * count + column] -= screws[6 * e + loop.axis[i]]
-    back = arrays.after(screws, 6 * loop.there.entries)
     for e in range(loop.back.entries):
         column = loop.back.joint[e] - first
         if 0 <= column < count:
             for i in range(loop.count):
                 slopes[(loop.row + i) * count + column] += back[6 * e + loop.axis[i]]
-    if left > 1:
+    if loop.following is not None:
         following = arrays.after(screws, 6 * loop.entries)
-        _write_slopes(loop.following, left - 1, first, count, following, slopes)
+        _add_slopes(loop.following, first, count, following, slopes)
 
 
 def write_by_joint(
-    group: LoopGroup, dof: int, joint: int, screws: Flat, section: Flat, slopes: Numbers
+    loop: Loop, first: int, dof: int, joint: int, screws: Flat, section: Flat, slopes: Numbers
 ) -> None:
     """
-    Fill the slope (p,) of the residual by a joint of the arm: its own motion, and that of the
-    passive variables of the groups before, which follow it as `section` says.
+    Fill the slope (p,) of the residual by a joint of the arm, for a loop and the next ones of its
+    group. The joint also moves the passive variables of earlier groups, those before `first`;
+    their derivatives are in `section`.
     """
-    _write_by_joint(group.loop, group.loops, group.first, dof, joint, screws, section, slopes)
-
-
-def _write_by_joint(
-    loop: Loop,
-    left: int,
-    first: int,
-    dof: int,
-    joint: int,
-    screws: Flat,
-    section: Flat,
-    slopes: Numbers,
-) -> None:
+    back = arrays.after(screws, 6 * loop.there.entries)
     for i in range(loop.count):
         slopes[loop.row + i] = 0.0
     for e in range(loop.there.entries):
-        share = _share(loop, first, dof, joint, loop.there.joint[e], section)
+        rate = _derivative(loop, first, dof, joint, loop.there.joint[e], section)
         for i in range(loop.count):
-            slopes[loop.row + i] -= share * screws[6 * e + loop.axis[i]]
+            slopes[loop.row + i] -= rate * screws[6 * e + loop.axis[i]]
     for e in range(loop.back.entries):
-        share = _share(loop, first, dof, joint, loop.back.joint[e], section)
-        k = 6 * (loop.there.entries + e)
+        rate = _derivative(loop, first, dof, joint, loop.back.joint[e], section)
         for i in range(loop.count):
-            slopes[loop.row + i] += share * screws[k + loop.axis[i]]
-    if left > 1:
+            slopes[loop.row + i] += rate * back[6 * e + loop.axis[i]]
+    if loop.following is not None:
         following = arrays.after(screws, 6 * loop.entries)
-        _write_by_joint(loop.following, left - 1, first, dof, joint, following, section, slopes)
+        write_by_joint(loop.following, first, dof, joint, following, section, slopes)
 
 
-def _share(loop: Loop, first: int, dof: int, joint: int, variable: int, section: Flat) -> float:
-    # How a variable follows a joint; none of the group's own does yet.
+def _derivative(
+    loop: Loop, first: int, dof: int, joint: int, variable: int, section: Flat
+) -> float:
+    # The derivative of a variable by a joint. Variables of this group and later ones are fixed.
     if variable < dof:
         return 1.0 if variable == joint else 0.0
     if variable >= first:

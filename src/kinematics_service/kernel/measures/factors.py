@@ -1,7 +1,7 @@
 """
-Values and gradients of an arm's named factors: a tape of operations, run forwards.
+Values and gradients of an arm's named factors, by forward differentiation of a tape of operations.
 
-Number k of a step in a lane stands at k * lanes + lane; each lane has the numbers of one alone.
+Number k of a step in a lane is at k * lanes + lane. Each lane has the same bits as one pose alone.
 """
 
 import math
@@ -15,7 +15,7 @@ from .task_rows import TaskRows
 
 
 def _goes_together(table: Integers, ends: Integers) -> bool:
-    # Returns whether every index exists; operands of a step must be earlier steps.
+    # Whether every index exists; operands of a step must be earlier steps.
     operands, of_steps = table[:, 1:], table[:, 0] > places.JOINT
     earlier = operands < np.arange(len(table))[:, None]
     fits = np.all(operands >= 0) and np.all(earlier[of_steps])
@@ -24,22 +24,22 @@ def _goes_together(table: Integers, ends: Integers) -> bool:
 
 class Tape:
     """
-    A list of elementary operations, whose last results are the factors of an arm: frozen.
+    A list of elementary operations that computes the factors of an arm, frozen.
 
-    To the compiled kernel the arrays are addresses that Python does not see.
+    In the compiled kernel the arrays are addresses that Python does not see.
 
     Attributes
     ----------
     operations : shape (3 steps,)
-        Operation and operands of each step: earlier steps, or a joint.
+        Operation and two operands of each step. An operand is an earlier step, or a joint.
     constants : shape (steps,)
-        The constant, or the scale, of each step.
+        The constant of each step, or the scale of its operand.
     ends : shape (factors,)
-        The step that holds the value of each factor.
+        The step with the value of each factor.
     steps, factors
-        Their number.
+        Numbers of steps and of factors.
     joints
-        Least number of joints.
+        Smallest number of joints of an arm that the tape is for.
     """
 
     def __init__(self, operations: Integers, constants: Floats, ends: Integers) -> None:
@@ -54,8 +54,8 @@ class Tape:
 
 
 def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int) -> bool:
-    # Fills `steps` with gradient and, last, value of each step of a tape at q (n,); returns False
-    # if an angle is too large for several lanes at once.
+    # Fills `steps` with the gradient (n) and the value of each step of a tape at q (n,). Returns
+    # False if an angle is too large for several lanes at once.
     width = (n + 1) * lanes
     da, db = [0.0] * 16, [0.0] * 16  # one number of LANES poses
     for i in range(tape.steps):
@@ -92,22 +92,22 @@ def _operate(
     db: Numbers,
     lanes: int,
 ) -> bool:
-    # Writes the value of a step, and its derivatives by its operands.
+    # Writes the value of a step, and the derivatives by its operands.
     if operation == places.SINE or operation == places.COSINE:
-        return _turn(operation, number, a, value, da, db, lanes)
+        return _write_sines(operation, number, a, value, da, db, lanes)
     if operation <= places.PRODUCT or operation == places.NEGATIVE:
         _combine(operation, a, b, value, da, db, lanes)
         return True
     for lane in range(lanes):
-        one = _partial(operation, number, a[lane], b[lane])
-        value[lane], da[lane], db[lane] = one[0], one[1], one[2]
+        result = _partial(operation, number, a[lane], b[lane])
+        value[lane], da[lane], db[lane] = result[0], result[1], result[2]
     return True
 
 
-def _turn(
+def _write_sines(
     operation: int, number: float, a: Flat, value: Flat, da: Numbers, db: Numbers, lanes: int
 ) -> bool:
-    # Sines or cosines; returns False if an angle is too large for several at once.
+    # Writes sines or cosines. Returns False if an angle is too large for several lanes at once.
     angles, sines, cosines = [0.0] * 16, [0.0] * 16, [0.0] * 16
     for lane in range(lanes):
         angles[lane] = number * a[lane]
@@ -131,7 +131,7 @@ def _turn(
 def _combine(
     operation: int, a: Flat, b: Flat, value: Flat, da: Numbers, db: Numbers, lanes: int
 ) -> None:
-    # The operations that need only arithmetic.
+    # Writes sums, differences, products and negatives.
     if operation == places.SUM:
         for lane in range(lanes):
             value[lane], da[lane], db[lane] = a[lane] + b[lane], 1.0, 1.0
@@ -147,7 +147,7 @@ def _combine(
 
 
 def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
-    # The rare operations, which may be undefined.
+    # Value and derivatives of an operation that may be undefined; NaN if it is.
     if operation == places.QUOTIENT and b != 0.0:
         return a / b, 1.0 / b, -a / (b * b)
     if operation == places.SQUARE_ROOT and a >= 0.0:
@@ -163,7 +163,7 @@ def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, 
 
 
 def distance_to_zero(value: float, slope: float) -> float:
-    """Return the distance to the zero of a factor by its gradient's length, at most pi."""
+    """Return the first-order distance to the zero of a factor, at most pi; `slope` is >= 0."""
     if value == 0.0:
         return 0.0
     return abs(value) / slope if abs(value) < places.PI * slope else places.PI
@@ -173,10 +173,10 @@ def judge_factors(
     tape: Tape, task: TaskRows, distances: int, q: Flat, judged: Flat, steps: Flat, lanes: int
 ) -> bool:
     """
-    Write the distances of all factors, then, behind the room of so many, value and gradient of
-    each.
+    Write the distances of all factors, and value and gradient of each factor after `distances`
+    numbers.
 
-    Returns False if they have to be judged one by one: an angle is too large.
+    Return False if an angle is too large for several lanes; then call it for each pose.
     """
     if lanes == 1:
         return _judge_factors(tape, task, distances, q, judged, steps, 1)
@@ -199,7 +199,7 @@ def _judge_factors(
 def _write_factor(
     n: int, step: Flat, scales: Flat, distances: Flat, result: Flat, lanes: int
 ) -> None:
-    # Writes distance to its zero, value and gradient of a factor.
+    # Writes distance to zero, value and gradient of a factor.
     squares = [0.0] * 16
     value = arrays.after(step, n * lanes)
     for lane in range(lanes):
@@ -226,8 +226,8 @@ def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
     for k in range(count):
         _run_tape(tape, n, arrays.after(positions, k * n), steps, 1)
         for f in range(factors):
-            one = arrays.after(result, (k * factors + f) * (1 + n))
+            factor = arrays.after(result, (k * factors + f) * (1 + n))
             step = arrays.after(steps, tape.ends[f] * (n + 1))
-            one[0] = step[n]
-            arrays.copy(arrays.after(one, 1), n, step)
+            factor[0] = step[n]
+            arrays.copy(arrays.after(factor, 1), n, step)
     arrays.give_back(steps)

@@ -1,9 +1,10 @@
 """
-How a Jacobian changes with the joints, as far as measures need it: the slope of a weighted sum.
+The gradient of a weighted sum of the entries of a Jacobian by the joints, for the measures.
 
-Where loops are closed, J = J_open G with G = [1; C] and C = -Phi_psi^-1 Phi_q, and G changes too.
-Of Phi_x G = 0 along every motion follows Phi_psi dC = -dPhi_x G, so that the weights of J_psi dC
-are, with mu = -Phi_psi^-T J_psi^T Y, weights mu G^T of the residual's slopes: of screws again.
+If loops are closed, J = J_open G with G = [1; C] and C = -Phi_psi^-1 Phi_q, and G changes too.
+Phi_x G = 0 holds along every motion, so Phi_psi dC = -dPhi_x G. The weighted sum of J_psi dC is
+therefore a weighted sum of dPhi_x, with the weights mu G^T, mu = -Phi_psi^-T J_psi^T Y. Phi_x has
+screws as its columns, so the same function computes its gradient.
 """
 
 from ..forward import linear_equations
@@ -12,51 +13,51 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Numbers, WholeNumbers
 from ..loops import residual
 
-# Of one chain of a loop.
+# Largest number of screws of one chain of a loop, places.MAX_LOOP_ENTRIES.
 LOOP_SCREWS = 32
 
 
 def write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None:
     """
-    Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian (Y in base axes), of
-    the screws of its entries; where loops are closed, k is any of its variables.
+    Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian, from the screws of
+    its entries; Y is in base axes. If loops are closed, j and k are all variables.
     """
     _write_of_screws(chain, screws, Y, gradient, 1)
 
 
 def write_side_by_side(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None:
-    """Fill the gradients of LANES poses as `write_of_screws` does of each."""
+    """Fill the gradients of LANES poses side by side, as `write_of_screws` fills each."""
     _write_of_screws(chain, screws, Y, gradient, places.LANES)
 
 
 def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes: int) -> None:
-    # A joint f turns everything behind it by its screw (v_f, w_f) and moves the tool under
-    # everything before it: for an entry e behind f (or f itself) dv_e = w_f x v_e and
-    # dw_e = w_f x w_e; for one before it dv_e = w_e x v_f. So
-    # g_f = w_f . sum_behind(v_e x Yv + w_e x Yw) + v_f . sum_before(Yv x w_e): two running sums.
+    # A joint f rotates all later screws by its own screw (v_f, w_f), and moves the tool relative
+    # to all earlier ones. For a later entry e (or f itself) dv_e = w_f x v_e and dw_e = w_f x w_e;
+    # for an earlier one dv_e = w_e x v_f. So with two running sums g_f = w_f . sum_later(v_e x Yv
+    # + w_e x Yw) + v_f . sum_earlier(Yv x w_e).
     step = chain.entries * lanes
-    before, behind = [0.0] * 48, [0.0] * 48  # three numbers of LANES poses
+    earlier, later = [0.0] * 48, [0.0] * 48  # three numbers of LANES poses
     arrays.fill(gradient, chain.variables * lanes, 0.0)
     for k in range(3 * lanes):
-        before[k] = behind[k] = 0.0
+        earlier[k] = later[k] = 0.0
     for k in range(chain.elements):
         for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
             into = arrays.after(gradient, chain.joint[e] * lanes)
-            _add_along(arrays.after(screws, e * lanes), step, before, into, lanes)
+            _add_along(arrays.after(screws, e * lanes), step, earlier, into, lanes)
         for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
             y = arrays.after(Y, 6 * chain.joint[e] * lanes)
-            _add_turned(y, arrays.after(screws, e * lanes), step, before, lanes)
+            _add_turned(y, arrays.after(screws, e * lanes), step, earlier, lanes)
     for k in range(chain.elements - 1, -1, -1):
         for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
             y = arrays.after(Y, 6 * chain.joint[e] * lanes)
-            _add_carried(y, arrays.after(screws, e * lanes), step, behind, lanes)
+            _add_carried(y, arrays.after(screws, e * lanes), step, later, lanes)
         for e in range(chain.first_entry[k], chain.first_entry[k + 1]):
             into = arrays.after(gradient, chain.joint[e] * lanes)
-            _add_along(arrays.after(screws, e * lanes + 3 * step), step, behind, into, lanes)
+            _add_along(arrays.after(screws, e * lanes + 3 * step), step, later, into, lanes)
 
 
 def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Of an entry: Yv x w, `step` numbers between the components of its screw.
+    # Adds Yv x w of an entry; the components of its screw are `step` numbers apart.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -67,7 +68,7 @@ def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> 
 
 
 def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Of an entry: v x Yv + w x Yw.
+    # Adds v x Yv + w x Yw of an entry.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -80,22 +81,26 @@ def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) ->
 
 
 def _add_along(screw: Flat, step: int, total: Numbers, gradient: Flat, lanes: int) -> None:
-    # Of half a screw: its product with a sum.
+    # Adds the scalar product of half a screw and a sum.
     for lane in range(lanes):
         x, y, z = total[lane], total[lanes + lane], total[2 * lanes + lane]
         gradient[lane] += screw[lane] * x + screw[step + lane] * y + screw[2 * step + lane] * z
 
 
 def room(chain: Chain) -> int:
-    """Return how many numbers `write_gradient` and `write_determinants` need room for."""
+    """Return the number of scratch numbers of `write_gradient` and `write_determinants`."""
     if chain.loops == 0:
         return 0
-    slopes = places.MOST_LOOP_ROWS * places.MOST_LOOP_ROWS
-    return 8 * chain.variables + 6 * LOOP_SCREWS + chain.closure.passive * chain.dof + slopes
+    return _room_of_groups(chain.variables) + chain.closure.passive * chain.dof
+
+
+def _room_of_groups(variables: int) -> int:
+    # Scratch numbers of `_add_residual`, and of the slopes of a group.
+    return 8 * variables + 6 * LOOP_SCREWS + places.MAX_LOOP_ROWS * places.MAX_LOOP_ROWS
 
 
 def write_gradient(chain: Chain, row: Flat, Y: Flat, gradient: Flat, work: Flat) -> None:
-    """Fill the gradient as `write_of_screws` does, by the joints, of a row; Y (n, 6)."""
+    """Fill the gradient by the joints (n,), as `write_of_screws`, from a row; Y (n, 6)."""
     screws = arrays.after(row, chain.screws_at)
     if chain.loops == 0:
         write_of_screws(chain, screws, Y, gradient)
@@ -110,18 +115,16 @@ def _write_closed(
     section = arrays.after(row, chain.closure_at)
     coupling = arrays.after(section, closure.coupling_at)
     screws = arrays.after(row, chain.screws_at)
-    total = work
-    weights = arrays.after(total, variables)
-    mu = arrays.after(weights, 6 * variables)
-    free = arrays.after(mu, passive * n)
+    weights = arrays.after(work, variables)
+    mu = arrays.after(work, _room_of_groups(variables))
     arrays.copy(weights, 6 * n, Y)
     for a in range(passive):
         for i in range(6):
             weights[6 * (n + a) + i] = 0.0
             for j in range(n):
                 weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
-    write_of_screws(chain, screws, weights, total)
-    # What the passive variables' screws are weighted with: J_psi^T Y.
+    write_of_screws(chain, screws, weights, work)
+    # The weights of the screws of the passive variables: J_psi^T Y.
     arrays.fill(mu, passive * n, 0.0)
     for e in range(chain.entries):
         a = chain.joint[e] - n
@@ -130,12 +133,12 @@ def _write_closed(
                 for i in range(6):
                     mu[a * n + j] += screws[i * chain.entries + e] * Y[6 * j + i]
     own = arrays.after(section, closure.screws_at)
-    _add_groups(closure.first, closure.groups, closure, section, own, mu, weights, total, free)
-    _follow(n, passive, coupling, total, gradient)
+    _add_groups(closure.first, closure.groups, closure, coupling, own, mu, work)
+    _reduce_to_joints(n, passive, coupling, work, gradient)
 
 
-def _follow(n: int, passive: int, coupling: Flat, total: Flat, gradient: Flat) -> None:
-    # By the joints, of what is by all variables.
+def _reduce_to_joints(n: int, passive: int, coupling: Flat, total: Flat, gradient: Flat) -> None:
+    # The gradient by the joints, from the gradient by all variables.
     for j in range(n):
         gradient[j] = total[j]
         for a in range(passive):
@@ -146,22 +149,18 @@ def _add_groups(
     group: LoopGroup,
     left: int,
     closure: Closure,
-    section: Flat,
+    coupling: Flat,
     screws: Flat,
     mu: Flat,
-    weights: Flat,
-    total: Flat,
-    free: Flat,
+    work: Flat,
 ) -> None:
-    # The later groups first: they move with the variables of the earlier ones.
+    # The last group first: its weights of earlier variables are added to the earlier groups.
     if left > 1:
         following = arrays.after(screws, 6 * group.entries)
-        _add_groups(
-            group.following, left - 1, closure, section, following, mu, weights, total, free
-        )
+        _add_groups(group.following, left - 1, closure, coupling, following, mu, work)
     n, count = closure.dof, group.count
     gap, order = [0.0] * 18, [0] * 18
-    slopes = _behind_screws(closure, free)
+    slopes = _slopes_in(work, closure.variables)
     residual.write_slopes(group, screws, slopes)
     linear_equations.factorise(slopes, count, order)
     own = arrays.after(mu, (group.first - n) * n)
@@ -171,154 +170,112 @@ def _add_groups(
         linear_equations.solve_transposed(slopes, count, order, gap)
         for i in range(count):
             own[i * n + j] = gap[i]
-    coupling = arrays.after(section, closure.coupling_at)
-    _add_loops(group.loop, group.loops, group, closure, coupling, screws, mu, weights, total, free)
+    _add_loops(group.loop, group, n, coupling, screws, mu, work)
 
 
-def _behind_screws(closure: Closure, free: Flat) -> Flat:
-    # Room for the slopes of a group, behind that of `_add_residual`.
-    return arrays.after(free, closure.variables + 6 * LOOP_SCREWS)
+def _slopes_in(work: Flat, variables: int) -> Flat:
+    # Scratch memory for the slopes of a group, after that of `_add_residual`.
+    return arrays.after(work, 8 * variables + 6 * LOOP_SCREWS)
 
 
 def _add_loops(
-    loop: Loop,
-    left: int,
-    group: LoopGroup,
-    closure: Closure,
-    coupling: Flat,
-    screws: Flat,
-    mu: Flat,
-    weights: Flat,
-    total: Flat,
-    free: Flat,
+    loop: Loop, group: LoopGroup, n: int, coupling: Flat, screws: Flat, mu: Flat, work: Flat
 ) -> None:
-    # Of a group, each in the axes where its chains begin.
-    n, first = closure.dof, group.first
+    # Adds the gradients of the loops of a group. Each is in the axes of its common first frame.
+    first = group.first
+    weights = arrays.after(work, group.variables)
     own = arrays.after(mu, (first - n + loop.row) * n)
-    arrays.fill(weights, 6 * closure.variables, 0.0)
+    arrays.fill(weights, 6 * group.variables, 0.0)
     for i in range(loop.count):
         axis = loop.axis[i]
         for j in range(n):
             weights[6 * j + axis] += own[i * n + j]
             for a in range(first + group.count - n):
                 weights[6 * (n + a) + axis] += own[i * n + j] * coupling[a * n + j]
-    _add_residual(loop, screws, weights, total, free)
-    # The variables of earlier groups move this one's residual.
-    _pass_on(loop.there, first, n, loop, screws, 0, -1.0, own, mu)
-    _pass_on(loop.back, first, n, loop, screws, 6 * loop.there.entries, 1.0, own, mu)
-    if left > 1:
+    _add_residual(loop, screws, work)
+    # Variables of earlier groups move the residual of this one.
+    back = arrays.after(screws, 6 * loop.there.entries)
+    _add_to_earlier_groups(loop, loop.there, -1.0, first, n, screws, own, mu)
+    _add_to_earlier_groups(loop, loop.back, 1.0, first, n, back, own, mu)
+    if loop.following is not None:
         following = arrays.after(screws, 6 * loop.entries)
-        _add_loops(
-            loop.following,
-            left - 1,
-            group,
-            closure,
-            coupling,
-            following,
-            mu,
-            weights,
-            total,
-            free,
-        )
+        _add_loops(loop.following, group, n, coupling, following, mu, work)
 
 
-def _pass_on(
-    chain: Chain,
-    first: int,
-    n: int,
-    loop: Loop,
-    screws: Numbers,
-    at: int,
-    sign: float,
-    own: Flat,
-    mu: Flat,
+def _add_to_earlier_groups(
+    loop: Loop, chain: Chain, sign: float, first: int, n: int, screws: Flat, own: Flat, mu: Flat
 ) -> None:
     for e in range(chain.entries):
         variable = chain.joint[e]
         if n <= variable < first:
             for j in range(n):
                 for i in range(loop.count):
-                    slope = sign * screws[at + 6 * e + loop.axis[i]]
+                    slope = sign * screws[6 * e + loop.axis[i]]
                     mu[(variable - n) * n + j] += slope * own[i * n + j]
 
 
-def _add_residual(loop: Loop, screws: Numbers, weights: Flat, total: Flat, free: Flat) -> None:
-    # The gradient of the weighted slopes of a loop's residual, added up.
-    gradient = free
-    own = arrays.after(free, loop.there.dof)
-    _side_by_side(loop.there, screws, 0, own)
-    write_of_screws(loop.there, own, weights, gradient)
-    for k in range(loop.there.dof):
-        total[k] -= gradient[k]
-    _side_by_side(loop.back, screws, 6 * loop.there.entries, own)
-    write_of_screws(loop.back, own, weights, gradient)
-    for k in range(loop.there.dof):
-        total[k] += gradient[k]
+def _add_residual(loop: Loop, screws: Flat, work: Flat) -> None:
+    # Adds the gradient of the weighted slopes of a loop's residual to the first numbers of `work`,
+    # one for each variable. The next numbers are the weights, six for each variable, then scratch
+    # memory.
+    _add_end(loop.there, -1.0, screws, work)
+    _add_end(loop.back, 1.0, arrays.after(screws, 6 * loop.there.entries), work)
 
 
-def _side_by_side(chain: Chain, screws: Numbers, at: int, own: Flat) -> None:
+def _add_end(chain: Chain, sign: float, screws: Flat, work: Flat) -> None:
+    variables = chain.dof
+    gradient = arrays.after(work, 7 * variables)
+    own = arrays.after(work, 8 * variables)
     for e in range(chain.entries):
         for i in range(6):
-            own[i * chain.entries + e] = screws[at + 6 * e + i]
+            own[i * chain.entries + e] = screws[6 * e + i]
+    write_of_screws(chain, own, arrays.after(work, variables), gradient)
+    for k in range(variables):
+        work[k] += sign * gradient[k]
 
 
 def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> None:
     """
-    Fill the determinant of the slopes of each group's residual by its own passive variables, and
-    its gradient by the joints: 1 + n numbers a group.
+    Fill the determinant of the slopes of each group's residual by its passive variables, and the
+    gradient of the determinant by the joints: 1 + n numbers for each group.
     """
-    arrived = arrays.after(row, chain.closure_at)
-    screws = arrays.after(arrived, chain.closure.screws_at)
+    section = arrays.after(row, chain.closure_at)
+    screws = arrays.after(section, chain.closure.screws_at)
+    coupling = arrays.after(section, chain.closure.coupling_at)
     _write_determinant(
-        chain.closure.first, chain.groups, chain.closure, arrived, screws, results, work
+        chain.closure.first, chain.groups, chain.dof, coupling, screws, results, work
     )
 
 
 def _write_determinant(
-    group: LoopGroup,
-    left: int,
-    closure: Closure,
-    section: Flat,
-    screws: Flat,
-    results: Flat,
-    work: Flat,
+    group: LoopGroup, left: int, n: int, coupling: Flat, screws: Flat, results: Flat, work: Flat
 ) -> None:
     # d det = det trace(slopes^-1 d slopes).
-    n, count, variables = closure.dof, group.count, closure.variables
     order = [0] * 18
-    total = work
-    weights = arrays.after(total, variables)
-    free = arrays.after(weights, 6 * variables)
-    slopes = _behind_screws(closure, free)
+    slopes = _slopes_in(work, group.variables)
     residual.write_slopes(group, screws, slopes)
-    determinant = linear_equations.factorise(slopes, count, order)
-    arrays.fill(total, variables, 0.0)
-    _add_inverse(
-        group.loop, group.loops, group, determinant, slopes, order, screws, weights, total, free
-    )
-    results[0] = determinant
-    coupling = arrays.after(section, closure.coupling_at)
-    _follow(n, closure.passive, coupling, total, arrays.after(results, 1))
+    results[0] = linear_equations.factorise(slopes, group.count, order)
+    arrays.fill(work, group.variables, 0.0)
+    _add_inverse(group.loop, group, results[0], slopes, order, screws, work)
+    _reduce_to_joints(n, group.variables - n, coupling, work, arrays.after(results, 1))
     if left > 1:
         following = arrays.after(screws, 6 * group.entries)
         others = arrays.after(results, 1 + n)
-        _write_determinant(group.following, left - 1, closure, section, following, others, work)
+        _write_determinant(group.following, left - 1, n, coupling, following, others, work)
 
 
 def _add_inverse(
     loop: Loop,
-    left: int,
     group: LoopGroup,
     determinant: float,
     slopes: Flat,
     order: WholeNumbers,
     screws: Flat,
-    weights: Flat,
-    total: Flat,
-    free: Flat,
+    work: Flat,
 ) -> None:
-    # The slopes of each loop of a group, weighted with the columns of det slopes^-1.
+    # Adds the gradients of the slopes of the loops, weighted by the columns of det slopes^-1.
     gap = [0.0] * 18
+    weights = arrays.after(work, group.variables)
     arrays.fill(weights, 6 * group.variables, 0.0)
     for i in range(loop.count):
         for k in range(group.count):
@@ -326,18 +283,7 @@ def _add_inverse(
         linear_equations.solve(slopes, group.count, order, gap)
         for k in range(group.count):
             weights[6 * (group.first + k) + loop.axis[i]] = gap[k]
-    _add_residual(loop, screws, weights, total, free)
-    if left > 1:
+    _add_residual(loop, screws, work)
+    if loop.following is not None:
         following = arrays.after(screws, 6 * loop.entries)
-        _add_inverse(
-            loop.following,
-            left - 1,
-            group,
-            determinant,
-            slopes,
-            order,
-            following,
-            weights,
-            total,
-            free,
-        )
+        _add_inverse(loop.following, group, determinant, slopes, order, following, work)

@@ -1,10 +1,10 @@
 """
-Singular values and directions of a small matrix by one-sided Jacobi, and its determinant.
+Singular value decomposition of a small matrix by one-sided Jacobi rotations, and its determinant.
 
-A matrix of `count` rows stands in W with the turns beside it: each row `length` numbers of A, then
-`count` numbers of V. Number k of the matrix in a lane stands at k * lanes + lane; each matrix has
-the same numbers to the last bit alone and side by side, where none of them may be -0.0, which a
-turn by zero would make 0.0.
+A matrix A of `count` rows is in W with the rotations V beside it: each row has `length` numbers of
+A, then `count` numbers of V. Number k of the matrix in a lane is at k * lanes + lane. A matrix has
+the same bits alone and side by side with others, if none of its numbers is -0.0: a rotation by
+zero would change -0.0 to 0.0.
 """
 
 import math
@@ -12,18 +12,18 @@ import math
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers
 
-# Sweeps of one-sided Jacobi; six rows of 6 to 96 numbers were seen to need at most eight.
+# Largest number of sweeps. Six rows of 6 to 96 numbers needed at most 8 in experiments.
 MAX_SWEEPS = 60
-# Two rows are orthogonal when (a.b)^2 <= this times |a|^2 |b|^2: half a digit above round-off.
-ORTHOGONAL = 1e-15 * 1e-15
-# The largest squared cosine of a sweep after which none is needed any more: in the next one they
-# are its squares, and where singular values are equal at most as large.
-SETTLED = 1e-26
-# Any rows are orthogonal by this tolerance.
-ANY_ROWS = 2.0
+# Two rows are orthogonal if (a.b)^2 <= this times |a|^2 |b|^2: 4.5 machine epsilons, squared.
+SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
+# No further sweep is needed if the largest squared cosine of a sweep was below this. The next
+# sweep squares it (quadratic convergence), or keeps it if singular values are equal.
+LAST_SQUARED_COSINE = 1e-26
+# With this tolerance all rows are orthogonal, because a squared cosine is at most 1.
+NO_ROTATION = 2.0
 
 
-def _turn_pair(
+def _rotate_pair(
     a: Flat,
     b: Flat,
     length: int,
@@ -33,9 +33,9 @@ def _turn_pair(
     room: Numbers,
     lanes: int,
 ) -> None:
-    # Makes the first `length` numbers of two rows orthogonal by turning the rows, `width` numbers
-    # each; `worst` becomes at least the squared cosine of their angle before. Lanes that need no
-    # turn are turned by a zero angle. In `room`: |a|^2 and cosine, |b|^2 and sine, a.b.
+    # Rotates two rows of `width` numbers, so that their first `length` numbers are orthogonal.
+    # `worst` becomes the larger of itself and the squared cosine of their angle before. Orthogonal
+    # rows are rotated by 0. `room` has |a|^2, then the cosine; |b|^2, then the sine; and a.b.
     for lane in range(lanes):
         room[lane] = room[lanes + lane] = room[2 * lanes + lane] = 0.0
     for column in range(length):
@@ -51,7 +51,7 @@ def _turn_pair(
         limit = tolerances[lane] * aa * bb
         if lanes == 1 and square <= limit:
             return
-        # tan, cos and sin of the smaller of the two angles that do it.
+        # Tangent, cosine and sine of the smaller one of the two angles that make them orthogonal.
         away = bb - aa
         root = math.sqrt(away * away + 4.0 * square)
         both = abs(away) + root
@@ -61,7 +61,7 @@ def _turn_pair(
         c = math.sqrt(0.5 * both / root)
         s: float = c * t
         cosine = square / (aa * bb)
-        # Selections, not branches, for several lanes at once.
+        # The compiler makes selections of these, for several lanes at once.
         room[lane] = c if square > limit else 1.0
         room[lanes + lane] = s if square > limit else 0.0
         cosine = cosine if square > limit else 0.0
@@ -76,12 +76,11 @@ def _turn_pair(
 
 def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> None:
     """
-    Turn the rows of A until they are orthogonal, and the rows of V along with them.
+    Rotate the rows of A until they are orthogonal, and the rows of V with them.
 
-    One-sided Jacobi (Hestenes, 1958). Small singular values keep all their digits, which
-    eigenvalues of A A^T do not. V stands beside A so that one loop without a rest turns both;
-    where nobody asks for it, the width of a row is its length. A finished matrix is not turned any
-    more; sweeps go on while that of another lane is unfinished.
+    The method is one-sided Jacobi (Hestenes, 1958). It keeps all digits of small singular values;
+    the eigenvalues of A A^T would not. V is beside A, so that one loop rotates both. Without V the
+    width of a row is its length. A finished matrix is not rotated while other lanes continue.
     """
     if lanes == 1:
         room = [0.0] * 3
@@ -94,12 +93,12 @@ def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> N
 def _orthogonalise(
     W: Flat, count: int, length: int, width: int, room: Numbers, lanes: int
 ) -> None:
-    # The pairs of a sweep in the order of a tournament (Brent and Luk, 1985): neighbours in it
-    # share no row, so that the processor works on several at once.
+    # The pairs of a sweep are in the order of a round-robin tournament (Brent and Luk, 1985).
+    # Successive pairs share no row, so the processor works on several pairs at once.
     last = count - 1 if count % 2 == 0 else count
     tolerances, worst = [0.0] * 16, [0.0] * 16  # one number of LANES matrices
     for lane in range(lanes):
-        tolerances[lane] = ORTHOGONAL
+        tolerances[lane] = SQUARED_COSINE_TOLERANCE
     for _ in range(MAX_SWEEPS):
         for lane in range(lanes):
             worst[lane] = 0.0
@@ -109,31 +108,29 @@ def _orthogonalise(
                 if j < count:
                     a = arrays.after(W, min(i, j) * width * lanes)
                     b = arrays.after(W, max(i, j) * width * lanes)
-                    _turn_pair(a, b, length, width, tolerances, worst, room, lanes)
+                    _rotate_pair(a, b, length, width, tolerances, worst, room, lanes)
                 i = i + 1 if i + 1 < last else 0
                 j = turn if j == last else j
                 j = j - 1 if j > 0 else last - 1
-        # Convergence is quadratic at the end: the next sweep would find nothing to turn.
+        # Convergence is quadratic, so the next sweep would rotate nothing.
         turning = 0
         for lane in range(lanes):
-            settled = worst[lane] <= SETTLED
-            tolerances[lane] = ANY_ROWS if settled else tolerances[lane]
+            settled = worst[lane] <= LAST_SQUARED_COSINE
+            tolerances[lane] = NO_ROTATION if settled else tolerances[lane]
             turning += 0 if settled else 1
         if turning == 0:
             return
 
 
 def _swap(numbers: Flat, first: int, second: int, count: int, lanes: int) -> None:
-    # Swaps, in one lane, `count` numbers from one index on with those from another.
+    # Swaps `count` numbers of one lane that begin at two indices.
     for column in range(count):
         k = column * lanes
         numbers[first + k], numbers[second + k] = numbers[second + k], numbers[first + k]
 
 
 def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> None:
-    """
-    Write the norms of the rows of A, descending, and bring the rows of A and V in that order.
-    """
+    """Write the norms of the rows of A, descending, and sort the rows of A and V by them."""
     if lanes == 1:
         _sort_by_norm(W, sigma, count, length, width, 1)
     else:
@@ -171,10 +168,10 @@ def _sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lan
 
 def unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> None:
     """
-    Make the rows of A unit vectors.
+    Normalize the rows of A.
 
-    A row that is round-off has lost its direction: of one matrix it is replaced by one orthogonal
-    to the rows above it; side by side all rows need a direction.
+    The direction of a row that is round-off is lost. For one lane such a row is replaced by a unit
+    vector orthogonal to the rows above it. Side by side no row may be round-off.
     """
     if lanes == 1:
         _unit_rows(W, sigma, count, length, 1)
@@ -200,7 +197,9 @@ def _unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> Non
 
 def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
     """
-    Make row i of A a unit vector orthogonal to the unit rows above, from the axis they use least.
+    Make row i of A a unit vector orthogonal to the unit rows above it (Gram-Schmidt).
+
+    It starts from the unit vector with the smallest projection onto these rows.
     """
     row = arrays.after(W, i * width)
     axis, least = 0, 2.0
@@ -212,7 +211,7 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
             axis, least = k, used
     arrays.fill(row, length, 0.0)
     row[axis] = 1.0
-    for _ in range(2):  # twice is enough (Kahan)
+    for _ in range(2):  # twice is enough (Kahan; Parlett, The Symmetric Eigenvalue Problem, 6.9)
         for j in range(i):
             above = arrays.after(W, j * width)
             along = arrays.dot(row, above, length)
@@ -223,18 +222,18 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
         row[k] /= norm
 
 
-def write_determinant(A: Flat, size: int, found: Numbers, lanes: int) -> None:
-    """Write the determinant by elimination with partial pivoting; A is overwritten."""
+def write_determinant(A: Flat, size: int, determinants: Numbers, lanes: int) -> None:
+    """Write the determinant of each lane by elimination with partial pivoting; overwrite A."""
     if lanes == 1:
-        _write_determinant(A, size, found, 1)
+        _write_determinant(A, size, determinants, 1)
     else:
-        _write_determinant(A, size, found, places.LANES)
+        _write_determinant(A, size, determinants, places.LANES)
 
 
-def _write_determinant(A: Flat, size: int, found: Numbers, lanes: int) -> None:
+def _write_determinant(A: Flat, size: int, determinants: Numbers, lanes: int) -> None:
     largest, pivots, zeros, factors = [0.0] * 16, [0.0] * 16, [0.0] * 16, [0.0] * 16
     for lane in range(lanes):
-        found[lane], zeros[lane] = 1.0, 0.0
+        determinants[lane], zeros[lane] = 1.0, 0.0
     for i in range(size):
         at = (i * size + i) * lanes
         for lane in range(lanes):
@@ -250,8 +249,8 @@ def _write_determinant(A: Flat, size: int, found: Numbers, lanes: int) -> None:
             _swap(A, at + lane, (pivot * size + i) * lanes + lane, size - i, lanes)
         for lane in range(lanes):
             zeros[lane] = 1.0 if largest[lane] == 0.0 else zeros[lane]
-            found[lane] = found[lane] if pivots[lane] == i else -found[lane]
-            found[lane] *= A[at + lane]
+            determinants[lane] = determinants[lane] if pivots[lane] == i else -determinants[lane]
+            determinants[lane] *= A[at + lane]
         for j in range(i + 1, size):
             row = arrays.after(A, (j * size + i) * lanes)
             for lane in range(lanes):
@@ -261,14 +260,14 @@ def _write_determinant(A: Flat, size: int, found: Numbers, lanes: int) -> None:
                 for lane in range(lanes):
                     row[k + lane] -= factors[lane] * A[at + k + lane]
     for lane in range(lanes):
-        found[lane] = 0.0 if zeros[lane] > 0.0 else found[lane]
+        determinants[lane] = 0.0 if zeros[lane] > 0.0 else determinants[lane]
 
 
 def least_pivot(A: Flat, count: int, length: int) -> float:
     """
-    Return the last pivot by elimination with complete pivoting, as a share of the first.
+    Return the ratio of the last pivot to the first, by elimination with complete pivoting.
 
-    A, `count` rows of `length` numbers, is overwritten.
+    A (count, length) is overwritten.
     """
     first, last = 0.0, 0.0
     for k in range(min(count, length)):
@@ -298,12 +297,12 @@ def least_pivot(A: Flat, count: int, length: int) -> float:
 
 def decompose(work: Floats, sigma: Floats) -> None:
     """
-    Decompose the rows of A (count, length): turns^T diag(sigma) rows is what they were.
+    Decompose A (count, length) into V^T diag(sigma) U.
 
     Parameters
     ----------
     work : shape (count, length + count)
-        A, and the identity beside it; then orthonormal rows, and the turns, orthogonal.
+        A with the identity beside it; then U with orthonormal rows, and the orthogonal V.
     sigma : shape (count,)
         Singular values, descending.
     """
@@ -318,6 +317,6 @@ def decompose(work: Floats, sigma: Floats) -> None:
 def determinant_of(A: Floats) -> float:
     """Return the determinant of A (size, size), which is overwritten."""
     size = arrays.extent(A, 0)
-    found = [0.0]
-    write_determinant(arrays.results(A, size * size), size, found, 1)
-    return found[0]
+    determinants = [0.0]
+    write_determinant(arrays.results(A, size * size), size, determinants, 1)
+    return determinants[0]

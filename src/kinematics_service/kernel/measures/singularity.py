@@ -1,10 +1,10 @@
 """
-The singularity measures of an evaluated row, and of LANES rows side by side.
+Singularity measures of an evaluated row, or of LANES rows side by side.
 
-A row of measures has its columns in the order of layout/places.py and of MeasurePlaces
-(robot/measure_places.py). Number k of the row in a lane stands at k * lanes + lane, in the rows
-and in the measures: each pose has the same numbers to the last bit alone and side by side. Poses
-with singular values that count as zero have other rules, and are left to be measured alone.
+The columns of a row of measures are in the order of layout/places.py and of MeasurePlaces
+(robot/measure_places.py). Number k of the row in a lane is at k * lanes + lane, in the rows and in
+the measures. A pose has the same bits alone and side by side. Poses whose rank is below the
+generic rank have other rules, and are measured alone.
 """
 
 import math
@@ -15,14 +15,15 @@ from ..layout.arrays import Flat, Numbers, Vector
 from . import gradient, singular_values
 from .task_rows import TaskRows
 
-# Side by side, fourth powers of longer rows of J_t would overflow.
+# Largest norm of a row of J_t, in m or rad, for a measure side by side: fourth powers of larger
+# ones overflow.
 LARGEST_NORM = 1e75
-# A bit for each lane.
-ALL_LANES = 0xFFFF
+# A bit for each of the LANES lanes.
+ALL_LANE_BITS = 0xFFFF
 
 
 def _to_base_axes(task: TaskRows, vectors: Numbers, lanes: int) -> None:
-    # Constants first: to the compiler what is written might change them.
+    # Read the constants first: the compiler assumes that each write may change them.
     xx, xy, xz = task.rotation[0], task.rotation[1], task.rotation[2]
     yx, yy, yz = task.rotation[3], task.rotation[4], task.rotation[5]
     zx, zy, zz = task.rotation[6], task.rotation[7], task.rotation[8]
@@ -36,7 +37,7 @@ def _to_base_axes(task: TaskRows, vectors: Numbers, lanes: int) -> None:
 
 
 def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> float:
-    """Return what the scaled task row r has of a velocity in base axes."""
+    """Return component r of a velocity in base axes, as the scaled task row r weights it."""
     axis = task.axis[r]
     v = linear if axis < 3 else angular
     k = axis if axis < 3 else axis - 3
@@ -45,13 +46,13 @@ def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> f
 
 
 def _fill_task_rows(n: int, task: TaskRows, J: Flat, W: Flat, width: int, lanes: int) -> None:
-    # J_t in the axes of frame 0 (R0^T J): its columns as rows, or its rows where there are fewer
-    # of them, as `singular_values` has them; and the identity beside it where there is room.
+    # Fills W with J_t in the axes of frame 0 (R0^T J), or with its transpose if n <= m, and with
+    # the identity beside it if `width` has columns for it.
     m = task.count
     count, length = min(m, n), max(m, n)
     for i in range(m):
         axis = task.axis[i]
-        # No division: it would cost more than the rest of the row.
+        # Without a division, which would take more time than the rest of the row.
         component = axis if axis < 3 else axis - 3
         a = task.rotation[component]
         b = task.rotation[3 + component]
@@ -76,13 +77,13 @@ def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) ->
             into = arrays.after(W, (i * width + j if n > m else j * width + i) * lanes)
             scale = task.row_scale[i] * task.column_scale[j]
             for lane in range(lanes):
-                # No -0.0, which the lanes could not keep.
+                # Adding 0.0 changes -0.0, which the lanes cannot keep, to 0.0.
                 into[lane] = into[lane] * scale + 0.0
 
 
 def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> int:
-    # Returns a bit for each lane whose numbers are so large that powers of them are not finite.
-    # The largest first: fewer sweeps.
+    # Returns a bit for each lane with numbers whose powers overflow. Rows sorted by norm need
+    # fewer sweeps.
     singular_values.sort_by_norm(W, sigma, count, length, width, lanes)
     large = 0
     for lane in range(lanes):
@@ -94,9 +95,7 @@ def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes:
 
 
 def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) -> None:
-    """
-    Fill the singular values of the scaled J_t, and its directions as `unit_rows` leaves them.
-    """
+    """Fill the singular values of the scaled J_t, and W with its directions (`unit_rows`)."""
     m = task.count
     count, length = min(m, n), max(m, n)
     _fill_task_rows(n, task, arrays.after(row, places.JACOBIAN_AT), W, m + n, 1)
@@ -106,7 +105,7 @@ def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) ->
 
 
 def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int) -> None:
-    # Of the unscaled J_t in W, which is left as it is.
+    # Writes the determinant of the unscaled J_t in W, and does not change W.
     determinants = arrays.after(measures, places.DETERMINANT * lanes)
     for i in range(n):
         arrays.copy(
@@ -120,8 +119,8 @@ def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int)
 def _write_volume(
     n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, measures: Flat, lanes: int
 ) -> int:
-    # Manipulability where the determinant does not say it: with fewer joints than rows the Gram
-    # determinant of the joints' columns. Returns what `_decompose` does.
+    # Writes the manipulability of a J_t that is not square or not of full generic rank. Returns
+    # the bits of `_decompose`.
     m = task.count
     count, length = min(m, n), max(m, n)
     volume = arrays.after(measures, places.MANIPULABILITY * lanes)
@@ -137,7 +136,7 @@ def _write_volume(
 
 
 def _write_values(task: TaskRows, sigma: Flat, count: int, measures: Flat, lanes: int) -> int:
-    # Returns a bit for each lane that has lost some of the directions that other poses have.
+    # Returns a bit for each lane whose rank is below the generic rank.
     rank = arrays.after(measures, places.RANK * lanes)
     smallest = arrays.after(sigma, (task.generic_rank - 1) * lanes)
     lost = 0
@@ -170,9 +169,9 @@ def _fill_slopes(
     left: Numbers,
     lanes: int,
 ) -> None:
-    # Y[j] becomes what a change of column j of J does to the singular values `first` to `last`:
-    # to the sum of their logarithms, or, where they are lost, to their sum.
-    # In `left`, an array of the caller's own, six numbers of each pose.
+    # Y[j] becomes the gradient by column j of J of the sum of the logarithms of the singular
+    # values `first` to `last`; if they are `lost`, of the sum of the singular values. `left` is a
+    # local array of the caller with six numbers for each pose.
     m = task.count
     wide = n > m
     length, width = max(m, n), m + n
@@ -194,7 +193,7 @@ def _fill_slopes(
             y = arrays.after(Y, 6 * j * lanes)
             for lane in range(lanes):
                 along[lane] = right[lane] * scale
-            # All components of one pose: 2 % of its measures less than to look up which.
+            # For one pose all six components: that saves 2 % of its measures.
             for i in range(6 if lanes == 1 else m):
                 axis = i if lanes == 1 else task.axis[i]
                 for lane in range(lanes):
@@ -204,7 +203,8 @@ def _fill_slopes(
 
 
 def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes: int) -> None:
-    # Of the gradient in `way_out`: its direction, and how far it says a singular pose is.
+    # Scales the gradient in `way_out` to a unit motion, and writes the first-order distance to a
+    # singular pose, 1 over its norm and at most pi.
     norms = [0.0] * 16
     for lane in range(lanes):
         norms[lane] = 0.0
@@ -230,7 +230,7 @@ def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes
 def _write_direction(
     n: int, task: TaskRows, direction: Flat, lost: Flat, motion: Flat, lanes: int
 ) -> None:
-    # Which direction of the tool is lost first, in base axes, and by which joint motion.
+    # Writes the direction of the tool that is lost first, in base axes, and its joint motion.
     m = task.count
     wide, length = n > m, max(m, n)
     arrays.fill(lost, 6 * lanes, 0.0)
@@ -247,20 +247,20 @@ def _write_direction(
 
 
 def measure_row(chain: Chain, task: TaskRows, row: Flat, measures: Flat, work: Flat) -> None:
-    """Fill the measures of a row, the factors and the level excepted."""
+    """Fill the measures of a row, except the factors and the level."""
     left = [0.0] * 6
     _measure(chain, task, row, measures, work, left, 1)
 
 
 def measure_rows(chain: Chain, task: TaskRows, rows: Flat, measures: Flat, work: Flat) -> int:
     """
-    Fill the measures of LANES rows of an open chain as `measure_row` does of each.
+    Fill the measures of LANES rows of an open chain, as `measure_row` fills each.
 
-    Returns a bit for each lane that has to be measured by itself. The arm's generic rank is full;
-    `work` has room for LANES (min(m, n) (m + n) + 6 n) numbers.
+    Return a bit for each lane that must be measured alone. The arm's generic rank must be full;
+    `work` has LANES (min(m, n) (m + n) + 6 n) numbers.
     """
-    # As a literal because a C array is made of it. The compiler knows that it overlaps with no
-    # other.
+    # 6 * LANES. A C array needs a literal length. The compiler knows that a local array overlaps
+    # with no other.
     left = [0.0] * 96
     return _measure(chain, task, rows, measures, work, left, places.LANES)
 

@@ -1,18 +1,19 @@
-"""A small symmetric matrix: eigenvectors by Jacobi's rotations, equations by Cholesky."""
+"""Eigenvectors of a small symmetric matrix by Jacobi rotations, and a damped Cholesky solver."""
 
 import math
 
 from ..layout import arrays
 from ..layout.arrays import Flat, Floats
 
-# Sweeps at most; matrices of 12 rows were seen to need eight.
+# Largest number of sweeps. Matrices of 12 rows needed 8 in experiments.
 MAX_SWEEPS = 30
-# An entry beside the diagonal below this share of the largest one on it is round-off.
-NEGLIGIBLE = 1e-15
+# Off-diagonal entries below this multiple of the largest diagonal one are round-off (4.5 machine
+# epsilons).
+ROUND_OFF = 1e-15
 
 
 def _rotate(H: Flat, Z: Flat, size: int, i: int, j: int) -> None:
-    # The turn in the plane of i and j that makes H[i, j] zero (Golub and Van Loan, 8.5.2).
+    # The rotation in the plane of i and j that makes H[i, j] zero (Golub and Van Loan, 8.5.2).
     off = H[i * size + j]
     half = 0.5 * (H[j * size + j] - H[i * size + i])
     root = math.sqrt(half * half + off * off)
@@ -32,12 +33,12 @@ def _rotate(H: Flat, Z: Flat, size: int, i: int, j: int) -> None:
         Z[j * size + k] = s * x + c * y
 
 
-def diagonalise(H: Flat, Z: Flat, size: int, negligible: float) -> None:
+def diagonalise(H: Flat, Z: Flat, size: int, tolerance: float) -> None:
     """
-    Turn a symmetric matrix H (size, size) into a diagonal one, and fill Z with its eigenvectors.
+    Make a symmetric matrix H (size, size) diagonal, and fill Z with its eigenvectors.
 
-    They are the rows of Z, in no order; H[i, i] is the eigenvalue of row i. What is left beside
-    the diagonal is negligible, as a share of the largest entry on it.
+    The eigenvectors are the rows of Z, in no order; H[i, i] is the eigenvalue of row i.
+    Off-diagonal entries are at most `tolerance` times the largest diagonal one.
     """
     for i in range(size):
         for j in range(size):
@@ -48,16 +49,16 @@ def diagonalise(H: Flat, Z: Flat, size: int, negligible: float) -> None:
             largest = max(largest, abs(H[i * size + i]))
             for j in range(i + 1, size):
                 worst = max(worst, abs(H[i * size + j]))
-        if not worst > negligible * largest:
+        if not worst > tolerance * largest:
             return
         for i in range(size):
             for j in range(i + 1, size):
-                if abs(H[i * size + j]) > NEGLIGIBLE * NEGLIGIBLE * largest:
+                if abs(H[i * size + j]) > ROUND_OFF * ROUND_OFF * largest:
                     _rotate(H, Z, size, i, j)
 
 
 def damped_step(n: int, A: Flat, g: Flat, damping: float, L: Flat, step: Flat) -> bool:
-    """Solve (A + damping) step = g by Cholesky; False where round-off makes that impossible."""
+    """Solve (A + damping) step = g by Cholesky; return False if A + damping is not positive."""
     for i in range(n):
         for j in range(i + 1):
             value = A[i * n + j]
@@ -85,6 +86,6 @@ def damped_step(n: int, A: Flat, g: Flat, damping: float, L: Flat, step: Flat) -
 
 
 def eigenvectors(H: Floats, Z: Floats) -> None:
-    """Do what `diagonalise` does, of arrays."""
+    """Make H (size, size) diagonal and fill Z with its eigenvectors, as `diagonalise`."""
     size = arrays.extent(H, 0)
-    diagonalise(arrays.results(H, size * size), arrays.results(Z, size * size), size, NEGLIGIBLE)
+    diagonalise(arrays.results(H, size * size), arrays.results(Z, size * size), size, ROUND_OFF)

@@ -1,4 +1,4 @@
-"""The rows of the Jacobian that an arm is judged by, and their weights."""
+"""The rows of the Jacobian for the singularity measures, and their weights."""
 
 import numpy as np
 
@@ -8,24 +8,24 @@ from ..layout.arrays import Floats, Integers
 
 class TaskRows:
     """
-    The rows J_t of the Jacobian, in the axes of frame 0, as the kernel reads them: frozen.
+    The rows J_t of the Jacobian, in the axes of frame 0, as the kernel reads them, frozen.
 
-    To the compiled kernel the arrays are addresses that Python does not see.
+    In the compiled kernel the arrays are addresses that Python does not see.
 
     Attributes
     ----------
     joints, count
-        Number of columns n, and of rows m.
+        Number n of columns, and number m of rows.
     generic_rank
         Rank of J_t at random poses.
     axis : shape (m,)
-        The row of the Jacobian of each, 0 to 5.
+        The row of the Jacobian that each row of J_t is, 0 to 5.
     rotation : shape (9,)
-        Of frame 0 in the base frame, row by row.
+        The rotation of frame 0 in the base frame, row by row.
     row_scale : shape (m,), column_scale : shape (n,)
-        Weights of a unit of each row and of each joint.
-    zero
-        A singular value up to this counts as zero, whatever the largest one is, in m.
+        Factors of the rows and columns of the scaled J_t.
+    zero : m
+        Singular values up to this count as zero, for any largest one.
     """
 
     def __init__(

@@ -1,10 +1,10 @@
 """
-Places on a curve of solutions between its samples, and roots of functions along it.
+Interpolate a curve of solutions between its samples, and find roots of functions along it.
 
-A place is a number: k + x is the share x of the way from sample k to the next one. Hermite's cubic
-predicts the solution there, and Newton's method corrects it across the chord. Roots are found by
-the Illinois method (Dowell and Jarratt 1971): regula falsi, which halves the value at an end that
-stays.
+A place on the curve is a number: k + x is the fraction x of the way from sample k to the next one.
+Cubic Hermite interpolation predicts the solution, and Newton's method corrects it perpendicular to
+the chord. Roots are found by the Illinois method (Dowell and Jarratt 1971): regula falsi that
+halves the value at the end that does not move.
 """
 
 import math
@@ -13,31 +13,32 @@ from ..layout import arrays
 from ..layout.arrays import Floats
 from .curve_point import CurvePoint
 
-# Largest number of steps to a root: ten are usual.
+# Largest number of steps to a root; ten are usual.
 MAX_ROOT_STEPS = 100
-# A smaller value is a root, rad or m: round-off of 100 operations at 3 rad.
-TOLERANCE = 1e-13
-# A joint turns round where its slope is smaller: to second order, its position there is off by the
-# square of this.
+# Largest distance of a joint from a level at a root, rad or m: round-off of 100 operations at 3
+# rad.
+LEVEL_TOLERANCE = 1e-13
+# Largest slope of a joint at a turning point, or of the distance at a nearest place. The error of
+# the position is of the order of its square.
 SLOPE_TOLERANCE = 1e-9
 
 
 class CurvePath:
     """
-    A curve, its places counted by its samples.
+    A curve of solutions, interpolated between its samples.
 
     Parameters
     ----------
     point
-        Of the arm and its target.
+        Room for a solution of the arm and its target.
     samples : shape (m, 2 n), rad or m
         Joint positions and unit tangents, at least two.
 
     Attributes
     ----------
     joint, level
-        The function whose roots are found: how far a joint is above a level, or, if that is not
-        a number, its slope. Joint -1: the slope of the distance from `goal`.
+        The function whose roots are found: the distance of a joint above a level, or its slope if
+        the level is NaN. For joint -1 it is the slope of the distance from `goal`.
     """
 
     def __init__(self, point: CurvePoint, samples: Floats) -> None:
@@ -48,7 +49,7 @@ class CurvePath:
         self.goal = arrays.numbers(samples, 2 * self.n)
         self.joint, self.level = -1, 0.0
 
-    def stand_at(self, place: float) -> None:
+    def interpolate(self, place: float) -> None:
         """Move the point to a place of the curve."""
         q, border, n, square = self.point.q, self.point.border, self.n, 0.0
         k: int = int(min(max(place, 0.0), self.m - 2.0))
@@ -63,11 +64,11 @@ class CurvePath:
             chord = border[j]
             bend = y * (size * a[n + j] - chord) - x * (size * b[n + j] - chord)
             q[j] = a[j] + x * chord + x * y * bend
-        # It may fail beside a singular pose; the samples at both ends are solutions.
+        # Newton's method may fail near a singular pose; the samples at both ends are solutions.
         self.point.improve()
 
     def value(self) -> float:
-        """Return the function where the point stands."""
+        """Return the value of the function at the point."""
         q, tangent, total = self.point.q, self.point.tangent, 0.0
         if self.joint >= 0:
             level = self.level
@@ -77,14 +78,14 @@ class CurvePath:
         return total
 
     def root(self, a: float, low: float, b: float, high: float) -> float:
-        """Return the root between places at which the function has values of opposite signs."""
+        """Return the root between places a and b, whose values low and high differ in sign."""
         x = b
-        tolerance: float = TOLERANCE if not math.isnan(self.level) else SLOPE_TOLERANCE
+        tolerance: float = LEVEL_TOLERANCE if not math.isnan(self.level) else SLOPE_TOLERANCE
         for _ in range(MAX_ROOT_STEPS):
             x = b - high * (b - a) / (high - low)
             if not min(a, b) <= x <= max(a, b):
                 x = 0.5 * (a + b)
-            self.stand_at(x)
+            self.interpolate(x)
             y = self.value()
             if abs(y) < tolerance or (x - a) * (x - b) == 0.0:
                 break
@@ -101,38 +102,39 @@ def write_places(path: CurvePath, places: Floats, q: Floats) -> None:
     count, n = arrays.size(places), path.n
     at, rows = arrays.numbers(places, count), arrays.results(q, count * n)
     for i in range(count):
-        path.stand_at(at[i])
+        path.interpolate(at[i])
         arrays.copy(arrays.after(rows, i * n), n, path.point.q)
 
 
 def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
     """
-    Fill in where joints are at levels, or turn round.
+    Fill in the places at which joints are at levels or turn round.
 
     Parameters
     ----------
     path
         The curve.
     brackets : shape (6, m)
-        Joint and level (not a number: where it turns round); a place and the function there; and
-        another place, at which its sign is the opposite one.
+        Joint and level (NaN for a turning point); a place and the value of the function there;
+        another place and the value, of opposite sign.
     roots : shape (m, k)
-        The place, and the joint positions (n,) there; what is behind them stays.
+        The place and the joint positions (n,) of each root; further columns do not change.
     """
     count, wide, n = arrays.extent(roots, 0), arrays.extent(roots, 1), path.n
     if wide < 1 + n:
         raise TypeError('a root is a place and joint positions')
     given, rows = arrays.numbers(brackets, 6 * count), arrays.results(roots, wide * count)
     for i in range(count):
-        one, row = arrays.after(given, i), arrays.after(rows, wide * i)
-        path.joint, path.level = int(one[0]), one[count]
-        row[0] = path.root(one[2 * count], one[3 * count], one[4 * count], one[5 * count])
+        bracket, row = arrays.after(given, i), arrays.after(rows, wide * i)
+        path.joint, path.level = int(bracket[0]), bracket[count]
+        ends = arrays.after(bracket, 2 * count)
+        row[0] = path.root(ends[0], ends[count], ends[2 * count], ends[3 * count])
         arrays.copy(arrays.after(row, 1), n, path.point.q)
 
 
 def nearest_place(path: CurvePath, goal: Floats, begin: float, end: float) -> float:
     """
-    Return the place between two neighbouring ones that is nearest to a goal.
+    Return the place between two neighboring places that is nearest to a goal.
 
     Parameters
     ----------
@@ -145,9 +147,9 @@ def nearest_place(path: CurvePath, goal: Floats, begin: float, end: float) -> fl
     """
     path.goal, path.joint = arrays.numbers(goal, 2 * path.n), -1
     path.level = math.nan
-    path.stand_at(begin)
+    path.interpolate(begin)
     low = path.value()
-    path.stand_at(end)
+    path.interpolate(end)
     high = path.value()
     if low >= 0.0 or high <= 0.0:
         return begin if low >= 0.0 else end

@@ -1,9 +1,9 @@
 """
-A solution on a curve of solutions by Newton's method, and the tangent of the curve there.
+Correct a point onto a curve of solutions by Newton's method, and compute the tangent of the curve.
 
 Allgower and Georg, Introduction to Numerical Continuation Methods, section 3.3: the derivative of
-the target's rows has one row less than columns; a border below makes it square. The correction
-moves across the border, and the tangent is the null vector of the rows above it.
+the target's rows has one row less than columns. A row below, the border, makes it square. The
+correction is perpendicular to the border, and the tangent is the null vector of the rows above it.
 """
 
 import math
@@ -13,29 +13,29 @@ from ..inverse.residuals import Residual
 from ..layout import arrays, places
 from ..layout.arrays import Floats
 
-# Newton's steps at most: from a prediction three are usual.
+# Largest number of Newton steps; from a prediction three are usual.
 MAX_NEWTON_STEPS = 12
-# The last step, rad or m: Newton's method squares the error, so what is left is round-off.
+# Length of the last step, rad or m: Newton's method squares the error to 1e-14, round-off.
 STEP_TOLERANCE = 1e-7
 
 
 class CurvePoint:
     """
-    A place for a solution, and the tangent of the curve there.
+    A solution, and the tangent of the curve of solutions there.
 
     Parameters
     ----------
     residual
-        The target: the rows that count are one fewer than the joints.
+        The residual of the target, with one weighted row fewer than joints.
     periods : shape (n,), rad or m
-        After which motion of a joint the tool is back; large for one without a period.
+        Motion of a joint after which the tool is back; 1e12 for no period.
 
     Attributes
     ----------
     q, tangent : shape (n,)
-        Joint positions; the unit tangent, on the side that the border points to.
+        Joint positions; the unit tangent, at an acute angle to the border.
     border : shape (n,)
-        Corrections are perpendicular to it.
+        Direction to which corrections are perpendicular.
     orientation
         The sign of the determinant of the derivative with the tangent below: constant along a
         curve, and the opposite one on a curve that another curve nearly crosses (Allgower and
@@ -61,9 +61,9 @@ class CurvePoint:
 
     def look_along(self, side: float) -> None:
         """
-        Set the border to the null vector at q; orientation 1 if `side` is 1.
+        Set the border to the null vector at q whose orientation is `side`, 1 or -1.
 
-        Its numbers are cofactors: determinants with a unit vector as the border.
+        Its elements are cofactors: determinants with a unit vector as the border.
         """
         n, null = self.n, self.tangent
         arrays.fill(self.border, n, 0.0)
@@ -77,7 +77,7 @@ class CurvePoint:
             self.border[j] = null[j] / size if size > 0.0 else 0.0
 
     def improve(self) -> bool:
-        """Move q across the border to a solution and write its tangent; False if none is found."""
+        """Move q to a solution and write its tangent; return whether Newton's method converged."""
         n, A, step = self.n, self.A, self.step
         for _ in range(MAX_NEWTON_STEPS):
             self.linearise()
@@ -119,7 +119,7 @@ class CurvePoint:
             tangent[j] *= size
 
     def way(self, j: int, way: float) -> float:
-        """Return a way of a joint without full turns."""
+        """Return a motion of a joint less its full turns: at most half a period."""
         return way - self.periods[j] * math.floor(way / self.periods[j] + 0.5)
 
 

@@ -13,28 +13,30 @@ from .curve_point import CurvePoint
 
 # Length of the first step, rad.
 FIRST_STEP = 0.02
-# Longest step, rad: samples are not farther apart than a tenth of a rad.
-LONGEST_STEP = 0.1
-# A shorter step ends the curve, rad: a singular pose is there.
-SHORTEST_STEP = 1e-7
-# Least cosine of the angle between two tangents (0.35 rad) for which a step is taken.
-COSINE_HALVED = 0.94
-# Least cosine of the angle between two tangents (0.1 rad) for which the next step is doubled.
-COSINE_DOUBLED = 0.995
-# Largest correction, as a share of the step: on a circle whose tangent turns by 0.35 rad, 0.18.
-CORRECTION = 0.25
-# Largest way of a joint between two samples, rad: LONGEST_STEP and its correction.
-FARTHEST_STEP = 0.125
-# Solutions are one if their joints differ by less, rad or m.
-SAME_SOLUTION = 1e-6
+# Length of the longest step, rad: the distance of samples.
+MAX_STEP = 0.1
+# Length of the shortest step, rad. If it fails, the curve ends at a singular pose.
+MIN_STEP = 1e-7
+# Least cosine of the angle between two tangents, 0.35 rad, with which a step is accepted.
+MIN_COSINE = 0.94
+# Least cosine of the angle between two tangents, 0.1 rad, with which the next step is doubled.
+DOUBLING_COSINE = 0.995
+# Largest ratio of the correction to the step. On a circle whose tangent turns by 0.35 rad it is
+# 0.18.
+MAX_CORRECTION = 0.25
+# Largest motion of a joint between two samples, rad: MAX_STEP and its largest correction.
+MAX_GAP = 0.125
+# Largest difference of joint positions of one solution, rad or m: ten times the last step of
+# Newton's method.
+SOLUTION_TOLERANCE = 1e-6
 
 
 def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     """
     Follow the curve of solutions from one of them until it closes.
 
-    Returns how many samples it has, the number negative if it closed: then the last one is the
-    first one, full turns added. Otherwise it ends at a singular pose, or the room was used up. 0:
+    Returns the number of samples, negative for a closed curve, whose last sample is the first one
+    plus full turns. Another curve ends at a singular pose, or the array is full. Returns 0 if
     Newton's method finds no solution at the start.
 
     Parameters
@@ -44,26 +46,27 @@ def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     side
         1 or -1: the orientation of the curve in the direction in which it is followed.
     samples : shape (m, 2 n), rad or m
-        Joint positions and the unit tangent. The first joint positions are given, near a solution.
+        Joint positions and the unit tangent, to be written. Give the first joint positions, near a
+        solution.
     """
-    n, most = point.n, arrays.extent(samples, 0)
-    rows = arrays.results(samples, 2 * most * n)
+    n, max_count = point.n, arrays.extent(samples, 0)
+    rows = arrays.results(samples, 2 * max_count * n)
     lock = arrays.let_go()
     arrays.copy(point.q, n, rows)
     point.look_along(side)
-    count = _traced(point, side, rows, most) if point.improve() else 0
+    count = _trace_from(point, side, rows, max_count) if point.improve() else 0
     arrays.take_back(lock)
     return count
 
 
-def _traced(point: CurvePoint, side: float, rows: Flat, most: int) -> int:
+def _trace_from(point: CurvePoint, side: float, rows: Flat, max_count: int) -> int:
     n = point.n
     step: float = FIRST_STEP
     _write(point, rows)
-    for count in range(1, most):
+    for count in range(1, max_count):
         row = arrays.after(rows, 2 * n * count)
         before = arrays.after(rows, 2 * n * (count - 1))
-        if _leads_to(point, side, before, rows, 0.0):
+        if _reaches(point, side, before, rows, 0.0):
             arrays.copy(row, 2 * n, rows)
             for j in range(n):
                 row[j] = before[j] + point.way(j, rows[j] - before[j])
@@ -72,7 +75,7 @@ def _traced(point: CurvePoint, side: float, rows: Flat, most: int) -> int:
         if step == 0.0:
             return count
         _write(point, row)
-    return most
+    return max_count
 
 
 def _write(point: CurvePoint, row: Flat) -> None:
@@ -80,9 +83,10 @@ def _write(point: CurvePoint, row: Flat) -> None:
     arrays.copy(arrays.after(row, point.n), point.n, point.tangent)
 
 
-def _stepped(point: CurvePoint, sample: Flat, step: float, side: float) -> float:
-    # Moves the point to the solution a step ahead of a sample. Returns the cosine of the angle
-    # between the tangents; 0 if none is found, or if it may be beyond a bend or on another curve.
+def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> float:
+    # Moves the point to the solution a step ahead of a sample, and returns the cosine of the angle
+    # between the tangents. Returns 0 if Newton's method fails, or if the solution may be beyond a
+    # bend or on another curve.
     n, border = point.n, point.border
     arrays.copy(border, n, arrays.after(sample, n))
     for j in range(n):
@@ -94,58 +98,58 @@ def _stepped(point: CurvePoint, sample: Flat, step: float, side: float) -> float
         way = point.q[j] - sample[j]
         missed += way * way
     cosine: float = arrays.dot(border, point.tangent, n)
-    ahead: bool = cosine > COSINE_HALVED and missed < CORRECTION * CORRECTION * step * step
+    ahead: bool = cosine > MIN_COSINE and missed < MAX_CORRECTION * MAX_CORRECTION * step * step
     return cosine if ahead else 0.0
 
 
 def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float:
-    # Moves the point to the next solution and returns the length of the step after it, or 0.
+    # Moves the point to the next solution; returns the length of the step after it, 0 on failure.
     h: float = step
-    while h > SHORTEST_STEP:
-        cosine: float = _stepped(point, before, h, side)
+    while h > MIN_STEP:
+        cosine: float = _step_from(point, before, h, side)
         if cosine > 0.0:
-            return min(2.0 * h, LONGEST_STEP) if cosine > COSINE_DOUBLED else h
+            return min(2.0 * h, MAX_STEP) if cosine > DOUBLING_COSINE else h
         h *= 0.5
     return 0.0
 
 
-def _leads_to(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: float) -> bool:
-    # Whether a step from a sample leads to a goal on the curve. Its length along the tangent must
-    # exceed the least one, which is negative if a step back is allowed.
+def _reaches(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: float) -> bool:
+    # Returns whether a step from a sample reaches a goal on the curve. The step exceeds `least`, a
+    # negative length if steps back are allowed.
     n = point.n
     step: float = 0.0
     for j in range(n):
         step += sample[n + j] * point.way(j, goal[j] - sample[j])
-    same: bool = least < step < FARTHEST_STEP and _stepped(point, sample, step, side) > 0.0
+    is_reached: bool = least < step < MAX_GAP and _step_from(point, sample, step, side) > 0.0
     for j in range(n):
-        same = same and abs(point.way(j, goal[j] - point.q[j])) < SAME_SOLUTION
-    return same
+        is_reached = is_reached and abs(point.way(j, goal[j] - point.q[j])) < SOLUTION_TOLERANCE
+    return is_reached
 
 
 def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
     """
-    Return whether a curve passes a solution (n,), full turns left out.
+    Return whether a curve passes a solution (n,), up to full turns.
 
     Parameters
     ----------
     point
         The arm and its target.
     samples : shape (m, 2 n)
-        Joint positions, and the unit tangent in the direction in which the orientation is 1.
+        Joint positions, and the unit tangents in the direction in which the orientation is 1.
     q : shape (n,), rad or m
         The solution.
     """
-    n, most = point.n, arrays.extent(samples, 0)
-    rows, goal = arrays.numbers(samples, 2 * most * n), arrays.numbers(q, n)
+    n, count = point.n, arrays.extent(samples, 0)
+    rows, goal = arrays.numbers(samples, 2 * count * n), arrays.numbers(q, n)
     lock = arrays.let_go()
-    found, k = False, 0
-    while k < most and not found:
+    is_passed, k = False, 0
+    while k < count and not is_passed:
         row = arrays.after(rows, 2 * n * k)
-        far: float = 0.0
+        distance: float = 0.0
         for j in range(n):
-            far = max(far, abs(point.way(j, goal[j] - row[j])))
-        found = far < FARTHEST_STEP and _leads_to(point, 1.0, row, goal, -FARTHEST_STEP)
-        # The next sample that can be near enough: samples are no farther apart than FARTHEST_STEP.
-        k += 1 + int(max(far / FARTHEST_STEP - 1.0, 0.0))
+            distance = max(distance, abs(point.way(j, goal[j] - row[j])))
+        is_passed = distance < MAX_GAP and _reaches(point, 1.0, row, goal, -MAX_GAP)
+        # Skip samples that are too distance away: neighbors are within MAX_GAP.
+        k += 1 + int(max(distance / MAX_GAP - 1.0, 0.0))
     arrays.take_back(lock)
-    return found
+    return is_passed

@@ -132,7 +132,8 @@ def _descend(
 def _move_before(
     equations: RankEquations, origin: Flat, length: float, goal: Flat, d: Flat
 ) -> None:
-    # Move to the end of a motion of some length, as far as the loops close; else stay at d.
+    # Move along a motion, `goal` with its length, to the last point at which the loops close. If
+    # they close nowhere before it, d does not change.
     n, before = equations.n, END_BEFORE
     while before < length and before <= FLAT_TOLERANCE:
         for j in range(n):
@@ -144,11 +145,12 @@ def _move_before(
 
 
 def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
-    # Step onto the plane, and along it by at most the same length; returns the way along it.
+    # Step onto the plane, and along it by at longest the same length; returns the way along it.
     for j in range(n):
         step[j] = back * slope[j] - d[j]
-    slide, most = rank_equations.length_of(step, n), abs(onto) * rank_equations.length_of(slope, n)
-    share = most / slide if slide > most else 1.0
+    slide = rank_equations.length_of(step, n)
+    longest = abs(onto) * rank_equations.length_of(slope, n)
+    share = longest / slide if slide > longest else 1.0
     for j in range(n):
         step[j] = share * step[j] - onto * slope[j]
     return slide

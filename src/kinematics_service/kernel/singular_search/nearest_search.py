@@ -71,12 +71,12 @@ class NearestSearch:
         self.n, self.values = arm.chain.dof, arm.task.generic_rank
         self.distance: float = places.INFINITY
         self.evaluations: Public[int] = 0
-        self.known, self.starts, self.tried, self.follows = 0, 0, 0, False
+        self.pose_count, self.starts, self.tried, self.is_following = 0, 0, 0, False
         self.moved, self.flat_moved = 0.0, 0.0
         n, most = self.n, max(samples, NEARLY_SINGULAR_SAMPLES)
         self.last, self.u, self.nearest = arrays.rooms(n, n, n)
         self.poses, self.lengths, self.drifts = arrays.rooms(MEMORY * n, MEMORY, MEMORY)
-        self.away, self.work = arrays.rooms(most, flat_loops.room(arm.chain))
+        self.sample_distances, self.work = arrays.rooms(most, flat_loops.room(arm.chain))
         self.flats, self.flat_lengths = arrays.rooms(self.groups * n, self.groups)
         (self.picked,) = arrays.whole_rooms(most)
 
@@ -89,14 +89,14 @@ class NearestSearch:
     def look(self, q: Flat, row: Flat) -> None:
         """Search from all starts at positions q (n,), which `row` evaluates."""
         self._stand_at(q, row)
-        self.known, self.distance, self.follows = 0, places.INFINITY, True
+        self.pose_count, self.distance, self.is_following = 0, places.INFINITY, True
         # First: beyond the flat positions no start closes.
         self._look_for_flat_loops()
         self._take_own_pose()
         self._begin()
         while self._try_next():
             pass
-        if self._is_searched() and self._is_odd():
+        if self._is_searched() and self._is_unexplained():
             self._pick(NEARLY_SINGULAR_SAMPLES)
             while self._try_next():
                 pass
@@ -106,7 +106,7 @@ class NearestSearch:
 
     def follow(self, q: Flat, row: Flat) -> None:
         """Search on from the last pose of a motion; from all starts if there was none."""
-        if not self.follows:
+        if not self.is_following:
             self.look(q, row)
             return
         step = self._stand_at(q, row)
@@ -120,14 +120,14 @@ class NearestSearch:
     def _follow(self, q: Flat, row: Flat, step: float) -> None:
         self.moved += step
         self.flat_moved += step
-        had, self.distance = self.known, places.INFINITY
+        previous_count, self.distance = self.pose_count, places.INFINITY
         self._hold_flat_loops()
-        for k in range(self.known):
+        for k in range(self.pose_count):
             self.drifts[k] += step
         self._take_own_pose()
         while self._bring_next():
             pass
-        if had > 0 and self.known == 0:
+        if previous_count > 0 and self.pose_count == 0:
             self.look(q, row)
             return
         reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
@@ -140,11 +140,11 @@ class NearestSearch:
     def _polish(self) -> None:
         # Bring the nearest pose that was found to the exact one.
         nearest = -1
-        for k in range(self.known):
+        for k in range(self.pose_count):
             nearest = k if self.lengths[k] == self.distance else nearest
         if nearest >= 0:
             arrays.copy(self.projection.d, self.n, self.nearest)
-            length = self.projection.run(places.INFINITY, STEPS, places.SAME_SOLUTION)
+            length = self.projection.run(places.INFINITY, STEPS, places.SOLUTION_TOLERANCE)
             if length <= self.distance * (1.0 + projection.SLIDE_TOLERANCE):
                 self.distance = places.INFINITY
                 self._put(nearest, length)
@@ -211,12 +211,13 @@ class NearestSearch:
     def _begin(self) -> None:
         # Begin another search.
         self.tried = 0
-        self._pick(NEARLY_SINGULAR_SAMPLES if self.known > 0 and self._is_odd() else self.samples)
+        is_unexplained = self.pose_count > 0 and self._is_unexplained()
+        self._pick(NEARLY_SINGULAR_SAMPLES if is_unexplained else self.samples)
         if not self._is_searched():
             self.tried = self.starts
 
     def _pick(self, most: int) -> None:
-        picked: int = self.atlas.nearest(self.u, most, self.picked, self.away)
+        picked: int = self.atlas.nearest(self.u, most, self.picked, self.sample_distances)
         self.starts = self.values + MIXTURES + 2 * self.n + picked
 
     def _is_searched(self) -> bool:
@@ -226,7 +227,7 @@ class NearestSearch:
             largest = max(largest, abs(self.u[j]))
         return largest < places.LARGEST_REDUCED and self.n <= places.MAX_SEARCHED_JOINTS
 
-    def _is_odd(self) -> bool:
+    def _is_unexplained(self) -> bool:
         # Whether the pose is nearly singular, though no singular pose was found near.
         condition = self.projection.equations.condition_number()
         return condition > places.NEARLY_SINGULAR and self.distance > DOUBTFUL_DISTANCE
@@ -234,7 +235,7 @@ class NearestSearch:
     def _bring_next(self) -> bool:
         # Project the known pose that may be the nearest, if one may be nearer than the best.
         first = -1
-        for k in range(self.known):
+        for k in range(self.pose_count):
             is_first = first < 0 or self._least(k) < self._least(first)
             first = k if is_first and self.drifts[k] > 0.0 else first
         if first < 0 or not self._least(first) < self.distance:
@@ -246,11 +247,11 @@ class NearestSearch:
         if length < places.INFINITY:
             self._put(first, length)
         else:
-            self.known -= 1
-            last = arrays.after(self.poses, self.known * self.n)
+            self.pose_count -= 1
+            last = arrays.after(self.poses, self.pose_count * self.n)
             arrays.copy(pose, self.n, last)
-            self.lengths[first] = self.lengths[self.known]
-            self.drifts[first] = self.drifts[self.known]
+            self.lengths[first] = self.lengths[self.pose_count]
+            self.drifts[first] = self.drifts[self.pose_count]
         return True
 
     def _least(self, k: int) -> float:
@@ -305,7 +306,7 @@ class NearestSearch:
     def _remember(self, length: float) -> None:
         # Keep what the projection found: in the place of the same pose, or of the farthest.
         place, farthest = -1, 0
-        for k in range(self.known):
+        for k in range(self.pose_count):
             squares = 0.0
             for j in range(self.n):
                 apart = self.poses[k * self.n + j] - self.u[j] - self.projection.d[j]
@@ -314,9 +315,9 @@ class NearestSearch:
                 place = k
             if self.lengths[k] > self.lengths[farthest]:
                 farthest = k
-        if place < 0 and self.known < MEMORY:
-            place = self.known
-            self.known += 1
+        if place < 0 and self.pose_count < MEMORY:
+            place = self.pose_count
+            self.pose_count += 1
             self.lengths[place] = places.INFINITY
         elif place < 0:
             place = farthest

@@ -19,9 +19,9 @@ from .rank_equations import RankEquations
 
 # Longest step, rad: a sine differs from its tangent by 1.5 % there.
 TRUST_RADIUS = 0.3
-# Converged: the next step onto the set, relative to the motion; and the least motion for it, rad:
-# a step of 1e-12 rad is round-off.
+# Longest next step onto the set of a converged run, relative to the motion.
 STEP_TOLERANCE = 1e-9
+# Least motion, rad, for STEP_TOLERANCE: a step of 1e-12 rad is round-off.
 MIN_MOTION = 1e-3
 # Converged along the set, relative to the motion: the distance is at most 1e-5 too large.
 SLIDE_TOLERANCE = 5e-3
@@ -54,7 +54,7 @@ class Projection:
         self.evaluations: Public[int] = 0
         self.radius: float = TRUST_RADIUS
         n = chain.dof
-        self.origin, self.d, self.found, self.onto = arrays.rooms(n, n, n, n)
+        self.origin, self.d, self.result, self.onto = arrays.rooms(n, n, n, n)
         self.along, self.before, self.moved = arrays.rooms(n, n, n)
 
     def run(self, limit: float, most: int, tolerance: float) -> float:
@@ -101,7 +101,7 @@ class Projection:
             share = min(1.0, self.radius / onto) if onto > 0.0 else 0.0
             for j in range(n):
                 self.d[j] += share * self.onto[j]
-        arrays.copy(self.d, n, self.found)
+        arrays.copy(self.d, n, self.result)
         return best
 
     def _is_singular(self, length: float, onto: float) -> bool:
@@ -117,11 +117,11 @@ class Projection:
         n, onto, along = self.n, 0.0, 0.0
         if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
             onto = 1.0
-        if rank_equations.length_of(self.along, n) <= places.SAME_SOLUTION * length:
+        if rank_equations.length_of(self.along, n) <= places.SOLUTION_TOLERANCE * length:
             along = 1.0
         for j in range(n):
-            self.found[j] = self.d[j] + onto * self.onto[j] + along * self.along[j]
-        return rank_equations.length_of(self.found, n)
+            self.result[j] = self.d[j] + onto * self.onto[j] + along * self.along[j]
+        return rank_equations.length_of(self.result, n)
 
     def _linearise(self) -> bool:
         # Fill the steps at d; False if a loop does not close there, or no motion changes S.

@@ -107,7 +107,7 @@ class RankEquations:
             return False
         self._write_task_rows()
         self._eliminate()
-        self._write_left()
+        self._write_remainder()
         return self.residual < places.INFINITY
 
     def _close(self) -> bool:
@@ -144,28 +144,28 @@ class RankEquations:
         for step in range(self.pivots):
             pivot, row, column = 0.0, step, step
             for i in range(step, m):
-                one = arrays.after(M, rows[i] * n)
+                below = arrays.after(M, rows[i] * n)
                 for j in range(step, n):
-                    if abs(one[columns[j]]) > pivot:
-                        pivot, row, column = abs(one[columns[j]]), i, j
+                    if abs(below[columns[j]]) > pivot:
+                        pivot, row, column = abs(below[columns[j]]), i, j
             rows[step], rows[row] = rows[row], rows[step]
             columns[step], columns[column] = columns[column], columns[step]
-            chosen = arrays.after(M, rows[step] * n)
-            inverse = 1.0 / chosen[columns[step]] if pivot > 0.0 else 0.0
+            pivot_row = arrays.after(M, rows[step] * n)
+            inverse = 1.0 / pivot_row[columns[step]] if pivot > 0.0 else 0.0
             for i in range(step + 1, m):
-                one = arrays.after(M, rows[i] * n)
-                factor = one[columns[step]] * inverse
-                one[columns[step]] = factor
+                below = arrays.after(M, rows[i] * n)
+                factor = below[columns[step]] * inverse
+                below[columns[step]] = factor
                 for j in range(step + 1, n):
-                    one[columns[j]] -= factor * chosen[columns[j]]
+                    below[columns[j]] -= factor * pivot_row[columns[j]]
 
-    def _write_left(self) -> None:
+    def _write_remainder(self) -> None:
         # S, and the joint motions X and tool motions Y that it is between.
         n, first, M, squares = self.n, self.pivots, self.M, 0.0
         for a in range(self.lost):
-            one = arrays.after(M, self.rows[first + a] * n)
+            row = arrays.after(M, self.rows[first + a] * n)
             for b in range(self.idle):
-                value = one[self.columns[first + b]]
+                value = row[self.columns[first + b]]
                 self.S[a * self.idle + b] = value
                 squares += value * value
             self._write_tool_motion(a)

@@ -62,7 +62,7 @@ class SingularAtlas:
         """Return whether a joint changes the singular values."""
         return self.spans[3 * j + 1] > 0.0
 
-    def nearest(self, u: Flat, most: int, picked: FlatIntegers, away: Flat) -> int:
+    def nearest(self, u: Flat, max_count: int, picked: FlatIntegers, distances: Flat) -> int:
         """
         Fill in the samples nearest to u, the nearest first, and return their number.
 
@@ -70,28 +70,28 @@ class SingularAtlas:
         ----------
         u : shape (n,)
             Positions in rad.
-        most
-            How many at most.
-        picked, away : shape (most,)
+        max_count
+            How many at max_count.
+        picked, distances : shape (max_count,)
             Filled with the samples, and their distances from u.
         """
-        found = 0
+        count = 0
         for k in range(self.count):
             pose, squares = arrays.after(self.poses, k * self.n), 0.0
-            limit = away[most - 1] if found == most else places.INFINITY
+            limit = distances[max_count - 1] if count == max_count else places.INFINITY
             for j in range(self.n):
                 step = self._apart(pose, u, j)
                 squares += step * step
             length = math.sqrt(squares)
             if not length < limit:
                 continue
-            found = min(found + 1, most)
-            i = found - 1
-            while i > 0 and away[i - 1] > length:
-                away[i], picked[i] = away[i - 1], picked[i - 1]
+            count = min(count + 1, max_count)
+            i = count - 1
+            while i > 0 and distances[i - 1] > length:
+                distances[i], picked[i] = distances[i - 1], picked[i - 1]
                 i -= 1
-            away[i], picked[i] = length, k
-        return found
+            distances[i], picked[i] = length, k
+        return count
 
     def write_motion(self, u: Flat, k: int, d: Flat) -> None:
         """Fill the shortest motion d (n,) from u to a sample."""
@@ -111,7 +111,7 @@ class SingularAtlas:
 def _project(projection: Projection, task: TaskRows, poses: Floats) -> int:
     # Bring the poses onto the set, those that converge to the front; returns their number.
     n, count = projection.n, arrays.extent(poses, 0)
-    table, found = arrays.results(poses, 0), 0
+    table, converged = arrays.results(poses, 0), 0
     lock = arrays.let_go()
     for i in range(count):
         projection.equations.begin_assembled()
@@ -120,7 +120,7 @@ def _project(projection: Projection, task: TaskRows, poses: Floats) -> int:
             projection.d[j] = 0.0
         if projection.run(places.INFINITY, 0, 0.0) < places.INFINITY:
             for j in range(n):
-                table[found * n + j] = table[i * n + j] + projection.d[j]
-            found += 1
+                table[converged * n + j] = table[i * n + j] + projection.d[j]
+            converged += 1
     arrays.take_back(lock)
-    return found
+    return converged

@@ -40,39 +40,29 @@ MIN_GROWTH = 1e3
 WIDTH = 13
 
 
-def angle_left(
-    loop: SixScrews, t: Numbers, k: int, v: Vector, vector: Numbers, turn: Numbers
-) -> Complex:
+def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     """
     Return the angle of joint k that turns direction v to its place in the goal.
 
-    Joints before k are at positions t (6 pairs); joints after it do not change v. `vector` (3
-    pairs) and `turn` (2 pairs) are room.
+    Joints before k are at positions t (6 pairs); joints after it do not change v.
     """
+    vector, turn = [0.0] * 6, [0.0] * 4
     axis = vectors.axis_of(loop.screws, k)
     side = vectors.plus(v, -vectors.dot(axis, v), axis)
     goal = vectors.times_vector(loop.goal, v)
-    for i in range(3):
-        g = goal[0] if i == 0 else goal[1] if i == 1 else goal[2]
-        pairs.put(vector, i, (g, 0.0))
+    vector[0], vector[2], vector[4] = goal[0], goal[1], goal[2]
     for j in range(k):
         if not vectors.slides(loop.screws, j):
             complex_numbers.write_turn(pairs.pair(t, j), turn)
-            _turn_back(vector, vectors.axis_of(loop.screws, j), turn)
+            # v^T E is (E^-1 v)^T.
+            re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
+            complex_product.write_turned(re, im, vectors.axis_of(loop.screws, j), turn, vector)
     re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
     other = vectors.cross(axis, side)
     return complex_numbers.angle(
         (vectors.dot(side, re), vectors.dot(side, im)),
         (vectors.dot(other, re), vectors.dot(other, im)),
     )
-
-
-def _turn_back(v: Numbers, axis: Vector, turn: Numbers) -> None:
-    re, im = (v[0], v[2], v[4]), (v[1], v[3], v[5])
-    arrays.fill(v, 6, 0.0)
-    # v^T E is (E^-1 v)^T.
-    complex_product.add_turned(v, re, 0, axis, turn)
-    complex_product.add_turned(v, im, 1, axis, turn)
 
 
 class Motion:

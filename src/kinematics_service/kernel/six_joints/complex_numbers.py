@@ -27,9 +27,14 @@ def is_near(t: Complex) -> bool:
     return abs(t[1]) <= MAX_IMAGINARY
 
 
+def absolute(a: Complex) -> float:
+    """Return |a|."""
+    return math.sqrt(pairs.square_of(a))
+
+
 def root(a: Complex) -> Complex:
     """Return the square root whose real part is not negative."""
-    size = math.sqrt(pairs.square_of(a))
+    size = absolute(a)
     if not size > 0.0:
         return (0.0, 0.0)
     larger = math.sqrt(0.5 * (size + abs(a[0])))

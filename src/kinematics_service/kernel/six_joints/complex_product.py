@@ -12,24 +12,18 @@ from . import complex_numbers, pairs
 from .pairs import Complex
 
 
-def _add(row: Numbers, j: int, part: int, re: float, im: float) -> None:
-    # Adds re + i im (part 0), or i times it (part 1), to element j of a row.
-    if part == 0:
-        row[2 * j] += re
-        row[2 * j + 1] += im
-    else:
-        row[2 * j] -= im
-        row[2 * j + 1] += re
-
-
-def add_turned(row: Numbers, v: Vector, part: int, axis: Vector, turn: Numbers) -> None:
-    """Add v^T E to a complex row: v its real (0) or imaginary part (1), E the rotation."""
-    along = vectors.dot(axis, v)
-    u, w = vectors.plus(v, -along, axis), vectors.cross(v, axis)
+def write_turned(re: Vector, im: Vector, axis: Vector, turn: Numbers, row: Numbers) -> None:
+    """Write the complex row v^T E: v = re + i im, and E the rotation about an axis."""
+    along, along_i = vectors.dot(axis, re), vectors.dot(axis, im)
+    u, w = vectors.plus(re, -along, axis), vectors.cross(re, axis)
+    u_i, w_i = vectors.plus(im, -along_i, axis), vectors.cross(im, axis)
     c, c_im, s, s_im = turn[0], turn[1], turn[2], turn[3]
-    _add(row, 0, part, c * u[0] + s * w[0] + along * axis[0], c_im * u[0] + s_im * w[0])
-    _add(row, 1, part, c * u[1] + s * w[1] + along * axis[1], c_im * u[1] + s_im * w[1])
-    _add(row, 2, part, c * u[2] + s * w[2] + along * axis[2], c_im * u[2] + s_im * w[2])
+    row[0] = c * u[0] + s * w[0] + along * axis[0] - (c_im * u_i[0] + s_im * w_i[0])
+    row[1] = c_im * u[0] + s_im * w[0] + (c * u_i[0] + s * w_i[0] + along_i * axis[0])
+    row[2] = c * u[1] + s * w[1] + along * axis[1] - (c_im * u_i[1] + s_im * w_i[1])
+    row[3] = c_im * u[1] + s_im * w[1] + (c * u_i[1] + s * w_i[1] + along_i * axis[1])
+    row[4] = c * u[2] + s * w[2] + along * axis[2] - (c_im * u_i[2] + s_im * w_i[2])
+    row[5] = c_im * u[2] + s_im * w[2] + (c * u_i[2] + s * w_i[2] + along_i * axis[2])
 
 
 class Product:
@@ -75,9 +69,7 @@ class Product:
             for i in range(3):
                 row = arrays.after(R, 6 * i)
                 re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
-                arrays.fill(row, 6, 0.0)
-                add_turned(row, re, 0, axis, self.turn)
-                add_turned(row, im, 1, axis, self.turn)
+                write_turned(re, im, axis, self.turn, row)
                 # The point on the axis does not move: p + R point is the same before and after.
                 o = pairs.pair(self.points, 3 * k + i)
                 pairs.put(p, i, pairs.plus(o, -1.0, self.row_times(i, point)))

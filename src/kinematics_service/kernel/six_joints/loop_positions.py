@@ -10,35 +10,27 @@ from ..forward import vectors
 from ..layout import arrays
 from ..layout.arrays import Flat, Numbers, Vector
 from . import complex_motion, complex_numbers, lines, pairs
-from .complex_motion import Motion
 from .elimination import Elimination
 from .pairs import Complex
 from .pencils import Pencil
 from .six_screws import SixScrews
 
-# Largest sine between dependent columns of cos and sin of joint 2: the square root of round-off.
-# Then a quadratic equation gives two angles of joint 2.
+# Largest sine of dependent columns of cos and sin of joint 2: the square root of round-off.
 DEPENDENT_SINE = 1e-8
-# Largest sine at which the quadratic equation is solved beside the linear ones, which may have
-# lost six digits there.
-UNCERTAIN_SINE = 1e-3
-# Candidates of a root: one of least squares, two of the quadratic equation.
-MAX_CANDIDATES = 3
 
 
 def _ratio(terms: Numbers, count: int, width: int) -> Complex:
     # The ratio of the geometric sequences in the rows of terms (count, width), by least squares.
-    re, im, square = 0.0, 0.0, 0.0
+    total, square = (0.0, 0.0), 0.0
     for k in range(count):
         for i in range(width - 1):
             a = pairs.pair(terms, width * k + i)
             b = pairs.pair(terms, width * k + i + 1)
-            re += a[0] * b[0] + a[1] * b[1]
-            im += a[0] * b[1] - a[1] * b[0]
+            total = pairs.plus(total, 1.0, pairs.inner(a, b))
             square += pairs.square_of(a)
     if square == 0.0:
         return (0.0, 0.0)
-    return (re / square, im / square)
+    return (total[0] / square, total[1] / square)
 
 
 def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
@@ -65,15 +57,15 @@ def _last_joint(x: Numbers, slides: bool) -> Complex:
     # The same for the other joint.
     terms = [0.0] * 24
     for k in range(4):
-        one = pairs.pair(x, 3 * k)
+        constant = pairs.pair(x, 3 * k)
         c, s = pairs.pair(x, 3 * k + 1), pairs.pair(x, 3 * k + 2)
         if slides:
-            pairs.put(terms, 3 * k, one)
+            pairs.put(terms, 3 * k, constant)
             pairs.put(terms, 3 * k + 1, c)
             pairs.put(terms, 3 * k + 2, s)
         else:
             pairs.put(terms, 3 * k, _rotated(c, s, -1.0))
-            pairs.put(terms, 3 * k + 1, one)
+            pairs.put(terms, 3 * k + 1, constant)
             pairs.put(terms, 3 * k + 2, _rotated(c, s, 1.0))
     return _ratio(terms, 4, 3)
 
@@ -90,68 +82,58 @@ def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
 
 class Positions:
     """
-    The candidate positions of a root of the hidden joint.
+    The positions of a root of the hidden joint.
 
     Attributes
     ----------
-    t : shape (MAX_CANDIDATES, 6)
+    t : shape (6,)
         Complex positions: angles in rad, slides in units of the loop.
-    count
-        Number of candidates.
-    residuals : shape (MAX_CANDIDATES,)
-        Largest difference from an element of the goal.
     """
 
     def __init__(self) -> None:
-        self.t, self.residuals = arrays.rooms(12 * MAX_CANDIDATES, MAX_CANDIDATES)
         self.x, self.line = arrays.rooms(24, 30)
         self.three, self.fourth, self.fifth = arrays.rooms(6, 6, 6)
         self.parts, self.parts_i, self.C = arrays.rooms(45, 45, 36)
-        self.six, self.seconds, self.vector, self.turn = arrays.rooms(6, 12, 6, 4)
+        self.six, self.t = arrays.rooms(6, 12)
         self.moved, self.wanted = arrays.rooms(30, 15)
-        self.motion, self.count = Motion(), 0
 
     def find(
         self, loop: SixScrews, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
-    ) -> None:
-        """Fill in the candidates of a root z = e^(i t) of the hidden joint."""
+    ) -> bool:
+        """Fill in the positions of a root z = e^(i t) of joint 3; return whether they exist."""
         fifth: Complex
         fourth: Complex
-        self.count = 0
+        t = self.t
         third = complex_numbers.angle_of(z)
         if not complex_numbers.is_near(third):
-            return
+            return False
         pencil.write_null_vector(z, self.x)
-        many, last = (4, 3) if swapped else (3, 4)
-        slides = vectors.slides(loop.screws, many)
+        multiplied, last = (4, 3) if swapped else (3, 4)
+        slides = vectors.slides(loop.screws, multiplied)
         a: Complex = _multiplied_joint(self.x, slides)
         a = a if slides else complex_numbers.angle_of(a)
         slides = vectors.slides(loop.screws, last)
         b: Complex = _last_joint(self.x, slides)
         b = b if slides else complex_numbers.angle_of(b)
         if not complex_numbers.is_near(a) or not complex_numbers.is_near(b):
-            return
+            return False
         fourth, fifth = (b, a) if swapped else (a, b)
         self._write_line(loop, elimination, third, fourth, fifth)
-        for i in range(self._second_joints(loop, elimination)):
-            second = pairs.pair(self.seconds, i)
-            if not complex_numbers.is_near(second):
-                continue
-            first = self._first_joint(loop, elimination, second)
-            if not complex_numbers.is_near(first):
-                continue
-            t = arrays.after(self.t, 12 * self.count)
-            pairs.put(t, 0, first)
-            pairs.put(t, 1, second)
-            pairs.put(t, 2, third)
-            pairs.put(t, 3, fourth)
-            pairs.put(t, 4, fifth)
-            side = vectors.across(vectors.axis_of(loop.screws, 5))
-            sixth = complex_motion.angle_left(loop, t, 5, side, self.vector, self.turn)
-            if complex_numbers.is_near(sixth):
-                pairs.put(t, 5, sixth)
-                self.residuals[self.count] = self.motion.residual(loop, t)
-                self.count += 1
+        second = self._second_joint(loop, elimination)
+        if not complex_numbers.is_near(second):
+            return False
+        first = self._first_joint(loop, elimination, second)
+        if not complex_numbers.is_near(first):
+            return False
+        pairs.put(t, 0, first)
+        pairs.put(t, 1, second)
+        pairs.put(t, 2, third)
+        pairs.put(t, 3, fourth)
+        pairs.put(t, 4, fifth)
+        side = vectors.across(vectors.axis_of(loop.screws, 5))
+        sixth = complex_motion.angle_left(loop, t, 5, side)
+        pairs.put(t, 5, sixth)
+        return complex_numbers.is_near(sixth)
 
     def _write_line(
         self, loop: SixScrews, elimination: Elimination, t3: Complex, t4: Complex, t5: Complex
@@ -172,7 +154,7 @@ class Positions:
                         self.line[i] += re * parts[i]
                         self.line[15 + i] += im * parts[i]
 
-    def _second_joints(self, loop: SixScrews, elimination: Elimination) -> int:
+    def _second_joint(self, loop: SixScrews, elimination: Elimination) -> Complex:
         # The invariants of joint 1 are six equations in cos and sin of joint 2.
         screws = loop.screws
         lines.write_parts(screws, 1, self.line, self.parts)
@@ -195,23 +177,22 @@ class Positions:
 
     def _inner(self, a: int, b: int) -> Complex:
         # conj(column a) . column b.
-        re, im = 0.0, 0.0
+        total = (0.0, 0.0)
         for i in range(6):
-            u = pairs.pair(self.C, 6 * a + i)
-            v = pairs.pair(self.C, 6 * b + i)
-            re += u[0] * v[0] + u[1] * v[1]
-            im += u[0] * v[1] - u[1] * v[0]
-        return (re, im)
+            product = pairs.inner(pairs.pair(self.C, 6 * a + i), pairs.pair(self.C, 6 * b + i))
+            total = pairs.plus(total, 1.0, product)
+        return total
 
-    def _solve_pair(self, slides: bool) -> int:
+    def _solve_pair(self, slides: bool) -> Complex:
         # Least squares of six equations in two unknowns by Gram-Schmidt, the longer column first.
+        # If the columns are dependent, the unknown of the shorter column is set to 0.
         cosine: Complex
         sine: Complex
         longer = 0 if self._inner(0, 0)[0] >= self._inner(1, 1)[0] else 1
         shorter = 1 - longer
         square = self._inner(longer, longer)[0]
         if not complex_numbers.TINY < square < 1.0 / complex_numbers.TINY:
-            return 0
+            return (0.0, 0.0)
         shared: Complex = self._inner(longer, shorter)
         shared = (shared[0] / square, shared[1] / square)
         wanted: Complex = self._inner(longer, 2)
@@ -221,44 +202,15 @@ class Positions:
             u = pairs.pair(self.C, 6 * longer + i)
             v = pairs.pair(self.C, 6 * shorter + i)
             w = pairs.pair(self.C, 12 + i)
-            across = pairs.plus(v, -1.0, pairs.times(shared, u))
-            pairs.put(self.C, 6 * shorter + i, across)
-            across = pairs.plus(w, -1.0, pairs.times(wanted, u))
-            pairs.put(self.C, 12 + i, across)
-        rest = self._inner(shorter, shorter)[0]
-        count = 0
+            pairs.put(self.C, 6 * shorter + i, pairs.plus(v, -1.0, pairs.times(shared, u)))
+            pairs.put(self.C, 12 + i, pairs.plus(w, -1.0, pairs.times(wanted, u)))
+        rest, y = self._inner(shorter, shorter)[0], (0.0, 0.0)
         if rest > DEPENDENT_SINE * DEPENDENT_SINE * square:
-            y: Complex = self._inner(shorter, 2)
+            y = self._inner(shorter, 2)
             y = (y[0] / rest, y[1] / rest)
-            x = pairs.plus(wanted, -1.0, pairs.times(shared, y))
-            cosine, sine = x if longer == 0 else y, y if longer == 0 else x
-            pairs.put(self.seconds, 0, cosine if slides else complex_numbers.angle(cosine, sine))
-            count = 1
-        if rest > UNCERTAIN_SINE * UNCERTAIN_SINE * square:
-            return count
-        if slides:
-            if count == 0 and longer == 0:
-                pairs.put(self.seconds, 0, wanted)
-                count = 1
-            return count
-        if longer == 0:
-            return self._solve_one((1.0, 0.0), shared, wanted, count)
-        return self._solve_one(shared, (1.0, 0.0), wanted, count)
-
-    def _solve_one(self, a: Complex, b: Complex, y: Complex, count: int) -> int:
-        # a cos + b sin = y, as (a - i b) w^2 - 2 y w + (a + i b) = 0.
-        A, B = _rotated(a, b, -1.0), _rotated(a, b, 1.0)
-        under = pairs.plus(pairs.times(y, y), -1.0, pairs.times(A, B))
-        r = complex_numbers.root(under)
-        sign = 1.0 if y[0] * r[0] + y[1] * r[1] >= 0.0 else -1.0
-        q = pairs.plus(y, sign, r)
-        if pairs.square_of(q) == 0.0:
-            return count
-        if pairs.square_of(A) > 0.0:
-            pairs.put(self.seconds, count, complex_numbers.angle_of(pairs.over(q, A)))
-            count += 1
-        pairs.put(self.seconds, count, complex_numbers.angle_of(pairs.over(B, q)))
-        return count + 1
+        x = pairs.plus(wanted, -1.0, pairs.times(shared, y))
+        cosine, sine = x if longer == 0 else y, y if longer == 0 else x
+        return cosine if slides else complex_numbers.angle(cosine, sine)
 
     def _first_joint(self, loop: SixScrews, elimination: Elimination, second: Complex) -> Complex:
         # Joint 1 moves the line, moved by joint 2, to its place in the goal. The longest of its

@@ -35,6 +35,11 @@ def square_of(a: Complex) -> float:
     return a[0] * a[0] + a[1] * a[1]
 
 
+def inner(a: Complex, b: Complex) -> Complex:
+    """Return b times the conjugate of a."""
+    return (a[0] * b[0] + a[1] * b[1], a[0] * b[1] - a[1] * b[0])
+
+
 def over(a: Complex, b: Complex) -> Complex:
     """Return a / b; b is not 0."""
     square = b[0] * b[0] + b[1] * b[1]
@@ -53,5 +58,5 @@ def write_cross(a: Numbers, b: Numbers, to: Numbers) -> None:
     """Write a x b of vectors of three pairs."""
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
-        one, two = times(pair(a, j), pair(b, k)), times(pair(a, k), pair(b, j))
-        put(to, i, (one[0] - two[0], one[1] - two[1]))
+        forward, backward = times(pair(a, j), pair(b, k)), times(pair(a, k), pair(b, j))
+        put(to, i, (forward[0] - backward[0], forward[1] - backward[1]))

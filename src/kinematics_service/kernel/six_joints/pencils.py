@@ -12,7 +12,7 @@ vector of M(t) at a root gives joints 4 and 5.
 
 import math
 
-from ..forward import chain_pass
+from ..forward import chain_pass, linear_equations
 from ..layout import arrays, places
 from ..layout.arrays import Numbers
 from . import complex_numbers, pairs, polynomials
@@ -57,8 +57,9 @@ class Pencil:
         self.rows, self.M, self.columns = arrays.rooms(3 * 336, 3 * SQUARE, SIZE)
         self.work, self.coefficients = arrays.rooms(2 * SQUARE, 26)
         self.circle, self.samples = arrays.rooms(2 * MAX_SAMPLES, MAX_SAMPLES)
+        (self.order,) = arrays.whole_rooms(SIZE)
         self.degree, self.count = 0, 0
-        self.noise, self.gap, self.error, self.pivot = 0.0, 0.0, 0.0, 0.0
+        self.noise, self.gap, self.error = 0.0, 0.0, 0.0
 
     def build(self, elimination: Elimination, swapped: bool, slides: bool) -> None:
         """
@@ -143,10 +144,13 @@ class Pencil:
             c, s = self.circle[2 * n], self.circle[2 * n + 1]
             for i in range(SQUARE):
                 self.work[i] = self.M[i] + c * self.M[SQUARE + i] + s * self.M[2 * SQUARE + i]
-            self.samples[n] = self._determinant()
+            self.samples[n] = linear_equations.factorise(self.work, SIZE, self.order)
             largest = max(largest, abs(self.samples[n]))
-            if self.pivot > 0.0:
-                minor = max(minor, abs(self.samples[n]) / self.pivot)
+            pivot: float = places.INFINITY
+            for i in range(SIZE):
+                pivot = min(pivot, abs(self.work[13 * i]))
+            if pivot > 0.0:
+                minor = max(minor, abs(self.samples[n]) / pivot)
         self.noise = 1.0
         if not complex_numbers.TINY < largest < 1.0 / complex_numbers.TINY:
             return
@@ -156,30 +160,6 @@ class Pencil:
         # Errors of the matrix change the determinant by its minors, in harmonics of any order.
         error = max(self.error, complex_numbers.ROUND_OFF)
         self.noise = max(noise, error * minor / largest)
-
-    def _determinant(self) -> float:
-        # By Gaussian elimination with partial pivoting in `work`; `pivot` is the smallest pivot.
-        A, product = self.work, 1.0
-        self.pivot = places.INFINITY
-        for k in range(SIZE):
-            p = k
-            for i in range(k + 1, SIZE):
-                if abs(A[SIZE * i + k]) > abs(A[SIZE * p + k]):
-                    p = i
-            pivot = A[SIZE * p + k]
-            self.pivot = min(self.pivot, abs(pivot))
-            if pivot == 0.0:
-                return 0.0
-            if p != k:
-                product = -product
-                for j in range(k, SIZE):
-                    A[SIZE * k + j], A[SIZE * p + j] = A[SIZE * p + j], A[SIZE * k + j]
-            product *= pivot
-            for i in range(k + 1, SIZE):
-                factor = A[SIZE * i + k] / pivot
-                for j in range(k + 1, SIZE):
-                    A[SIZE * i + j] -= factor * A[SIZE * k + j]
-        return product
 
     def write_null_vector(self, z: Complex, x: Numbers) -> None:
         """
@@ -264,8 +244,8 @@ class Pencil:
         if c != k:
             for i in range(SIZE):
                 for e in range(2):
-                    one, other = 24 * i + 2 * k + e, 24 * i + 2 * c + e
-                    W[one], W[other] = W[other], W[one]
+                    first, second = 24 * i + 2 * k + e, 24 * i + 2 * c + e
+                    W[first], W[second] = W[second], W[first]
 
     def _clear_column(self, k: int) -> None:
         W = self.work
@@ -278,17 +258,13 @@ class Pencil:
     def _substitute(self) -> None:
         # Back substitution with x[11] = 1; x[i] is written to W[i][0].
         W = self.work
-        first = pairs.pair(W, 0)
-        W[24 * (SIZE - 1)], W[24 * (SIZE - 1) + 1] = 1.0, 0.0
+        pairs.put(W, SIZE * (SIZE - 1), (1.0, 0.0))
         for i in range(SIZE - 2, -1, -1):
-            re, im = 0.0, 0.0
+            rest = (0.0, 0.0)
             for j in range(i + 1, SIZE):
-                a, b = W[24 * i + 2 * j], W[24 * i + 2 * j + 1]
-                x, y = W[24 * j], W[24 * j + 1]
-                re -= a * x - b * y
-                im -= a * y + b * x
-            pivot: Complex = first if i == 0 else pairs.pair(W, 13 * i)
+                term = pairs.times(pairs.pair(W, SIZE * i + j), pairs.pair(W, SIZE * j))
+                rest = pairs.plus(rest, -1.0, term)
+            pivot: Complex = pairs.pair(W, 13 * i)
             if pairs.square_of(pivot) == 0.0:
                 pivot = (1.0, 0.0)
-            value = pairs.over((re, im), pivot)
-            W[24 * i], W[24 * i + 1] = value[0], value[1]
+            pairs.put(W, SIZE * i, pairs.over(rest, pivot))

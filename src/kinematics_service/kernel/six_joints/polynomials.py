@@ -17,9 +17,6 @@ from .pairs import Complex
 
 # Sweeps over all roots. Simple roots take 10 to 20; clusters of roots converge linearly.
 MAX_ITERATIONS = 60
-# Starting points are on two circles about 0, since the roots come in pairs z and 1 / conj(z): the
-# radius of the inner one, half that of the outer one.
-START_RADIUS = 0.7
 # Angle of the first starting point, rad: no start lies on the real axis, where it could not leave
 # the axis if the coefficients are real.
 START_ANGLE = 0.4
@@ -57,70 +54,62 @@ def write_coefficients(
     return noise
 
 
-def roots_on_plane(c: Numbers, degree: int, z: Numbers) -> int:
-    """Write all roots z of the sum of c[k] z^k; return their number, twice the degree."""
-    count = 2 * degree
-    converged = [0] * 24
+def write_both_halves(c: Numbers, degree: int, a: Numbers) -> None:
+    """Write the coefficients a[0] to a[2 degree] of z^degree times the sum of c[k] z^k."""
+    for k in range(degree, -1, -1):
+        pairs.put(a, degree - k, (c[2 * k], -c[2 * k + 1]))
+        pairs.put(a, degree + k, pairs.pair(c, k))
+
+
+def write_starts(count: int, inner: float, outer: float, z: Numbers) -> None:
+    """Write starting points on two circles about 0, by turns."""
     for k in range(count):
         turn = places.TAU * k / count + START_ANGLE
-        radius = START_RADIUS if k % 2 == 0 else 2.0 * START_RADIUS
+        radius = inner if k % 2 == 0 else outer
         pairs.put(z, k, (radius * math.cos(turn), radius * math.sin(turn)))
-    left = count
+
+
+def find_roots(a: Numbers, count: int, z: Numbers) -> None:
+    """Move starting points z to the roots of the sum of a[k] z^k for k from 0 to count."""
+    converged = [0] * 24
+    remaining = count
     for _ in range(MAX_ITERATIONS):
-        if left == 0:
+        if remaining == 0:
             break
         for k in range(count):
-            if converged[k] == 0 and _improve(c, degree, z, k):
+            if converged[k] == 0 and _improve(a, count, z, k):
                 converged[k] = 1
-                left -= 1
-    return count
+                remaining -= 1
 
 
-def _coefficient(c: Numbers, degree: int, k: int) -> Complex:
-    # The coefficient of z^k in z^degree times the sum.
-    k -= degree
-    if k < 0:
-        return (c[-2 * k], -c[-2 * k + 1])
-    return (c[2 * k], c[2 * k + 1])
-
-
-def _improve(c: Numbers, degree: int, z: Numbers, k: int) -> bool:
+def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
     # One step of root k; whether it has converged.
-    count = 2 * degree
     here = pairs.pair(z, k)
-    size = math.sqrt(pairs.square_of(here))
+    size = complex_numbers.absolute(here)
     outside = size > 1.0
     # Outside the unit circle Horner's scheme runs backwards, in 1 / z.
     x = pairs.over((1.0, 0.0), here) if outside else here
     shrink = 1.0 / size if outside else size
-    a = _coefficient(c, degree, 0 if outside else count)
-    value, value_i, slope, slope_i = a[0], a[1], 0.0, 0.0
-    terms: float = math.sqrt(pairs.square_of(a))
+    value, slope = pairs.pair(a, 0 if outside else count), (0.0, 0.0)
+    terms: float = complex_numbers.absolute(value)
     for i in range(1, count + 1):
-        a = _coefficient(c, degree, i if outside else count - i)
-        product = slope * x[0] - slope_i * x[1]
-        slope_i = slope * x[1] + slope_i * x[0] + value_i
-        slope = product + value
-        product = value * x[0] - value_i * x[1]
-        value_i = value * x[1] + value_i * x[0] + a[1]
-        value = product + a[0]
-        terms = terms * shrink + abs(a[0]) + abs(a[1])
-    p, derivative = (value, value_i), (slope, slope_i)
+        term = pairs.pair(a, i if outside else count - i)
+        slope = pairs.plus(pairs.times(slope, x), 1.0, value)
+        value = pairs.plus(pairs.times(value, x), 1.0, term)
+        terms = terms * shrink + abs(term[0]) + abs(term[1])
     if outside:
         # P = z^count q(1/z), so P'/P = count / z - q' / (z^2 q).
-        p = pairs.times(p, x)
-        bent = pairs.times(pairs.times(x, x), derivative)
-        derivative = (count * p[0] - bent[0], count * p[1] - bent[1])
-        p = (value, value_i)
-    step = _step(p, derivative, z, k, count)
+        scaled, bent = pairs.times(value, x), pairs.times(pairs.times(x, x), slope)
+        slope = (count * scaled[0] - bent[0], count * scaled[1] - bent[1])
+    step = _step(value, slope, z, k, count)
     pairs.put(z, k, pairs.plus(here, -1.0, step))
     # Four roundings a term bound the value; a step of ten units in the last place is the last.
-    small = math.sqrt(value * value + value_i * value_i) < 4 * complex_numbers.ROUND_OFF * terms
+    small = complex_numbers.absolute(value) < 4 * complex_numbers.ROUND_OFF * terms
     smallest = 10.0 * complex_numbers.ROUND_OFF * size
     return small or pairs.square_of(step) < smallest * smallest
 
 
-def _step(p: Complex, derivative: Complex, z: Numbers, k: int, count: int) -> Complex:
+def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Complex:
     # p / (p' - p sum of 1 / (z[k] - z[i])): Newton's step with the other roots divided out.
     here = pairs.pair(z, k)
     re, im = 0.0, 0.0
@@ -130,13 +119,13 @@ def _step(p: Complex, derivative: Complex, z: Numbers, k: int, count: int) -> Co
         if i != k and square > 0.0:
             re += dx / square
             im -= dy / square
-    below = pairs.plus(derivative, -1.0, pairs.times(p, (re, im)))
+    below = pairs.plus(slope, -1.0, pairs.times(value, (re, im)))
     if pairs.square_of(below) == 0.0:
         return (0.0, 0.0)
-    return pairs.over(p, below)
+    return pairs.over(value, below)
 
 
-def write_bounds(c: Numbers, degree: int, noise: float, z: Numbers, bounds: Numbers) -> None:
+def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbers) -> None:
     """
     Write bounds of the distances of the exact roots from the z[k], relative to |z[k]|.
 
@@ -144,36 +133,35 @@ def write_bounds(c: Numbers, degree: int, noise: float, z: Numbers, bounds: Numb
     contain all roots, and each connected set of m discs contains m (Smith 1970). Errors of the
     coefficients, each up to `noise`, enlarge |P(z[k])|.
     """
-    count = 2 * degree
-    leading = math.sqrt(pairs.square_of(pairs.pair(c, degree)))
+    leading = complex_numbers.absolute(pairs.pair(c, count))
     for k in range(count):
         here = pairs.pair(z, k)
-        size = math.sqrt(pairs.square_of(here))
+        size = complex_numbers.absolute(here)
         outside = size > 1.0
         x = pairs.over((1.0, 0.0), here) if outside else here
         shrink = 1.0 / size if outside else size
         value, terms = (0.0, 0.0), 0.0
         for i in range(count + 1):
-            a = _coefficient(c, degree, i if outside else count - i)
+            a = pairs.pair(c, i if outside else count - i)
             value = pairs.plus(pairs.times(value, x), 1.0, a)
             terms = terms * shrink + 1.0
         # Outside the circle both terms are divided by z^count.
         product = leading * (1.0 if outside else size)
         for i in range(count):
             if i != k:
-                distance = math.sqrt(pairs.square_of(pairs.plus(here, -1.0, pairs.pair(z, i))))
+                distance = complex_numbers.absolute(pairs.plus(here, -1.0, pairs.pair(z, i)))
                 product *= distance / size if outside else distance
-        residual = math.sqrt(pairs.square_of(value)) + noise * terms
+        residual = complex_numbers.absolute(value) + noise * terms
         bounds[k] = count * residual / product if product > 0.0 else places.INFINITY
 
 
 def is_alone(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
     """Return whether the disc of root k meets no other disc within `MAX_RADIUS`."""
     here = pairs.pair(z, k)
-    size = math.sqrt(pairs.square_of(here))
+    size = complex_numbers.absolute(here)
     for i in range(count):
         other = pairs.pair(z, i)
-        there = math.sqrt(pairs.square_of(other))
+        there = complex_numbers.absolute(other)
         if i != k and there < MAX_RADIUS:
             radii = bounds[k] * size + bounds[i] * there
             if pairs.square_of(pairs.plus(here, -1.0, other)) <= radii * radii:

@@ -15,7 +15,7 @@ import math
 from ..forward import vectors
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
-from . import complex_numbers, elimination, pairs, pencils, polynomials
+from . import complex_numbers, pairs, pencils, polynomials
 from .complex_motion import Motion
 from .elimination import Elimination
 from .loop_positions import Positions
@@ -27,6 +27,9 @@ from .spherical_linkage import SphericalLinkage
 # Largest noise of a usable determinant: one that is singular at this target has noise near 1, and
 # PIVOT_RATIO lets round-off grow to 1e-7.
 MAX_NOISE = 1e-6
+# Starting points of roots are on two circles about 0, since the roots come in pairs z and
+# 1 / conj(z): the radius of the inner one, half that of the outer one.
+START_RADIUS = 0.7
 # Largest |log |z||, the imaginary part in rad, of a root that may be real. In a determinant with
 # noise 1e-6 a double root is off by its square root, 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
@@ -90,14 +93,6 @@ class SixJoints:
             for j in range(6):
                 q[i] += self.to_joints[6 * i + j] * psi[2 * j]
 
-    def write_motion(self, pose: Flat, T: Numbers) -> None:
-        """Write the motion (3, 4) from rest to a pose."""
-        for i in range(3):
-            for j in range(4):
-                T[4 * i + j] = 0.0
-                for k in range(4):
-                    T[4 * i + j] += pose[4 * i + k] * self.home_inverse[4 * k + j]
-
 
 class Roots:
     """
@@ -123,7 +118,8 @@ class Roots:
         most = places.MOST_CANDIDATES
         self.psi, self.radii, self.lengths = arrays.rooms(12 * most, most, most)
         (self.is_real,) = arrays.whole_rooms(most)
-        self.z, self.bounds, self.t, self.solution = arrays.rooms(48, 24, 12, 12)
+        self.a, self.z, self.bounds = arrays.rooms(50, 48, 24)
+        self.t, self.solution = arrays.rooms(12, 12)
         self.weights, self.scales = arrays.rooms(6, 6 * most)
         self.loop, self.elimination, self.pencil = SixScrews(), Elimination(), Pencil()
         self.linkage, self.hidden = SphericalLinkage(), HIDDEN_JOINT
@@ -172,11 +168,14 @@ class Roots:
         if not self.noise < MAX_NOISE:
             return
         # Leading coefficients that are noise have roots far from the circle, without solutions.
-        while degree > 0 and _size(c, degree) <= self.noise:
+        while degree > 0 and complex_numbers.absolute(pairs.pair(c, degree)) <= self.noise:
             degree -= 1
-        roots = polynomials.roots_on_plane(c, degree, self.z)
+        roots = 2 * degree
+        polynomials.write_both_halves(c, degree, self.a)
+        polynomials.write_starts(roots, START_RADIUS, 2.0 * START_RADIUS, self.z)
+        polynomials.find_roots(self.a, roots, self.z)
         errors = NOISE_MARGIN * max(self.noise, complex_numbers.ROUND_OFF)
-        polynomials.write_bounds(c, degree, errors, self.z, self.bounds)
+        polynomials.write_bounds(self.a, roots, errors, self.z, self.bounds)
         self._solve_roots(arm, roots, swapped)
 
     def _solve_roots(self, arm: SixJoints, roots: int, swapped: bool) -> None:
@@ -185,13 +184,13 @@ class Roots:
             z = pairs.pair(self.z, i)
             deviation = _log_size(z)
             # Conjugate solutions have one root inside the unit circle and one outside: take one.
-            found = deviation <= MAX_REAL_DEVIATION
-            found = found and self._solve_root(arm, z, deviation, self.bounds[i], swapped)
+            is_solved = deviation <= MAX_REAL_DEVIATION
+            is_solved = is_solved and self._solve_root(arm, z, deviation, self.bounds[i], swapped)
             # Roots of real solutions are on the circle: a disc away from it has none.
             if self.bounds[i] < 0.5 * (math.exp(abs(deviation)) - 1.0):
                 continue
             accounted = accounted and polynomials.is_alone(self.z, self.bounds, roots, i)
-            accounted = accounted and (found or self._is_spurious(z, self.bounds[i]))
+            accounted = accounted and (is_solved or self._is_spurious(z, self.bounds[i]))
         self.proved = self.count >= arm.bound or accounted
         for i in range(roots):
             if self.proved:
@@ -215,10 +214,10 @@ class Roots:
     ) -> bool:
         # Adds the solutions of a root; whether the solution of a simple root is among them.
         if abs(deviation) < MAX_REAL_DEVIATION:
-            size = math.sqrt(pairs.square_of(z))
+            size = complex_numbers.absolute(z)
             on_circle = (z[0] / size, z[1] / size)
-            found = self._solve_positions(arm, on_circle, z, bound, swapped)
-            if found and bound < SHARP_ROOT:
+            is_solved = self._solve_positions(arm, on_circle, z, bound, swapped)
+            if is_solved and bound < SHARP_ROOT:
                 return True
         return self._solve_positions(arm, z, z, bound, swapped)
 
@@ -228,22 +227,10 @@ class Roots:
         if arm.slides > 1:
             written = self.linkage.write_positions(self.loop, self.motion, start, self.t)
             return written and self._refine(z, bound)
-        found = False
-        # If the right side has full rank, joints 1 and 2 follow from the others.
-        unique = bound < SHARP_ROOT and self.elimination.rank == elimination.RIGHT
-        self.positions.find(self.loop, self.elimination, self.pencil, swapped, start)
-        for _ in range(self.positions.count):
-            best, least = 0, places.INFINITY
-            for k in range(self.positions.count):
-                if self.positions.residuals[k] < least:
-                    best, least = k, self.positions.residuals[k]
-            self.positions.residuals[best] = places.INFINITY
-            arrays.copy(self.t, 12, arrays.after(self.positions.t, 12 * best))
-            if self._refine(z, bound):
-                found = True
-                if unique:
-                    return True
-        return found
+        if not self.positions.find(self.loop, self.elimination, self.pencil, swapped, start):
+            return False
+        arrays.copy(self.t, 12, self.positions.t)
+        return self._refine(z, bound)
 
     def _refine(self, z: Complex, bound: float) -> bool:
         # Adds the solution that Newton's method reaches from t; whether it is that of root z.
@@ -300,10 +287,8 @@ class Roots:
         # Whether `solution` is within half a radius of solution i, without full turns, in the
         # longer of their units of length.
         mine, others = 0.0, 0.0
-        for k in range(6):
-            j = 0
-            while self.loop.order[j] != k:
-                j += 1
+        for j in range(6):
+            k = self.loop.order[j]
             re = self.solution[2 * k] - self.psi[12 * i + 2 * k]
             im = self.solution[2 * k + 1] - self.psi[12 * i + 2 * k + 1]
             if vectors.slides(self.loop.screws, j):
@@ -326,11 +311,7 @@ def _log_size(z: Complex) -> float:
     return 0.5 * math.log(square)
 
 
-def _size(c: Numbers, k: int) -> float:
-    return math.sqrt(pairs.square_of(pairs.pair(c, k)))
-
-
-def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, said: Floats) -> int:
+def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) -> int:
     """
     Fill in the complex solutions of a motion that the arm's options find; return their number.
 
@@ -342,16 +323,16 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, said: Floats) -> i
         The motion from rest to the target.
     psi : shape (MOST_CANDIDATES, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
-    said : shape (3,)
+    accuracy : shape (3,)
         The noise of the last option, the longest first Newton step to a solution, and 1 if no real
         solution is missing.
     """
-    roots, found = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
-    about = arrays.results(said, 3)
+    roots, positions = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
+    measures = arrays.results(accuracy, 3)
     roots.find(arm, arrays.numbers(T, 16))
-    arrays.copy(found, 12 * roots.count, roots.psi)
-    about[0], about[1] = roots.noise, roots.first_step
-    about[2] = 1.0 if roots.proved else 0.0
+    arrays.copy(positions, 12 * roots.count, roots.psi)
+    measures[0], measures[1] = roots.noise, roots.first_step
+    measures[2] = 1.0 if roots.proved else 0.0
     return roots.count
 
 
@@ -374,7 +355,7 @@ def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> in
     """
     if not 0 <= count <= places.MOST_CANDIDATES:
         raise TypeError('count is not 0 to 32 solutions')
-    roots, found = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
-    roots.follow(arm, arrays.numbers(T, 16), found, count)
-    arrays.copy(found, 12 * roots.count, roots.psi)
+    roots, positions = Roots(), arrays.results(psi, 12 * places.MOST_CANDIDATES)
+    roots.follow(arm, arrays.numbers(T, 16), positions, count)
+    arrays.copy(positions, 12 * roots.count, roots.psi)
     return roots.count

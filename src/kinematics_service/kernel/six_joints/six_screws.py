@@ -11,10 +11,20 @@ import math
 from ..forward import vectors
 from ..layout import arrays
 from ..layout.arrays import Flat, Numbers, Vector
+from . import lines
 
 # Least unit of length, as a ratio to the largest distance of an axis from the origin: if four axes
 # meet, the median distance is 0 or an error of calibration, and coordinates of axes would be huge.
 MIN_UNIT_RATIO = 1e-3
+
+
+def write_motion(pose: Numbers, home_inverse: Numbers, T: Numbers) -> None:
+    """Write the motion (3, 4) to a pose (4, 4) from the pose at rest, given its inverse (4, 4)."""
+    for i in range(3):
+        for j in range(4):
+            T[4 * i + j] = 0.0
+            for k in range(4):
+                T[4 * i + j] += pose[4 * i + k] * home_inverse[4 * k + j]
 
 
 def write_inverse(T: Numbers, inverse: Numbers) -> None:
@@ -69,8 +79,8 @@ class SixScrews:
 
     def _put(self, k: int, axis: Vector, point: Vector, slides: float) -> None:
         screw = arrays.after(self.screws, 7 * k)
-        screw[0], screw[1], screw[2] = axis[0], axis[1], axis[2]
-        screw[3], screw[4], screw[5] = point[0], point[1], point[2]
+        lines.put(screw, 0, axis)
+        lines.put(screw, 3, point)
         screw[6] = slides
 
     def _choose_unit(self) -> None:

@@ -235,7 +235,7 @@ class SphericalLinkage:
             v = vectors.across(vectors.axis_of(loop.screws, joint))
             if k + 1 < self.turning:
                 v = vectors.axis_of(loop.screws, self.order[k + 1])
-            angle = complex_motion.angle_left(loop, t, joint, v, self.vector, self.turn)
+            angle = complex_motion.angle_left(loop, t, joint, v)
             if not complex_numbers.is_near(angle):
                 return False
             pairs.put(t, joint, angle)
