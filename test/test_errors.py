@@ -63,7 +63,6 @@ def test_what_is_no_number_is_refused_with_the_name_of_the_argument(words):
         'tolerance': lambda: ks.inverse_kinematics(robot, target, tolerance=words),
         'speed_limit': lambda: ks.check_plan(robot, [0.0], [q], speed_limit=words),
         'distance': lambda: ks.check_plan(robot, [0.0], [q], distance=words),
-        'max_step': lambda: ks.follow_family(robot, [target], max_step=words),
         'damping': lambda: ks.pseudo_inverse(robot, q, damping=words),
         'damped_below': lambda: ks.pseudo_inverse(robot, q, damped_below=words),
         'horizon': lambda: ks.scale(robot, q, q, horizon=words),

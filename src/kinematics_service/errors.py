@@ -144,16 +144,7 @@ class JointVectorError(ArgumentError):
         where the shape is wrong.
     """
 
-    def __init__(
-        self,
-        message: str,
-        argument: str = '',
-        expected: Sequence[Shape] = (),
-        given: Any = None,
-        row: int | None = None,
-    ) -> None:
-        super().__init__(message, argument, expected, given)
-        self.row = row
+    row: int | None = None
 
 
 class LoopError(JointVectorError):
@@ -166,17 +157,7 @@ class LoopError(JointVectorError):
         Its name.
     """
 
-    def __init__(
-        self,
-        message: str,
-        argument: str = '',
-        expected: Sequence[Shape] = (),
-        given: Any = None,
-        row: int | None = None,
-        loop: str = '',
-    ) -> None:
-        super().__init__(message, argument, expected, given, row)
-        self.loop = loop
+    loop = ''
 
 
 class PointError(ArgumentError):

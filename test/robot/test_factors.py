@@ -13,7 +13,7 @@ from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
 from kinematics_service.estimation.joint_sample import JointSample
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kinematics.singularity import flat_loop
-from kinematics_service.robot.factors import NEARLY, _product_is_the_determinant
+from kinematics_service.robot.factors import APPROXIMATE_ZERO_DISTANCE, _product_is_the_determinant
 from kinematics_service.robot.task import seeded_poses
 
 FACTORED = [name for name in BUNDLED if robot_of(name).singularity.factors]
@@ -230,7 +230,8 @@ def test_a_complete_list_names_what_is_near_and_another_only_what_is_as_near():
             assert lacking.may_name(k, away, distance) == named
     # An approximate factor may be farther away by what it is off.
     about = dataclasses.replace(lacking, approximate=(True,) * len(whole.names))
-    for away, named in ((0.15 + 0.9 * NEARLY, True), (0.15 + 1.1 * NEARLY, False)):
+    for factor, named in ((0.9, True), (1.1, False)):
+        away = 0.15 + factor * APPROXIMATE_ZERO_DISTANCE
         assert about.may_name(0, away, 0.1) == named
         assert not lacking.may_name(0, away, 0.1)
 

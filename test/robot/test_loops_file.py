@@ -127,6 +127,13 @@ def test_one_slip_is_said_with_its_place(there, instead, said):
     assert caught.value.faults[0].line > 10
 
 
+@pytest.mark.parametrize('name', ['keys', 'checks', 'noun', 'required', 'also'])
+def test_a_passive_joint_may_have_any_name(name):
+    (loop,) = ks.robot_from_text(ARM.replace('psi1', name)).description.loops
+    assert loop.passive[0].name == name
+    assert loop.assembled == (-1.27, 1.27)
+
+
 def test_two_loops_over_one_joint():
     text = ARM + SECOND.format(names='psi2, psi4', theta='psi4', values='psi2: 1, psi4: 1')
     with pytest.raises(ks.RobotFileError) as caught:

@@ -12,7 +12,7 @@ from arms import DISTINCT_MACHINES
 import kinematics_service as ks
 from kinematics_service.__main__ import main
 from kinematics_service.robot.file.parts.quantities import Units
-from kinematics_service.robot.file.writing.new_robot import MOST_JOINTS, new_robot_text
+from kinematics_service.robot.file.writing.new_robot import MAX_JOINTS, new_robot_text
 
 ROUND_OFF = 1e-12  # m and rad; a dozen rotations of an arm of a metre
 CONVENTIONS = ('standard', 'modified', 'elementary', 'shape')
@@ -32,7 +32,7 @@ def refusal(capsys, *argv, code=2):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('dof', range(1, MOST_JOINTS + 1))
+@pytest.mark.parametrize('dof', range(1, MAX_JOINTS + 1))
 def test_a_new_robot_is_the_same_arm_in_each_convention_and_unit(dof):
     poses = []
     # With one of the units each; the next number of joints has them the other way round.

@@ -425,6 +425,13 @@ def test_what_may_be_another_arm_is_refused(text, told):
     assert told in faults(text)
 
 
+def test_substitutions_have_indices_of_two_digits():
+    pairs = ', '.join(f'alpha{k}: 0, a{k}: 1, d{k + 1}: 0' for k in range(11))
+    robot, _ = read(f'{{{pairs}}}')
+    assert robot.dof == 11
+    assert ks.forward_kinematics(robot, np.zeros(11))[0, 3] == 11.0
+
+
 def test_substitutions_have_the_indices_of_the_book():
     craig = ', '.join(
         f'alpha{i}: {pi(alpha)}, a{i}: {a}, d{i + 1}: {d}'
@@ -492,6 +499,8 @@ def test_base_and_tool_of_a_printed_robot_are_read():
     assert not [note for note in notes if 'convention' in note]
     same(read(boxed())[0])
     assert 'several angles' in faults(boxed('t = 1, 0, 0; rpy/xyz = 10°, 0°, 90°'))
+    assert 'several angles' in faults(boxed('t = 1, 0, 0; rpy/xyz = beta, 0°, 90°'))
+    same(read(boxed(tool='t = 0, 0, 0; rpy/xyz = 0.00000°, -0°, °'))[0])
     ascii_box = boxed(tool='t = 0, 0, 0.2; rpy/xyz = 0°, 0°, 0°').translate(
         str.maketrans('┌┬┐├┼┤└┴┘─', '+++++++++-')
     )

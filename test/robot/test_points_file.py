@@ -104,10 +104,12 @@ def test_points_that_are_no_mapping_are_a_fault():
     )
 
 
-def test_the_rows_of_points_are_not_judged_where_the_table_is_broken():
+def test_the_rows_of_points_are_judged_beside_a_broken_row():
     with pytest.raises(ks.RobotFileError) as refusal:
         ks.robot_from_text(ARM.replace('theta: q3', 'theta: q4').replace('row: 2', 'row: 9'))
-    assert all('points' not in fault.where for fault in refusal.value.faults)
+    places = [fault.where for fault in refusal.value.faults]
+    assert 'links[2].theta' in places
+    assert sum(place.startswith('points') for place in places) == 1
 
 
 def test_a_constant_of_a_point_is_used():
@@ -152,52 +154,6 @@ def test_a_chain_is_imported_back_to_its_tool_and_to_a_point():
             atol=1e-12,
         )
         assert again.points == ('tool',)
-
-
-def test_links_of_a_urdf_are_imported_as_points():
-    robot = ks.robot_from_text(ARM)
-    text = ks.export_urdf(robot)
-    q = np.random.default_rng(0).uniform(-2, 2, (20, 3))
-    for convention in ('standard', 'modified'):
-        found = ks.import_urdf(
-            text, 'base_link', 'tool0', convention=convention, points=['elbow', 'camera']
-        )
-        again = ks.robot_from_text(found.text)
-        assert found.robot.points == again.points == ('tool', 'elbow', 'camera')
-        for of in ('tool', 'elbow', 'camera'):
-            for function in (ks.forward_kinematics, ks.jacobian):
-                np.testing.assert_allclose(
-                    function(again, q, of=of), function(robot, q, of=of), rtol=0, atol=1e-12
-                )
-
-
-def test_links_are_imported_under_names_that_points_may_have():
-    text = ks.export_urdf(ks.robot_from_text(ARM))
-    for link, name in (('2nd-camera__link', 'link_2nd_camera_link'), ('tool', 'tool_link')):
-        renamed = text.replace('"camera"', f'"{link}"')
-        found = ks.import_urdf(renamed, 'base_link', 'tool0', points=[link])
-        assert found.robot.points == ('tool', name)
-
-
-def test_links_that_are_no_points_of_the_arm_are_refused():
-    text = ks.export_urdf(ks.robot_from_text(ARM))
-    with pytest.raises(ks.KinematicsError, match='nowhere'):
-        ks.import_urdf(text, 'base_link', 'tool0', points=['nowhere'])
-    with pytest.raises(ks.KinematicsError) as refusal:
-        ks.import_urdf(text, 'base_link', 'elbow', points=['camera'])
-    assert str(refusal.value) == (
-        "the link 'camera' moves with the joint 'q3', which is not on the way to the tip: it "
-        'cannot be a point of this arm'
-    )
-
-
-def test_the_command_import_takes_links_for_points(tmp_path, capsys):
-    urdf, out = tmp_path / 'seen.urdf', tmp_path / 'seen.yaml'
-    urdf.write_text(ks.export_urdf(ks.robot_from_text(ARM)))
-    ends = ['--base', 'base_link', '--tip', 'tool0', '--out', str(out)]
-    points = ['--point', 'elbow', '--point', 'camera']
-    assert main(['import', '--urdf', str(urdf), *ends, *points]) == 0
-    assert ks.load_robot(out).points == ('tool', 'elbow', 'camera')
 
 
 @pytest.mark.parametrize(

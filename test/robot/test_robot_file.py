@@ -22,6 +22,7 @@ import kinematics_service as ks
 from kinematics_service.errors import Fault, KinematicsError, RobotFileError
 from kinematics_service.kinematics.forward import jacobian
 from kinematics_service.robot.bundled import bundled_robots, find_robot_file
+from kinematics_service.robot.file.parts.convention_table import CONVENTIONS
 from kinematics_service.robot.file.parts.description import (
     DhRow,
     ElementaryMotion,
@@ -191,6 +192,17 @@ def test_a_constant_keeps_the_units_of_the_file() -> None:
     row = robot.links[0]
     assert isinstance(row, DhRow)
     assert row['a'].affine.constant == 0.426
+
+
+@pytest.mark.parametrize('name', [name for name in CONVENTIONS if CONVENTIONS[name].product])
+def test_a_product_fits_a_row(name: str) -> None:
+    convention = CONVENTIONS[name]
+    joint = convention.joint_motions
+    assert joint
+    assert set(joint) <= {('Rz', 'theta'), ('Tz', 'd')}
+    # The factors that move are side by side, and each quantity occurs once.
+    assert convention.before_joint + joint + convention.after_joint == convention.motions
+    assert len(set(convention.quantities)) == len(convention.motions)
 
 
 def test_rpy_is_yaw_times_pitch_times_roll() -> None:
@@ -757,7 +769,7 @@ def test_the_reader_agrees_with_another_one() -> None:
             document = read_document(text, 'robot.yaml')
         except RobotFileError:
             continue
-        if next(document.faults(), None) is None:
+        if not document.faults:
             assert plain(document.data) == yaml.load(text)
             compared += 1
     assert compared > 60

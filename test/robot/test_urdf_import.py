@@ -889,25 +889,27 @@ def test_upwards_alone_there_is_no_chain():
         ks.import_urdf(apart, 'left_tool', 'right_tool')
 
 
-def test_tips_make_a_cell_that_says_the_same(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / 'cells').mkdir()
+CELL = """
+cell: two
+common: [lift]
+arms:
+  left: {robot: 'two.urdf:base:left_tool'}
+  right: {robot: 'two.urdf:base:right_tool'}
+"""
+
+
+def test_a_cell_of_the_chains_of_a_urdf_says_the_same(tmp_path):
     (tmp_path / 'two.urdf').write_text(TWO_ARMS)
-    command = ['import', '--urdf', 'two.urdf', '--tips', 'left_tool,right_tool']
-    assert main([*command, '--out', 'cells/cell.yaml']) == 0
-    assert 'common: [lift]' in (tmp_path / 'cells' / 'cell.yaml').read_text()
-    cell, way = ks.load_robot('cells/cell.yaml'), ks.load_robot('two.urdf:left_tool:right_tool')
+    (tmp_path / 'cell.yaml').write_text(CELL)
+    cell = ks.load_robot(tmp_path / 'cell.yaml')
+    way = ks.load_robot(f'{tmp_path}/two.urdf:left_tool:right_tool')
     assert cell.joint_names == way.joint_names == WAYS[0][2]
     q = poses(way)
     np.testing.assert_allclose(
         ks.forward_kinematics(cell, q), ks.forward_kinematics(way, q), rtol=0, atol=LONG_CHAIN
     )
-    left = ks.load_robot('cells/cell.yaml:cell:left_tool')
+    left = ks.load_robot(f'{tmp_path}/cell.yaml:cell:left')
     assert left.joint_names == ('lift', 'left')
-    capsys.readouterr()
-    assert main([*command[:-1], 'left_tool']) == 1
-    assert 'has two tips or more' in capsys.readouterr().err
-    assert main([*command, '--tip', 'left_tool']) == 2
 
 
 def test_joints_that_mimic_are_kept_with_their_formulas(tmp_path):

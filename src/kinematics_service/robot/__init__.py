@@ -1,1 +1,1 @@
-"""One arm, frozen: its table, its chain, its task and its measures; its files."""
+"""Describe one arm: its table, chain, task and measures, and the files it is read from."""

@@ -1,4 +1,4 @@
-"""The bundled robots, and how a robot is found by name or by path."""
+"""List the bundled robots, and find the file of a robot by its name or path."""
 
 import difflib
 import os
@@ -11,8 +11,7 @@ from typing import NamedTuple
 from ..errors import RobotNotFoundError
 from .file.translation import translator_of
 
-# What a person looks for, machines that can be bought first; a robot that is in no group is listed
-# after them.
+# The groups of `robots`, machines that can be bought first. Robots of no group are listed last.
 GROUPS: Mapping[str, tuple[str, ...]] = {
     title: tuple(names.split())
     for title, names in {
@@ -27,7 +26,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     }.items()
 }
 OTHERS = 'Others'
-# Before the name of a topic that a URDF is published on: a node takes its robot from there, too.
+# Prefix of a topic name: a node can also take its robot from a topic that publishes a URDF.
 TOPIC = 'topic:'
 YAML = ('.yaml', '.yml')
 
@@ -36,7 +35,7 @@ def _folder() -> Path:
     try:
         return Path(str(resources.files('kinematics_service.config')))
     except ModuleNotFoundError:
-        # `colcon build --symlink-install` knows one source folder only; the checkout has both.
+        # `colcon build --symlink-install` links one source folder only; the checkout has both.
         return Path(__file__).resolve().parents[3] / 'config'
 
 
@@ -46,7 +45,7 @@ def bundled_robots() -> Mapping[str, Path]:
 
 
 def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
-    """Return the files of the bundled robots by group and name, as a person looks for them."""
+    """Return the files of the bundled robots by group and name, in the order of `robots`."""
     bundled = bundled_robots()
     groups = {
         title: {name: bundled[name] for name in names if name in bundled}
@@ -59,13 +58,13 @@ def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
 
 class RobotSource(NamedTuple):
     """
-    Where a robot is to be read.
+    The file of a robot, and the part of the file that is the robot.
 
     Attributes
     ----------
     base, tip
-        Of a URDF, the links at which its chain begins and ends; of a cell, arms or points of arms.
-        Empty where they are not given.
+        For a URDF, the links at which its chain begins and ends. For a cell, arms or points of
+        arms. Empty if they are not given.
     """
 
     file: Path
@@ -87,7 +86,7 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
 
 def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     """
-    Return where the robot of a name is to be read: a bundled name, a path, or FILE:BASE:TIP.
+    Return the source of a robot given by bundled name, by path, or as FILE:BASE:TIP.
 
     Raises
     ------
@@ -128,8 +127,8 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
 
 
 def _other_model(text: str, name: str) -> bool:
-    # Whether two names differ as models of a maker do: by a digit, unless two are exchanged, or by
-    # letters behind the number that one of them lacks (ur5 and ur5e).
+    # Return whether two names differ like models of one maker: by a digit (but not by two that
+    # are exchanged), or by letters after the number that one name lacks (ur5 and ur5e).
     (digits, behind), (others, other_behind) = (
         (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
         for one in (text, name)
@@ -139,7 +138,7 @@ def _other_model(text: str, name: str) -> bool:
 
 
 def split_ends(name: str) -> tuple[str, str, str]:
-    """Return the parts of SOURCE:BASE:TIP; base and tip are empty where there is but a source."""
+    """Return the parts of SOURCE:BASE:TIP; base and tip are empty if there is only a source."""
     source, *ends = name.removeprefix(TOPIC).rsplit(':', 2)
     if len(ends) != 2:
         return name, '', ''

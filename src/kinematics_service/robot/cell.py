@@ -1,8 +1,8 @@
 """
-Cells: several arms on one floor, and the motion of one arm's tool as another arm's tool sees it.
+Read cells: several arms in one frame, and the motion of one arm's tool relative to another's.
 
-The relative motion of two arms is an arm with the joints of both, and whatever is known of an arm
-is known of it.
+The relative motion of two arms is an arm with the joints of both. Every function that takes an arm
+takes it, too.
 """
 
 import hashlib
@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
-from typing import NamedTuple
 
 from ..errors import RobotFileError, RobotNotFoundError
 from .bundled import RobotSource, find_robot
@@ -29,27 +28,26 @@ from .points import ending_at, moved_base
 from .relative_motion import relative_motion
 
 FLOOR = 'cell'
-# Each arm of a cell is read whole: 128 arms take half a second.
-MAX_ARMS = 128
+MAX_ARMS = 128  # reading 128 arms takes half a second
 
 
 @dataclass(frozen=True)
 class Cell:
     """
-    Arms on one floor.
+    Several arms in one frame.
 
     Attributes
     ----------
     name
-        Of the file.
+        The name of the cell.
     frame
-        The frame that their bases are given in.
+        The name of the frame in which the bases are given.
     arms
-        What each arm's file says, its base in that frame, its joints named as in messages.
+        The description of each arm: its base in that frame, its joints named as in messages.
     file
         The path as the user gave it.
     sha256
-        Of the text of the file.
+        The checksum of the text of the file.
     parts
         The files of the arms.
     """
@@ -63,22 +61,22 @@ class Cell:
 
     def described(self, base: str = '', tip: str = '') -> RobotDescription:
         """
-        Return an arm of the cell, or the motion of one arm's tool as seen from another's.
+        Return an arm of the cell, or the motion of one arm's tool relative to another's.
 
         Parameters
         ----------
         base
-            The frame of the cell, or an arm, whose tool is the base frame then, or a point of an
-            arm such as `left/elbow`. Default: the first arm; the frame where there is no other.
+            The base frame: the frame of the cell, the tool of an arm, or a point of an arm such as
+            `left/elbow`. Default: the first arm, or the frame of the cell if there is one arm.
         tip
-            An arm or a point of it. Default: the first arm that is not at the base.
+            An arm or a point of an arm. Default: the first arm that is not at the base.
 
         Raises
         ------
         RobotFileError
-            There is no such arm, or its loops are closed.
+            The cell has no arm of this name, or an arm of a relative motion has closed loops.
         PointError
-            The arm has no such point.
+            The arm has no point of this name.
         """
         names = [self.frame, *self.arms]
         base = base or names[len(names) > 2]
@@ -108,7 +106,7 @@ class Cell:
         if not point:
             return description
         ended = ending_at(description, point)
-        # Frames of several arms stand beside each other: each has its arm's name before it.
+        # Frames of several arms exist at the same time: each begins with the name of its arm.
         return replace(ended, tool=Placement(f'{arm}_{ended.tool.frame}', ended.tool.motion))
 
 
@@ -121,12 +119,12 @@ def _arm_of(name: str, known: Sequence[str], file: str) -> str:
 
 def is_cell(source: RobotSource) -> bool:
     """
-    Return whether a file is that of a cell.
+    Return whether a file describes a cell.
 
     Raises
     ------
     RobotFileError
-        It cannot be read.
+        The file cannot be read.
     """
     file = str(source.file)
     return not translator_of(file) and CELL.search(text_of(file)) is not None
@@ -134,31 +132,31 @@ def is_cell(source: RobotSource) -> bool:
 
 def cell_of(name: str) -> Cell | None:
     """
-    Return the cell of a name that stands for a whole one, None for anything else.
+    Return the cell that a name means; None if the name means one arm or is wrong.
 
     Raises
     ------
     RobotFileError
-        With all faults of the file of a cell.
+        The file of a cell has faults; the error has all of them.
     """
     try:
         source = find_robot(name)
         whole = is_cell(source) and not (source.base or source.tip)
     except (RobotNotFoundError, RobotFileError):
-        return None  # what is wrong is said where the robot is read
+        return None  # reading the robot raises the error
     return read_cell(source.file) if whole else None
 
 
 def read_robot(source: RobotSource) -> RobotDescription:
     """
-    Return what a robot file, a file that is translated into one, or a cell says.
+    Return the description in a robot file, a file translated into one, or a cell.
 
     Raises
     ------
     RobotFileError
-        With all faults of the file.
+        The file has faults; the error has all of them.
     KinematicsError
-        It cannot be translated; there is no such point.
+        The file cannot be translated, or the arm has no point of this name.
     """
     if is_cell(source):
         return read_cell(source.file).described(source.base, source.tip)
@@ -170,12 +168,12 @@ def read_robot(source: RobotSource) -> RobotDescription:
 
 def read_cell(path: Path) -> Cell:
     """
-    Return what the file of a cell says.
+    Return the cell that a file describes.
 
     Raises
     ------
     RobotFileError
-        With all faults of the file, or of an arm's.
+        The file of the cell or of an arm has faults; the error has all of them.
     """
     file = str(path)
     text = text_of(file)
@@ -201,21 +199,16 @@ def read_cell(path: Path) -> Cell:
     return Cell(
         entry.cell or '',
         frame,
-        {name: arm.description for name, arm in arms.items()},
+        arms,
         file,
         hashlib.sha256(text.encode()).hexdigest(),
         tuple(arm.file for arm in arms.values()),
     )
 
 
-class _PlacedArm(NamedTuple):
-    file: str
-    description: RobotDescription
-
-
 def _read_arm(
     name: str, data: Yaml, frame: str, folder: Path, quantities: Quantities
-) -> _PlacedArm | None:
+) -> RobotDescription | None:
     at = quantities.top['arms', name]
     if name == frame or not POINT_NAME.fullmatch(name):
         at.fault(
@@ -241,17 +234,16 @@ def _read_arm(
         return None
     prefix = entry.joint_prefix or ''
     arm = moved_base(arm, motion.matrix, frame)
-    arm = replace(
+    return replace(
         arm,
         joints=tuple(replace(joint, name=prefix + joint.name) for joint in arm.joints),
         tool=Placement(f'{name}_{arm.tool.frame}', arm.tool.motion),
         known_poses=(),
     )
-    return _PlacedArm(str(source.file), arm)
 
 
-def _check_names(arms: Mapping[str, _PlacedArm], common: Sequence[str], top: Place) -> None:
-    names = {name: {joint.name for joint in arm.description.joints} for name, arm in arms.items()}
+def _check_names(arms: Mapping[str, RobotDescription], common: Sequence[str], top: Place) -> None:
+    names = {name: {joint.name for joint in arm.joints} for name, arm in arms.items()}
     for first, second in combinations(names, 2):
         twice = sorted((names[first] & names[second]).difference(common))
         if twice:
@@ -263,7 +255,7 @@ def _check_names(arms: Mapping[str, _PlacedArm], common: Sequence[str], top: Pla
         theirs = [
             replace(joint, variable='', unused=False)
             for arm in arms.values()
-            for joint in arm.description.joints
+            for joint in arm.joints
             if joint.name == name
         ]
         if any(one != theirs[0] for one in theirs):

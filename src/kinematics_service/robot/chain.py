@@ -1,13 +1,14 @@
 """
-A robot's table folded into the constants of the kernel.
+Fold a robot's table into the constants of the kernel.
 
-The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K: every moving row is one screw about its own z
-axis, and everything that stands still between two of them (conventions, fixed rows, base, tool) is
-one constant. So the kernel knows neither conventions nor joint types.
+The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K. Every moving row is one screw about its own z
+axis. The constant motions between two screws (conventions, fixed rows, base, tool) are multiplied
+into one constant. Therefore the kernel needs neither conventions nor joint types.
 """
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,9 +24,9 @@ ARRAYS = (Floats, Integers, npt.NDArray[np.bool_])
 
 class FrozenArrays:
     """
-    Base of frozen dataclasses whose fields that are arrays are frozen too.
+    Base of frozen dataclasses whose arrays are read-only.
 
-    Copies and unpickled ones are rebuilt by the constructor: otherwise their arrays would be
+    Copies and unpickled objects are built by the constructor; otherwise their arrays would be
     writable.
     """
 
@@ -48,21 +49,11 @@ class FrozenArrays:
         return type(self), tuple(values)
 
 
-@dataclass(frozen=True)
-class _Element:
-    theta_0: float
-    d_0: float
-    entries: tuple[tuple[int, float, float], ...]  # joint, c_theta, c_d
-
-
-def _element(row: Row, variables: Sequence[str]) -> _Element:
+def _entries(row: Row, variables: Sequence[str]) -> list[tuple[int, float, float]]:
+    # Return the joint index, c_theta and c_d of each variable that moves the row.
     theta, d = dict(row.theta.coefficients), dict(row.d.coefficients)
-    entries = tuple(
-        (j, theta.get(variable, 0.0), d.get(variable, 0.0))
-        for j, variable in enumerate(variables)
-        if theta.get(variable, 0.0) != 0.0 or d.get(variable, 0.0) != 0.0
-    )
-    return _Element(row.theta.constant, row.d.constant, entries)
+    entries = ((j, theta.get(v, 0.0), d.get(v, 0.0)) for j, v in enumerate(variables))
+    return [entry for entry in entries if entry[1:] != (0.0, 0.0)]
 
 
 def fold(
@@ -80,22 +71,23 @@ def fold(
     rows
         Rows of the table, base to tool.
     variables : n names
-        The joint variables, in the order of the Jacobian's columns; where loops are closed, the
-        passive ones behind them.
+        The joint variables, in the order of the Jacobian's columns; after them the passive
+        variables of closed loops.
     base, tool : shape (4, 4)
         Frame 0 in the base frame; the tool in the frame after the last row.
     closure
-        The loops that move the passive variables; left out where no row moves with one.
+        The loops that move the passive variables; ignored if no row moves with a passive variable.
     """
     constants: list[Floats] = []
-    elements: list[_Element] = []
+    elements: list[Row] = []
+    entries: list[list[tuple[int, float, float]]] = []
     frame_parents, frame_offsets = [-1], [base]
-    still = base  # what stands still since the last screw
+    still = base  # the constant motion since the last screw
     for row in rows:
-        element = _element(row, variables)
-        if element.entries:
+        if moved := _entries(row, variables):
             constants.append(still @ row.before)
-            elements.append(element)
+            elements.append(row)
+            entries.append(moved)
             still = row.after
         else:
             motion = screw_z(row.theta.constant, row.d.constant)
@@ -103,20 +95,20 @@ def fold(
         frame_parents.append(len(elements) - 1)
         frame_offsets.append(still)
     constants.append(still @ tool)
-    entries = [entry for element in elements for entry in element.entries]
+    joints, by_theta, by_d = np.reshape(list(itertools.chain.from_iterable(entries)), (-1, 3)).T
     dof = len(variables) if closure is None else closure.dof
-    if all(entry[0] < dof for entry in entries):
+    if np.all(joints < dof):
         closure = None
     return Chain(
         ChainTable(
             dof=dof,
             before=np.array([motion[:3] for motion in constants]),
-            theta_0=np.array([element.theta_0 for element in elements]),
-            d_0=np.array([element.d_0 for element in elements]),
-            first_entry=np.cumsum([0] + [len(element.entries) for element in elements]),
-            joint=np.array([entry[0] for entry in entries], dtype=np.int64),
-            by_theta=np.array([entry[1] for entry in entries]),
-            by_d=np.array([entry[2] for entry in entries]),
+            theta_0=np.array([row.theta.constant for row in elements]),
+            d_0=np.array([row.d.constant for row in elements]),
+            first_entry=np.cumsum([0, *map(len, entries)]),
+            joint=joints.astype(np.int64),
+            by_theta=by_theta.copy(),
+            by_d=by_d.copy(),
             frame_parent=np.array(frame_parents, dtype=np.int64),
             frame_offset=np.array([offset[:3] for offset in frame_offsets]),
         ),
@@ -128,9 +120,7 @@ def poses_and_jacobians(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
     Return the poses of a chain's end (N, 4, 4) and J in base axes (N, 6, n) at variables (N, n).
     """
-    rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
-    q, at_rest = np.ascontiguousarray(q), chain.at_rest.reshape(1, -1)
-    kernel.evaluate(chain, q, at_rest, kernel.JACOBIAN, rows)
+    rows = _evaluated(chain, q, kernel.JACOBIAN)
     J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
     return rows[:, :16].reshape(-1, 4, 4), J.reshape(-1, 6, chain.dof)
 
@@ -140,11 +130,15 @@ def poses_and_frames(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     Return the poses of a chain's end (N, 4, 4), and frame 0 and the frame after each row of the
     table (N, rows + 1, 4, 4), at variables (N, n).
     """
-    rows = np.empty((len(q), chain.widths[kernel.ALL_FRAMES]))
-    q, at_rest = np.ascontiguousarray(q), chain.at_rest.reshape(1, -1)
-    kernel.evaluate(chain, q, at_rest, kernel.ALL_FRAMES, rows)
+    rows = _evaluated(chain, q, kernel.ALL_FRAMES)
     frames = rows[:, chain.widths[kernel.JACOBIAN] :]
     return rows[:, :16].reshape(-1, 4, 4), frames.reshape(len(q), chain.frames, 4, 4)
+
+
+def _evaluated(chain: Chain, q: Floats, depth: int) -> Floats:
+    rows = np.empty((len(q), chain.widths[depth]))
+    kernel.evaluate(chain, np.ascontiguousarray(q), chain.at_rest.reshape(1, -1), depth, rows)
+    return rows
 
 
 def first_entries(chain: Chain) -> Integers:

@@ -1,4 +1,4 @@
-"""What the lengths of an arm say of its Jacobian at every pose: bounds of how it bends."""
+"""Bound the derivatives of an arm's Jacobian at every pose by the lengths of the arm."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -10,25 +10,25 @@ from .. import kernel
 from ..kernel import Chain, ChainTable, Floats, Integers
 from .task import Task
 
-# With more entries no derivatives beyond the second are bounded: there are entries^5 parts of the
-# fourth.
-MOST_ENTRIES = 12
-# Axes nearer to parallel (sine of their angle) have no common point.
-PARALLEL = 1e-6
-# Of sums of lengths, as a share.
-ROUND_OFF = 1e-12
+# Entries of a chain up to which the third and fourth derivatives are bounded: the fourth has
+# entries^5 parts.
+MAX_BOUNDED_ENTRIES = 12
+# Sine of the angle of two axes below which they have no common point.
+PARALLEL_SINE = 1e-6
+# Relative error of a sum of lengths: a few thousand times machine epsilon.
+LENGTH_SUM_ERROR = 1e-12
 
 
 class ClearanceBounds(NamedTuple):
     """
-    What `kernel.Clearance` takes of an arm, as it is documented there.
+    The arguments of `kernel.Clearance` that depend on the arm; see there.
 
     Attributes
     ----------
     moving : shape (d,)
         The joints that can change the rank of J_t.
     point : shape (3,), m
-        In the axes of the tool, from its origin.
+        The reference point of J, in the axes of the tool, from its origin.
     bend, twist, fourth
         Bounds of the second, third and fourth derivatives.
     """
@@ -60,7 +60,7 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
     turns, axis, point = np.zeros(count, bool), np.zeros((count, 3)), np.zeros((count, 3))
     for k in range(count):
         entries = range(first[k], first[k + 1])
-        # The entry that turns the element most has its axis; v = w x (tool - point).
+        # The entry with the largest rotation gives the axis; v = w x (tool - point).
         e = max(entries, key=lambda entry: abs(chain.table.by_theta[entry]))
         if chain.table.by_theta[e] != 0.0:
             v, w = screws[e, :3], screws[e, 3:]
@@ -71,30 +71,31 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
 
 
 def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
-    # Where all six rows count, the point of the last axis that is nearest to the axis before it:
-    # the centre of a spherical wrist. The rank of J is the same for each point of the tool. Of
-    # axes that are nearly parallel it may be anywhere: where it is far away it is of no use.
+    # If the task has all six rows, return the point of the last axis nearest to the axis before
+    # it: the centre of a spherical wrist. The rank of J is the same for each point of the tool. If
+    # the axes are nearly parallel this point may be far away; then return the tool.
     if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
         return elements.tool
     a, b = elements.axis[-1], elements.axis[-2]
     p, o = elements.point[-1], elements.point[-2]
     across = np.cross(a, b)
     square = float(across @ across)
-    along = np.linalg.det(np.array([o - p, b, across])) / square if square > PARALLEL**2 else 0.0
+    parallel = square <= PARALLEL_SINE**2
+    along = 0.0 if parallel else np.linalg.det(np.array([o - p, b, across])) / square
     point = np.asarray(p + a * along)
     return point if np.linalg.norm(point - elements.tool) <= farthest else elements.tool
 
 
 class _Feet(NamedTuple):
-    """How far a point can come from the axis of each element, shape (d,), and from which point."""
+    """The largest distance of a point from each element's axis, shape (d,), and the first foot."""
 
     farthest: Floats
     first: Floats
 
 
 def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
-    # The sum of the ways from foot to foot along the axes, which never change, and of the ways
-    # that elements slide.
+    # Add the distances from foot to foot of the perpendiculars, which are constant, and the
+    # strokes of sliding elements.
     count = len(elements.turns)
     first = chain.table.first_entry
     hops, foot = np.zeros(count), point
@@ -119,9 +120,9 @@ class Reach(NamedTuple):
 
 def reach_of(chain: Chain, limits: Floats) -> Reach:
     """
-    Return what the tool never leaves while sliding joints are inside limits (n, 2), rad or m.
+    Return a sphere that holds the tool while sliding joints are inside limits (n, 2), rad or m.
 
-    What passive variables of loops slide is not bounded: then it is infinite.
+    The radius is infinite if a passive variable of a loop slides: its stroke is not bounded.
     """
     elements = _elements(
         chain, np.zeros(chain.dof) if chain.closure is None else chain.closure.assembled()
@@ -129,18 +130,18 @@ def reach_of(chain: Chain, limits: Floats) -> Reach:
     strokes = np.full(max(chain.dof, int(np.max(chain.table.joint)) + 1), np.inf)
     strokes[: chain.dof] = np.max(np.abs(limits), axis=1)
     feet = _feet(chain, elements, elements.tool, strokes)
-    # With what the sum is off by.
-    still = float(np.max(np.abs(elements.point)))
-    return Reach(feet.first, (1.0 + ROUND_OFF) * float(feet.farthest[0]) + ROUND_OFF * still)
+    radius = float(feet.farthest[0])
+    error = LENGTH_SUM_ERROR * (radius + float(np.max(np.abs(elements.point))))
+    return Reach(feet.first, radius + error)
 
 
 def moving_joints(chain: Chain, task: Task) -> Integers:
     """
     Return the joints that can change the rank of J_t, shape (d,).
 
-    The first joint turns or moves all columns alike, the last one moves none of them, where that
-    is all it drives; and so do those behind and before it about the same axis. Joints of closed
-    loops always count.
+    The first joint turns or moves all columns alike, and the last joint moves no column, if it
+    drives nothing else. Neighbours about the same axis do the same. Joints of closed loops always
+    count.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -160,7 +161,7 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
 
 
 def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
-    # The entries of the first elements that have one axis, each of a joint that drives no other.
+    # Yield the entries of the first elements on one axis, if their joints drive no other entry.
     for place, k in enumerate(order):
         entry = table.first_entry[k]
         alone = table.first_entry[k + 1] == entry + 1
@@ -174,9 +175,9 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
-    # Shape (entries, ...): at most so large is the derivative of a column by `order` entries:
-    # the product of their angular velocities and the speed of the last of all in the chain; for
-    # the angular rows, of all that are before the column.
+    # Return bounds of the derivative of each column by `order` entries, shape (entries, ...). The
+    # linear bound is the product of the angular velocities and the speed of the last entry in the
+    # chain; the angular bound is the product for the entries before the column.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)
@@ -189,7 +190,7 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     has_linear = any(axis < 3 for axis in task.axes)
     has_angular = any(axis >= 3 for axis in task.axes)
     parts = np.hypot(linear * has_linear, angular * task.length * has_angular)
-    # Entries become joints, each with what a unit of it counts.
+    # Sum over the entries of each joint, in the scaled units of the joints.
     scales = np.zeros((chain.dof, E))
     scales[table.joint, np.arange(E)] = task.column_scales[table.joint]
     for axis in range(order + 1):
@@ -197,15 +198,11 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     return np.asarray(parts)
 
 
-def _norm(matrix: Floats) -> float:
-    return float(np.linalg.norm(matrix, 2))
-
-
 def strokes_of(chain: Chain, limits: Floats) -> Floats:
     """
-    Return how far from zero the limits let each sliding joint be, shape (n,); -1 without limits.
+    Return the largest size of each sliding joint's position, shape (n,); -1 without limits.
 
-    0 for joints that only turn.
+    It is 0 for joints that only turn.
     """
     slides = np.zeros(chain.dof, bool)
     slides[chain.table.joint[chain.table.by_d != 0.0]] = True
@@ -215,14 +212,14 @@ def strokes_of(chain: Chain, limits: Floats) -> Floats:
 
 def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     """
-    Return the bounds of an arm, within kernel.FARTHEST of poses inside the strokes.
+    Return the bounds of an arm for all poses within kernel.FARTHEST of the strokes.
 
     Parameters
     ----------
     chain, task
         The arm.
     strokes : shape (n,), rad or m
-        How far from zero each joint is; only those of sliding ones count.
+        The largest size of each joint position; ignored for joints that only turn.
     """
     six_rows = len(task.rows) == 6
     elements = _elements(chain, np.zeros(chain.dof))
@@ -234,11 +231,12 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     if d == 0:
         return ClearanceBounds(moving, np.zeros(3), 0.0, 0.0, 0.0)
     bounds = [np.inf, np.inf, np.inf]
-    for order in (2, 3, 4) if chain.entries <= MOST_ENTRIES else (2,):
+    for order in (2, 3, 4) if chain.entries <= MAX_BOUNDED_ENTRIES else (2,):
         parts = _largest_parts(chain, task, farthest, order)
         parts = parts[np.ix_(np.arange(n), *[moving] * order)]
-        # The flattenings of a tensor with many indices bound what it does along one direction.
+        # The 2-norm of each flattening of a tensor bounds its value along one direction.
         flat = (parts.reshape(n * d**k, -1) for k in range(order))
-        bounds[order - 2] = min(_norm(one if len(one) < len(one.T) else one.T) for one in flat)
+        flat = (part if len(part) < len(part.T) else part.T for part in flat)
+        bounds[order - 2] = min(float(np.linalg.norm(part, 2)) for part in flat)
     point = elements.rotation.T @ (point - elements.tool)
     return ClearanceBounds(moving, point, bounds[0], bounds[1], bounds[2])

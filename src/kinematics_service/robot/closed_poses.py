@@ -1,4 +1,4 @@
-"""Poses of an arm at which its closed loops close."""
+"""Find poses of an arm at which its closed loops close, by trying random poses."""
 
 import numpy as np
 import numpy.typing as npt
@@ -6,16 +6,20 @@ import numpy.typing as npt
 from .. import kernel
 from ..kernel import Chain, Floats
 
-# Poses are tried so many at a time, and no more where fewer than one of five of them closes: a
-# pose that does not close costs as much as many that do.
-AT_A_TIME, ONE_OF = 20, 5
-# Where fewer close than this, others are looked for around the assembly, ever nearer to it.
-FEW, AROUND, SEED = 100, (1.0, 0.3, 0.1, 0.03, 0.01), 20240523
+BATCH_SIZE = 20  # poses that are tried at a time
+# Stop when more poses than this were tried for each pose that closes: a pose that does not close
+# costs as much time as many that close.
+MAX_TRIES_PER_POSE = 5
+# If fewer poses close, try poses around the known position, in these radii (rad or m) one after
+# another.
+MIN_CLOSED_POSES = 100
+SEARCH_RADII = (1.0, 0.3, 0.1, 0.03, 0.01)
+SEED = 20240523
 
 
 def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
-    Return what the kernel says of the loops of a chain at each pose, and which does not close.
+    Return the kernel's numbers of the loops at each pose, and which group does not close.
 
     Parameters
     ----------
@@ -26,7 +30,7 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
     Returns
     -------
-    shape (N, width) as `kernel.Closure` says, shape (N,) 0 or the group counted from the last
+    shape (N, width) as `kernel.Closure` documents, shape (N,) 0 or the group counted from the last
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))
@@ -43,37 +47,38 @@ def closes_at(chain: Chain, q: Floats) -> npt.NDArray[np.bool_]:
 
 def tried_poses(chain: Chain, q: Floats) -> tuple[Floats, int]:
     """
-    Return those of many poses at which the loops of a chain close, and how many were tried.
+    Return the poses of (N, n) at which the loops of a chain close, and how many were tried.
 
-    Not all are where fewer than one of five closes.
+    It stops when it has tried more than MAX_TRIES_PER_POSE poses for each that closes.
     """
-    found: list[Floats] = []
+    batches: list[Floats] = []
     closed, tried = 0, 0
-    while tried < len(q) and ONE_OF * closed >= tried:
-        some = q[tried : tried + AT_A_TIME]
-        found.append(some[closes_at(chain, some)])
-        closed, tried = closed + len(found[-1]), tried + len(some)
-    return np.concatenate([q[:0], *found]), tried
+    while tried < len(q) and tried <= MAX_TRIES_PER_POSE * closed:
+        batch = q[tried : tried + BATCH_SIZE]
+        batches.append(batch[closes_at(chain, batch)])
+        closed, tried = closed + len(batches[-1]), tried + len(batch)
+    return np.concatenate([q[:0], *batches]), tried
 
 
 def closed_poses(chain: Chain, q: Floats) -> Floats:
     """
-    Return those of many poses at which the loops of a chain close, all of them without loops.
+    Return the poses of (N, n) at which the loops of a chain close; all poses without loops.
 
-    As `tried_poses` finds them. Where they are few, others around the known position are put
-    behind them.
+    `tried_poses` finds them. If fewer than MIN_CLOSED_POSES close, poses around the known position
+    follow them.
     """
     if chain.loops == 0:
         return q
-    found, _ = tried_poses(chain, q)
-    if len(found) >= FEW:
-        return found
+    closed, _ = tried_poses(chain, q)
+    if len(closed) >= MIN_CLOSED_POSES:
+        return closed
     random = np.random.default_rng(SEED)
     assembled = chain.closure.assembled()
-    for share in AROUND:
+    for radius in SEARCH_RADII:
         units = np.minimum(chain.closure.units(), 1.0)
-        near = assembled + share * units * random.uniform(-1.0, 1.0, (10 * FEW, chain.dof))
-        found = np.concatenate([found, tried_poses(chain, near)[0]])
-        if len(found) >= FEW:
+        steps = random.uniform(-1.0, 1.0, (10 * MIN_CLOSED_POSES, chain.dof))
+        around = assembled + radius * units * steps
+        closed = np.concatenate([closed, tried_poses(chain, around)[0]])
+        if len(closed) >= MIN_CLOSED_POSES:
             break
-    return np.asarray(np.concatenate([found, assembled[None]]))
+    return np.asarray(np.concatenate([closed, assembled[None]]))

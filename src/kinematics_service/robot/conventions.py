@@ -1,4 +1,4 @@
-"""The rows of a robot file's table, each turned into the same three: before, screw_z, after."""
+"""Write each row of a table as a screw about z between two constants, in any convention."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -39,7 +39,7 @@ def row_of(link: Link, convention: str) -> Row:
             _constants(product.after_joint, link),
         )
     if isinstance(link, ElementaryMotion):
-        # Rx is Rz with z turned into x before, and back after; likewise the others.
+        # Rx is Rz with z turned into x before and back after; Ry, Tx and Ty likewise.
         turn = Z_INTO[link.axis[1]]
         argument = link.argument.affine
         theta, d = (argument, ZERO) if link.turns else (ZERO, argument)
@@ -53,7 +53,7 @@ def row_of(link: Link, convention: str) -> Row:
 
 
 def _constants(motions: Sequence[NamedMotion], link: DhRow) -> Floats:
-    # Motions about and along the same axis are one screw, whatever their order.
+    # Motions about and along the same axis commute: they are one screw.
     screws = []
     for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
         angle = length = 0.0

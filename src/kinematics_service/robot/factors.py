@@ -1,8 +1,8 @@
 """
-Named singular factors: functions of the joints whose zeros are singular poses, evaluated live.
+Evaluate named singular factors: functions of the joints whose zeros are singular poses.
 
-A factor's expression becomes a tape, a list of elementary operations that the kernel runs forwards
-for value and gradient at once. No symbols are needed for that.
+A factor's expression becomes a tape, a list of elementary operations. The kernel computes value
+and gradient in one pass over the tape (forward-mode automatic differentiation).
 """
 
 import math
@@ -20,35 +20,36 @@ from .file.parts.loop_groups import group_name, loop_groups, passive_of
 from .file.text.expression_syntax import ARGUMENTS_OF, evaluated, syntax_tree
 from .task import Task
 
-# The product of the factors is the determinant where log|det| - sum(k log|f|) is the same at all
-# seeded poses to this; round-off of a determinant away from its zeros is below 1e-12 of it.
-SAME = 1e-9
-# Poses with |det| below this share of the median are left out: round-off is large there.
-TOO_SINGULAR = 1e-3
-# At a zero of a factor the smallest singular value is below this share of the largest.
-SINGULAR = 1e-6
-# At one of an approximate factor, which is that of a table without corrections, it is below this;
-# and there a singular pose is within this of its zero (rad).
-NEARLY_SINGULAR, NEARLY = 0.03, 0.02
-# Zeros looked for, and Newton steps to each.
-ZEROS, STEPS = 30, 40
+# If log|det| - sum(k log|f|) differs by less than this between the seeded poses, the product of
+# the factors is the determinant. Away from its zeros a determinant has round-off below 1e-12.
+LOG_DIFFERENCE_TOLERANCE = 1e-9
+# Poses with |det| below this share of the median are left out, because round-off is large there.
+MIN_DETERMINANT_RATIO = 1e-3
+# Largest ratio of the smallest to the largest singular value at a zero of a factor.
+SINGULAR_VALUE_RATIO = 1e-6
+# The same for an approximate factor, which belongs to the table without its corrections.
+APPROXIMATE_SINGULAR_VALUE_RATIO = 0.03
+# Distance of a singular pose from a zero of an approximate factor, rad.
+APPROXIMATE_ZERO_DISTANCE = 0.02
+CHECKED_ZEROS = 30  # zeros of each factor that are checked
+NEWTON_STEPS = 40  # toward each zero
 
 
 @dataclass(frozen=True, eq=False)
 class Factors(FrozenArrays):
     """
-    The singular factors of an arm; none for an arm without.
+    The singular factors of an arm; empty if the arm has none.
 
     Attributes
     ----------
     names, texts
-        As in the robot file; behind them the closed loops, whose factors are the determinants of
-        their residuals' slopes by their passive joints. The tape does not have those.
+        As in the robot file. Those of the closed loops follow: the factor of a loop is the
+        determinant of its residuals' derivatives by its passive joints. It is not on the tape.
     approximate
-        For each whether it is that of a table without corrections.
+        For each factor, whether it belongs to the table without its corrections.
     complete
-        Whether their product, with whole powers, is the determinant up to a constant: then every
-        singular pose is a zero of one of them.
+        Whether the product of the factors, with whole powers, is the determinant up to a constant.
+        Then every singular pose is a zero of a factor.
     operations : shape (steps, 3), constants : shape (steps,)
         Operation and operands of each step of the tape; its constant, or its scale.
     ends : shape (factors,)
@@ -73,29 +74,38 @@ class Factors(FrozenArrays):
 
     def may_name(self, k: int, away: float, distance: float) -> bool:
         """
-        Return whether a factor whose zero is `away` names a singular pose at a distance, rad.
+        Return whether a factor names a singular pose, given the distances of both, rad.
 
-        An incomplete list may lack the factor of that pose. A loop is named where it is nearer to
-        flat than the arm is to a singular pose.
+        An incomplete list may lack the factor of that pose. A loop is named if it is nearer to a
+        flat position than the arm is to a singular pose.
+
+        Parameters
+        ----------
+        k
+            The index of the factor.
+        away
+            The distance of the factor's zero.
+        distance
+            The distance of the singular pose.
         """
         if self.is_loop(k):
             return away <= distance
-        nearly = NEARLY if self.approximate[k] else 0.0
-        return self.complete or away <= 1.5 * distance + nearly
+        tolerance = APPROXIMATE_ZERO_DISTANCE if self.approximate[k] else 0.0
+        return self.complete or away <= 1.5 * distance + tolerance
 
     def is_loop(self, k: int) -> bool:
         """Return whether a factor is the determinant of a closed loop."""
         return k >= len(self.ends)
 
     def called(self, k: int) -> str:
-        """Return the name of a factor, with a word if it is approximate."""
+        """Return the name of a factor, marked if the factor is approximate."""
         return f'{self.names[k]} (approximately)' if self.approximate[k] else self.names[k]
 
     def evaluate(self, q: Floats) -> Floats:
         """
-        Return value and gradient of each factor of the file, (N, factors, 1 + n), of q (N, n).
+        Return value and gradient of each factor of the file, (N, factors, 1 + n), at q (N, n).
 
-        Gradients are by rad and m.
+        Gradients are per rad and m.
         """
         results = np.empty((len(q), len(self.ends), 1 + q.shape[1]))
         kernel.evaluate_factors(self.tape, q, results)
@@ -104,16 +114,16 @@ class Factors(FrozenArrays):
 
 def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
     """
-    Return the joint motion to each factor's nearest zero by first order, (..., factors, n).
+    Return the first-order joint motion to each factor's nearest zero, (..., factors, n).
 
-    In rad and m; zero where the factor does not change.
+    In rad and m; zero if the factor does not change.
 
     Parameters
     ----------
     results : shape (..., factors, 1 + n)
         As `Factors.evaluate` returns them.
     column_scales : shape (n,)
-        What a unit of each joint counts in rad: the characteristic length for prismatic ones.
+        1 for a joint that turns, the characteristic length for a prismatic joint.
     """
     scaled = results[..., 1:] * column_scales
     squares = np.sum(scaled**2, axis=-1)
@@ -122,7 +132,7 @@ def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
 
 
 class _TapeBuilder:
-    """Collects the steps of several expressions."""
+    """Collect the steps of several expressions."""
 
     def __init__(self, description: RobotDescription) -> None:
         self.steps: list[tuple[int, int, int]] = []
@@ -130,29 +140,28 @@ class _TapeBuilder:
         angle, length = description.radians, description.metres
         self._angle = angle
         self._constants = {'pi': math.pi, **{one.name: one.value for one in description.constants}}
-        # A variable counts in the file's unit: its number on the tape is file units per SI unit.
+        # Expressions have the file's units: the number of a variable is file units per SI unit.
         self._variables = {
             joint.variable: (j, 1.0 / (length if joint.type == 'prismatic' else angle))
             for j, joint in enumerate(description.joints)
         }
 
     def add(self, text: str) -> int:
-        """Add an expression that the reader has accepted; return the step of its value."""
+        """Add an expression that the reader has accepted; return the index of its last step."""
         return evaluated(syntax_tree(text, lambda _: None), self._step)
 
-    def _step(self, said: float | str, operands: list[int]) -> int:
-        if isinstance(said, float):
-            return self._append(kernel.CONSTANT, 0, 0, said)
-        if operands:
-            number = self._angle if said in ARGUMENTS_OF else 1.0
-            return self._append(_OPERATIONS[said], operands[0], operands[-1], number)
-        if said in self._variables:
-            j, scale = self._variables[said]
-            return self._append(kernel.JOINT, j, 0, scale)
-        return self._append(kernel.CONSTANT, 0, 0, self._constants[said])
-
-    def _append(self, operation: int, first: int, second: int, number: float) -> int:
-        self.steps.append((operation, first, second))
+    def _step(self, symbol: float | str, operands: list[int]) -> int:
+        if isinstance(symbol, float):
+            step, number = (kernel.CONSTANT, 0, 0), symbol
+        elif operands:
+            step = (_OPERATIONS[symbol], operands[0], operands[-1])
+            number = self._angle if symbol in ARGUMENTS_OF else 1.0
+        elif symbol in self._variables:
+            j, number = self._variables[symbol]
+            step = (kernel.JOINT, j, 0)
+        else:
+            step, number = (kernel.CONSTANT, 0, 0), self._constants[symbol]
+        self.steps.append(step)
         self.numbers.append(number)
         return len(self.steps) - 1
 
@@ -184,8 +193,8 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
     Raises
     ------
     KinematicsError
-        A zero of a factor is no singular pose, or not nearly one if it is approximate; the message
-        names it and the pose.
+        A zero of a factor is not a singular pose, or not close to one if the factor is
+        approximate. The message names the factor and the pose.
     """
     tape = _TapeBuilder(description)
     ends = [tape.add(factor.text) for factor in description.singularity.factors]
@@ -203,12 +212,12 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
     if _product_is_the_determinant(factors, chain, task, q):
         return replace(factors, complete=True)
     for k, name in enumerate(factors.names):
-        _check_zeros(factors, k, name, chain, task, q[:ZEROS])
+        _check_zeros(factors, k, name, chain, task, q[:CHECKED_ZEROS])
     return factors
 
 
 def with_loops(factors: Factors, description: RobotDescription, chain: Chain) -> Factors:
-    """Return the factors with the determinants of an arm's closed loops behind them."""
+    """Return the factors, followed by the determinants of an arm's closed loops."""
     if chain.loops == 0:
         return factors
     groups = loop_groups(description.loops)
@@ -231,8 +240,8 @@ def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: F
         return False
     determinants = np.abs(np.linalg.det(_task_jacobians(chain, task, q)))
     values = np.abs(factors.evaluate(q)[..., 0])
-    # Not np.median: it imports a package for the start of every node.
-    usable = determinants > TOO_SINGULAR * np.sort(determinants)[len(determinants) // 2]
+    # Not np.median, which imports another package at the start of every node.
+    usable = determinants > MIN_DETERMINANT_RATIO * np.sort(determinants)[len(determinants) // 2]
     usable &= np.all(values > 0.0, axis=1)
     if np.sum(usable) <= 2 * len(factors.names):
         return False
@@ -243,26 +252,26 @@ def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: F
     if np.any(powers < 1.0):
         return False
     rest = target - logs @ powers
-    return bool(np.ptp(rest) < SAME)
+    return bool(np.ptp(rest) < LOG_DIFFERENCE_TOLERANCE)
 
 
 def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, q: Floats) -> None:
     scales = task.column_scales
     zero = np.array(q)
-    for _ in range(STEPS):
+    for _ in range(NEWTON_STEPS):
         zero = zero + motions_to_zeros(factors.evaluate(zero), scales)[:, k]
-    reached = np.abs(factors.evaluate(zero)[:, k, 0]) < 1e-12
-    if not np.any(reached):
+    zero = zero[np.abs(factors.evaluate(zero)[:, k, 0]) < 1e-12]
+    if not len(zero):
         return
-    zero = zero[reached]
     sigma = np.linalg.svd(_task_jacobians(chain, task, zero), compute_uv=False)
-    share = sigma[:, task.generic_rank - 1] / sigma[:, 0]
-    worst = int(np.argmax(share))
-    if share[worst] > (NEARLY_SINGULAR if factors.approximate[k] else SINGULAR):
+    ratios = sigma[:, task.generic_rank - 1] / sigma[:, 0]
+    worst, approximate = int(np.argmax(ratios)), factors.approximate[k]
+    limit = APPROXIMATE_SINGULAR_VALUE_RATIO if approximate else SINGULAR_VALUE_RATIO
+    if ratios[worst] > limit:
         pose = ', '.join(f'{x:.4g}' for x in zero[worst])
         raise KinematicsError(
             f'factor {name!r} ({factors.texts[k]}) is zero at q = [{pose}], which is no singular '
-            f'pose: the smallest singular value there is {share[worst]:.2g} of the largest'
+            f'pose: the smallest singular value there is {ratios[worst]:.2g} of the largest'
         )
 
 

@@ -1,7 +1,7 @@
 """
-The closed loops of an arm: their two chains folded into the constants of the kernel, and checked.
+Fold the two chains of each closed loop of an arm into the constants of the kernel, and check them.
 
-The joints keep their places, and the passive joints of all loops stand behind them.
+The variables are the joints in their order, followed by the passive joints of all loops.
 """
 
 from collections.abc import Sequence
@@ -28,10 +28,10 @@ from .file.parts.loop_groups import loop_groups, names_in_loop, passive_of
 from .file.parts.singularity import ROWS
 from .file.reader import refuse
 
-# Components that are not among the rows of a rotation vanish to this, rad.
-PARALLEL = 1e-9
-# Whether a passive joint moves a row is looked at with such steps, rad or m.
-BESIDE = 0.1
+# Largest component of a rotation, rad, that counts as zero.
+ROTATION_TOLERANCE = 1e-9
+# Step of a passive joint, rad or m, that shows whether the joint moves a row.
+JOINT_STEP = 0.1
 
 
 def passive_names(description: RobotDescription) -> frozenset[str]:
@@ -40,7 +40,7 @@ def passive_names(description: RobotDescription) -> frozenset[str]:
 
 
 def opened(description: RobotDescription) -> RobotDescription:
-    """Return the arm with its loops open: passive joints are joints, nothing else is known."""
+    """Return the arm without its loops: passive joints are joints without limits."""
     passive = tuple(
         JointDescription(joint.name, joint.name, joint.type, -np.inf, np.inf, np.inf)
         for joint in passive_of(description.loops)
@@ -55,13 +55,13 @@ def opened(description: RobotDescription) -> RobotDescription:
 
 
 def variables_of(description: RobotDescription) -> tuple[str, ...]:
-    """Return the joint variables, and behind them the passive joints of all loops."""
+    """Return the joint variables, followed by the passive joints of all loops."""
     passive = (joint.name for joint in passive_of(description.loops))
     return (*(joint.variable for joint in description.joints), *passive)
 
 
 def moving_variables(description: RobotDescription, links: Sequence[Link]) -> frozenset[str]:
-    """Return what moves rows of the table: joints and passive joints, these with their loops."""
+    """Return the variables that move rows of the table, directly or by closed loops."""
     moving = names_in_rows(links)
     for group in reversed(loop_groups(description.loops)):
         if moving & {joint.name for joint in passive_of(group)}:
@@ -82,7 +82,7 @@ def chain_of(
 
 def closure_of(description: RobotDescription) -> Closure | None:
     """
-    Return the closed loops of an arm as the kernel reads them; None where it has none.
+    Return the closed loops of an arm as the kernel reads them; None if the arm has none.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def _grouped(
     size: float,
     units: Floats,
 ) -> LoopGroup:
-    # The groups as the kernel reads them, each with the next one.
+    # Return the groups as the kernel reads them: a linked list.
     before = list(chains)
     first, following = dof + sum(len(passive_of(group)) for group in groups), None
     for group in reversed(groups):
@@ -129,7 +129,7 @@ def _grouped(
             axes = np.array([ROWS.index(name) for name in one.rows], dtype=np.int64)
             loop = Loop(*before.pop(), axes, row, loop)
         assert loop is not None
-        following = LoopGroup(loop, len(group), first, size, units, following)
+        following = LoopGroup(loop, first, size, units, following)
     assert following is not None
     return following
 
@@ -137,7 +137,7 @@ def _grouped(
 def _chains(
     description: RobotDescription, loop: LoopDescription, variables: Sequence[str]
 ) -> tuple[Chain, Chain]:
-    # Both in the frame where they part.
+    # Return the chains of the table and of the loop, both from the frame where they part.
     convention, here = description.convention, np.eye(4)
     there = [row_of(link, convention) for link in loop.there]
     back = [row_of(link, convention) for link in loop.links]
@@ -148,7 +148,7 @@ def _chains(
 
 
 def _size(chain: Chain) -> float:
-    # The lengths of a chain, together.
+    # Return the sum of the lengths of a chain, m.
     lengths = np.linalg.norm(chain.table.before[:, :, 3], axis=1)
     return float(np.sum(lengths) + np.sum(np.abs(chain.table.d_0)))
 
@@ -156,7 +156,7 @@ def _size(chain: Chain) -> float:
 def _units(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]], size: float
 ) -> Floats:
-    # What counts as a rad of each variable; endless for a joint that moves no loop.
+    # Return the motion that counts as 1 rad for each variable; infinite if it moves no loop.
     kinds = [joint.type for joint in description.joints]
     kinds += [joint.type for joint in passive_of(description.loops)]
     inside = {int(j) for pair in chains for chain in pair for j in chain.table.joint}
@@ -171,7 +171,7 @@ def _units(
 def _turns(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]]
 ) -> kernel.Integers:
-    # Whether a whole turn of a joint that has no limits leaves every loop as it is.
+    # Return whether a whole turn of a joint without limits leaves every loop as it is.
     turns = np.zeros(len(description.joints), dtype=np.int64)
     tables = [chain.table for pair in chains for chain in pair]
     for j, joint in enumerate(description.joints):
@@ -182,14 +182,14 @@ def _turns(
 
 
 def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
-    # The end of the second chain seen from that of the first, in the axes where both begin: the
-    # way, and the rotation as axis times sine.
+    # Return the pose of the second chain's end relative to the first chain's end, in the axes
+    # where both begin: translation, and rotation as axis times sine.
     (there,), (back,) = (poses_and_jacobians(chain, x[None])[0] for chain in pair)
     return gap_between(there, back)
 
 
 def gap_between(there: Floats, back: Floats) -> Floats:
-    """Return how far poses (..., 4, 4) are apart: the way, and the rotation as axis times sine."""
+    """Return translation and rotation (axis times sine) between poses (..., 4, 4), (..., 6)."""
     turn = back[..., :3, :3] @ np.swapaxes(there[..., :3, :3], -1, -2)
     way = back[..., :3, 3] - there[..., :3, 3]
     return np.concatenate([way, 0.5 * skew_part(turn)], axis=-1)
@@ -205,7 +205,7 @@ def _refuse(
     groups = loop_groups(description.loops)
     group, first = groups[g], sum(len(one) for one in groups[:g])
     variables, n = len(given), len(description.joints)
-    told = start[2 * variables + (variables - n) * n + 3 * g :]
+    failure = start[2 * variables + (variables - n) * n + 3 * g :]
     passive = passive_of(group)
     begin = n + sum(len(passive_of(one)) for one in groups[:g])
     moved = np.arange(begin, begin + len(passive))
@@ -219,7 +219,7 @@ def _refuse(
             )
             refuse(description.file, message, loop.line, f'loops[{k}].rows')
     names = ' and '.join(repr(loop.name) for loop in group)
-    if told[1] <= 1e-9:
+    if failure[1] <= 1e-9:
         message = (
             f'{"the loop is" if alone else f"the loops {names} together are"} flat at this '
             f'position: det of {its} closure by {", ".join(joint.name for joint in passive)} is '
@@ -244,28 +244,29 @@ def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -
 def _idle_rows(
     loop: LoopDescription, pair: tuple[Chain, Chain], passive: kernel.Integers, x: Floats
 ) -> list[str]:
-    # The rows that the passive joints of its group, by their places, move neither here nor beside
-    # it: here alone might be flat.
+    # Return the rows that the passive joints of the group (by index) do not move. Move the joints
+    # away from the given position first, because it may be flat.
     away = np.array(x)
-    away[passive] += BESIDE * (1.0 + np.arange(len(passive)))
+    away[passive] += JOINT_STEP * (1.0 + np.arange(len(passive)))
     moved = np.zeros(len(ROWS))
     for j in passive:
         step = np.zeros(len(x))
-        step[j] = BESIDE
+        step[j] = JOINT_STEP
         moved = np.maximum(moved, np.abs(_gap(pair, away + step) - _gap(pair, away - step)))
-    return [row for row in loop.rows if moved[ROWS.index(row)] < PARALLEL]
+    return [row for row in loop.rows if moved[ROWS.index(row)] < ROTATION_TOLERANCE]
 
 
 def _check_rest(
     description: RobotDescription, loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats
 ) -> None:
-    # Of a rotation either all rows are named, or the others vanish by themselves: two rotations
-    # that agree about one axis only are not closed by the slopes of their ends.
+    # The rows name either all rotations, or those that are not named must be zero: if two
+    # rotations agree about one axis only, first-order steps do not close the loop.
     named = [row for row in loop.rows if row in ROWS[3:]]
     if len(named) in (0, 3):
         return
     gap = _gap(pair, x)
-    others = [row for row in ROWS[3:] if row not in named and abs(gap[ROWS.index(row)]) > PARALLEL]
+    turned = zip(ROWS[3:], np.abs(gap[3:]) > ROTATION_TOLERANCE)
+    others = [row for row, turns in turned if turns and row not in named]
     if others:
         k = description.loops.index(loop)
         message = (

@@ -1,4 +1,4 @@
-"""Where things stand in a row of measures."""
+"""Compute the columns of a row of measures."""
 
 from typing import NamedTuple
 
@@ -7,18 +7,18 @@ from .. import kernel
 
 class MeasurePlaces(NamedTuple):
     """
-    Where things stand in a row of measures, as `kernel.measure` fills it.
+    The columns of a row of measures, as `kernel.measure` fills it.
 
     Attributes
     ----------
     lost, motion, way, sigma
         First column of the lost direction, the joint motion, the way out, the singular values.
     judged
-        First of the columns kernel.WATCHED to FIRST_ORDER.
+        The column kernel.WATCHED; those up to FIRST_ORDER follow.
     distances, results
         First column of the factors' distances, and of their values and gradients.
     pose
-        First column of the singular pose that was found nearest.
+        First column of the nearest singular pose.
     width
         Number of columns.
     """
@@ -35,7 +35,7 @@ class MeasurePlaces(NamedTuple):
 
 
 def measure_places(dof: int, rows: int, factors: int = 0) -> MeasurePlaces:
-    """Return the places of an arm with so many joints, rows of the task, and factors."""
+    """Return the columns for an arm, by the numbers of its joints, task rows and factors."""
     motion = kernel.LOST_AT + 6
     way = motion + dof
     sigma = way + dof

@@ -1,4 +1,4 @@
-"""The units of the measures: those of determinant and manipulability depend on the arm."""
+"""Name the units of the measures; those of determinant and manipulability depend on the arm."""
 
 from .measures import MEASURES
 from .robot import Robot
@@ -6,9 +6,9 @@ from .robot import Robot
 
 def measure_units(robot: Robot) -> dict[str, str]:
     """
-    Return the unit of each measure in plain letters: `m^3`, and nothing where it is 1.
+    Return the unit of each measure in plain letters, such as `m^3`; empty for the unit 1.
 
-    `mixed` where the minors of a J_t that is not square differ.
+    The unit is `mixed` if J_t is not square and its minors have different units.
     """
     power = _volume_power(robot)
     volume = {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm^{power}')
@@ -19,9 +19,9 @@ def measure_units(robot: Robot) -> dict[str, str]:
 
 
 def _volume_power(robot: Robot) -> int | None:
-    # k where the product of the singular values of the unscaled J_t counts in m^k: they count in m
-    # for rows of translation, and columns of sliding joints take that back. None where the minors
-    # of a J_t that is not square differ.
+    # Return k if the product of the singular values of the unscaled J_t has the unit m^k: each
+    # linear row adds 1, and each column of a sliding joint subtracts 1. Return None if J_t is not
+    # square and its minors have different units.
     rows, n = robot.singularity.task.rows, robot.dof
     linear = sum(row in ('x', 'y', 'z') for row in rows)
     slides = int(robot.prismatic.sum())

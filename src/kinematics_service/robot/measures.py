@@ -1,4 +1,4 @@
-"""Which measure is watched, where its thresholds are, and the level a value comes to."""
+"""Compare a measure of singularity with its thresholds: OK, WARN or ERROR, with hysteresis."""
 
 import enum
 import math
@@ -13,7 +13,7 @@ from .task import Task
 
 
 class Level(enum.IntEnum):
-    """How bad a pose is; the numbers are those of diagnostic_msgs/DiagnosticStatus."""
+    """The level of a pose; the numbers are those of diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -21,15 +21,15 @@ class Level(enum.IntEnum):
     STALE = 3
 
 
-# A level is left only when the measure is better than its threshold by this factor, so that noise
-# at the threshold gives one warning and not a storm.
+# A level ends when the measure is better than its threshold by this factor. Therefore noise at the
+# threshold gives one warning, not many.
 HYSTERESIS = 1.5
 
 
 @dataclass(frozen=True)
 class Thresholds:
     """
-    Which measure is watched, and where WARN and ERROR begin (`warn` and `stop`, in its unit).
+    The watched measure, and the values at which WARN (`warn`) and ERROR (`stop`) begin.
     """
 
     measure: str
@@ -38,9 +38,9 @@ class Thresholds:
 
     def bounds_after(self, previous: Level = Level.OK) -> tuple[float, float]:
         """
-        Return the values of the measure up to which WARN and ERROR hold after another level.
+        Return the values of the measure at which WARN and ERROR begin after a previous level.
 
-        They stop short of a value that means at least that (a distance of 1 rad): it is OK.
+        They are below the largest value of the measure (a distance of 1 rad), which is always OK.
         """
         measure = MEASURES[self.measure]
         factor = HYSTERESIS if measure.small_is_bad else 1.0 / HYSTERESIS
@@ -55,8 +55,7 @@ class Thresholds:
         """
         Return the level of a value of the measure (|det| for the determinant).
 
-        `previous` is the level before it: WARN and ERROR are left at HYSTERESIS times their value.
-        A value that is not a number is an ERROR.
+        After a `previous` WARN or ERROR the thresholds are HYSTERESIS times larger. NaN is ERROR.
         """
         small_is_bad = MEASURES[self.measure].small_is_bad
         warn, stop = self.bounds_after(previous)
@@ -71,14 +70,13 @@ def thresholds_for(
     task: Task, measure: str = '', warn: float | None = None, stop: float | None = None
 ) -> Thresholds:
     """
-    Return thresholds for an arm, with the default measure if it is empty, and the measure's
-    defaults for what is None.
+    Return thresholds for an arm, by default the default measure and its default thresholds.
 
     Raises
     ------
     KinematicsError
-        Unknown measure; a determinant that is not there or always zero; the distance of an arm
-        with too many joints; missing thresholds, or in the wrong order.
+        The measure is unknown, the determinant does not exist or is always zero, the arm has too
+        many joints for the distance, or the thresholds are missing or in the wrong order.
     """
     joints = len(task.column_scales)
     measure = measure or default_measure(joints).name
@@ -117,8 +115,14 @@ def thresholds_for(
 
 def why_unsearched(joints: int, farthest: float = 0.0) -> str:
     """
-    Return why an arm's distance to a singular pose is unknown at every pose, or at positions of
-    which `farthest` has the largest size, in rad; empty if it is known.
+    Return why the distance to a singular pose is not computed; empty if it is.
+
+    Parameters
+    ----------
+    joints
+        The number of joints of the arm.
+    farthest
+        The largest size of a joint position, rad.
     """
     text, most = 'the distance to a singular pose is found', kernel.MAX_SEARCHED_JOINTS
     if joints > most:

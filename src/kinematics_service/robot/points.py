@@ -1,9 +1,9 @@
 """
-The points of an arm: its tool, the points that its file names, and the frames of its table.
+Make the points of an arm: its tool, the points of its file, and the frames of its table.
 
-A point needs no kinematics of its own. The rows up to it, and its place after them as the tool,
-make a chain like any other: its pose, Jacobian and twist are the point's, and the columns of the
-joints behind it are zero.
+A point needs no kinematics of its own. The rows before it, with the point as the tool, are a chain
+like any other. The pose, Jacobian and twist of this chain are those of the point. The columns of
+the joints after the point are zero.
 """
 
 import math
@@ -70,7 +70,7 @@ def known_points(description: RobotDescription) -> tuple[str, ...]:
 
 def described_point(description: RobotDescription, of: str | int) -> PointDescription:
     """
-    Return the point of a name, or of a row counted as `link_frames` does.
+    Return the point with a name, or of a row counted as `link_frames` does.
 
     Raises
     ------
@@ -98,12 +98,12 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
 
 def place_in_frame(at: npt.ArrayLike) -> Floats:
     """
-    Return where a point is in a frame, shape (3,), m.
+    Return the checked coordinates of a point in a frame, shape (3,), m.
 
     Raises
     ------
     PointError
-        These are not three finite numbers.
+        `at` is not three finite numbers.
     """
     try:
         place = np.asarray(at, dtype=np.float64)
@@ -118,14 +118,14 @@ def with_tool(
     description: RobotDescription, xyz: Sequence[float] | None, rpy: Sequence[float] | None
 ) -> RobotDescription:
     """
-    Return the same arm with another tool; known poses, which are of the file's tool, are left out.
+    Return the same arm with another tool, without the known poses of the old tool.
 
     Parameters
     ----------
     xyz : shape (3,), m
-        Its origin in the frame after the last row; None: the file's.
+        Origin of the tool in the frame after the last row; None: that of the file.
     rpy : shape (3,), rad
-        Its orientation there, R = Rz(yaw) Ry(pitch) Rx(roll); None: the file's.
+        Orientation of the tool there, R = Rz(yaw) Ry(pitch) Rx(roll); None: that of the file.
     """
     tool = description.tool
     matrix, texts = tool.motion.matrix.copy(), tool.motion.texts
@@ -145,7 +145,7 @@ def with_tool(
 
 
 def moved_base(description: RobotDescription, motion: Floats, frame: str) -> RobotDescription:
-    """Return the same arm with its base frame at a pose (4, 4), m, in a frame of another name."""
+    """Return the same arm with its base at a pose (4, 4), m, in another frame."""
     matrix = motion @ description.base.motion.matrix
     place, turn = _texts(matrix[:3, 3], description.metres), exact_rpy(matrix[:3, :3])
     texts = (*place, *_texts(turn, description.radians))
@@ -159,8 +159,8 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # With the origin at a place in its own frame; its rotation keeps its texts. Tools and points
-    # are given as xyz and rpy.
+    # Move the origin to a place in the frame itself. Tools and points have the texts of xyz and
+    # rpy: those of the rotation stay.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
     return RigidMotion(matrix, (*_texts(matrix[:3, 3], unit), *motion.texts[3:]))
@@ -170,15 +170,16 @@ def ending_at(
     description: RobotDescription, of: str | int, at: npt.ArrayLike | None = None
 ) -> RobotDescription:
     """
-    Return the same arm with a point as its tool, its origin at a place (3,) in its frame (m).
+    Return the same arm with a point as its tool, the origin moved to `at` (3,), m, in its frame.
 
-    It is called after both, `puma560_elbow`. What the file says of singular poses and known poses
-    is about its own tool, and left out. Joints behind the point move nothing.
+    Its name is that of the arm and the point, `puma560_elbow`. The sections `singularity` and
+    `known_poses` of the file are left out, because they are about the tool. Joints after the point
+    are marked as unused.
 
     Raises
     ------
     PointError
-        The arm has no such point or row; `at` is not three finite numbers.
+        The arm has no such point or row, or `at` is not three finite numbers.
     """
     point = described_point(description, of)
     if at is not None:
@@ -220,9 +221,9 @@ def ending_at(
 def _up_to(
     description: RobotDescription, links: Sequence[Link], of_tool: bool
 ) -> Uncertainty | None:
-    # Without the numbers of later rows, and of a tool that is not there.
-    said = description.uncertainty
-    if said is None:
+    # Leave out the parameters of later rows, and of the tool if the point is not the tool.
+    uncertainty = description.uncertainty
+    if uncertainty is None:
         return None
     ends = ENDS if of_tool else ENDS[:1]
     names = {
@@ -232,7 +233,7 @@ def _up_to(
         *(one.name for end in ends for one in end_parameters(end, 0)),
     }
     return replace(
-        said,
-        parameters=tuple(one for one in said.parameters if one[0] in names),
-        factor=tuple(one for one in said.factor if one[0] in names),
+        uncertainty,
+        parameters=tuple(pair for pair in uncertainty.parameters if pair[0] in names),
+        factor=tuple(pair for pair in uncertainty.factor if pair[0] in names),
     )

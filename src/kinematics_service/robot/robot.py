@@ -1,6 +1,7 @@
-"""A robot: one arm as its file describes it, with everything that can be known before it moves."""
+"""Build a robot: one arm as its file describes it, with all numbers that do not depend on q."""
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TypeAlias
@@ -15,7 +16,6 @@ from ..typography import counted
 from .bundled import RobotSource, bundled_robots, find_robot
 from .cell import read_robot
 from .chain import FrozenArrays
-from .factors import read_factors
 from .file.parts.description import Factor, RobotDescription
 from .file.parts.loop_groups import group_name, loop_groups
 from .file.reader import parse_robot
@@ -41,19 +41,19 @@ class Robot(FrozenArrays):
     joint_types
         `revolute`, `prismatic` or `helical`, n of them.
     limits : shape (n, 2), rad or m
-        Lower and upper, infinite where there is none; read-only.
+        Lower and upper limits, infinite for no limit; read-only.
     velocity_limits, acceleration_limits : shape (n,), rad or m and s
-        Infinite where there is none; read-only.
+        Infinite for no limit; read-only.
     base_frame, tool_frame
-        Names of the frames poses are given in and of.
+        Names of the frames: poses are those of the tool in the base.
     rows
         Number of rows of the table.
     chain
         Constants of the kernel.
     singularity
-        What its poses are judged by: the task, the thresholds, the named factors.
+        The task, the thresholds and the named factors, which decide whether a pose is singular.
     description
-        The robot file itself, in SI units.
+        The content of the robot file, in SI units.
     """
 
     name: str
@@ -73,7 +73,7 @@ class Robot(FrozenArrays):
     description: RobotDescription
 
     def __post_init__(self) -> None:
-        """Refuse a chain that is not the one that poses are judged by."""
+        """Check that the singularity model has the same chain."""
         super().__post_init__()
         if self.singularity.chain is not self.chain:
             raise TypeError('the chain of a robot is not that of its singularity model')
@@ -97,7 +97,7 @@ class Robot(FrozenArrays):
 
     @cached_property
     def continuous(self) -> tuple[bool, ...]:
-        """Return for each joint whether it turns without limits, so that its angle may wrap."""
+        """Return for each joint whether it turns without limits: then its angle may wrap."""
         return tuple(
             kind == 'revolute' and bool(np.all(np.isinf(limits)))
             for kind, limits in zip(self.joint_types, self.limits)
@@ -110,7 +110,7 @@ class Robot(FrozenArrays):
 
     @property
     def loop_names(self) -> tuple[str, ...]:
-        """Return the names of the closed loops that move the tool; 'a + b' of a group of two."""
+        """Return the names of the closed loops that move the tool; 'a + b' for a group of two."""
         groups = loop_groups(self.description.loops) if self.chain.loops else ()
         return tuple(map(group_name, groups))
 
@@ -142,7 +142,7 @@ class Robot(FrozenArrays):
         PointError
             The arm has no such point or row.
         """
-        # Only of these types: True and 1.0 are equal to 1.
+        # Only str and int: True and 1.0 are equal to 1.
         if type(of) is str or type(of) is int:
             found = self._found_points.get(of)
             if found is not None:
@@ -157,21 +157,21 @@ class Robot(FrozenArrays):
         """
         Return the same arm with a point as its tool: for its measures, plots and audits.
 
-        It is called after both, `puma560_elbow`. Its task is that of an arm of the joints that
-        move the point, its thresholds are the defaults. Joints behind the point keep their columns
-        and move nothing.
+        Its name is that of the arm and the point, `puma560_elbow`. The joints that move the point
+        choose the task; the thresholds are the defaults. Joints after the point keep their columns
+        of the Jacobian, which are zero.
 
         Parameters
         ----------
         of
-            As `point` takes it.
+            As in `point`.
         at : shape (3,), m
             Another origin of that frame, in its own coordinates.
 
         Raises
         ------
         PointError
-            The arm has no such point or row, or no joint moves it; `at` is not three finite
+            The arm has no such point or row, no joint moves it, or `at` is not three finite
             numbers.
         """
         point = self.point(of)
@@ -187,7 +187,7 @@ class Robot(FrozenArrays):
                 of,
             )
         description = ending_at(self.description, of, at)
-        robot = self if description is self.description else _built_for_its_joints(description)
+        robot = self if description is self.description else _build_for_its_joints(description)
         if at is None:
             self._found_ends[point.name] = robot
         return robot
@@ -200,12 +200,12 @@ class Robot(FrozenArrays):
 
 def build_robot(description: RobotDescription, in_letters: bool = False) -> Robot:
     """
-    Return the robot that a description describes.
+    Return the robot of a description.
 
     Parameters
     ----------
     in_letters
-        Accept constants without a value: for what is true of every value.
+        Accept constants without a value, for results that hold for every value.
 
     Raises
     ------
@@ -246,8 +246,8 @@ def build_robot(description: RobotDescription, in_letters: bool = False) -> Robo
     )
 
 
-def _built_for_its_joints(description: RobotDescription) -> Robot:
-    # The robot whose task is chosen as if there were no joints but those that move something.
+def _build_for_its_joints(description: RobotDescription) -> Robot:
+    # Build a robot whose task is chosen as if the arm had no unused joints.
     if description.loops:
         return build_robot(description)
     joints = [joint for joint in description.joints if not joint.unused]
@@ -256,19 +256,19 @@ def _built_for_its_joints(description: RobotDescription) -> Robot:
     prismatic = [joint.type == 'prismatic' for joint in joints]
     q = generic_poses(chain, limits, prismatic)
     task = find_task(chain, [joint.name for joint in joints], q, prismatic)
-    judged = replace(description.singularity, task=task.rows)
-    return build_robot(replace(description, singularity=judged))
+    singularity = replace(description.singularity, task=task.rows)
+    return build_robot(replace(description, singularity=singularity))
 
 
 def with_chain(robot: Robot, chain: Chain) -> Robot:
-    """Return the same robot with another chain, judged by the same task and thresholds."""
+    """Return the same robot with another chain, and with the same task and thresholds."""
     return replace(robot, chain=chain, singularity=replace(robot.singularity, chain=chain))
 
 
 def with_singularity(
     robot: Robot, length: float | None = None, thresholds: Thresholds | None = None
 ) -> Robot:
-    """Return the same robot judged with another characteristic length (m) or other thresholds."""
+    """Return the same robot with another characteristic length (m) or other thresholds."""
     task = robot.singularity.task
     if length is not None and length != task.length:
         q = generic_poses(robot.chain, robot.limits, robot.prismatic)
@@ -287,17 +287,17 @@ def with_tool(
     """
     Return the same arm with another tool.
 
-    What its file says of singular poses holds, but for factors that are zero where no pose is
-    singular now.
+    The section `singularity` of its file applies, without factors whose zeros are not singular
+    poses of the new tool.
 
     Parameters
     ----------
     robot
         The arm of the file.
     xyz : m
-        Origin of the tool in the frame after the last row; None: the file's.
+        Origin of the tool in the frame after the last row; default: that of the file.
     rpy : rad
-        Its orientation there, R = Rz(yaw) Ry(pitch) Rx(roll); None: the file's.
+        Orientation of the tool there, R = Rz(yaw) Ry(pitch) Rx(roll); default: that of the file.
 
     Raises
     ------
@@ -311,7 +311,8 @@ def with_tool(
         return build_robot(description)
     except RobotFileError:
         bare = build_robot(_with_factors(description, ()))
-    kept = tuple(one for one in description.singularity.factors if _holds(bare, one))
+    factors = description.singularity.factors
+    kept = tuple(factor for factor in factors if _is_accepted(description, factor))
     return build_robot(_with_factors(description, kept)) if kept else bare
 
 
@@ -319,40 +320,36 @@ def _with_factors(description: RobotDescription, factors: tuple[Factor, ...]) ->
     return replace(description, singularity=replace(description.singularity, factors=factors))
 
 
-def _holds(robot: Robot, factor: Factor) -> bool:
-    # Whether a factor is zero at singular poses alone.
-    description = _with_factors(robot.description, (factor,))
-    try:
-        q = generic_poses(robot.chain, robot.limits, robot.prismatic)
-        read_factors(description, robot.chain, robot.singularity.task, q)
-    except KinematicsError:
-        return False
-    return True
+def _is_accepted(description: RobotDescription, factor: Factor) -> bool:
+    # Return whether all zeros of a factor are singular poses.
+    with suppress(RobotFileError):
+        return build_robot(_with_factors(description, (factor,))) is not None
+    return False
 
 
 def load_robot(name: str | os.PathLike[str]) -> Robot:
     """
-    Return the robot of a YAML file, a URDF or a cell, or a bundled one by its name.
+    Return the robot of a YAML file, a URDF or a cell, or a bundled robot by its name.
 
-    A bundled robot is read once, a file each time.
+    A bundled robot is read once, a file in every call.
 
     Parameters
     ----------
     name
-        A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`. Of a URDF
-        `arm.urdf` is the longest chain up to a hand, `arm.urdf:BASE:TIP` that between two
-        links. Of a cell `cell.yaml` is the motion of the second arm's tool as the first arm's
-        tool sees it, `cell.yaml:BASE:TIP` that between two arms, or points of arms such as
-        `left/elbow`; where BASE is the frame of the cell it is one arm.
+        A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`. For a URDF,
+        `arm.urdf` is the longest chain up to a hand, and `arm.urdf:BASE:TIP` the chain between two
+        links. For a cell, `cell.yaml` is the motion of the second arm's tool relative to the first
+        arm's tool. `cell.yaml:BASE:TIP` is the motion between two arms, or points of arms such as
+        `left/elbow`; if BASE is the frame of the cell, it is one arm.
 
     Raises
     ------
     RobotNotFoundError
-        Neither a file nor a bundled robot.
+        The name is neither a file nor a bundled robot.
     RobotFileError
         The file is not a valid robot; the message has a line for each fault.
     UrdfError
-        The URDF holds no such chain, or a joint that no robot file can express.
+        The URDF has no such chain, or a joint that no robot file can express.
     """
     source = find_robot(name)
     if os.fspath(name) in bundled_robots():
@@ -360,15 +357,15 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     return build_robot(read_robot(source))
 
 
-# What every function of the library takes for an arm: a robot, a bundled name or a file's path.
+# Every function of the library takes a robot, a bundled name or a file's path.
 AnyRobot: TypeAlias = Robot | str | os.PathLike[str]
 
 
 def as_robot(robot: AnyRobot) -> Robot:
     """
-    Return a robot that is given itself, by its bundled name or by a path.
+    Return a robot that is given as a robot, by its bundled name or by a path.
 
-    A file is read once, and again when it has changed.
+    A file is read in the first call, and again after it has changed.
 
     Raises
     ------
@@ -378,13 +375,13 @@ def as_robot(robot: AnyRobot) -> Robot:
     if isinstance(robot, Robot):
         return robot
     source = find_robot(robot)
-    there = source._replace(file=source.file.absolute())
+    source = source._replace(file=source.file.absolute())
     try:
-        state = file_state(there.file)
-        parts = _robot_of(there, *state).description.parts
-        return _robot_of(there, *state, *(k for part in parts for k in file_state(part)))
+        state = file_state(source.file)
+        parts = _robot_of(source, *state).description.parts
+        return _robot_of(source, *state, *(k for part in parts for k in file_state(part)))
     except OSError:
-        return load_robot(robot)  # which says what is wrong
+        return load_robot(robot)  # raises the error of the file
 
 
 def robot_in_letters(robot: AnyRobot) -> Robot:

@@ -1,4 +1,4 @@
-"""Hold the task, the thresholds and the named factors by which poses of an arm are judged."""
+"""Hold what decides whether a pose is singular: task, thresholds and named factors of an arm."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,18 +23,18 @@ if TYPE_CHECKING:  # it loads the search for singular poses
 @dataclass(frozen=True, eq=False)
 class SingularityModel(FrozenArrays):
     """
-    What the poses of one arm are judged by, frozen.
+    The numbers that decide whether a pose of one arm is singular, frozen.
 
     Attributes
     ----------
     chain
-        The arm.
+        The constants of the arm.
     limits : shape (n, 2), rad or m
-        Of its joints.
+        The limits of the joints.
     task
-        Rows of the Jacobian, and their length.
+        The rows of the Jacobian, and the characteristic length.
     thresholds
-        The watched measure, and when to warn.
+        The watched measure, and the values at which WARN and ERROR begin.
     factors
         Named functions whose zeros are singular poses.
     """
@@ -48,9 +48,9 @@ class SingularityModel(FrozenArrays):
     @cached_property
     def arm(self) -> 'Arm':
         """
-        Return all of it as the kernel reads it.
+        Return the model as the kernel reads it.
 
-        The kernel samples the singular poses when it is first asked for one nearby.
+        The kernel samples the singular poses when it is first asked for the nearest one.
         """
         return kernel.Arm(
             self.chain,
@@ -64,19 +64,19 @@ class SingularityModel(FrozenArrays):
 
     @cached_property
     def measure_places(self) -> MeasurePlaces:
-        """Return where the measures stand in a row of them."""
+        """Return the columns of a row of measures."""
         rows, factors = len(self.task.rows), len(self.factors.names)
         return measure_places(self.chain.dof, rows, factors)
 
 
 def singularity_model(description: RobotDescription, chain: Chain) -> SingularityModel:
     """
-    Return what a robot file says of singularities, with the defaults for what it leaves out.
+    Return the singularity model of a robot file, with defaults for missing keys.
 
     Raises
     ------
     KinematicsError
-        The thresholds do not fit the arm, or a factor is zero where no pose is singular.
+        The thresholds do not fit the arm, or a zero of a factor is not a singular pose.
     """
     joints, settings = description.joints, description.singularity
     limits = np.array([[joint.lower, joint.upper] for joint in joints])

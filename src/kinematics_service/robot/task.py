@@ -1,4 +1,4 @@
-"""The task: which rows of the Jacobian singularities are judged by, and how the arm moves them."""
+"""Choose the task: the rows of the Jacobian that decide whether a pose is singular."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -15,30 +15,31 @@ from .closed_poses import closed_poses
 
 ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
-# Poses the generic properties of an arm are found over, and the seed that makes them repeatable.
+# Number of random poses over which the generic properties of an arm are computed.
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A row counts as moved when some pose moves it by more than this share of the largest entry of J
-# among its kind, and of the arm's lengths; less than the second share of where the arm stands is
-# round-off.
-MOVED, ROUND_OFF = 1e-9, 1e-14
+# A joint moves a row if an entry of the row exceeds this share of the largest entry of J of its
+# kind (linear or angular), and of the arm's lengths.
+MOVED_ROW_RATIO = 1e-9
+# The same share of the constant lengths before the first joint: round-off of the position.
+ROUND_OFF_RATIO = 1e-14
 
-# A row that every joint moves by less than this share of the largest entry of J is moved because
-# axes are not quite parallel: by 0.57 deg at most.
-BARELY_MOVED = 0.01
+# If every entry of a row is below this share of the largest entry of J, the row is moved only
+# because axes are not exactly parallel (0.57 deg).
+TILT_RATIO = 0.01
 
-# Poses at which joints are found that cancel, each pose in a way of its own.
-CLEAREST = 20
+# Poses that are tried first for the rank. Nearly all arms have full rank at one of them.
+FIRST_POSES = 20
 
-# Poses that are looked at first for the rank: on nearly all arms one of them has all of it.
-FIRST = 20
+# Poses from which the joints are found whose motions cancel, if they cancel differently at each.
+CLEAREST_POSES = 20
 
 
 @dataclass(frozen=True, eq=False)
 class Task(FrozenArrays):
     """
-    The rows J_t of the Jacobian, in the axes of frame 0, and what is true of them at every pose.
+    The rows J_t of the Jacobian, in the axes of frame 0, and their generic properties.
 
     Attributes
     ----------
@@ -49,20 +50,20 @@ class Task(FrozenArrays):
     generic_rank
         Rank of J_t at random poses.
     dependent_joints
-        Names of joints whose motions cancel at every pose: always the same motions (of joints that
-        share an axis, for example), or, where J_t has full rank at no pose, others at each (of
-        four parallel axes). Empty for most arms.
+        Names of joints whose motions cancel at every pose. The motions are the same at all poses
+        (joints that share an axis), or differ from pose to pose if J_t never has full rank (four
+        parallel axes). Empty for most arms.
     reach
         Largest distance from frame 0 to the tool over the seeded poses, in m.
     axes : shape (m,)
         Which row of the Jacobian each row is, 0 to 5.
     rotation : shape (3, 3)
-        Of frame 0 in the base frame.
+        The rotation of frame 0 in the base frame.
     row_scales : shape (m,), column_scales : shape (n,)
-        What a unit of each row, in m, and of each joint, in rad, counts: the length for angular
-        rows and for prismatic joints.
+        Factors that make rows and columns comparable: the length for angular rows and prismatic
+        joints, 1 for the others.
     plain_rows
-        The default rows if rows that are barely moved did not count: as `rows`, for most arms.
+        The default rows without barely moved rows; equal to `rows` for most arms.
     """
 
     rows: tuple[str, ...]
@@ -90,34 +91,34 @@ class Task(FrozenArrays):
 
     @property
     def barely_moved(self) -> str:
-        """Return in a sentence which rows count by a tilt of axes alone; empty if none does."""
+        """Return a sentence about rows that only a tilt of axes moves; empty if there are none."""
         if self.plain_rows == self.rows:
             return ''
         tilted = ' '.join(name for name in self.rows if name not in self.plain_rows)
         plain, rows = (', '.join(names) for names in (self.plain_rows, self.rows))
         return (
-            f'joints move the rows {tilted} by less than {BARELY_MOVED:.0%} of the others, yet '
+            f'joints move the rows {tilted} by less than {TILT_RATIO:.0%} of the others, yet '
             'they count: if axes are parallel, write their angles exactly; else write '
             f'task: [{plain}], or task: [{rows}] if these are meant'
         )
 
     @property
     def structurally_deficient(self) -> bool:
-        """Return whether J_t has full rank at no pose at all."""
+        """Return whether J_t never has full rank."""
         return self.generic_rank < min(len(self.rows), len(self.column_scales))
 
 
 def seeded_poses(limits: Floats, prismatic: Iterable[bool]) -> Floats:
     """
-    Return the same random joint positions inside the limits each time.
+    Return random joint positions inside the limits, the same in every call.
 
     Parameters
     ----------
     limits : shape (n, 2), rad or m
-        Infinite where there is none: an unlimited revolute joint samples a full turn, an unlimited
-        prismatic one 0 to 1 m.
+        Infinite for no limit. A revolute joint without limits samples a full turn, a prismatic
+        joint without limits 0 to 1 m.
     prismatic : n
-        Whether a joint slides.
+        Whether each joint slides.
 
     Returns
     -------
@@ -137,15 +138,15 @@ def seeded_poses(limits: Floats, prismatic: Iterable[bool]) -> Floats:
 
 
 def generic_poses(chain: Chain, limits: Floats, prismatic: Iterable[bool]) -> Floats:
-    """Return those of the seeded poses (N, n), and others like them, at which loops close."""
+    """Return the seeded poses (N, n) at which loops close, as `closed_poses` finds them."""
     return closed_poses(chain, seeded_poses(limits, prismatic))
 
 
 def _rank(J: Floats) -> int:
-    # The rank most poses have: the largest over all of them, which a few show for most arms.
+    # Return the largest rank over all poses. For most arms the first poses have full rank.
     rank = 0
-    for some in (J[:FIRST], J[FIRST:]):
-        sigma = np.linalg.svd(some, compute_uv=False)
+    for batch in (J[:FIRST_POSES], J[FIRST_POSES:]):
+        sigma = np.linalg.svd(batch, compute_uv=False)
         above = np.sum(sigma > kernel.RANK_TOLERANCE * sigma[:, :1], axis=1)
         rank = max(rank, int(np.max(above, initial=0)))
         if rank == min(J.shape[1:]):
@@ -154,21 +155,21 @@ def _rank(J: Floats) -> int:
 
 
 def least_motion(chain: Chain) -> float:
-    """Return the length, in m, below which a way of the tool is round-off or next to none."""
-    # Against the lengths that joints move, and those before them.
+    """Return the length, in m, below which a motion of the tool counts as zero."""
+    # Compare with the lengths that joints move, and with the constant lengths before them.
     table = chain.table
     steps = np.linalg.norm(table.before[:, :, 3], axis=1)
     moved = float(np.sum(steps[1:]) + np.sum(np.abs(table.d_0[1:])))
     still = float(steps[0] + np.sum(np.abs(table.d_0[:1])))
-    return max(MOVED * moved, ROUND_OFF * still)
+    return max(MOVED_ROW_RATIO * moved, ROUND_OFF_RATIO * still)
 
 
-def _moved(J: Floats, least: float, share: float = MOVED) -> list[bool]:
-    # Which rows of J some pose moves; `least` is none of a linear one.
+def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool]:
+    # Return for each row of J whether a joint moves it. A linear row must exceed `least`, too.
     largest = np.max(np.abs(J), axis=(0, 2))
     linear, angular = np.max(largest[:3]), np.max(largest[3:])
-    none = [max(share * linear, least)] * 3 + [share * angular] * 3
-    return [bool(size > limit) for size, limit in zip(largest, none)]
+    limits = [max(share * linear, least)] * 3 + [share * angular] * 3
+    return [bool(size > limit) for size, limit in zip(largest, limits)]
 
 
 def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
@@ -178,10 +179,10 @@ def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
     angular = tuple(name for name in names if name in ROW_NAMES[3:])
     if n >= 6:
         return names
-    # Of the rows that are moved: what is left of the others is round-off, which has any rank.
-    for some in (linear, angular):
-        if some and _rank(J[:, [ROW_NAMES.index(name) for name in some]]) >= n:
-            return some
+    # Rows that no joint moves hold round-off, which can have any rank: leave them out.
+    for kind in (linear, angular):
+        if kind and _rank(J[:, [ROW_NAMES.index(name) for name in kind]]) >= n:
+            return kind
     return names
 
 
@@ -194,7 +195,7 @@ def find_task(
     length: float | None = None,
 ) -> Task:
     """
-    Return the task of an arm, over poses inside its limits.
+    Return the task of an arm, computed over poses inside its limits.
 
     Parameters
     ----------
@@ -203,17 +204,18 @@ def find_task(
     joint_names, prismatic
         As `robot.Robot` has them.
     q : shape (N, n), rad or m
-        Its `generic_poses`.
+        The `generic_poses` of the arm.
     rows
-        Rows asked for; without them the linear ones where they have generic rank n or more (for
-        six joints and more: all six), else the angular ones, else all that move.
+        The rows, if they are given. Default for n < 6 joints: the linear rows if their
+        generic rank is at least n, else the angular rows if theirs is, else all moved rows.
+        Default for six joints or more: all moved rows.
     length
-        Characteristic length in m; without it the RMS distance of the tool from frame 0.
+        Characteristic length in m; default: the RMS distance of the tool from frame 0.
 
     Raises
     ------
     KinematicsError
-        No joint moves the tool, or none moves the rows asked for.
+        No joint moves the tool, or no joint moves the given rows.
     """
     T, J = poses_and_jacobians(chain, q)
     frame_0 = chain.table.frame_offset[0]
@@ -224,12 +226,12 @@ def find_task(
     if length is None:
         length = float(np.sqrt(np.mean(distances**2)))
         if length <= least:
-            length = 1.0  # the tool never leaves frame 0: nothing to compare, so unit scale
+            length = 1.0  # the tool never leaves the origin of frame 0
     column_scales = np.array([length if slides else 1.0 for slides in prismatic])
-    # Scaled as the kernel scales it, so that ranks do not depend on the size of the arm.
+    # The kernel has the same scales: ranks do not depend on the size of the arm.
     J = J * np.repeat([1.0, length], 3)[:, None] * column_scales
     moved = _moved(J, least)
-    plain_rows = rows or _default_rows(J, _moved(J, least, BARELY_MOVED))
+    plain_rows = rows or _default_rows(J, _moved(J, least, TILT_RATIO))
     rows = rows or _default_rows(J, moved)
     indices = [ROW_NAMES.index(name) for name in rows]
     if not any(moved[i] for i in indices):
@@ -254,13 +256,13 @@ def find_task(
 
 
 def _dependent_joints(J_t: Floats, joint_names: Sequence[str], rank: int) -> tuple[str, ...]:
-    # Joint motions that move the tool at no pose are the null space of all J_t on top of another.
+    # Joint motions that never move the tool are the null space of all J_t stacked.
     m, n = J_t.shape[1:]
     _, sigma, right = np.linalg.svd(J_t.reshape(-1, n), full_matrices=False)
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     if len(idle) < n - rank and n <= m:
-        # At each pose others cancel, too: seen best where the rest are farthest from it.
+        # Other motions cancel at each pose. Take the poses that are farthest from singular.
         _, sigma, right = np.linalg.svd(J_t)
-        clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST:]
+        clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST_POSES:]
         idle = right[clearest, rank:].reshape(-1, n)
     return tuple(name for j, name in enumerate(joint_names) if np.any(np.abs(idle[:, j]) > 1e-6))

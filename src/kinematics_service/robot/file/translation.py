@@ -1,4 +1,4 @@
-"""Robots in the formats of others: translated into the text of a robot file, and read as that."""
+"""Translators of other formats, such as URDF, into the text of a robot file."""
 
 from collections.abc import Callable
 from pathlib import PurePath
@@ -9,22 +9,22 @@ from ...errors import Fault
 if TYPE_CHECKING:
     from .parts.description import MimicFormula
 
-# The largest descriptions of whole humanoids have half a megabyte.
+# URDF files of humanoids have up to half a megabyte.
 MAX_BYTES = 8 * 1024 * 1024
 
 
 class RobotText(NamedTuple):
     """
-    The text of a robot file, made from another format.
+    The text of a robot file that was translated from another format.
 
     Attributes
     ----------
     doubts
-        What was most likely meant otherwise there.
+        Probable mistakes in the original.
     mimics
-        Joints that follow others there.
+        Joints of the original that follow other joints.
     remarks
-        Sentences for those who check the file.
+        Sentences that only `check` prints.
     """
 
     text: str
@@ -33,14 +33,14 @@ class RobotText(NamedTuple):
     remarks: tuple[str, ...] = ()
 
 
-# Takes the bytes of a file, its name for messages, and the links at which the arm begins and ends,
-# empty where they are not given.
+# A function of the bytes of a file, its name for messages, and the first and last link of the arm
+# (empty: chosen).
 Translator = Callable[[bytes, str, str, str], RobotText]
-# By the ending of the file's name. Translators belong to rooms above this one: the package itself,
-# which knows all of them, puts them here.
+# Translators by file suffix. The __init__ of the package adds them, because this package may not
+# import them.
 TRANSLATORS: dict[str, Translator] = {}
 
 
 def translator_of(file: str) -> Translator | None:
-    """Return what translates a file of that name, None for a robot file."""
+    """Return the translator of a file, or None for a robot file."""
     return TRANSLATORS.get(PurePath(file).suffix.lower())

@@ -1,1 +1,1 @@
-"""Denavit-Hartenberg tables as people have them, turned into robot files."""
+"""Turn pasted Denavit-Hartenberg tables into robot files."""

@@ -1,4 +1,4 @@
-"""The cells of a pasted table: what a cell says as an expression, and in which unit."""
+"""Turn the cells of a pasted table into plain expressions with units."""
 
 import re
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from ..file.parts.quantities import QUARTERS
 from ..file.text.expression_syntax import ARGUMENTS_OF
 from ..urdf.quantity import as_rounded_part_of_pi
 
-# Marks of LaTeX, Markdown and programs in a cell, and the plain signs they stand for.
+# Marks of LaTeX, Markdown and programs in a cell, and their plain signs.
 PLAIN = tuple(
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -46,17 +46,14 @@ class PastedRow(NamedTuple):
 
 
 def plain_cell(text: str) -> str:
-    """Return a cell without marks of LaTeX, Markdown and programs; `q(1)` is `q1`."""
+    """Return a cell without marks of LaTeX, Markdown and programs; `q(1)` becomes `q1`."""
     for pattern, plain in PLAIN:
         text = pattern.sub(plain, text)
-    text = INDEX.sub(_indexed, text).strip(' \t\n`"\'')
+    text = INDEX.sub(lambda one: one[0] if one[1] in ARGUMENTS_OF else one[1] + one[2], text)
+    text = text.strip(' \t\n`"\'')
     return text.strip('* ') if text.startswith('*') else text
 
 
 def is_quarter(number: str) -> bool:
     """Return whether a number is a quarter turn in radians, rounded to its digits."""
     return '.' in number and as_rounded_part_of_pi(number) in QUARTERS
-
-
-def _indexed(found: re.Match[str]) -> str:
-    return found[0] if found[1] in ARGUMENTS_OF else found[1] + found[2]

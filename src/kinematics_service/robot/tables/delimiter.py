@@ -1,11 +1,11 @@
-"""The sign that separates the cells of a table, pasted or in a file."""
+"""Find the sign that separates the cells of a table."""
 
 from collections.abc import Sequence
 
 
 def delimiter_of(lines: Sequence[str]) -> str:
-    """Return what separates the cells of most lines; a space stands for any white space."""
-    # If a line has commas and semicolons, its commas are those of decimals.
-    held = {c: sum(c in line for line in lines) for c in '|\t;,'}
-    likely = max(held, key=lambda c: held[c])
-    return likely if held[likely] > len(lines) / 2 else ' '
+    """Return the separator of cells in most lines; a space stands for any white space."""
+    # The semicolon comes before the comma: lines with both have decimal commas.
+    counts = {sign: sum(sign in line for line in lines) for sign in '|\t;,'}
+    likely = max(counts, key=lambda sign: counts[sign])
+    return likely if counts[likely] > len(lines) / 2 else ' '

@@ -1,4 +1,4 @@
-"""The heads of a table: the quantity and the unit of each column."""
+"""Read the heads of a table: the quantity and the unit of each column."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -31,14 +31,14 @@ IN_HEAD = re.compile(rf'[\s\[(/,_]+(?:in\s+)?{UNIT}\s*[\])]?$')
 UNIT_ALONE = re.compile(rf'[\[(]?\s*{UNIT}\s*[\])]?')
 INDEX = re.compile(r'[\[({]\s*([ijkn])\s*([-+]\s*1)?\s*[\])}]')
 INDEXED = re.compile(r'(.+?)[ijkn]?([-+]1)?')
-LEAST = re.compile(r'(?:^|[^a-z])(?:min|minimum|lower|lb)(?:[^a-z]|$)')
-MOST = re.compile(r'(?:^|[^a-z])(?:max|maximum|upper|ub)(?:[^a-z]|$)')
+MINIMUM = re.compile(r'(?:^|[^a-z])(?:min|minimum|lower|lb)(?:[^a-z]|$)')
+MAXIMUM = re.compile(r'(?:^|[^a-z])(?:max|maximum|upper|ub)(?:[^a-z]|$)')
 ANGLES, LENGTHS = ('alpha', 'theta', 'offset'), ('a', 'd')
 
 
 class Head(NamedTuple):
     """
-    What a column holds.
+    The quantity and the unit of a column.
 
     Attributes
     ----------
@@ -47,9 +47,9 @@ class Head(NamedTuple):
     unit
         'rad', 'deg', 'm', 'mm', another word for a unit, or empty.
     before
-        Whether its index is that of the link before, as in Craig's table.
+        Whether the index is i-1, as in Craig's table.
     after
-        Whether it is i+1: then a and alpha beside it are those of the link before.
+        Whether the index is i+1: then a and alpha of the table have the index i-1.
     """
 
     meaning: str
@@ -59,18 +59,18 @@ class Head(NamedTuple):
 
 
 def head_of(text: str) -> Head:
-    """Return what the words over a column mean: `a`, `alpha (deg)`, `a_{i-1}`, `Link twist`."""
+    """Return the meaning of a head such as `a`, `alpha (deg)`, `a_{i-1}` or `Link twist`."""
     text = INDEX.sub(r'\1\2', plain_cell(text).strip('*').lower())
     found = IN_HEAD.search(text)
     unit = _unit(found[1]) if found else ''
     text = text[: found.start()] if found else text
-    for meaning, pattern in (('min', LEAST), ('max', MOST)):
+    for meaning, pattern in (('min', MINIMUM), ('max', MAXIMUM)):
         if pattern.search(text):
             return Head(meaning, unit)
     whole, *parts = [head for phrase in _phrases(text) if (head := _meaning(phrase))]
     if whole.meaning:
         return whole._replace(unit=unit)
-    # `Joint angle theta`, `d (link offset)`: its parts must agree.
+    # The parts of `Joint angle theta` or `d (link offset)` must agree.
     heads = {head.meaning: head for head in parts if head.meaning}
     if len(heads) > 1:
         heads.pop('joint', None)
@@ -93,7 +93,7 @@ def _meaning(phrase: str) -> Head:
 
 
 def find_heads(rows: Sequence[PastedRow]) -> int | None:
-    """Return which row holds the heads: the first with alpha and another quantity, or None."""
+    """Return the index of the first row with alpha and another quantity, or None."""
     for index, row in enumerate(rows):
         meanings = {head_of(cell).meaning for cell in row.cells}
         if 'alpha' in meanings and meanings & {'a', 'd', 'r', 'theta', 'offset'}:
@@ -102,7 +102,7 @@ def find_heads(rows: Sequence[PastedRow]) -> int | None:
 
 
 def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | None:
-    """Return the heads with the units of the row below them; None if it holds other words."""
+    """Return the heads with the units of the row below; None if the row has other words."""
     units = [UNIT_ALONE.fullmatch(cell.lower()) for cell in row.cells]
     if len(units) != len(heads) or any(cell and not unit for cell, unit in zip(row.cells, units)):
         return None
@@ -113,7 +113,7 @@ def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | Non
 
 def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], str]:
     """
-    Return the heads with r read as a or as d, and the convention that follows; '' for none.
+    Return the heads with r replaced by a or d, and the convention of the table; '' if unknown.
 
     Khalil and Dombre write d along x and r along z; other books write r for a.
     """
@@ -123,8 +123,8 @@ def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], 
         return heads, ''
     r, d = (heads[meanings.index(name)] for name in ('r', 'd'))
     khalil = {'r': 'd', 'd': 'a', 'a': 'before'}
-    told = {'sigma', 'gamma', 'b', 'before', 'a'} & set(meanings)
-    if told or (d.before and not r.before):
+    of_khalil = {'sigma', 'gamma', 'b', 'before', 'a'} & set(meanings)
+    if of_khalil or (d.before and not r.before):
         report.note('the letters are those of Khalil: d is along x (a here), r along z (d here)')
         heads = [one._replace(meaning=khalil.get(one.meaning, one.meaning)) for one in heads]
         return heads, 'modified'

@@ -1,4 +1,4 @@
-"""Which joint moves which row of a table, and whether it turns or slides."""
+"""Find the joint that moves each row of a table, and whether it turns or slides."""
 
 import re
 from collections.abc import Collection, Iterator, Sequence
@@ -8,15 +8,15 @@ from ..file.text.expression_syntax import names_in
 from .cells import is_quarter
 from .report import TableReport
 
-MARK = '@'  # of the row's own variable, until it has a name
-# A variable whose name has no number is that of its row: `theta`, `q_i`.
+MARK = '@'  # stands for the row's own variable until the variable has a name
+# A variable whose name has no number belongs to its row: `theta`, `q_i`.
 OWN = {
     'theta': re.compile(r'\b(?:theta|th|q|var|variable)(?:_?[ijn])?\b'),
     'd': re.compile(r'\b(?:d|q|s|var|variable)(?:_?[ijn])?\b'),
 }
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths
-AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # of pi/2 and 1.5708, not of 1.57
+AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # pi/2 and 1.5708, not 1.57
 IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # a length rather than an angle
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
@@ -34,19 +34,19 @@ ZERO = ('', '0', '0.', '0.0', '0.00', '0.000', '0.0000', '0.000000', '-0.0')
 
 
 class NumberedRow(NamedTuple):
-    """A row's line in the text, its number from 1, and its cells by what they hold."""
+    """A row's line in the text, its number from 1, and its cells by the meaning of their heads."""
 
     line: int
     number: int
     cells: dict[str, str]
 
     def fault(self, report: TableReport, column: str, message: str) -> None:
-        """Report what is wrong in a cell."""
+        """Report a fault of a cell."""
         report.fault(message, self.line, f'row {self.number}, column {column}')
 
 
 class MovingRow(NamedTuple):
-    """A row, its d and theta, and the joint that begins in it: where it stands, or ''."""
+    """A row, its d and theta, the joint that begins in it, and its place: 'd', 'theta' or ''."""
 
     row: NumberedRow
     d: str
@@ -58,7 +58,7 @@ class MovingRow(NamedTuple):
 def without_stars(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> set[str]:
-    """Remove the stars that mark variables, and return the names that had one."""
+    """Remove the stars that mark variables, and return the names that had a star."""
     found = [
         (row, place, star)
         for row in rows
@@ -81,7 +81,7 @@ def without_stars(
 def moving_rows(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> list[MovingRow]:
-    """Return the rows with their variables; what is wrong or was assumed is reported."""
+    """Return the rows with their variables; report faults and assumptions."""
     starred = without_stars(rows, constants, report)
     constants = {*constants, *_lengths(rows, constants, starred, report)}
     joints = [row for row in rows if not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))]
@@ -102,7 +102,7 @@ def moving_rows(
         own = _moving(row, place, constants) if place else frozenset()
         new = sorted(name for name in own - {MARK} if bare(name) not in map(bare, known))
         if len(new) > 1 and len(angles := list(filter(ANGLE.fullmatch, new))) == 1:
-            new = angles  # beside letters without a value
+            new = angles  # the other names are letters without a value
         free = f'joint_{free}' if free in taken else free
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)
@@ -126,8 +126,8 @@ def sum_of(variable: str, constant: str) -> str:
 def _lengths(
     rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
 ) -> set[str]:
-    # Names in d that are letters for lengths: beside a joint that turns, whose number they have,
-    # or without a star where others have one.
+    # Return the names in d that are lengths: those in rows of joints that turn, with the number of
+    # such a joint, or without a star in a table with stars.
     turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
     found = set[str]()
@@ -154,28 +154,28 @@ def _marked(row: NumberedRow, place: str, constants: Collection[str]) -> str:
 
 
 def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozenset[str]:
-    # The names of variables in a cell, MARK for the row's own.
+    # Return the names of variables in a cell; MARK stands for the row's own variable.
     text = _marked(row, place, constants)
     names = names_in(text).difference(constants, ('pi',))
-    told = TYPES.get(row.cells.get('type', '').lower()) == 'd'
-    own = {one for one in names if place == 'theta' or told or SLIDING.fullmatch(one)}
+    slides = TYPES.get(row.cells.get('type', '').lower()) == 'd'
+    own = {name for name in names if place == 'theta' or slides or SLIDING.fullmatch(name)}
     return frozenset(own | {MARK} if MARK in text else own)
 
 
 def bare(name: str) -> str:
-    """Return a name without underscores: `theta_1` and `theta1` are one."""
+    """Return a name without underscores: `theta_1` and `theta1` are equal."""
     return name.replace('_', '')
 
 
 def _place(row: NumberedRow, known: Collection[str], usual: str | None, named: bool) -> str | None:
-    # Where the variable stands; empty for a fixed row, None where the type is not understood.
+    # Return the place of the variable; empty for a fixed row, None if the type is not understood.
     if 'type' in row.cells:
         return TYPES.get(row.cells['type'].lower())
     if usual is not None:
         return usual
     if _moving(row, 'theta', known):
         return 'theta'
-    # Beside names an empty cell is a number that is missing.
+    # In a table with names, an empty cell is a missing number.
     if _moving(row, 'd', known) or not (row.cells['d'] or named):
         return 'd'
     return '' if row.cells['theta'] else 'theta'
@@ -223,7 +223,7 @@ def _faults(
 def _judge_fixed(
     arm: Sequence[MovingRow], joints: Sequence[NumberedRow], report: TableReport
 ) -> None:
-    # A row without a variable is fixed, or its variable was left out.
+    # Decide whether a row without a variable is fixed, or its variable is missing.
     rows = [one.row for one in arm if not one.place and 'type' not in one.row.cells]
     fixed = [row for row in rows if row in joints]
     moving = [one.variable for one in arm if one.variable]
@@ -243,5 +243,5 @@ def _judge_fixed(
             report.note(f'row {row.number} is fixed: no variable stands in it')
         else:
             name, own = f'q{row.number}', row.cells['theta']
-            told = f'{own} without a variable: write {sum_of(name, own)} if a joint turns there'
-            row.fault(report, 'theta', f'{told}, or a column type with R, P and fixed')
+            fault = f'{own} without a variable: write {sum_of(name, own)} if a joint turns there'
+            row.fault(report, 'theta', f'{fault}, or a column type with R, P and fixed')

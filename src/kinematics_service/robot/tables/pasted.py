@@ -1,4 +1,4 @@
-"""A table cut into rows of cells: of a spreadsheet, a text, Markdown, LaTeX, or brackets."""
+"""Cut a pasted table into rows of cells: spreadsheets, plain text, Markdown, LaTeX, brackets."""
 
 import csv
 import html
@@ -14,7 +14,7 @@ from .report import TableReport
 
 BARS = str.maketrans(dict.fromkeys('│┃║┆┊╎', '|'))
 RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')  # a line between rows
-# Base and tool of a printed robot.
+# The lines of base and tool in a printed robot.
 ENDS = re.compile(r'(?m)^\W*(?:base|tool)\s*\|(?:\s*t\s*=[^|\n]*)?\s*\|?\s*$')
 LATEX_ONLY = re.compile(
     r'(?<!\\)%.*|\\(?:begin|end)\{\w+\*?\}(?:\[\w\])?(?:\{(?:[^{}]|\{[^{}]*\})*\})*'
@@ -22,7 +22,7 @@ LATEX_ONLY = re.compile(
 )
 MERGED = re.compile(r'\\multi(?:column\{(\d+)\}|row\{\d+\})\{[^{}]*\}\{([^{}]*)\}')
 COMMENT = re.compile(r'(?m)(^|\s|(?<=[;,\])]))(?:#+|%+|//+)(?=\s*[\w(\[]).*$')
-REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a line that is a comment
+REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a comment alone in its line
 OPENED = '([{'
 UNIT_BEHIND = re.compile(r'(?<=\w)[ \t]+(?=[\[(](?:mm|cm|m|rad|deg|°)[\])])')  # `a [m] d [m]`
 ROW_END = re.compile(r'(;\s*|(?<![,;\s])[ \t]*\n\s*)')
@@ -31,27 +31,27 @@ NAMED = re.compile(r'([A-Za-z_]\w*)(?:\[\w*\])*\s*[=:(]+\s*(?:[\w.]+\(\s*)?$')
 
 
 class ScriptMatrix(NamedTuple):
-    """A matrix of a script: its name, or '', and its rows."""
+    """A matrix of a script: its name (or '') and its rows."""
 
     name: str
     rows: list[PastedRow]
 
 
 def plain_text(text: str) -> str:
-    """Return a text with plain signs and names, without entities and tables of HTML."""
+    """Return a text with plain signs and names; cells of HTML tables become cells with bars."""
     text = html.unescape(text.replace('\r\n', '\n').replace('\r', '\n')).translate(BARS)
     text = re.sub(r'(?i)\s*</?t[dh][^>]*>\s*(?:<t[dh][^>]*>)?', '|', text)
     return plain_names(re.sub(r'(?i)<tr[^>]*>\s*\|?', '', text).replace('\\_', '_'))
 
 
 def without_comments(text: str) -> str:
-    """Return a script without what stands behind the mark of a comment."""
+    """Return a script without its comments."""
     return COMMENT.sub(r'\1', text)
 
 
 def rows_of(text: str, report: TableReport) -> list[PastedRow]:
-    """Return the rows of a table that hold anything, lines between them left out."""
-    # Tables of programs in boxes end with their last line.
+    """Return the rows of a table, without empty rows and lines between rows."""
+    # A table in a box ends at the lower left corner.
     text = ENDS.sub('', re.split('[└┗╚╰]', text, maxsplit=1)[0])
     if '&' in text and '\\\\' in text:
         return _plain(_latex(text))
@@ -67,7 +67,7 @@ def rows_of(text: str, report: TableReport) -> list[PastedRow]:
 
 
 def remark_heads(text: str) -> list[PastedRow]:
-    """Return the heads in a comment, such as `# theta, a, d, alpha of each joint`."""
+    """Return the heads in a comment such as `# theta, a, d, alpha of each joint`."""
     for found in REMARK.finditer(text):
         words = re.findall(r'[a-z]+', found[0].lower())
         heads = [word for word in words if MEANINGS.get(word) in ('a', 'alpha', 'd', 'theta')]
@@ -77,7 +77,7 @@ def remark_heads(text: str) -> list[PastedRow]:
 
 
 def blocks_of(text: str) -> list[ScriptMatrix]:
-    """Return the matrices of a text: rows in brackets of their own, or ends of rows within."""
+    """Return the matrices of a text: a bracket for each row, or row ends inside one bracket."""
     text = re.sub(r'\.\.\.[ \t]*\n', ' ', without_comments(text))
     blocks: list[ScriptMatrix] = []
     inner: dict[int, list[PastedRow]] = {}
@@ -106,7 +106,7 @@ def blocks_of(text: str) -> list[ScriptMatrix]:
 
 
 def cells_of(text: str) -> list[str]:
-    """Return the elements of a list in brackets: commas or, without them, blanks are between."""
+    """Return the elements of a list, separated by commas or, if there is none, by blanks."""
     depth, at = 0, [-1]
     for k, sign in enumerate(text):
         depth += (sign in OPENED) - (sign in ')]}')
@@ -120,8 +120,8 @@ def cells_of(text: str) -> list[str]:
 
 
 def _groups(text: str) -> Iterator[tuple[int, int, int]]:
-    # Begin and end of what is in brackets and no call's, and the begin of what it is within; the
-    # inner ones first.
+    # Yield begin, end and the begin of the parent of each pair of brackets that is not a call,
+    # inner pairs first.
     opened: list[tuple[int, bool]] = []
     for k, sign in enumerate(text):
         if sign in OPENED:
@@ -148,7 +148,7 @@ def _latex(text: str) -> Iterator[PastedRow]:
 
 
 def _read_lines(text: str, report: TableReport) -> list[PastedRow]:
-    # A line behind the mark of a comment may be that of the heads.
+    # A comment may have the heads: keep it then.
     kept = []
     for line in text.split('\n'):
         bare = re.sub(r'^\s*(?:#+|%+|//+)\s*(?=[\w\\(])', '', line)
@@ -173,8 +173,8 @@ def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:
         reader, numbers = csv.reader(cut, delimiter=delimiter, skipinitialspace=True), list(lines)
         yield from (PastedRow(numbers[reader.line_num - 1], tuple(cells)) for cells in reader)
         return
-    # Cells such as `q1 + 90` hold spaces: then more than one is between the columns, or none
-    # around the sign.
+    # Cells such as `q1 + 90` have spaces. Cut at each space, at two or more spaces, or at spaces
+    # that are not around a sign, and take the most regular rows.
     lines = {n: UNIT_BEHIND.sub('', re.sub(r',\s+', ',', line)) for n, line in lines.items()}
     packed = {n: re.sub(r'(?<=\w)\s+([-+*/])\s+(?=\w)', r'\1', line) for n, line in lines.items()}
     ways = [

@@ -1,4 +1,4 @@
-"""A table of named numbers: dictionaries, YAML, JSON, TOML, vectors, substitutions of sympy."""
+"""Read a table of named numbers: dictionaries, YAML, JSON, TOML, vectors, sympy substitutions."""
 
 import re
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ class _Pair(NamedTuple):
 
 
 def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
-    """Return the rows of numbers with names under their heads; none in another table."""
+    """Return heads and rows of a table of named numbers; empty for another table."""
     text = _with_lists(text)
     pairs = _pairs(text)
     keys = [head_of(pair.key).meaning for pair in pairs]
@@ -50,7 +50,7 @@ def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
 
 
 def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
-    """Return the rows of numbers by names with indices, such as `alpha0: 0, a0: 0, d1: 0.75`."""
+    """Return heads and rows of names with indices, such as `alpha0: 0, a0: 0, d1: 0.75`."""
     text = without_comments(text)
     pairs = [pair for pair in _pairs(text) if NUMBERED.fullmatch(pair.key)]
     several = sum('alpha' in pair.key for pair in pairs) > 1
@@ -58,7 +58,7 @@ def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
 
 
 def _with_lists(text: str) -> str:
-    # Lists of YAML that have a line for each number become lists in brackets.
+    # Write YAML lists with a line for each number as lists in brackets.
     return BLOCK_LIST.sub(
         lambda found: f'{found[1]}{found[2]}: [{", ".join(ITEM.sub("", found[3]).split())}]\n',
         without_comments(text),
@@ -111,9 +111,9 @@ def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
 
 
 def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
-    # alpha0, a0, d1, q1 are Craig's indices. A number that is not given stays a letter.
-    parts = ((pair, re.split(r'_?(?=\d+$)', pair.key)) for pair in pairs)
-    found = {(name, int(index)): pair for pair, (name, index) in parts}
+    # alpha0, a0, d1, q1 are Craig's indices. A name without a number stays a letter.
+    parts = (NUMBERED.sub(r'\1 \2', pair.key).split() for pair in pairs)
+    found = {(name, int(index)): pair for (name, index), pair in zip(parts, pairs)}
     if len({(pair.key, pair.value) for pair in pairs}) > len(found):
         report.refuse(SEVERAL)
     twists = sorted(k for name, k in found if name == 'alpha')

@@ -1,4 +1,4 @@
-"""What is said of a table while it is read: faults, and what had to be assumed."""
+"""Collect the faults of a table, and the assumptions made to read it."""
 
 from dataclasses import dataclass, field
 from typing import NoReturn
@@ -14,7 +14,7 @@ class TableReport:
     Parameters
     ----------
     file
-        For messages.
+        The name of the file in messages.
     """
 
     file: str
@@ -22,18 +22,18 @@ class TableReport:
     notes: list[Fault] = field(default_factory=list)
 
     def fault(self, message: str, line: int = 0, where: str = '') -> None:
-        """Add what is wrong; `where` is a row and a column."""
+        """Add a fault; `where` is a row and a column."""
         self.faults.append(Fault(self.file, line, where, message))
 
     def note(self, message: str) -> None:
-        """Add what the user should know of how the table was read."""
+        """Add an assumption that the user should know."""
         self.notes.append(Fault(self.file, 0, '', message))
 
     def raise_faults(self) -> None:
-        """Raise the faults, if there are any."""
+        """Raise the faults if there are any."""
         if self.faults:
             raise RobotFileError(self.faults)
 
     def refuse(self, message: str, line: int = 0) -> NoReturn:
-        """Raise a fault of the whole table, or of a line."""
+        """Raise a fault of the whole table or of a line."""
         raise RobotFileError([Fault(self.file, line, '', message)])

@@ -1,4 +1,4 @@
-"""A robot file from a table of Denavit and Hartenberg in one of the forms people have."""
+"""Make a robot file from a pasted Denavit-Hartenberg table."""
 
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -26,14 +26,14 @@ HOW = (
     'such as --columns a,alpha,d,theta (known are also offset, type, joint, limits, min, max; '
     '- for a column that is left out)'
 )
-MAX_CHARACTERS = 50_000  # a table of 128 joints has a tenth
+MAX_CHARACTERS = 50_000  # ten times as many as a table of 128 joints has
 DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 IN_THOUSANDS = re.compile(r'-?[1-9]\d{0,2},\d{3}')
 BETWEEN = re.compile(r'\s*(?:,|;|\.\.\.?|…|\bto\b|~)\s*|\s+')
 SCALED = re.compile(r'(?:(.*\*))?\s*(?:array\()?\[(.*)\]\)?\s*([*/].*)?')
 KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}  # words of a robot file that name no constant
 PLACE = re.compile(r'(links|joints)\[(\d+)\](?:\.(\w+))?.*')
-# The words of a title that name a convention.
+# Words in the text that name a convention.
 TITLES = {
     'modified': re.compile(r'\b(?:modified|craig|mdh|proximal)\b', re.IGNORECASE),
     'standard': re.compile(r'\b(?:standard|classic|classical|distal|spong)\b', re.IGNORECASE),
@@ -50,29 +50,29 @@ def read_table(
     round_angles: bool = False,
 ) -> RobotText:
     """
-    Return a robot file that says what a table says, and what had to be assumed.
+    Return the robot file of a table, with notes about assumptions.
 
     Parameters
     ----------
     text
-        Rows of a spreadsheet, of a text, of Markdown or LaTeX, a matrix, or calls of Corke's
+        Rows of a spreadsheet, of plain text, Markdown or LaTeX, a matrix, or calls of Corke's
         toolbox.
     file, name
-        Of the text, for messages; of the robot.
+        The name of the file in messages; the name of the robot.
     units
-        Of 'rad' or 'deg', 'm' or 'mm'; of the others heads and numbers decide.
+        'rad' or 'deg', and 'm' or 'mm'. If a unit is missing, heads and numbers decide.
     convention
-        'standard' or 'modified'; None: as the table says, else standard.
+        'standard' or 'modified'; default: that of the table, else standard.
     columns
-        Heads with commas between them, in the place of those of the table; `-` leaves one out.
-        Units and indices i-1 of the table's own heads hold.
+        Heads, separated by commas, that replace those of the table; `-` leaves a column out. The
+        units and the indices i-1 of the table's own heads still apply.
     round_angles
-        Read 1.5708 and the like as the part of pi that they round.
+        Replace numbers such as 1.5708 by the part of pi that they round.
 
     Raises
     ------
     RobotFileError
-        The table cannot be read; what is wrong in a cell is said with its row and column.
+        The table cannot be read. A fault of a cell has its row and column.
     """
     report = TableReport(file)
     if len(text) > MAX_CHARACTERS:
@@ -88,8 +88,8 @@ def read_table(
     heads, body = _headed(rows, columns, report)
     heads, khalil = with_r(heads, report)
     _refuse_unheaded(heads, body, report)
-    said = script.convention if script else khalil
-    chosen = _convention(said, heads, plain, convention, report)
+    stated = script.convention if script else khalil
+    chosen = _convention(stated, heads, plain, convention, report)
     numbered = _numbered(heads, body, report)
     report.raise_faults()
     given = {*units, 'rad'} - {'deg'} if script and 'deg' not in units else set(units)
@@ -117,7 +117,7 @@ def read_table(
     report.raise_faults()
     ends = '\n'.join(end_lines(plain, settings, report))
     if not script:
-        _say_columns(heads, report)
+        _note_columns(heads, report)
     source = ''.join(c if c.isprintable() else '?' for c in PurePath(file).name)
     lines = [
         f'robot: {name}',
@@ -151,17 +151,17 @@ def _rows(text: str, columns: str | None, report: TableReport) -> Sequence[Paste
 def _headed(
     rows: Sequence[PastedRow], columns: str | None, report: TableReport
 ) -> tuple[Sequence[Head], Sequence[PastedRow]]:
-    # What the columns hold, and the rows below the heads.
+    # Return the heads of the columns, and the rows below them.
     at = find_heads(rows)
     if at is None and columns and rows and not re.search(r'\d', ''.join(rows[0].cells)):
-        at = 0  # words that are not understood
+        at = 0  # the first row has words that are not understood
     if at is None and columns is None:
         report.refuse(f'no row says what the columns hold: say it, {HOW}')
     words: Sequence[str] = rows[at].cells if at is not None else ()
     heads: Sequence[Head] = [head_of(word) for word in words]
     body = rows if at is None else rows[at + 1 :]
     if len(heads) > 3 and all(len(row.cells) == len(heads) + 1 for row in body):
-        # Rows of a printed frame of data have names or numbers, and no head says it.
+        # A printed data frame has names or numbers of its rows in a column without a head.
         heads, words = [Head('joint'), *heads], ['', *words]
     if any(find_heads([row]) is not None for row in body):
         report.refuse(SEVERAL)
@@ -170,7 +170,7 @@ def _headed(
     if columns is not None:
         words = plain_names(columns).split(',')
         given = [head_of(word) for word in words]
-        # Units and indices of the heads hold, but for those that are given.
+        # The units and indices of the table's heads apply unless they are given.
         own = [*heads, *[Head('')] * len(given)]
         heads = [
             old._replace(meaning=one.meaning, unit=one.unit or old.unit) if not one.before else one
@@ -194,7 +194,7 @@ def _refuse_unheaded(
         if meanings.count(meaning) != 1:
             count = 'no column is' if meaning not in meanings else 'several columns are'
             report.refuse(f'{count} {meaning}: say what the columns hold, {HOW}')
-    # Khalil's numbers of trees and closed loops.
+    # Khalil's parameters of trees and closed loops.
     columns = list(zip(*(row.cells for row in body)))
     for head, cells in zip(heads, columns):
         counted = [str(k) for k in range(len(cells))]
@@ -205,21 +205,21 @@ def _refuse_unheaded(
 
 
 def _convention(
-    said: str, heads: Sequence[Head], text: str, given: str | None, report: TableReport
+    stated: str, heads: Sequence[Head], text: str, given: str | None, report: TableReport
 ) -> str:
     before = (head.before and head.meaning in ('a', 'alpha') for head in heads)
     if any(before) or any(head.after and head.meaning in ('d', 'theta') for head in heads):
-        said = 'modified'
+        stated = 'modified'
     named = [name for name, words in TITLES.items() if words.search(text)]
-    said = said or (named[0] if len(named) == 1 else '')
-    if said and given and said != given:
-        report.refuse(f'--convention {given}: the table itself is {said}')
-    if not (said or given):
+    stated = stated or (named[0] if len(named) == 1 else '')
+    if stated and given and stated != given:
+        report.refuse(f'--convention {given}: the table itself is {stated}')
+    if not (stated or given):
         report.note('the standard convention is assumed (--convention modified is that of Craig)')
-    return said or given or 'standard'
+    return stated or given or 'standard'
 
 
-def _say_columns(heads: Sequence[Head], report: TableReport) -> None:
+def _note_columns(heads: Sequence[Head], report: TableReport) -> None:
     words = (
         f'{head.meaning}{"(i-1)" if head.before else ""}{f" [{head.unit}]" if head.unit else ""}'
         for head in heads
@@ -256,7 +256,7 @@ def _numbered(
 def _constants(
     constants: Mapping[str, str], arm: Sequence[MovingRow], ends: str, report: TableReport
 ) -> Iterator[str]:
-    # Those that are used, by others too, and letters without a value.
+    # Yield the constants that are used, also by other constants, and letters without a value.
     texts = [ends, *chain.from_iterable(_texts(row) for row in arm)]
     used = [name for text in texts for name in sorted(names_in(text) - KEPT)]
     kept: list[str] = []
@@ -266,15 +266,15 @@ def _constants(
             kept.insert(0, f'  {name}: {scalar(text)}')
     known = {bare(name) for name in ('pi', *constants, *(row.variable for row in arm))}
     if letters := [name for name in dict.fromkeys(used) if bare(name) not in known]:
-        told = f'{", ".join(letters)}: letters without a value; write it into constants for all'
-        report.note(f'{told} that needs numbers')
+        note = f'{", ".join(letters)}: letters without a value; write it into constants for all'
+        report.note(f'{note} that needs numbers')
     kept += [f'  {name}:' for name in letters]
     yield from ['constants:', *kept] if kept else ()
 
 
 def _joint(moved: MovingRow, angle: str, report: TableReport) -> str:
     row, label = moved.row, re.sub(r'\s+', '_', moved.row.cells.get('joint', ''))
-    named = re.search('[A-Za-z]', label)  # 0->1 is a number
+    named = re.search('[A-Za-z]', label)  # 0->1 is not a name
     entry = [f'name: {scalar(label)}'] if named else [f'name: {moved.variable}']
     entry += [f'variable: {moved.variable}'] if named else []
     entry.append(f'type: {"revolute" if moved.place == "theta" else "prismatic"}')
@@ -312,7 +312,7 @@ def _link(moved: MovingRow, angle: str) -> str:
 
 
 def _in_the_table(fault: Fault, arm: Sequence[MovingRow]) -> Fault:
-    # The same fault at its place in the table.
+    # Return a fault of the robot file at its place in the table.
     where, line = fault.where, 0
     if found := PLACE.fullmatch(where):
         rows = arm if found[1] == 'links' else [row for row in arm if row.variable]

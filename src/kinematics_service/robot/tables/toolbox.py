@@ -1,4 +1,4 @@
-"""Links written as calls of Corke's Robotics Toolbox, for MATLAB or for Python."""
+"""Read links written as calls of Corke's Robotics Toolbox for MATLAB or Python."""
 
 import re
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from .pasted import blocks_of, cells_of, without_comments
 from .report import TableReport
 from .script import settings_of
 
-# `Link(i)` is a head.
+# Not `Link(i)`, which is a head.
 LINKS = r'\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\((?!\s*[ijkn]\b)'
 CALL = re.compile(LINKS)
 LINK = re.compile(
@@ -25,18 +25,18 @@ VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')  # Link([...]) of MATLA
 LATER = re.compile(
     r'(\w+(?:[\[(]\w+[\])])?)\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=\s*([^;\n]+)'
 )
-# A matrix in the place of links.
+# The matrix in `SerialLink(dh)`.
 OF_MATRIX = re.compile(r'\bSerialLink\s*\(\s*(\w+|(?=\[))\s*[,)\[]')
 LATER_OF_LINKS = re.compile(r'\w+[\[(]\w+[\])]\.\w+\s*=\s*[^;\n]+')
-# What a link has besides, of its dynamics and its looks, is not of the table.
+# Known keys of a link. Those of its dynamics and its looks are ignored.
 KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
-LEFT = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # numbers of a link that is none
+UNREAD = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # numbers of a link that no pattern matches
 HEADS = ('a', 'alpha', 'd', 'theta', 'offset', 'type', 'limits')
 FALSE = (None, '', '0', '0.0', 'False', 'false')
 
 
 class ToolboxLinks(NamedTuple):
-    """Rows under their heads, the convention, and base and tool as they are written."""
+    """Heads and rows, the convention, and base and tool as they are written."""
 
     rows: list[PastedRow]
     convention: str
@@ -45,22 +45,22 @@ class ToolboxLinks(NamedTuple):
 
 class _LinkCall(NamedTuple):
     line: int
-    target: str  # what it is assigned to
+    target: str  # the name that the link is assigned to
     function: str
     values: dict[str, str]
 
-    def says(self, *keys: str) -> bool:
+    def has(self, *keys: str) -> bool:
         return any(self.values.get(key) not in FALSE for key in keys)
 
 
 def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
     """
-    Return the links of a script, or None where there are none.
+    Return the links of a script, or None if it has no links.
 
     Raises
     ------
     RobotFileError
-        There is more than one robot, or its links are not written one after another.
+        The script has several robots, or its links are not written one after another.
     """
     text = without_comments(text).replace('"', "'")
     links = [_call(text, found, report) for found in LINK.finditer(text)] or _matrix_links(text)
@@ -81,7 +81,7 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
         for link, cell in zip(links, cells):
             link.values['offset'] = cell
     always = re.search(r"SerialLink\([^;\n]*'modified'", text) is not None
-    modified = {always or 'MDH' in one.function or one.says('mdh', 'modified') for one in links}
+    modified = {always or 'MDH' in one.function or one.has('mdh', 'modified') for one in links}
     if len(modified) > 1:
         report.refuse('some links are standard, some modified: a table has one convention')
     rows = [PastedRow(links[0].line, HEADS), *(_row(link, report) for link in links)]
@@ -89,7 +89,7 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
 
 
 def _matrix_links(text: str) -> list[_LinkCall]:
-    # SerialLink(dh) takes rows of theta, d, a, alpha, sigma, offset.
+    # The rows of `dh` in SerialLink(dh) are theta, d, a, alpha, sigma, offset.
     found = OF_MATRIX.search(text)
     blocks = blocks_of(text) if found else []
     named = [block for block in blocks if found and block.name == found[1]]
@@ -108,7 +108,7 @@ def _refuse_other_orders(text: str, targets: list[str], report: TableReport) -> 
     apart = any(b - a != 1 for a, b in zip(places, places[1:]))
     if (listed or targets) != targets or apart:
         report.refuse('the links of the robot are others, or in another order: write those alone')
-    if len(CALL.findall(text)) != len(LINK.findall(text)) or LEFT.search(LINK.sub('', text)):
+    if len(CALL.findall(text)) != len(LINK.findall(text)) or UNREAD.search(LINK.sub('', text)):
         report.refuse('not every link is understood: a bracket is open, or its name is another')
     if REPEATED.search(text):
         report.refuse('links are made in a loop, which is not run: write each of them')
@@ -134,13 +134,13 @@ def _call(text: str, found: re.Match[str], report: TableReport) -> _LinkCall:
 
 def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     values = link.values
-    # Of theta and d it is the constant that a link of MATLAB names.
+    # A MATLAB link names the constant one of theta and d: the other moves.
     names_theta = link.function == 'Link' and 'theta' in values and 'd' not in values
-    slides = link.says('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
+    slides = link.has('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
     moving = 'd' if slides or names_theta else 'theta'
     if not re.fullmatch(r'0?|[A-Za-z]\w*(?:\(\d+\))?', values.get(moving, '')):
         moves = f'line {link.line}: {moving} moves there'
         report.note(f'{moves}, and the toolbox takes no number of it')
     cells = dict.fromkeys(HEADS, '0') | values | {'limits': values.get('qlim', '')}
-    cells |= {moving: '-variable' if link.says('flip') else '', 'type': 'RP'[moving == 'd']}
+    cells |= {moving: '-variable' if link.has('flip') else '', 'type': 'RP'[moving == 'd']}
     return PastedRow(link.line, tuple(plain_cell(cells[head]) for head in HEADS))

@@ -1,4 +1,4 @@
-"""The unit of the angles and of the lengths of a table: from heads, marks, or their size."""
+"""Find the units of angles and lengths of a table, from heads, marks, or the size of numbers."""
 
 import math
 import re
@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from decimal import Decimal
 
 from ...typography import DEGREE, number_text
-from ..file.parts.quantities import LONG, TURN, rounded_quarters
+from ..file.parts.quantities import LARGEST_USUAL_ANGLE, LARGEST_USUAL_LENGTH, rounded_quarters
 from ..file.text.expression_syntax import names_in
 from ..urdf.quantity import angle_of, as_rounded_part_of_pi
 from .cells import is_quarter
@@ -14,22 +14,22 @@ from .heads import Head
 from .moving_rows import ZERO, NumberedRow
 from .report import TableReport
 
-# Words of a title or a remark.
+# Words in the text that name a unit.
 WORDS = {
     'deg': re.compile(r'\bdegrees?\b(?!\(| of freedom)', re.IGNORECASE),
     'rad': re.compile(r'\bradians?\b(?!\()', re.IGNORECASE),
     'mm': re.compile(r'\bmm\b|\bmillimet(?:er|re)s?\b', re.IGNORECASE),
     'm': re.compile(r'\bmet(?:er|re)s?\b', re.IGNORECASE),
 }
-# Columns of angles and of lengths, their units, and the largest number in the first unit.
+# Columns of angles and of lengths, their units, and the largest plausible number in the first.
 KINDS = {
-    'angles': (('alpha', 'theta', 'offset'), ('rad', 'deg'), TURN),
-    'lengths': (('a', 'd'), ('m', 'mm'), LONG),
+    'angles': (('alpha', 'theta', 'offset'), ('rad', 'deg'), LARGEST_USUAL_ANGLE),
+    'lengths': (('a', 'd'), ('m', 'mm'), LARGEST_USUAL_LENGTH),
 }
 IN_MM = {'mm': Decimal(1), 'cm': Decimal(10), 'm': Decimal(1000), 'in': Decimal('25.4')}
 NUMBER = re.compile(r'(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?)\b')
-# A number that is a term of its own, without a mark of its unit.
+# A number that is a whole term, without a mark of its unit.
 TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
 DEGREE_DECIMALS = 9  # 29.999999999999996 is 30
 LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')  # limits of 30 rad are in degrees
@@ -44,11 +44,11 @@ def in_one_unit(
     text: str,
     report: TableReport,
 ) -> str:
-    """Return the unit of all angles, or of all lengths, and write their cells in it."""
+    """Return the unit of all angles or all lengths, and convert their cells to it."""
     meanings, accepted, _ = KINDS[kind]
-    said = {head.meaning: head.unit for head in heads if head.meaning in meanings and head.unit}
+    in_heads = {one.meaning: one.unit for one in heads if one.meaning in meanings and one.unit}
     asked = set(given).intersection(accepted)
-    chosen = {*said.values(), *asked}
+    chosen = {*in_heads.values(), *asked}
     if asked and len(chosen) > 1:
         report.refuse(f'{kind} in {" and in ".join(sorted(chosen))}: write them in one')
     cells = [(row, name) for row in rows for name in meanings if row.cells.get(name)]
@@ -58,13 +58,13 @@ def in_one_unit(
         unit = accepted[kind == 'lengths']
         report.note(f'{kind} in {" and ".join(sorted(chosen))} are written in {unit}')
     else:
-        told = [row.cells[name] for row, name in cells]
-        told = [
-            ' '.join([one, *(constants.get(x, '') for x in sorted(names_in(one)))]) for one in told
+        texts = [
+            ' '.join([cell, *(constants.get(name, '') for name in sorted(names_in(cell)))])
+            for cell in (row.cells[name] for row, name in cells)
         ]
-        unit = _told_unit(kind, told, text, report)
+        unit = _likely_unit(kind, texts, text, report)
     for row, name in cells:
-        own, cell = said.get(name, unit if len(chosen) < 2 else ''), row.cells[name]
+        own, cell = in_heads.get(name, unit if len(chosen) < 2 else ''), row.cells[name]
         if own != unit and TERM.search(cell) and cell not in ZERO:
             if not own:
                 row.fault(report, name, 'no unit is said: write it into the heads')
@@ -73,8 +73,8 @@ def in_one_unit(
     return unit
 
 
-def _told_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
-    # Marks of cells decide, such as degree signs and parts of pi, else the size of the numbers.
+def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
+    # Decide by marks in the cells (degree signs, parts of pi), else by the size of the numbers.
     _, (small, large), most = KINDS[kind]
     words = {unit: said[0] for unit, one in WORDS.items() if (said := one.search(whole))}
     marks = words if len(words.keys() & {small, large}) == 1 else dict[str, str]()
@@ -84,7 +84,7 @@ def _told_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport)
         if kind == 'angles':
             found = ['deg'] * (DEGREE in text) + ['rad'] * ('pi' in names_in(text))
         marks |= dict.fromkeys(found, text.strip())
-        # A factor, as in 26.45*0.0254, is longer than the product.
+        # TERM leaves out factors: 26.45 of 26.45*0.0254 is larger than the product.
         if 'rad' not in found:
             plain += [number for number in TERM.findall(text) if float(number)]
     plain.sort(key=float)
@@ -107,7 +107,7 @@ def _told_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport)
 
 
 def in_unit(cell: str, unit: str) -> str:
-    """Return a cell whose numbers with marks, such as `350 mm` or `pi/2`, are in a unit."""
+    """Return a cell with numbers such as `350 mm` or `pi/2` converted to a unit."""
     if unit == 'deg':
         cell = re.sub(r'\bpi\b', '180', cell.replace(DEGREE, ''))
     cell = re.sub(r'(\bpi\b[^*/]*?)\s*\b(?:rad|radians?)\b', r'\1', cell)
@@ -123,7 +123,7 @@ def in_unit(cell: str, unit: str) -> str:
 
 
 def rounded(cell: str, unit: str) -> str:
-    """Return an angle whose numbers such as 1.5708 are the parts of pi that they round."""
+    """Return an angle with numbers such as 1.5708 replaced by the parts of pi that they round."""
 
     def part(found: re.Match[str]) -> str:
         if unit == 'deg':

@@ -1,6 +1,6 @@
 """
-Robots to and from URDF, the XML that RViz, MoveIt and robot_state_publisher read.
+Convert robots to and from URDF, the XML that RViz, MoveIt and robot_state_publisher read.
 
-`writer.export_urdf` makes a URDF from a robot's table; `importer.import_urdf` makes a robot file
-from a chain of a URDF, and proves it.
+`writer.export_urdf` makes a URDF from a robot's table. `importer.import_urdf` makes a robot file
+from a chain of a URDF, and measures how exactly both agree.
 """

@@ -1,7 +1,8 @@
 """
-A chain of a URDF with its joints, and its pose as their plain product.
+Read a chain of a URDF, and compute its pose as the plain product of its joints.
 
-The product shares nothing with the kernel or the table made from the chain, so it can judge them.
+The product shares no code with the kernel, or with the table that is made from the chain.
+Therefore it can check both.
 """
 
 from collections.abc import Sequence
@@ -30,7 +31,7 @@ class Variable:
     Parameters
     ----------
     type
-        `revolute`, `prismatic`, or `helical` if joints that mimic it slide, too.
+        `revolute`, `prismatic`, or `helical` for a turning joint that sliding joints mimic.
     """
 
     name: str
@@ -41,7 +42,7 @@ class Variable:
 @dataclass(frozen=True, eq=False)
 class MovingJoint:
     """
-    One moving joint of the chain: the motion `before`, then one about or along its axis.
+    One moving joint of the chain: the motion `before`, then a motion about or along its axis.
 
     Parameters
     ----------
@@ -52,7 +53,7 @@ class MovingJoint:
     axis : shape (3,)
         Unit vector.
     variable, factor, offset
-        The joint's position is factor times that variable (its index) plus offset, in rad or m.
+        The position is factor times a variable (given by its index) plus offset, in rad or m.
     follows
         Whether the joint mimics another.
     """
@@ -69,7 +70,7 @@ class MovingJoint:
 @dataclass(frozen=True, eq=False)
 class UrdfChain:
     """
-    The way from one link to another.
+    The joints from one link to another.
 
     Parameters
     ----------
@@ -78,9 +79,9 @@ class UrdfChain:
     end : shape (4, 4)
         The constant motion after the last joint.
     mimics
-        The joints of the chain that follow others.
+        The joints of the chain that mimic others.
     joints
-        Those of the way, fixed ones too, and those beside it that they mimic.
+        All joints of the chain, with fixed ones, and the joints that they mimic.
     """
 
     robot: str
@@ -93,7 +94,7 @@ class UrdfChain:
     joints: tuple[UrdfJoint, ...]
 
     def poses(self, q: Floats) -> Floats:
-        """Return the tip in the base, shape (k, 4, 4), at positions q, shape (k, n), rad or m."""
+        """Return poses of the tip in the base, (k, 4, 4), at positions q (k, n), rad or m."""
         T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
         for motion in self.motions:
             position = motion.factor * q[:, motion.variable] + motion.offset
@@ -113,14 +114,14 @@ def moved(turns: bool, axis: Floats, position: Floats) -> Floats:
 
 def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> UrdfChain:
     """
-    Return the chain between two links; the base need not be above the tip.
+    Return the chain between two links. The base may be on another branch than the tip.
 
-    `rounds`: angles and axes are taken for those that they round.
+    With `rounds`, angles and axes that look rounded are replaced by exact ones.
 
     Raises
     ------
     UrdfError
-        There is none, no joint moves it, or a robot file cannot express one of its joints.
+        There is no chain, no joint moves it, or a robot file cannot express a joint of it.
     """
     elements = tree.way(base, tip)
     up = len(elements.up)
@@ -130,10 +131,14 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
     names = list(dict.fromkeys(leaders[joint.name].mimics for joint in moving))
     if not names:
         tree.root.refuse(f'no joint moves {tip!r} against {base!r}')
-    names = _ordered(tree.root, names)
+    extension = tree.root.first(EXTENSION)
+    text = '' if extension is None else extension.attributes.get('joint_order', '')
+    order = text.split(',' if ',' in text else None)
+    if set(names) <= set(order):
+        names.sort(key=order.index)
     motions, still = [], np.eye(4)
     for k, joint in enumerate(way):
-        # Up a joint the child's frame comes first, and it moves the other way.
+        # On the way up, the child frame of a joint comes first, and its motion is inverted.
         before, after, sign = (
             (np.eye(4), inverse(joint.origin), -1.0) if k < up else (joint.origin, np.eye(4), 1.0)
         )
@@ -182,8 +187,8 @@ def _refuse(joint: XmlElement, message: str) -> NoReturn:
 
 
 def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
-    # Returns the joint with `mimics` naming the actuated joint at the end of the mimicry (itself
-    # if there is none), and with multiplier and offset to match.
+    # Return the joint with the actuated joint that it finally mimics (itself if it mimics none),
+    # and the multiplier and offset from that joint.
     factor, offset, leader = 1.0, 0.0, joint
     passed = set()
     while leader.mimics:
@@ -200,14 +205,6 @@ def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
         if leader.type not in MOVING:
             _refuse(joint.element, f'it mimics {leader.name!r}, which is {leader.type}')
     return replace(joint, mimics=leader.name, multiplier=factor, offset=offset)
-
-
-def _ordered(root: XmlElement, names: list[str]) -> list[str]:
-    # The order of the chain, unless a file of this package names another one.
-    extension = root.first(EXTENSION)
-    text = '' if extension is None else extension.attributes.get('joint_order', '')
-    named = text.split(',' if ',' in text else None)
-    return sorted(names, key=named.index) if set(names) <= set(named) else names
 
 
 def _variable(

@@ -1,8 +1,8 @@
 """
-The only reader of XML: the elements of a URDF with their lines, hostile files refused.
+Read the XML elements of a URDF with their lines, by expat, and refuse hostile files.
 
-Entities make XML dangerous (they grow without bound, or read other files), and only a DOCTYPE can
-declare them: it is refused at its beginning, before anything behind it is read.
+Entities make XML dangerous: they grow without bound, or read other files. Only a DOCTYPE can
+declare them. It is refused at its first character, before its content is read.
 """
 
 import re
@@ -19,12 +19,12 @@ from ..file.translation import MAX_BYTES
 
 MAX_DEPTH = 64
 MAX_ELEMENTS = 200_000
-MOST_LISTED = 30  # names in a message
+MAX_LISTED_NAMES = 30  # in a message
 MISPLACED = expat.errors.codes[expat.errors.XML_ERROR_MISPLACED_XML_PI]
 BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
 DECLARED = re.compile(rb'\A<\?xml\b[^>]*?\bencoding\s*=\s*["\']([\w.-]+)["\']')
-# Encodings that expat cannot read, having several bytes a character, by what Python calls them or
-# the larger one that files declared so are in.
+# Encodings with several bytes a character, which expat cannot read, and their Python codecs. The
+# codec is that of the larger character set that such files use.
 CODECS = dict.fromkeys(('gb2312', 'gbk', 'gb18030'), 'gb18030')
 CODECS |= dict.fromkeys(('shift_jis', 'x_sjis', 'windows_31j', 'cp932'), 'cp932')
 CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}
@@ -40,9 +40,9 @@ class XmlElement:
     tag, attributes, children
         Text between elements is not kept: URDF has none.
     file, line
-        File and line of its beginning; lines are counted from 1.
+        File and line where the element begins; lines are counted from 1.
     inside
-        What messages call the element that it is a part of; empty where that is the root.
+        The name of the parent element in messages; empty if the parent is the root.
     """
 
     tag: str
@@ -62,7 +62,7 @@ class XmlElement:
 
     def refuse(self, message: str) -> NoReturn:
         """
-        Raise a sentence about this element.
+        Raise an error with the place of this element.
 
         Raises
         ------
@@ -72,20 +72,20 @@ class XmlElement:
         raise UrdfError(str(self.fault(message)))
 
     def fault(self, message: str) -> Fault:
-        """Return a sentence about this element with its place in the file."""
+        """Return a fault with the place of this element."""
         inside = f' of {self.inside}' if self.inside else ''
         return Fault(self.file, self.line, _title(self.tag, self.attributes) + inside, message)
 
 
 def _title(tag: str, attributes: Mapping[str, str]) -> str:
-    # As messages call an element: `<joint name='elbow'>`.
+    # Return the name of an element in messages: `<joint name='elbow'>`.
     name = attributes.get('name')
     return f'<{tag}>' if name is None else f'<{tag} name={quoted(name)}>'
 
 
 def listed_names(names: Iterable[str]) -> str:
-    """Return names for a message, the first thirty of them."""
-    return listed([quoted(name)[1:-1] for name in names], MOST_LISTED) or 'none'
+    """Return names for a message, at most the first MAX_LISTED_NAMES."""
+    return listed([quoted(name)[1:-1] for name in names], MAX_LISTED_NAMES) or 'none'
 
 
 def read_urdf(path: Path) -> XmlElement:
@@ -95,7 +95,7 @@ def read_urdf(path: Path) -> XmlElement:
     Raises
     ------
     UrdfError
-        It cannot be read, is too large, or is not a URDF.
+        The file cannot be read, is too large, or is not a URDF.
     """
     try:
         with path.open('rb') as stream:
@@ -112,8 +112,8 @@ def parse_urdf(content: bytes, file: str) -> XmlElement:
     Raises
     ------
     UrdfError
-        Not XML, a DOCTYPE, xacro that has not been expanded, something other than a `<robot>`, or
-        too large.
+        The bytes are too many or not XML, have a DOCTYPE or xacro that was not expanded, or the
+        root is not `<robot>`.
     """
     if len(content) > MAX_BYTES:
         raise UrdfError(f'{file}: larger than {MAX_BYTES // 2**20} MiB: not a URDF')
@@ -126,7 +126,7 @@ def parse_urdf(content: bytes, file: str) -> XmlElement:
 
 
 class _XmlReader:
-    # The elements that are open, innermost last; children gather until their parent closes.
+    # `open` has the elements that are not closed, the innermost last, with their children so far.
     def __init__(self, file: str) -> None:
         self.file = file
         self.open: list[tuple[str, dict[str, str], int, list[XmlElement]]] = []
@@ -134,7 +134,7 @@ class _XmlReader:
         self.elements = 0
 
     def read(self, content: bytes) -> XmlElement:
-        # The parsers of ROS accept blank lines before the declaration: here they follow it.
+        # The parsers of ROS accept blank lines before the declaration; expat needs them after it.
         content, encoding = self._in_utf_8(BLANK_BEGINNING.sub(rb'\2\1', content))
         self.parser = expat.ParserCreate(encoding)
         self.parser.StartDoctypeDeclHandler = self._doctype
@@ -148,15 +148,15 @@ class _XmlReader:
                 reason += '; delete what stands before <?xml, or delete <?xml ...?>'
             self._refuse(error.lineno, f'not valid XML: {reason}')
         except UrdfError:
-            raise  # from a handler; it is a ValueError, too
+            raise  # from a handler; without this line the next one would catch it
         except (ValueError, LookupError) as error:
-            self._refuse(0, f'not valid XML: {error}')  # an encoding that does not exist
+            self._refuse(0, f'not valid XML: {error}')  # unknown encoding
         assert self.root is not None  # expat accepts no document without one
         return self.root
 
     def _in_utf_8(self, content: bytes) -> tuple[bytes, str | None]:
-        # Returns bytes and their encoding, None if expat finds it. Valid UTF-8 is read as that,
-        # also if it declares another encoding: a message has been decoded.
+        # Return the bytes and their encoding; None if expat finds the encoding. Valid UTF-8 is
+        # UTF-8 even if it declares another encoding: a ROS message has decoded it.
         found = DECLARED.match(content)
         declared = found[1].decode('ascii') if found else 'UTF-8'
         codec = CODECS.get(declared.lower().replace('-', '_'))

@@ -1,4 +1,4 @@
-"""Lists the parts of a URDF's chain that are not read, or are most likely meant otherwise."""
+"""List the parts of a URDF's chain that are not read, or are most likely mistakes."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -8,7 +8,7 @@ from difflib import get_close_matches
 import numpy as np
 
 from ...errors import Fault
-from ..file.parts.quantities import DEGREES, LONG, MILLIMETRES, TURN
+from ..file.parts.quantities import DEGREES, LARGEST_USUAL_ANGLE, LARGEST_USUAL_LENGTH, MILLIMETRES
 from ..file.text.entries import choice, did_you_mean, meant_by
 from ..file.text.fault_report import MAX_FAULTS, number, quoted
 from .chain import UrdfChain
@@ -18,13 +18,13 @@ from .joints import ATTRIBUTES, SINCE
 from .quantity import ROUND_OFF
 from .tree import UrdfTree
 
-# Parts of a robot file whose doubts are those of a URDF: joints, and the sum of its lengths.
-PARTS = re.compile(r'joints\[(\d+)\]|links$')
-LIKENESS = 0.75  # of words, by difflib: `axes` and `axis`
-# The largest number that may be meant in m or rad, as in a robot file, by attribute of an origin.
-UNITS = (
-    ('xyz', LONG, 'a length of {} m: ' + MILLIMETRES),
-    ('rpy', TURN, '{} rad is more than a turn: ' + DEGREES),
+# Places in a robot file whose doubts also concern the URDF: joints, and the sum of the lengths.
+MAPPED_PLACES = re.compile(r'joints\[(\d+)\]|links$')
+SIMILARITY = 0.75  # by difflib: `axes` and `axis` have 0.75
+# The largest plausible number in m or rad, as in a robot file, for each attribute of an origin.
+UNIT_DOUBTS = (
+    ('xyz', LARGEST_USUAL_LENGTH, 'a length of {} m: ' + MILLIMETRES),
+    ('rpy', LARGEST_USUAL_ANGLE, '{} rad is more than a turn: ' + DEGREES),
 )
 
 
@@ -32,10 +32,15 @@ def chain_doubts(
     tree: UrdfTree, chain: UrdfChain, of_the_table: Sequence[Fault]
 ) -> tuple[Fault, ...]:
     """
-    Return the doubts about a chain; a sentence about several joints names the first one.
+    Return the doubts about a chain; equal doubts about several joints are one.
 
-    `of_the_table` are the doubts about the robot file made from the chain. So the same rules ask
-    about units; but a URDF cannot say another unit.
+    Parameters
+    ----------
+    tree, chain
+        The links and joints of the file; the chain.
+    of_the_table
+        The doubts about the robot file that was made from the chain: the same rules about units
+        apply to both.
     """
     doubts: list[Fault] = []
     written = tree.root.attributes.get('version', tree.version)
@@ -46,7 +51,7 @@ def chain_doubts(
         doubts += _of_joint(joint.element, tree.version)
         doubts += [joint.limits.doubt] if joint.limits.doubt else []
     for doubt in of_the_table:
-        if part := PARTS.match(doubt.where):
+        if part := MAPPED_PLACES.match(doubt.where):
             element = tree.joints[chain.variables[int(part[1])].name] if part[1] else tree.root
             doubts.append(element.fault(_in_urdf(doubt.message)))
     alike: dict[str, list[Fault]] = {}
@@ -60,9 +65,14 @@ def chain_doubts(
 
 def chain_remarks(tree: UrdfTree, chain: UrdfChain, rounded: UrdfChain) -> tuple[str, ...]:
     """
-    Return sentences on limits that a robot file has no place for, and on `--round-angles`.
+    Return sentences about limits that a robot file does not have, and about `--round-angles`.
 
-    `rounded` is the chain with rounded angles and axes.
+    Parameters
+    ----------
+    tree, chain
+        The links and joints of the file; the chain.
+    rounded
+        The chain with rounded angles and axes.
     """
     limits = {joint.name: joint.element.first('limit') for joint in chain.joints}
     left_out = [
@@ -109,9 +119,9 @@ def _of_joint(joint: XmlElement, version: str) -> Iterator[Fault]:
                 )
             elif name == 'quat_xyzw' and 'rpy' in part.attributes:
                 yield part.fault('rpy and quat_xyzw are the same rotation; rpy is read')
-        for name, largest, what in UNITS if part.tag == 'origin' else ():
+        for name, largest, what in UNIT_DOUBTS if part.tag == 'origin' else ():
             for value in map(float, part.attributes.get(name, '').split()):
                 if abs(value) > largest:
                     yield part.fault(_in_urdf(what.replace('{}', number(value))))
-        for meant in () if known else get_close_matches(part.tag[:60], ATTRIBUTES, 1, LIKENESS):
+        for meant in () if known else get_close_matches(part.tag[:60], ATTRIBUTES, 1, SIMILARITY):
             yield part.fault(f'an unknown element, which is not read{did_you_mean(meant)}')

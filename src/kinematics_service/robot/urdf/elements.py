@@ -1,23 +1,23 @@
-"""The links and joints a URDF is to have, as frozen data."""
+"""Hold the links and joints of a URDF that will be written, as frozen data."""
 
 from dataclasses import dataclass
 
 from ...kernel import Floats
 from ..file.parts.quantities import LARGEST
 
-# URDF requires numbers that a robot file may lack: the largest that a robot file accepts.
+# Stands for no limit where URDF requires a number: the largest number that a robot file accepts.
 UNLIMITED = LARGEST
-# The versions of URDF that urdfdom 6.0 reads; a file without a version is of the first.
+# The versions of URDF that urdfdom 6.0 reads; a file without a version has the first.
 VERSIONS = ('1.0', '1.1', '1.2')
-# If the order of the joints in the robot file is not that of the chain, the root has this element
-# with the attribute joint_order; readers of URDF skip elements they do not know.
+# Element of the root with the attribute joint_order, if the robot file has the joints in another
+# order than the chain. Other readers of URDF skip unknown elements.
 EXTENSION = 'kinematics_service'
 
 
 @dataclass(frozen=True)
 class Limit:
     """
-    The limits that URDF requires of a joint that is not continuous; UNLIMITED stands for infinity.
+    The limits that URDF requires of a joint that is not continuous; UNLIMITED for no limit.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """This joint's position is `multiplier` times another's."""
+    """The position of the joint is `multiplier` times that of another joint."""
 
     joint: str
     multiplier: float
@@ -53,9 +53,9 @@ class PlannedJoint:
     sign
         The joint turns about, or slides along, sign times z.
     limit, mimic
-        None if there is none.
+        None for a joint without limits, or one that mimics no other.
     hub
-        Whether it is drawn: of several joints on one axis only the first is.
+        Whether the joint is drawn: only the first of several joints on one axis is.
     """
 
     name: str
@@ -81,7 +81,7 @@ class UrdfPlan:
     tool
         The link that is the tool frame.
     joint_order
-        The names of the actuated joints if the chain's order is another; else empty.
+        The names of the actuated joints if the chain has another order; else empty.
     """
 
     links: tuple[str, ...]
@@ -94,14 +94,14 @@ class UrdfPlan:
 @dataclass(frozen=True)
 class FrameNames:
     """
-    The names of frames and joints if they are not those of the robot file.
+    Names of frames for a URDF, in place of those of the robot file.
 
     Parameters
     ----------
     base, tool
-        Names instead of the file's; empty: the file's.
+        Names of the base and tool frames; empty for those of the file.
     frame_prefix
-        Put before every frame.
+        Prefix of every frame.
     """
 
     base: str = ''

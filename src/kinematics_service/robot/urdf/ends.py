@@ -1,4 +1,4 @@
-"""The links between which the chain of a URDF is taken where they are not named."""
+"""Choose the base and tip of a URDF's chain: the longest chain of moving joints up to a hand."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,20 +12,21 @@ from .document import XmlElement
 from .joints import MOVING, WHY_NOT
 from .tree import UrdfTree, end_of
 
-# Number of other tips that are named.
-MOST_NAMED = 8
-# A joint is one of a hand by its name or that of the link it moves; `gripper` says so only of the
-# last joints. Joints that move the whole hand, and the half that stands still, are none.
+# Largest number of other tips, or joints, in a message.
+MAX_NAMED_TIPS = 8
+# A joint belongs to a hand by its own name or the name of the link that it moves; `gripper` counts
+# only for the last joints. Joints that move the whole hand, and a fixed half of it, do not belong.
 FINGER = re.compile(r'finger|thumb|jaw|claw|knuckle', re.IGNORECASE)
 GRIPPER = re.compile(r'gripper', re.IGNORECASE)
 ARM = re.compile(
     r'wrist|roll|pitch|yaw|rotat|twist|flex|turn|exten|to_?(grip|hand)', re.IGNORECASE
 )
 STILL = re.compile(r'fixed|static|(base|palm)$', re.IGNORECASE)
-# Links that say where the tool is.
+# Names of links at the tool.
 TOOL = re.compile(r'tool|tcp|effector|flange|grasp|(?<![a-z])eef?(?![a-z])|gripper_?frame', re.I)
-# Most moving joints of a finger that looks like others; an arm needs more to reach a point.
-FINGER_JOINTS = 2
+# Largest number of moving joints of a finger, if a hand has two equal fingers; an arm needs more
+# joints to reach a point.
+MAX_FINGER_JOINTS = 2
 
 
 class ChainEnds(NamedTuple):
@@ -35,7 +36,7 @@ class ChainEnds(NamedTuple):
     Attributes
     ----------
     doubts
-        Which other tips are possible, and how to ask for one; what cuts the chain.
+        Other possible tips, how to ask for one, and joints that cut the chain.
     """
 
     base: str
@@ -44,8 +45,8 @@ class ChainEnds(NamedTuple):
 
 
 class _LinkWay(NamedTuple):
-    # The link where the way to a link begins, the number of its joints, and the names of those
-    # that move.
+    # The way to a link: the link where it begins, the number of its joints, and the names of the
+    # moving joints.
     base: str
     length: int
     moving: tuple[str, ...]
@@ -53,33 +54,35 @@ class _LinkWay(NamedTuple):
 
 def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     """
-    Return the base and the tip of a chain; what is not named is that of the longest chain.
+    Return the base and the tip of a chain. An empty name is chosen from the longest chain.
 
-    The base is the root, or the link below the last joint that moves freely. The tip is the end of
-    the chain with the most moving joints, those of a hand not counted; of limbs with equally many
-    that of the first. It is a link that is named after a tool, or the farthest one. A hand begins
+    The base is the root, or the link below the last floating or planar joint. The tip is the end
+    of the chain with the most moving joints, without the joints of a hand. If several limbs have
+    the same number, it is the end of the first limb. At the end, a link that is named after a tool
+    is preferred, then the farthest link. A hand begins
 
     1. at a joint that is named after a finger, a thumb, a jaw, a claw or a gripper;
-    2. at a link to which a link is fixed that is named after a tool, if none comes later;
-    3. at a link with several branches alike, of at most as many moving joints as lead to it: three
-       branches or more, or two of one or two joints each. Other two may be limbs of a trunk.
+    2. at a link to which a link is fixed that is named after a tool, unless a tool comes later;
+    3. at a link with several similar branches, none with more moving joints than lead to the link:
+       three branches or more, or two branches of one or two joints each. Two longer branches may
+       be limbs of a trunk.
 
     Parameters
     ----------
     base, tip
-        Names of links; empty for those that are to be found.
+        Names of links; empty for links to choose.
 
     Raises
     ------
     UrdfError
-        No link is called so, no joint moves anything below it, or two branches may be limbs or
-        fingers.
+        There is no link of this name, no joint moves a link below it, or two branches may be limbs
+        or fingers.
     """
     if tip:
         way = _way(tree, tip, base)
         return ChainEnds(base or way.base, tip, () if base else tuple(_cuts(tree, [way])))
     if base:
-        tree.way(base, base)  # which refuses a link that does not exist
+        tree.way(base, base)  # refuses a link that does not exist
         base = base.removeprefix('/')
     joints = [one for one in tree.joints.values() if one.attributes.get('type') not in WHY_NOT]
     parents = {end_of(joint, 'parent') for joint in joints}
@@ -100,7 +103,7 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     )
     if not others:
         return ChainEnds(way.base, tip, cuts)
-    named = listed([f'{link} ({moving[link]})' for link in others], MOST_NAMED)
+    named = listed([f'{link} ({moving[link]})' for link in others], MAX_NAMED_TIPS)
     ends = f' before {quoted(hand)}, the first one of a hand' if hand else ''
     choice = tree.root.fault(
         f'the chain taken is {way.base} to {tip}, with {_count(tree, way.moving)} moving joints'
@@ -111,13 +114,13 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
 
 
 def _cuts(tree: UrdfTree, ways: Sequence[_LinkWay]) -> Iterator[Fault]:
-    # Joints that move freely, with moving joints on both sides.
+    # Yield a fault for each floating or planar joint with moving joints on both sides.
     for base in dict.fromkeys(way.base for way in ways):
         for joint in tree.above.get(base, ())[:1]:
             if above := _way(tree, end_of(joint, 'parent')).moving:
                 yield joint.fault(
                     f'a {joint.attributes["type"]} joint, which no robot file holds, cuts the '
-                    f'chain: {listed(above, MOST_NAMED)} above it and the joints below it are '
+                    f'chain: {listed(above, MAX_NAMED_TIPS)} above it and the joints below it are '
                     'never those of one arm'
                 )
 
@@ -134,13 +137,13 @@ def _way(tree: UrdfTree, link: str, base: str = '') -> _LinkWay:
 
 
 def _count(tree: UrdfTree, joints: Sequence[str]) -> int:
-    # Joints that mimic the same one are moved together.
+    # Count joints that mimic the same joint once.
     mimics = [(name, tree.joints[name].first('mimic')) for name in joints]
     return len({name if one is None else one.attributes.get('joint') for name, one in mimics})
 
 
 def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay]) -> tuple[str, str]:
-    # Returns the tip, and the first joint of the hand behind it, empty if there is none.
+    # Return the tip, and the first joint of the hand after it; empty if there is no hand.
     arms = {link: way.moving[: _before_hand(tree, way.moving)] for link, way in ways.items()}
     leaf = max(arms, key=lambda one: (_count(tree, arms[one]), _count(tree, ways[one].moving)))
     count = _before_branches(tree, ways, leaf, arms[leaf])
@@ -158,7 +161,7 @@ def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay]) -> tuple[str, str]:
 
 
 def _before_hand(tree: UrdfTree, path: Sequence[str]) -> int:
-    # The number of joints before those that are named after a hand; all if none is left.
+    # Return the number of joints before those named after a hand; the number of all if it is 0.
     count = len(path)
     while count and _of_hand(tree.joints[path[count - 1]], GRIPPER):
         count -= 1
@@ -177,7 +180,7 @@ def _of_hand(joint: XmlElement, word: re.Pattern[str]) -> bool:
 def _before_branches(
     tree: UrdfTree, ways: Mapping[str, _LinkWay], leaf: str, arm: tuple[str, ...]
 ) -> int:
-    # The number of joints before a hand that only its branches or a tool show; all if none does.
+    # Return the number of joints before a hand that only its branches or a tool show; else of all.
     of_fingers = arm and _of_hand(tree.joints[arm[0]], GRIPPER)
     for k in range(1, 0 if of_fingers else min(len(arm), MAX_JOINTS)):
         paths = {link: way.moving for link, way in ways.items() if way.moving[:k] == arm[:k]}
@@ -190,12 +193,12 @@ def _before_branches(
         if any(_of_hand(tree.joints[one], FINGER) for one in fingers):
             return k
         if most > shared or arm[: k + 1] in tools:
-            continue  # a trunk, or the arm goes on
-        alike = len(fingers) > 1 and fewest >= most - 1
-        few = fewest == most <= FINGER_JOINTS
-        if arm[:k] in tools or (alike and (len(fingers) > 2 or few)):
+            continue  # the joints so far are a trunk, or the arm goes on
+        similar = len(fingers) > 1 and fewest >= most - 1
+        short = fewest == most <= MAX_FINGER_JOINTS
+        if arm[:k] in tools or (similar and (len(fingers) > 2 or short)):
             return k
-        if alike:
+        if similar:
             begin = f'{tree.root.file}:{ways[leaf].base}'
             hand = end_of(tree.joints[arm[k]], 'parent')
             tree.root.refuse(

@@ -1,10 +1,8 @@
-"""A chain of a URDF made into a robot file, and the proof that it is the same arm."""
+"""Make a robot file from a chain of a URDF, and measure that both are the same arm."""
 
 import os
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path, PurePath
 from typing import Literal
 
@@ -24,17 +22,16 @@ from .chain import UrdfChain, read_chain
 from .document import XmlElement, parse_urdf, read_urdf
 from .doubts import chain_doubts, chain_remarks
 from .ends import chain_ends
-from .points import points_text
 from .robot_text import robot_file_text
 from .table import modified, table_of
 from .tree import UrdfTree, read_tree
 
-# Largest error of a robot file, as a share of the arm's size; a hundred times the worst of
-# thousands of random chains.
-ACCEPTED = 1e-10
-LONGEST_NAME = 256  # of a robot file
-# The label of a Jacobian joins joint names by commas.
-NOT_IN_JOINTS, NOT_IN_FRAMES = ',', r'\s'
+# Largest accepted error of a robot file, relative to the arm's size: a hundred times the largest
+# error of thousands of random chains.
+MAX_RELATIVE_ERROR = 1e-10
+MAX_NAME_LENGTH = 256  # characters, as in a robot file
+REFUSED_IN_JOINTS = ','  # it separates joint names in the label of a Jacobian
+REFUSED_IN_FRAMES = r'\s'
 
 
 @dataclass(frozen=True)
@@ -45,17 +42,17 @@ class UrdfImport:
     Parameters
     ----------
     text
-        The robot file; its `source` and its first lines hold the certificate.
+        The robot file; its `source` and its first lines have the certificate.
     robot
-        The robot of that text.
+        The robot of this text.
     certificate
-        How exact it is.
+        The error of the robot against the URDF.
     doubts
-        Parts that are not read, numbers that are hardly in m or rad, and other possible tips.
+        Parts that are not read, numbers that are probably not in m or rad, and other tips.
     mimics
-        Joints of the chain that follow others.
+        Joints of the chain that mimic others.
     remarks
-        Limits that a robot file has no place for, and angles that are rounded.
+        Limits that a robot file does not have, and angles that look rounded.
     """
 
     text: str
@@ -76,7 +73,6 @@ def import_urdf(
     name: str = '',
     convention: TableConvention = 'standard',
     round_angles: bool = False,
-    points: Sequence[str] = (),
 ) -> UrdfImport:
     """
     Return the robot file of a chain of a URDF.
@@ -84,27 +80,25 @@ def import_urdf(
     Parameters
     ----------
     urdf
-        Path of the file; or its text, such as the parameter `robot_description` of
+        Path of the file, or its text, such as the parameter `robot_description` of
         robot_state_publisher. A str with a `<` is a text.
     base, tip
-        Links: they become the base frame and the tool frame. Default: the root, and the hand or
-        the end of the longest chain of moving joints.
+        Links that become the base frame and the tool frame. Default: the root, and the hand or the
+        end of the longest chain of moving joints.
     name
         Name of the robot; default: that in the URDF.
     convention
         Convention of the table.
     round_angles
-        Take an angle for the part of pi whose rounding it is, `1.5708` for pi/2, and an axis
-        without the noise of a CAD program, `2e-08 0 -1` for `0 0 -1`. The certificate compares
-        with the file as it is written, and so shows what that changes.
-    points
-        Links that become points of the robot file; they are fixed to what the chain moves.
+        Replace an angle by the part of pi that it rounds (`1.5708` by pi/2), and remove the noise
+        of a CAD program from an axis (`2e-08 0 -1` becomes `0 0 -1`). The certificate compares
+        with the file as it is written, and therefore shows the effect.
 
     Raises
     ------
     UrdfError
-        The file cannot be read, is no URDF, has no such chain, or holds a joint that no robot file
-        can express.
+        The file cannot be read, is not a URDF, has no such chain, or has a joint that a robot file
+        cannot express.
     """
     if not isinstance(urdf, str | os.PathLike):
         raise UrdfError(f'urdf must be a path or a text, not {type(urdf).__name__}')
@@ -113,24 +107,24 @@ def import_urdf(
     else:
         path = Path(urdf)
         root, origin = read_urdf(path), f'URDF {path.name}'
-    return _imported(root, origin, base, tip, name, convention, round_angles, points)
+    return _imported(root, origin, base, tip, name, convention, round_angles)
 
 
 def urdf_as_robot_file(content: bytes, file: str, base: str, tip: str) -> RobotText:
     """
-    Return the robot file of a chain of a URDF, from the bytes of that.
+    Return the robot file of a chain of a URDF, from the bytes of the URDF.
 
     Parameters
     ----------
-    file
-        Where they come from, for messages.
+    content, file
+        The bytes, and the name of their file for messages.
     base, tip
-        As of `import_urdf`.
+        As in `import_urdf`.
 
     Raises
     ------
     UrdfError
-        As `import_urdf`.
+        As in `import_urdf`.
     """
     root = parse_urdf(content, file)
     found = _imported(root, f'URDF {PurePath(file).name}', base, tip)
@@ -145,7 +139,6 @@ def _imported(
     name: str = '',
     convention: TableConvention = 'standard',
     round_angles: bool = False,
-    points: Sequence[str] = (),
 ) -> UrdfImport:
     tree = read_tree(root)
     base, tip, choices = chain_ends(tree, base, tip)
@@ -184,10 +177,11 @@ def _imported(
 
     robot = _robot(root, text('not yet measured'))
     certificate = certify(chain, robot)
-    _judge(certificate, chain, round_angles)
-    way_to = partial(read_chain, tree, base, rounds=round_angles)
-    section = points_text(robot, meant, points, way_to, ACCEPTED * _size(chain))
-    written = text(str(certificate)) + section
+    worst = max(certificate.position_error, certificate.rotation_error)
+    size = 1.0 + sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
+    if worst > MAX_RELATIVE_ERROR * size and not round_angles:
+        raise UrdfError(f'the table is not exact enough to be written: {certificate}')
+    written = text(str(certificate))
     doubts = chain_doubts(tree, chain, robot.description.warnings)
     return UrdfImport(
         *(written, _robot(root, written), certificate),
@@ -198,15 +192,15 @@ def _imported(
 
 
 def _check_names(tree: UrdfTree, chain: UrdfChain) -> None:
-    joints = [(tree.joints[variable.name], NOT_IN_JOINTS) for variable in chain.variables]
-    links = [(tree.links[link], NOT_IN_FRAMES) for link in (chain.base, chain.tip)]
+    joints = [(tree.joints[variable.name], REFUSED_IN_JOINTS) for variable in chain.variables]
+    links = [(tree.links[link], REFUSED_IN_FRAMES) for link in (chain.base, chain.tip)]
     for element, refused in (*joints, *links):
         name = element.attributes['name']
-        if not name.isprintable() or re.search(refused, name) or len(name) > LONGEST_NAME:
-            what = 'commas' if refused == NOT_IN_JOINTS else 'white space'
+        if not name.isprintable() or re.search(refused, name) or len(name) > MAX_NAME_LENGTH:
+            what = 'commas' if refused == REFUSED_IN_JOINTS else 'white space'
             element.refuse(
                 f'a robot file takes no {element.tag} whose name has {what}, control characters, '
-                f'or more than {LONGEST_NAME} characters: rename it'
+                f'or more than {MAX_NAME_LENGTH} characters: rename it'
             )
 
 
@@ -218,13 +212,3 @@ def _robot(root: XmlElement, text: str) -> Robot:
         return robot_from_text(text, file)
     except RobotFileError as error:
         raise UrdfError(str(error)) from None
-
-
-def _size(chain: UrdfChain) -> float:
-    return 1.0 + sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
-
-
-def _judge(certificate: Certificate, chain: UrdfChain, round_angles: bool) -> None:
-    worst = max(certificate.position_error, certificate.rotation_error)
-    if worst > ACCEPTED * _size(chain) and not round_angles:
-        raise UrdfError(f'the table is not exact enough to be written: {certificate}')

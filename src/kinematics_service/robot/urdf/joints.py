@@ -1,4 +1,4 @@
-"""A joint of a URDF: its type, origin, axis, limits, and what it mimics."""
+"""Read and check a joint of a URDF: type, origin, axis, limits and mimicry."""
 
 import math
 import re
@@ -18,18 +18,18 @@ from .quantity import CAD_NOISE, ROUNDED, as_rounded_part_of_pi, part_of_pi
 NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 INFINITE = re.compile(r'[-+]?inf(?:inity)?', re.IGNORECASE)
 MOVING = ('revolute', 'continuous', 'prismatic')
-# No robot file can express these, such as that of a mobile base.
+# Types that a robot file cannot express, such as the joint of a mobile base, and the reason.
 WHY_NOT = {
     'floating': 'a floating joint moves in six ways at once: begin the chain below it',
     'planar': 'a planar joint moves in three ways at once: begin the chain below it',
 }
-# An axis shorter than this is not a direction but a mistake.
-SHORTEST_AXIS = 1e-6
-# No joint goes so far (rad or m): such limits stand for none.
-ENDLESS = 1e4
+# An axis shorter than this has no direction: it is a mistake.
+MIN_AXIS_LENGTH = 1e-6
+# Limits beyond this (rad or m) mean no limit.
+MAX_LIMIT = 1e4
 RATES = ('velocity', 'acceleration', 'deceleration')
-# Attributes that are read of the elements of a joint, and the version of URDF that brought them if
-# it was not the first (README of urdfdom).
+# Attributes that are read from the elements of a joint, and the version of URDF that introduced
+# them if it is not the first (README of urdfdom).
 ATTRIBUTES = {
     'origin': ('xyz', 'rpy', 'quat_xyzw'),
     'axis': ('xyz',),
@@ -37,19 +37,19 @@ ATTRIBUTES = {
     'mimic': ('joint', 'multiplier', 'offset'),
 }
 SINCE = {'quat_xyzw': '1.1', 'acceleration': '1.2', 'deceleration': '1.2', 'jerk': '1.2'}
-MAY_BE_INFINITE = ('lower', 'upper', *RATES)
+INFINITE_ATTRIBUTES = ('lower', 'upper', *RATES)
 
 
 class JointLimits(NamedTuple):
     """
-    The limits of a joint, in rad or m and s; infinite if there is none.
+    The limits of a joint, in rad or m and s; infinite for no limit.
 
     Attributes
     ----------
     acceleration
         The smaller one of acceleration and deceleration.
     doubt
-        What is in the file and cannot be meant; None where there is nothing to doubt.
+        A fault about limits that are probably a mistake; None for plausible limits.
     """
 
     lower: float
@@ -69,11 +69,11 @@ class UrdfJoint:
     type
         `fixed`, `revolute`, `continuous` or `prismatic`.
     origin : shape (4, 4)
-        Of the child in the parent at position 0.
+        Pose of the child in the parent at position 0.
     axis : shape (3,)
         Unit vector in the child's frame.
     mimics
-        The joint it follows, or empty: its position is multiplier times that one's plus offset.
+        The leading joint, or empty. The position is multiplier times the leader's plus offset.
     """
 
     element: XmlElement
@@ -89,21 +89,21 @@ class UrdfJoint:
 
 def read_joint(element: XmlElement, version: str, rounds: bool = False) -> UrdfJoint:
     """
-    Return a joint, all of it checked.
+    Return a joint, completely checked.
 
     Parameters
     ----------
     element
         `<joint>`.
     version
-        Version of URDF that the file is written in.
+        Version of URDF of the file.
     rounds
-        Whether angles and axes are taken for those that they round.
+        Whether angles and axes that look rounded are replaced by exact ones.
 
     Raises
     ------
     UrdfError
-        An arm cannot have its type, an attribute is not a number, or its rotation is ambiguous.
+        An arm cannot have the type, an attribute is not a number, or the rotation is ambiguous.
     """
     kind = element.attributes.get('type', '')
     if kind not in (*MOVING, 'fixed'):
@@ -162,9 +162,9 @@ def _axis(element: XmlElement, rounds: bool) -> Floats:
         if rounds:
             direction[np.abs(direction) < CAD_NOISE * np.abs(direction).max()] = 0.0
         length = float(np.linalg.norm(direction))
-        if length < SHORTEST_AXIS:
+        if length < MIN_AXIS_LENGTH:
             axis.refuse(f'xyz={quoted(axis.attributes.get("xyz", ""))} has no direction')
-        # A vector that is a unit vector up to its last bits stays as it is written.
+        # A vector that is a unit vector up to round-off stays as it is written.
         if abs(length - 1.0) > 1e-15:
             direction = direction / length
     return direction
@@ -173,7 +173,7 @@ def _axis(element: XmlElement, rounds: bool) -> Floats:
 def _limits(element: XmlElement, kind: str, version: str) -> JointLimits:
     limit = element.first('limit')
     velocity, *both = (
-        # Many files have 0 for an unknown one.
+        # Many files have 0 for an unknown rate.
         rate if 0.0 < (rate := _number(limit, name, 0.0)) < UNLIMITED else math.inf
         for name in RATES
         if SINCE.get(name, version) <= version
@@ -194,14 +194,14 @@ def _limits(element: XmlElement, kind: str, version: str) -> JointLimits:
             f'the lower limit must be below the upper one, not {lower:g} and {upper:g} '
             "(type='fixed' for a joint that does not move)"
         )
-    elif any(ENDLESS <= abs(end) < UNLIMITED for end in (lower, upper)):
+    elif any(MAX_LIMIT <= abs(end) < UNLIMITED for end in (lower, upper)):
         doubt = limit.fault(
             f'limits {lower:.9g} and {upper:.9g} are farther than any joint goes: '
-            f'what is beyond {ENDLESS:g} is taken as none'
+            f'what is beyond {MAX_LIMIT:g} is taken as none'
         )
     return JointLimits(
-        lower if lower > -ENDLESS else -math.inf,
-        upper if upper < ENDLESS else math.inf,
+        lower if lower > -MAX_LIMIT else -math.inf,
+        upper if upper < MAX_LIMIT else math.inf,
         *rates,
         doubt,
     )
@@ -211,7 +211,7 @@ def _number(element: XmlElement | None, attribute: str, default: float) -> float
     text = None if element is None else element.attributes.get(attribute)
     if element is None or text is None:
         return default
-    if attribute in MAY_BE_INFINITE and INFINITE.fullmatch(text.strip()):
+    if attribute in INFINITE_ATTRIBUTES and INFINITE.fullmatch(text.strip()):
         return float(text)
     return _value(element, attribute, text.strip())
 
@@ -220,7 +220,7 @@ def _value(element: XmlElement, attribute: str, text: str, rounds: bool = False)
     if '$' in text:
         element.refuse(f'{attribute}={quoted(text)} is xacro: expand the file first')
     if not NUMBER.fullmatch(text) or not abs(float(text)) <= UNLIMITED:
-        if attribute in MAY_BE_INFINITE and NUMBER.fullmatch(text):
+        if attribute in INFINITE_ATTRIBUTES and NUMBER.fullmatch(text):
             return math.copysign(UNLIMITED, float(text))
         element.refuse(f'{attribute}: {quoted(text)} is not a number (at most {UNLIMITED:g})')
     return as_rounded_part_of_pi(text) if rounds else float(text)

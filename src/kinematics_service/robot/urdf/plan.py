@@ -1,10 +1,10 @@
 """
-A robot's table laid out as the links and joints of a URDF.
+Lay out a robot's table as the links and joints of a URDF.
 
-Every frame of the table becomes a link. A variable's URDF joint is where it first occurs in the
-table, about z or -z. The other terms in `theta` and `d` become further joints on the same axis
-that mimic it: `theta3 - theta2` turns by theta2 and by -1 times theta3, a helical joint turns and
-slides, and behind a gear `q1/3` is q1 and -2/3 times q1. So every robot file can be expressed.
+Every frame of the table becomes a link. A variable's URDF joint is at its first term in the table,
+about z or -z. The other terms in `theta` and `d` become joints on the same axis that mimic it:
+`theta3 - theta2` turns by theta3 and by -1 times theta2, a helical joint turns and slides, and
+`q1/3` (a gear) is q1 and -2/3 times q1. Therefore a URDF can express every robot file.
 """
 
 import itertools
@@ -25,8 +25,8 @@ IDENTITY = np.eye(4)
 
 @dataclass(frozen=True)
 class _JointTerm:
-    # One term of theta or d: a variable (its index) times a factor. One of each joint's terms
-    # leads: it is the joint itself.
+    # One term of theta or d: a variable (given by its index) times a factor. One term of each
+    # joint leads: it is the joint itself, and the others mimic it.
     joint: int
     turns: bool
     factor: float
@@ -34,7 +34,7 @@ class _JointTerm:
 
 
 class _UniqueNames:
-    # Names that are unique: a second use of a name gets an underscore more.
+    # Make names unique: each further use of a name gets one more underscore.
     def __init__(self, taken: Iterable[str]) -> None:
         self._taken = set(taken)
 
@@ -51,9 +51,8 @@ def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
 
 
 def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_JointTerm]]:
-    # For each joint its first motion becomes the joint itself, with factor +-1, and a rest that
-    # follows it. It comes first, because Pinocchio needs the joint to mimic before the joint that
-    # mimics.
+    # The first term of each joint becomes the joint itself, with factor +-1, and the rest of the
+    # factor mimics it. Leaders come first: Pinocchio needs them before the joints that mimic them.
     led: set[int] = set()
     result = []
     for row in rows:
@@ -100,7 +99,9 @@ class _Planner:
             for name, point in self.points.items()
         ]
         joints.append(self._fixed(frames[-1], self.tool, robot.description.tool.motion.matrix))
-        order = self._order(joints)
+        found = [joint.name for joint in joints if joint.type != 'fixed' and not joint.mimic]
+        order = tuple(name for name in self.joint_names if name in found)
+        order = () if list(order) == found else order  # readers take the order of the chain
         moved = {motion.joint for motion in itertools.chain(*motions)}
         joints += [self._idle(j) for j in range(robot.dof) if j not in moved]
         links = (self.base, *(joint.child for joint in joints))
@@ -118,10 +119,7 @@ class _Planner:
             last = k == len(moving) - 1
             axis = f'{self._stem}_{i}_axis' + (f'_{k + 1}' if k else '')
             end = child if last and ends_here else self._new_link(axis)
-            if motion.leads:
-                yield self._actuated(motion.joint, motion.factor, parent, end, still, k == 0)
-            else:
-                yield self._follower(i, motion, parent, end, still, k == 0)
+            yield self._moving(i, motion, parent, end, still, k == 0)
             parent, still = end, IDENTITY
         if not ends_here:
             yield self._fixed(parent, child, row.after)
@@ -130,57 +128,32 @@ class _Planner:
         return PlannedJoint(self._new_joint(f'{child}_fixed'), 'fixed', parent, child, origin)
 
     def _idle(self, j: int) -> PlannedJoint:
-        # The variable is in no row; its name is kept all the same.
+        # No row has the variable; a joint beside the chain keeps its name.
         end = self._new_link(f'{self._stem}_idle_{self.robot.variables[j]}')
-        return self._actuated(j, 1.0, self.base, end, IDENTITY, False)
+        term = _JointTerm(j, not self.robot.prismatic[j], 1.0, True)
+        return self._moving(0, term, self.base, end, IDENTITY, False)
 
-    def _type(self, j: int) -> str:
-        if self.robot.prismatic[j]:
-            return 'prismatic'
-        # A joint that is to be followed by a sliding one is not continuous: to Pinocchio that is
-        # a pair (cos, sin), which no length can mimic.
+    def _moving(
+        self, i: int, term: _JointTerm, parent: str, child: str, origin: Floats, hub: bool
+    ) -> PlannedJoint:
+        j, factor, name = term.joint, term.factor, self.joint_names[term.joint]
+        limits, velocity = self.robot.limits[j], float(self.robot.velocity_limits[j])
+        # A helical joint is not continuous: Pinocchio represents a continuous joint by (cos, sin),
+        # which a sliding joint cannot mimic. A turning joint has the type of its leader, because
+        # Pinocchio accepts no other.
         helical = self.robot.joint_types[j] == 'helical'
-        limited = bool(np.isfinite(self.robot.limits[j]).any())
-        return 'revolute' if limited or helical else 'continuous'
-
-    def _actuated(
-        self, j: int, sign: float, parent: str, child: str, origin: Floats, hub: bool
-    ) -> PlannedJoint:
-        kind = self._type(j)
-        limit = _limit(kind, self.robot.limits[j], self.robot.velocity_limits[j])
-        return PlannedJoint(
-            self.joint_names[j], kind, parent, child, origin, sign, limit, None, hub
-        )
-
-    def _follower(
-        self, i: int, motion: _JointTerm, parent: str, child: str, origin: Floats, hub: bool
-    ) -> PlannedJoint:
-        j, factor = motion.joint, motion.factor
-        # Revolute like the joint it follows, continuous like it: Pinocchio accepts no other.
-        kind = self._type(j) if motion.turns else 'prismatic'
-        limits = np.sort(factor * self.robot.limits[j])
-        limit = _limit(kind, limits, abs(factor) * self.robot.velocity_limits[j])
-        name = self._new_joint(f'{self.joint_names[j]}_in_row_{i}')
-        mimic = Mimic(self.joint_names[j], factor)
-        return PlannedJoint(name, kind, parent, child, origin, 1.0, limit, mimic, hub)
-
-    def _order(self, joints: list[PlannedJoint]) -> tuple[str, ...]:
-        # A reader finds the joints in the order in which they move the chain.
-        moving = (joint for joint in joints if joint.type != 'fixed')
-        found = [joint.name for joint in moving if joint.mimic is None]
-        ours = [name for name in self.joint_names if name in found]
-        return () if found == ours else tuple(ours)
-
-
-def _limit(kind: str, limits: Floats, velocity: float) -> Limit | None:
-    lower, upper = (_number(end) for end in limits)
-    if kind == 'continuous':
-        return Limit(None, None, velocity) if math.isfinite(velocity) else None
-    return Limit(lower, upper, _number(velocity))
-
-
-def _number(value: float) -> float:
-    return min(max(float(value), -UNLIMITED), UNLIMITED)
+        kind = 'revolute' if helical or np.isfinite(limits).any() else 'continuous'
+        kind = kind if term.turns else 'prismatic'
+        mimic = None
+        if not term.leads:
+            limits, velocity = np.sort(factor * limits), abs(factor) * velocity
+            name, mimic = self._new_joint(f'{name}_in_row_{i}'), Mimic(name, factor)
+            factor = 1.0
+        lower, upper, most = np.clip([*limits, velocity], -UNLIMITED, UNLIMITED).tolist()
+        limit: Limit | None = Limit(lower, upper, most)
+        if kind == 'continuous':
+            limit = Limit(None, None, velocity) if math.isfinite(velocity) else None
+        return PlannedJoint(name, kind, parent, child, origin, factor, limit, mimic, hub)
 
 
 def plan_of(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> UrdfPlan:

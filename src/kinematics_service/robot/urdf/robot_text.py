@@ -1,4 +1,4 @@
-"""A table written as a robot file."""
+"""Write a table as the text of a robot file."""
 
 import json
 import math
@@ -10,13 +10,12 @@ from ...rigid_motion import exact_rpy
 from ...typography import number_text
 from ..file.text.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
-from .quantity import WrittenNumber
 from .table import ConstantPose, UrdfRow, UrdfTable
 
-# Longer joint names make a table unreadable: then the variables are q1, q2, ...
-LONGEST_VARIABLE = 8
-LONGEST_SOURCE = 2000  # of a robot file
-# Words that mean something else in YAML 1.2 or 1.1 unless they are in quotes.
+# Characters of a joint name that can be a variable of the table; longer names become q1, q2, ...
+MAX_VARIABLE = 8
+MAX_SOURCE_LENGTH = 2000  # characters, as in a robot file
+# Words that YAML 1.1 or 1.2 does not read as text unless they are in quotes.
 WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 
 
@@ -34,17 +33,18 @@ def robot_file_text(
     Parameters
     ----------
     chain, table, convention
-        The content; the table follows that convention.
+        The content; the table has this convention.
     name, source
         Name and source of the robot.
     known
         Joint positions (n,) and poses of the tip (4, 4), for `known_poses`.
     """
     names = _variables(chain.variables)
+    source = ''.join(c if c.isprintable() else '?' for c in source)[:MAX_SOURCE_LENGTH]
     moving = {term.variable for row in table.rows for term in row.terms}
     lines = [
         f'robot: {name}',
-        f'source: {json.dumps(_printable(source)[:LONGEST_SOURCE], ensure_ascii=False)}',
+        f'source: {json.dumps(source, ensure_ascii=False)}',
         f'convention: {convention}',
         'joints:',
         *(
@@ -64,18 +64,14 @@ def robot_file_text(
 def _variables(joints: Sequence[Variable]) -> list[str]:
     names = [joint.name for joint in joints]
     fit = all(
-        len(name) <= LONGEST_VARIABLE and why_no_name(name) is None and name.lower() not in WORDS
+        len(name) <= MAX_VARIABLE and why_no_name(name) is None and name.lower() not in WORDS
         for name in names
     )
     return names if fit else [f'q{i}' for i in range(1, len(names) + 1)]
 
 
-def _printable(text: str) -> str:
-    return ''.join(character if character.isprintable() else '?' for character in text)
-
-
 def quoted_name(text: str) -> str:
-    """Return a name as it may stand in YAML."""
+    """Return a name for YAML, in quotes if they are necessary."""
     plain = re.fullmatch(r'[A-Za-z][A-Za-z0-9_./-]*', text) and text.lower() not in WORDS
     return text if plain else json.dumps(text, ensure_ascii=False)
 
@@ -129,12 +125,8 @@ def _placement(frame: str, pose: ConstantPose) -> str:
     entry = [f'frame: {quoted_name(frame)}']
     for key, values in (('xyz', pose.xyz), ('rpy', pose.rpy)):
         if any(value.value for value in values):
-            entry.append(f'{key}: {_texts(values)}')
+            entry.append(f'{key}: [{", ".join(value.text for value in values)}]')
     return f'{{{", ".join(entry)}}}'
-
-
-def _texts(values: Sequence[WrittenNumber]) -> str:
-    return f'[{", ".join(value.text for value in values)}]'
 
 
 def _known_pose(q: Floats, T: Floats) -> str:

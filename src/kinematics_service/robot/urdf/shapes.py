@@ -1,8 +1,8 @@
 """
-Shapes for viewers: rods between frames, hubs on joint axes, sized from the arm's own reach.
+Make shapes for viewers: rods between frames and hubs on joint axes, sized by the arm's length.
 
-A robot file has no shapes, so these are symbols, not the arm's outline: they are of no use for
-collision checks.
+A robot file has no shapes. These are symbols, not the arm's outline: do not use them for collision
+checks.
 """
 
 from collections.abc import Iterator
@@ -13,13 +13,12 @@ import numpy as np
 from ...kernel import Floats
 from .elements import UNLIMITED, PlannedJoint, UrdfPlan
 
-# Shares of the arm's characteristic length.
-ROD_RADIUS = 0.025
-HUB_RADIUS = 0.045
-HUB_LENGTH = 0.11
-TOOL_RADIUS = 0.035
-# Length drawn of a slide without an end.
-ENDLESS = 0.5
+# Sizes as shares of the arm's characteristic length, chosen by eye.
+ROD_RADIUS = 0.025  # rods between frames
+HUB_RADIUS = 0.045  # cylinders on joint axes
+HUB_LENGTH = 0.11  # the same, along the axis
+TOOL_RADIUS = 0.035  # the sphere at the tool
+UNLIMITED_STROKE = 0.5  # the boom of a prismatic joint without limits
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +32,7 @@ class Shape:
         `cylinder` (radius, length along z), `box` (x y z) or `sphere` (radius).
     size : m
     pose : shape (4, 4)
-        In the link's frame.
+        Pose in the link's frame.
     colour
         `rod`, `turning`, `sliding` or `tool`.
     """
@@ -52,16 +51,16 @@ def shapes_of(plan: UrdfPlan, length: float) -> dict[str, tuple[Shape, ...]]:
         if joint.hub:
             shapes[joint.child] += _hub(joint, length)
     shapes[plan.tool].append(Shape('sphere', (_sized(TOOL_RADIUS * length),), np.eye(4), 'tool'))
-    return {link: tuple(found) for link, found in shapes.items()}
+    return {link: tuple(group) for link, group in shapes.items()}
 
 
 def _sized(value: float) -> float:
-    # Four digits: a symbol needs no more.
+    # Four digits are enough for a symbol.
     return float(f'{value:.4g}')
 
 
 def _rod(end: Floats, length: float) -> Iterator[Shape]:
-    # From the link's own origin to that of the next link.
+    # Yield a rod from the link's origin to the origin of the next link.
     distance = float(np.linalg.norm(end))
     if distance < ROD_RADIUS * length:
         return
@@ -82,15 +81,15 @@ def _hub(joint: PlannedJoint, length: float) -> Iterator[Shape]:
     strokes = [abs(end) for end in ends if abs(end) < UNLIMITED]
     stroke = max(strokes, default=0.0)
     if len(strokes) < 2 or stroke == 0.0:
-        stroke = ENDLESS * length
-    # The boom that comes out of the previous link: it reaches back as far as the joint can go.
+        stroke = UNLIMITED_STROKE * length
+    # The boom that slides out of the previous link has the length of the stroke.
     pose = np.eye(4)
     pose[2, 3] = -joint.sign * stroke / 2.0
     yield Shape('cylinder', (_sized(ROD_RADIUS * length), _sized(stroke)), pose, 'sliding')
 
 
 def _pointing(direction: Floats) -> Floats:
-    # A rotation whose z axis is the direction; which way x goes does not show on a cylinder.
+    # Return a rotation whose z axis is the direction. A cylinder does not show the other axes.
     other = np.eye(3)[int(np.argmin(np.abs(direction)))]
     x = np.cross(other, direction)
     x /= np.linalg.norm(x)

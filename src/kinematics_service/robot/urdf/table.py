@@ -1,8 +1,8 @@
 """
-A chain of a URDF turned into a Denavit-Hartenberg table.
+Compute the Denavit-Hartenberg table of a URDF's chain, by common normals of its joint axes.
 
-Each row is computed in the frame to which the rows before it lead, at all joints 0, with the
-numbers as they will be written: so the next row corrects the round-off of one.
+Each row is computed in the frame after the rows before it, with all joints at 0 and with the
+numbers as they will be written. Therefore each row corrects the round-off of the row before it.
 """
 
 import math
@@ -15,22 +15,22 @@ from ...rigid_motion import exact_rpy, inverse, pose_of, screw_x, screw_z
 from .chain import UrdfChain, moved
 from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 
-# Axes whose directions differ by less are parallel: that is round-off of the products that led to
-# them, and taking it for an angle would put their common normal anywhere.
-PARALLEL = 1e-13
-# Largest distance of a common normal, in lengths of the chain. Nearly parallel axes (a URDF with
-# rpy="1.5708") meet kilometres away, and rows with such lengths lose the digits that the pose
-# needs. Then two rows lead to the axis, over a line at right angles to both.
-FAR = 2.0
-# If the tip's z axis is this near to the last joint's, the tool takes the difference.
-NEARLY_PARALLEL = 1e-3
-# A tolerance, so that round-off does not turn a row by pi.
+# Axes whose directions differ by less (rad) are parallel. The difference is the round-off of
+# products; as an angle it would put the common normal at an arbitrary place.
+PARALLEL_TOLERANCE = 1e-13
+# Largest distance of a common normal, relative to the length of the chain. Nearly parallel axes (a
+# URDF with rpy="1.5708") meet kilometres away, and rows with such lengths lose the digits that the
+# pose needs. Then two rows lead to the axis, over a line at right angles to both axes.
+MAX_NORMAL_DISTANCE = 2.0
+# If the tip's z axis is closer (rad) to the last joint's axis, the tool has the difference.
+TOOL_AXIS_TOLERANCE = 1e-3
+# A right angle with a tolerance: round-off must not turn a row by pi.
 RIGHT_ANGLE = math.pi / 2.0 + 1e-9
 
 
 @dataclass(frozen=True)
 class Term:
-    """The moving term of a row: a variable (its index) times a factor, in theta or in d."""
+    """A moving term of theta or d: a variable (given by its index) times a factor."""
 
     turns: bool
     variable: int
@@ -45,7 +45,7 @@ class UrdfRow:
     Parameters
     ----------
     follows
-        Whether the joint it is made from mimics another.
+        Whether its joint mimics another.
     """
 
     theta: WrittenNumber
@@ -65,14 +65,14 @@ class ConstantPose:
 
     @property
     def matrix(self) -> Floats:
-        """Return it as (4, 4), translation in m."""
+        """Return the pose as (4, 4), translation in m."""
         roll, pitch, yaw = (angle.value for angle in self.rpy)
         return pose_of([length.value for length in self.xyz], (roll, pitch, yaw))
 
 
 @dataclass(frozen=True)
 class UrdfTable:
-    """The rows, frame 0 in the base link, and the tip link in the last row's frame."""
+    """The rows, the pose of frame 0 in the base link, and of the tip in the last row's frame."""
 
     rows: tuple[UrdfRow, ...]
     base: ConstantPose
@@ -81,7 +81,7 @@ class UrdfTable:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    # An axis: a point on it and its direction, (3,) each.
+    # A joint axis: a point on the line and its direction, (3,) each.
     point: Floats
     direction: Floats
 
@@ -101,11 +101,11 @@ def table_of(chain: UrdfChain) -> UrdfTable:
     for here, there, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
         line = line.seen_from(T)
         if there is not None and not there.turns:
-            # The position of a slide's axis is free: it passes through the present origin.
+            # The axis of a prismatic joint may pass through any point: take the present origin.
             line = _Line(np.zeros(3), line.direction)
         next_sign = 1.0
         if there is not None and (here.follows or there.follows) and _coincide(line):
-            # Both in one row: the joint about -z turns by minus its position about z.
+            # Both joints are in one row: a joint about -z turns by minus its position about z.
             next_sign = math.copysign(1.0, line.direction[2])
         line = _Line(line.point, next_sign * line.direction)
         steps = _last_steps(line, size) if there is None else _steps(line, size)
@@ -119,7 +119,7 @@ def table_of(chain: UrdfChain) -> UrdfTable:
 
 def modified(table: UrdfTable) -> UrdfTable:
     """
-    Return the same table by Craig's convention: a and alpha move one row down.
+    Return the same table in Craig's convention: a and alpha move one row down.
 
     The last a and alpha become part of the tool.
     """
@@ -135,7 +135,7 @@ def modified(table: UrdfTable) -> UrdfTable:
 
 
 def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
-    # The axes at all variables 0, and the tip, whose z axis is the last line.
+    # Return the axes with all variables at 0, and the pose of the tip, whose z axis is the last.
     T = np.eye(4)
     lines = []
     for motion in chain.motions:
@@ -147,7 +147,7 @@ def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
 
 
 def _base(line: _Line) -> ConstantPose:
-    # Frame 0: z along the first axis, origin where that passes the base link's.
+    # Return frame 0: z along the first axis, origin at its foot from the base link's origin.
     theta, alpha = _turns(line.direction)
     nearest = line.point - (line.point @ line.direction) * line.direction
     zero = length_of(0.0)
@@ -169,7 +169,7 @@ def _row(theta: float, d: float, a: float, alpha: float) -> UrdfRow:
 
 
 def _parallel(direction: Floats) -> bool:
-    return math.hypot(direction[0], direction[1]) < PARALLEL
+    return math.hypot(direction[0], direction[1]) < PARALLEL_TOLERANCE
 
 
 def _coincide(line: _Line) -> bool:
@@ -178,7 +178,7 @@ def _coincide(line: _Line) -> bool:
 
 
 def _turns(direction: Floats) -> tuple[float, float]:
-    # theta and alpha with Rz(theta) Rx(alpha) z = direction, theta the smaller of the two.
+    # Return theta and alpha with Rz(theta) Rx(alpha) z = direction, and |theta| <= pi/2.
     x, y, z = direction
     if _parallel(direction):
         return 0.0, 0.0 if z > 0.0 else math.pi
@@ -189,14 +189,14 @@ def _turns(direction: Floats) -> tuple[float, float]:
 
 
 def _step(line: _Line) -> tuple[UrdfRow, float]:
-    # Returns the row to a line as seen from the frame before, and the distance of the new origin
-    # from the line's point. With n = (cos theta, sin theta, 0) and m = (-sin theta, cos theta, 0):
-    # the direction is W = -sin(alpha) m + cos(alpha) z, so point + t W lies on the common normal n
-    # where t = point.m / sin(alpha).
+    # Return the row that leads to a line, seen from the frame before the row, and the distance of
+    # the new origin from the line's point. With n = (cos theta, sin theta, 0) and
+    # m = (-sin theta, cos theta, 0) the direction is W = -sin(alpha) m + cos(alpha) z. Therefore
+    # point + t W lies on the common normal n for t = point.m / sin(alpha).
     x, y, z = line.point
     theta, alpha = _turns(line.direction)
     if _parallel(line.direction):
-        # Any common normal will do: the one through the origin, d = 0.
+        # Parallel axes have many common normals: take the normal through the origin, d = 0.
         a = math.hypot(x, y)
         theta = math.atan2(y, x) if a > ROUND_OFF else 0.0
         if abs(theta) > RIGHT_ANGLE:
@@ -209,9 +209,10 @@ def _step(line: _Line) -> tuple[UrdfRow, float]:
 
 def _steps(line: _Line, size: float) -> list[UrdfRow]:
     row, away = _step(line)
-    if _parallel(line.direction) or away <= FAR * size:
+    if _parallel(line.direction) or away <= MAX_NORMAL_DISTANCE * size:
         return [row]
-    # Nearly parallel: over a line through the axis, tangential around our z, square to the axis.
+    # The axes are nearly parallel: go over a line that crosses the axis at a right angle, and is
+    # tangential to a circle around z.
     W = line.direction
     point = line.point - line.point[2] / W[2] * W
     distance = math.hypot(point[0], point[1])
@@ -224,17 +225,17 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
 
 
 def _last_steps(line: _Line, size: float) -> list[UrdfRow]:
-    # To the tip's z axis; what is left over, about and along it, is the tool.
+    # Lead to the tip's z axis. The tool has the motion about and along this axis.
     z = line.direction[2]
-    if math.hypot(*line.direction[:2]) < NEARLY_PARALLEL:
+    if math.hypot(*line.direction[:2]) < TOOL_AXIS_TOLERANCE:
         row, _ = _step(_Line(line.point, np.array([0.0, 0.0, math.copysign(1.0, z)])))
         return [replace(row, d=length_of(line.point[2]))]
     row, away = _step(line)
-    return [row] if away <= FAR * size else [_row(0.0, 0.0, 0.0, 0.0)]
+    return [row] if away <= MAX_NORMAL_DISTANCE * size else [_row(0.0, 0.0, 0.0, 0.0)]
 
 
 def _merged(rows: list[UrdfRow]) -> list[UrdfRow]:
-    # A joint and those that mimic it on the same axis are one row: theta: q3 - q2.
+    # Merge a joint and the joints that mimic it on the same axis into one row: theta: q3 - q2.
     result = rows[:1]
     for row in rows[1:]:
         last = result[-1]

@@ -1,7 +1,6 @@
-"""The links and joints of a URDF, and the way from one link to another."""
+"""Read the tree of links and joints of a URDF, and find the way from one link to another."""
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 from typing import NamedTuple
@@ -14,7 +13,7 @@ from .elements import VERSIONS
 
 
 class UrdfWay(NamedTuple):
-    """Joints from one link to another: first up to a link above both, then down from there."""
+    """Joints from one link to another: up to a link above both, then down to the other link."""
 
     up: tuple[XmlElement, ...]
     down: tuple[XmlElement, ...]
@@ -23,17 +22,17 @@ class UrdfWay(NamedTuple):
 @dataclass(frozen=True)
 class UrdfTree:
     """
-    Parents and children of the links; the rest of the file has not been checked.
+    Parents and children of the links; other parts of the file are not checked yet.
 
     Parameters
     ----------
     root
         The element `<robot>`.
     links, joints
-        Elements by name, in the order of the file; links without a leading slash, which tf2
-        refuses in a frame and robot_state_publisher takes off.
+        Elements by name, in the order of the file. Links have no leading slash: tf2 refuses it in
+        a frame, and robot_state_publisher removes it.
     above
-        The joints that have a link as their child; in a tree one or none.
+        The joints that have a link as their child; at most one in a tree.
     """
 
     root: XmlElement
@@ -43,7 +42,7 @@ class UrdfTree:
 
     @property
     def version(self) -> str:
-        """Return the version of the file; the newest in place of one that is not known."""
+        """Return the version of the file; the newest version if it is unknown."""
         written = self.root.attributes.get('version', VERSIONS[0])
         return written if written in VERSIONS else VERSIONS[-1]
 
@@ -54,10 +53,10 @@ class UrdfTree:
         Raises
         ------
         UrdfError
-            A link does not exist or has two parents; no link is above both; the tip is above the
-            base.
+            A link does not exist or has two parents, no link is above both, or the tip is above
+            the base.
         """
-        base, tip = _plain(base), _plain(tip)
+        base, tip = base.removeprefix('/'), tip.removeprefix('/')
         for link, option in ((base, 'base'), (tip, 'tip')):
             if link not in self.links:
                 hint = did_you_mean(meant_by(link, tuple(self.links)))
@@ -75,7 +74,7 @@ class UrdfTree:
         return UrdfWay(up, tuple(reversed(joints[: links.index(meets)])))
 
     def _joints_above(self, link: str, *ends: str) -> tuple[XmlElement, ...]:
-        # Upwards from a link, as far as one of the ends or the root.
+        # Return the joints from a link upwards, up to a given end or the root.
         joints: list[XmlElement] = []
         while link not in ends and (above := self.above.get(link, ())):
             if len(above) > 1:
@@ -96,16 +95,12 @@ def end_of(joint: XmlElement, end: str) -> str:
     Raises
     ------
     UrdfError
-        The joint does not name it.
+        The joint does not name the link.
     """
     element = joint.first(end)
     link = None if element is None else element.attributes.get('link')
     if not link:
         joint.refuse(f'it has no <{end} link="..."/>')
-    return _plain(link)
-
-
-def _plain(link: str) -> str:
     return link.removeprefix('/')
 
 
@@ -116,10 +111,10 @@ def read_tree(root: XmlElement) -> UrdfTree:
     Raises
     ------
     UrdfError
-        One has no name, has the name of another, or refers to a link that does not exist; a link
-        is below itself.
+        A link or joint has no name or the name of another, a joint names a link that does not
+        exist, or a link is below itself.
     """
-    links, joints = _named(root, 'link', _plain), _named(root, 'joint', str)
+    links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:
         raise UrdfError(f'{root.file}: there is no <link> in it')
     above: dict[str, list[XmlElement]] = {}
@@ -135,35 +130,26 @@ def read_tree(root: XmlElement) -> UrdfTree:
 
 
 def _refuse_circle(tree: UrdfTree) -> None:
-    # Links are taken off from above; those of a circle, and what is below it, are left.
-    above = {
-        link: [end_of(joint, 'parent') for joint in tree.above.get(link, ())]
-        for link in tree.links
+    parents = {
+        link: [end_of(joint, 'parent') for joint in joints] for link, joints in tree.above.items()
     }
-    sorter = TopologicalSorter(above)
-    with suppress(CycleError):
-        sorter.prepare()
-    while free := sorter.get_ready():
-        sorter.done(*free)
-        for link in free:
-            del above[link]
-    if not above:
-        return
-    way = [next(iter(above))]
-    while way[-1] not in way[:-1]:
-        # The last joint of the file closes it.
+    try:
+        TopologicalSorter(parents).prepare()
+    except CycleError as error:
+        upwards = error.args[1][:0:-1]  # each link is followed by its parent
+        first = upwards.index(next(link for link in tree.links if link in upwards))
+        circle = [*upwards[first:], *upwards[: first + 1]]
         joint = next(
-            one for one in reversed(tree.above[way[-1]]) if end_of(one, 'parent') in above
+            one for one in reversed(tree.above[circle[-2]]) if end_of(one, 'parent') == circle[0]
         )
-        way.append(end_of(joint, 'parent'))
-    circle = way[way.index(way[-1]) :]
-    joint.refuse(f'a loop: link {quoted(circle[0])} is below itself ({listed_names(circle)})')
+        joint.refuse(f'a loop: link {quoted(circle[0])} is below itself ({listed_names(circle)})')
 
 
-def _named(root: XmlElement, tag: str, plain: Callable[[str], str]) -> dict[str, XmlElement]:
+def _named(root: XmlElement, tag: str) -> dict[str, XmlElement]:
     found: dict[str, XmlElement] = {}
     for element in root.all(tag):
-        name = plain(element.attributes.get('name', ''))
+        name = element.attributes.get('name', '')
+        name = name.removeprefix('/') if tag == 'link' else name
         if not name:
             element.refuse('it has no name')
         if name in found:

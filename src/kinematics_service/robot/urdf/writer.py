@@ -1,4 +1,4 @@
-"""A robot written as URDF, exact: every frame of the table is a link."""
+"""Write a robot as URDF, exactly: every frame of the table is a link."""
 
 import math
 from collections.abc import Iterable
@@ -16,7 +16,7 @@ from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, PlannedJ
 from .plan import plan_of
 from .shapes import Shape, shapes_of
 
-# Okabe and Ito 2008, told apart by colour-blind people too; red green blue alpha.
+# Red, green, blue, alpha of Okabe and Ito (2008): colour-blind people can distinguish them.
 COLOURS = {
     'rod': (0.6, 0.6, 0.6, 1.0),
     'turning': (0.0, 0.447, 0.698, 1.0),
@@ -30,18 +30,18 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
     """
     Return the URDF of a robot.
 
-    Its root is the base frame, its last leaf the tool frame, and each point of the file a leaf of
-    its name; `<robot name>_frame_<i>` are the frames of the table, as `link_frames` gives them.
-    Numbers are written so that they are read back to the last bit. There is no `<inertial>` and
-    no `<collision>`: the robot file has neither. Closed loops are left out, and passive joints are
-    joints of their own.
+    Its root is the base frame, its last leaf the tool frame, and each point of the file is a leaf
+    with the name of the point. `<robot name>_frame_<i>` are the frames of the table, as
+    `link_frames` returns them. Numbers are read back to the last bit. `<inertial>` and
+    `<collision>` are missing, because the robot file has neither. Closed loops are left out, and
+    passive joints are joints like others.
 
     Parameters
     ----------
     robot
         The arm.
     names
-        Other names of base and tool, prefixes of frames and joints.
+        Other names of base and tool, and the prefix of frames.
     """
     robot = as_robot(robot)
     loops = [without_loops(robot)] if robot.passive_joint_names else []
@@ -68,7 +68,7 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
 
 
 def without_loops(robot: Robot) -> str:
-    """Return what a URDF says, and does not say, of the closed loops of an arm."""
+    """Return a sentence about the closed loops that the URDF of an arm leaves out."""
     loops = ', '.join(repr(loop.name) for loop in robot.description.loops)
     passive = ', '.join(robot.passive_joint_names)
     return (
@@ -102,7 +102,7 @@ def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
 
 
 def _comment(sentence: str) -> str:
-    # Two hyphens would end a comment, and so would one before its end.
+    # Two hyphens in a row are not allowed in a comment, nor a hyphen at its end.
     return f' {sentence.replace("--", "- -").replace("--", "- -")} '
 
 

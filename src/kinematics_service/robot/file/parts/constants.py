@@ -1,4 +1,4 @@
-"""The constants of a robot file: names for numbers, each may use those above it."""
+"""The constants of a robot file: named numbers, which may use the constants above them."""
 
 import zlib
 from collections.abc import Iterable
@@ -6,20 +6,20 @@ from typing import NamedTuple
 
 from ....errors import ExpressionError
 from ....typography import number_text
-from ..text.entries import checked_number, is_null
+from ..text.entries import checked_mapping, checked_number, is_null
 from ..text.expression_syntax import names_in, why_no_name
 from ..text.expressions import Scope, parse_affine
-from ..text.fault_report import Place, quoted, shown
+from ..text.fault_report import Place, quoted
 from ..text.plain_expression import plain_expression
 from ..text.yaml_document import Yaml
 from .description import Constant
 from .quantities import Units, check_finite
 
-MAX_CONSTANTS = 256  # the table of a datasheet has a dozen
+MAX_CONSTANTS = 256  # a datasheet has about ten
 
 
 class Constants(NamedTuple):
-    """The constants, the names of those that have faults, and every name they use."""
+    """The constants, the names of those with faults, and all names in their expressions."""
 
     constants: tuple[Constant, ...]
     unreadable: frozenset[str]
@@ -34,11 +34,10 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
     """Return the constants of a file in its order."""
     if data is None:
         return NO_CONSTANTS
-    if not isinstance(data, dict):
-        at.fault(f'expected a mapping of names to numbers, not {shown(data)}')
-        return NO_CONSTANTS._replace(all_names_known=False)
-    if len(data) > MAX_CONSTANTS:
-        at.fault(f'{len(data)} constants (at most {MAX_CONSTANTS})')
+    given = checked_mapping(data, at, 'names to numbers')
+    if len(given) > MAX_CONSTANTS:
+        at.fault(f'{len(given)} constants (at most {MAX_CONSTANTS})')
+    if not at.intact:
         return NO_CONSTANTS._replace(all_names_known=False)
     values: dict[str, float] = {}
     constants: list[Constant] = []
@@ -48,7 +47,7 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
         name: f'{name!r} is a joint variable, and a constant is expected here'
         for name in variables
     }
-    for name, value in data.items():
+    for name, value in given.items():
         if reason := why_no_name(name):
             at[name].fault(f'the name {quoted(name)} {reason}')
             continue
@@ -57,12 +56,12 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
             constants.append(Constant(name, number_text(values[name]), values[name], letter=True))
             continue
         text = checked_number(value, at[name])
-        text = text and plain_expression(text, {*data, *moving}, units.angle, None)
+        text = text and plain_expression(text, {*given, *moving}, units.angle, None)
         names = names_in(text or '')
         used |= names
         later = {
             other: f'{other!r} stands further down: a constant may use only those above it'
-            for other in data
+            for other in given
             if other not in values
         }
         later[name] = f'{name!r} is defined by itself'
@@ -82,6 +81,6 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
 
 
 def _stand_in(name: str, units: Units) -> float:
-    # Generic: no two letters are equal, and none is 0; 0.2 to 0.8 m.
+    # A generic value between 0.2 and 0.8 m, by a hash of the name: two letters are not equal.
     share = zlib.crc32(name.encode()) / 2**32
     return (0.2 + 0.6 * share) * (1000.0 if units.length == 'mm' else 1.0)

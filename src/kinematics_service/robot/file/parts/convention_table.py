@@ -1,4 +1,4 @@
-"""The conventions of a robot file, a row each: what stands in its rows and how they multiply."""
+"""The conventions of a robot file: which quantities a row holds, and how its motions multiply."""
 
 import re
 from dataclasses import dataclass
@@ -8,13 +8,13 @@ from typing import Literal, NamedTuple
 Axis = Literal['Rx', 'Ry', 'Rz', 'Tx', 'Ty', 'Tz']
 RowKind = Literal['quantities', 'motion', 'shape']
 
-# The quantities in which joint variables may stand; all others are constants.
+# Quantities that may hold joint variables, and their motions; all others are constants.
 MOVING = {'theta': 'Rz', 'd': 'Tz'}
 FACTOR = re.compile(r'([RT][xyz])\((\w+)\)')
 
 
 class NamedMotion(NamedTuple):
-    """A factor of a row's product: an elementary motion, and the quantity it is by."""
+    """A factor of a row's product: the axis of an elementary motion, and its quantity."""
 
     axis: Axis
     quantity: str
@@ -23,27 +23,27 @@ class NamedMotion(NamedTuple):
 @dataclass(frozen=True)
 class Convention:
     """
-    One convention: what a row of its table is.
+    The form of a row of a table, and the transform T that it describes.
 
     Attributes
     ----------
     name
-        In robot files.
+        Its name in robot files.
     product
-        A row's T as a product of elementary motions by named quantities. theta and d turn about
-        z and slide along it, side by side, and may move; all others are constants. Empty where
-        rows are no quantities.
+        A row's T as a product of elementary motions by named quantities, each once. Rz(theta),
+        Tz(d), or both side by side may move; all others are constants. Empty if rows hold
+        something else.
     rows
-        What stands in a row: quantities with names, one elementary motion, or a motion between
-        two shape matrices.
+        The content of a row: named quantities, one elementary motion, or a motion between two
+        shape matrices.
     reading
-        How T comes out of a row, where there is no product.
+        The way from a row to T in words; empty if `product` says it.
     written
-        What a row looks like, in the reference, where there is no product.
+        The form of a row in the reference; empty if `product` says it.
     author
-        Whose convention it is, where that helps to tell it from another.
+        The author, if the name alone is ambiguous.
     also
-        Other words for it, of textbooks and other programs; the right one is suggested.
+        Names in textbooks and other programs, for which an error suggests `name`.
     notes
         The comment that `new` writes above the table.
     """
@@ -57,36 +57,14 @@ class Convention:
     also: tuple[str, ...] = ()
     notes: str = ''
 
-    def __post_init__(self) -> None:
-        """
-        Refuse a product that a row cannot be turned into.
-
-        Raises
-        ------
-        ValueError
-            theta and d are not about z and side by side, or a quantity stands there twice.
-        """
-        moving = self.joint_motions
-        names = [motion.quantity for motion in self.motions]
-        if self.product and (
-            not moving
-            or any(MOVING[name] != axis for axis, name in moving)
-            or self.before_joint + moving + self.after_joint != self.motions
-            or len(set(names)) < len(names)
-        ):
-            raise ValueError(
-                f'convention {self.name}: {self.product} needs Rz(theta) or Tz(d) or both side by '
-                'side, and each quantity once'
-            )
-
     @property
     def words(self) -> str:
-        """Return its name, and whose it is."""
+        """Return its name and author."""
         return f'{self.name} ({self.author})' if self.author else self.name
 
     @property
     def formula(self) -> str:
-        """Return its name and how T comes out of a row."""
+        """Return its name and the way from a row to T."""
         return f'{self.words}, T = {self.product}' if self.product else self.reading
 
     @cached_property
@@ -96,22 +74,22 @@ class Convention:
 
     @cached_property
     def quantities(self) -> tuple[str, ...]:
-        """Return the names in a row, in the order of the alphabet."""
+        """Return the names in a row, alphabetically."""
         return tuple(sorted(motion.quantity for motion in self.motions))
 
     @property
     def joint_motions(self) -> tuple[NamedMotion, ...]:
-        """Return the factors in which joint variables may stand."""
+        """Return the factors that may hold joint variables."""
         return tuple(motion for motion in self.motions if motion.quantity in MOVING)
 
     @property
     def before_joint(self) -> tuple[NamedMotion, ...]:
-        """Return the constant factors before the joint's: those of the link before."""
+        """Return the constant factors before the joint, which belong to the previous link."""
         return self.motions[: self._joint_at]
 
     @property
     def after_joint(self) -> tuple[NamedMotion, ...]:
-        """Return the constant factors after the joint's."""
+        """Return the constant factors after the joint."""
         return self.motions[self._joint_at + len(self.joint_motions) :]
 
     @property
@@ -191,5 +169,7 @@ CONVENTIONS = {
         ),
     )
 }
-# The names that stand in the rows of some convention.
-QUANTITIES = tuple(sorted({name for one in CONVENTIONS.values() for name in one.quantities}))
+# The names of all quantities, alphabetically.
+QUANTITIES = tuple(
+    sorted({name for convention in CONVENTIONS.values() for name in convention.quantities})
+)

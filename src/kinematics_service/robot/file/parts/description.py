@@ -1,4 +1,4 @@
-"""What a valid robot file says, as frozen data: angles in rad, lengths in m."""
+"""The content of a valid robot file as frozen data: angles in rad, lengths in m."""
 
 import math
 from dataclasses import dataclass, field
@@ -21,9 +21,9 @@ class Constant:
     """
     A named number of the file.
 
-    Its value is in the file's units, unlike everything else here: whether a constant is a
-    length, an angle, or a ratio shows only where it is used. A letter has no value in the file;
-    its number here is generic.
+    Its value is in the file's units, unlike all other numbers here: only the use of a constant
+    shows whether it is a length, an angle, or a ratio. A letter has no value in the file; its
+    number here is generic.
     """
 
     name: str
@@ -40,19 +40,19 @@ class JointDescription:
     Parameters
     ----------
     name
-        As in JointState.
+        The name in JointState messages.
     variable
-        Its name in expressions.
+        The name in expressions.
     type
-        A helical joint's variable is its angle.
+        The variable of a helical joint is its angle.
     lower, upper : rad or m
-        -inf and inf where there is none.
+        The limits; -inf and inf for a joint without limits.
     velocity : rad/s or m/s
-        The largest speed; inf where none is given.
+        The largest speed; inf if the file gives none.
     unused
-        It stands in no row of the table, and the file says so: it moves nothing.
+        Whether the file declares that the joint moves no row of the table.
     acceleration : rad/s^2 or m/s^2
-        How fast it can be stopped; inf where none is given.
+        The largest deceleration; inf if the file gives none.
     """
 
     name: str
@@ -65,10 +65,10 @@ class JointDescription:
     acceleration: float = math.inf
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class RigidMotion:
     """
-    A constant pose, and how the file wrote it.
+    A constant pose and its texts in the file; two poses are equal if their texts are equal.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class RigidMotion:
         x y z roll pitch yaw with R = Rz(yaw) Ry(pitch) Rx(roll), or the matrix row by row.
     """
 
-    matrix: npt.NDArray[np.float64]
+    matrix: npt.NDArray[np.float64] = field(compare=False)
     texts: tuple[str, ...]
 
     def __post_init__(self) -> None:
@@ -86,16 +86,6 @@ class RigidMotion:
         matrix = np.array(self.matrix, dtype=np.float64)
         matrix.setflags(write=False)
         object.__setattr__(self, 'matrix', matrix)
-
-    def __eq__(self, other: object) -> bool:
-        """Compare numbers and texts exactly."""
-        if not isinstance(other, RigidMotion):
-            return NotImplemented
-        return self.texts == other.texts and np.array_equal(self.matrix, other.matrix)
-
-    def __hash__(self) -> int:
-        """Hash the texts alone: equal motions have equal texts."""
-        return hash(self.texts)
 
 
 IDENTITY = RigidMotion(np.eye(4), ('0',) * 6)
@@ -122,14 +112,14 @@ class ElementaryMotion:
 @dataclass(frozen=True)
 class DhRow:
     """
-    A row of named quantities, such as Denavit and Hartenberg's; all but theta and d are constant.
+    A row of named quantities, such as Denavit and Hartenberg's; only theta and d may move.
 
     Parameters
     ----------
     names
-        Of the quantities.
+        The names of the quantities.
     motions
-        What each is; in which order they multiply is said by the convention.
+        The motion of each quantity; the convention has the order of the product.
     """
 
     names: tuple[str, ...]
@@ -159,7 +149,7 @@ Link: TypeAlias = DhRow | ElementaryMotion | ShapeRow
 
 @dataclass(frozen=True)
 class Placement:
-    """A named frame: the table's frame 0 in it (base), or it in the last row's frame (tool)."""
+    """A named frame; the pose is base to frame 0 of the table, or last row to tool."""
 
     frame: str
     motion: RigidMotion
@@ -191,7 +181,7 @@ class PassiveJoint:
     Parameters
     ----------
     name
-        In expressions; no message has it.
+        The name in expressions; messages do not contain the joint.
     type
         Revolute or prismatic.
     """
@@ -208,19 +198,19 @@ class LoopDescription:
     Parameters
     ----------
     passive
-        The joints that it moves.
+        The joints that the loop moves.
     start, meets
-        Where the second chain parts from the table, and the frame that its end coincides with.
+        The frame in which the second chain begins, and the frame with which its end coincides.
     there
-        The rows of the table between them.
+        The rows of the table between `start` and `meets`.
     links
         The rows of the second chain.
     rows
         Components that coincide, in the axes of `start`, ordered x y z rx ry rz.
     q : n values, assembled : one value for each passive joint, rad or m
-        Positions at which the loop is closed, or nearly.
+        Positions at which the loop is closed, at least approximately.
     line
-        In the file.
+        The line of `assembled` in the file.
     """
 
     name: str
@@ -237,7 +227,7 @@ class LoopDescription:
 
 class Rounding(NamedTuple):
     """
-    Half of the last digit that the numbers of a known pose are written with; 0 for exact ones.
+    Half of the last written digit of the numbers of a known pose; 0 for exact numbers.
 
     Attributes
     ----------
@@ -253,15 +243,15 @@ class Rounding(NamedTuple):
 @dataclass(frozen=True)
 class KnownPose:
     """
-    Where the tool is in the base frame at one joint vector, by the file's source.
+    The pose of the tool in the base frame at one joint vector, from the file's source.
 
     Parameters
     ----------
     q : n values, rad or m
     tolerance_xyz, tolerance_rpy : m, rad
-        The latter is inf where the source gives no orientation; that of `motion` is then none.
+        `tolerance_rpy` is inf if the source gives no orientation; ignore that of `motion` then.
     rounding
-        Of exact numbers where the source gives a tolerance.
+        The rounding of the written numbers; zeros if the source gives a tolerance.
     """
 
     q: tuple[float, ...]
@@ -279,7 +269,7 @@ class Factor:
     Parameters
     ----------
     approximate
-        Its zeros are near singular poses only: it is that of a table without corrections.
+        Whether its zeros are only near singular poses: it belongs to the table before calibration.
     """
 
     name: str
@@ -290,7 +280,7 @@ class Factor:
 @dataclass(frozen=True)
 class SingularityDescription:
     """
-    What the file says about singular poses.
+    The section `singularity`: the task, the measure, its thresholds, and factors.
 
     Parameters
     ----------
@@ -299,11 +289,11 @@ class SingularityDescription:
     length : m
         The characteristic length; None: chosen from the arm.
     measure
-        Which number is compared with the thresholds; empty: the default of the arm.
+        The measure that is compared with the thresholds; empty: the default of the arm.
     warn, stop
         Thresholds: rad for `distance`, else plain numbers in SI units.
     factors
-        In the order of the file.
+        The named factors, in the order of the file.
     """
 
     task: tuple[str, ...] | None = None
@@ -317,21 +307,21 @@ class SingularityDescription:
 @dataclass(frozen=True)
 class Uncertainty:
     """
-    How far an arm may be off, all of it in rad and m.
+    The uncertainty of an arm, in rad and m.
 
     Parameters
     ----------
     noise, resolution, backlash : n values
-        Of joint positions: standard deviations; the steps they are counted in; the whole play.
+        Standard deviation, encoder step, and total backlash of each joint position.
     velocity_noise : n values
         Standard deviations of joint velocities, rad/s or m/s; None: not known.
     parameters
-        Standard deviations by group or name of the numbers of the table.
+        Standard deviations of the numbers of the table, by group or name.
     factor
-        Instead: of their covariance L L^T the row of L of each, by name; each as long as there
-        are rows up to it.
+        The alternative to `parameters`: by name, the rows of L in the covariance L L^T of these
+        numbers; row k has at most k numbers.
     floor_xyz, floor_rpy : m, rad
-        Standard deviation of what else a position and a rotation are off by, about each axis.
+        Standard deviation of all other errors of position and rotation, for each axis.
     """
 
     noise: tuple[float, ...]
@@ -346,7 +336,7 @@ class Uncertainty:
     @property
     def joint_deviations(self) -> tuple[float, ...]:
         """Return the standard deviations of the joint positions, rad or m."""
-        # A number that may be anywhere within a width w has the deviation w / sqrt(12).
+        # The standard deviation of a uniform distribution of width w is w / sqrt(12).
         return tuple(
             math.sqrt(noise**2 + (step**2 + play**2) / 12.0)
             for noise, step, play in zip(self.noise, self.resolution, self.backlash)
@@ -354,7 +344,7 @@ class Uncertainty:
 
     @property
     def of_pose(self) -> bool:
-        """Return whether it says that a pose is off."""
+        """Return whether it makes any pose uncertain."""
         numbers = (
             *self.joint_deviations,
             *(deviation for _, deviation in self.parameters),
@@ -367,14 +357,14 @@ class Uncertainty:
 @dataclass(frozen=True)
 class Tolerances:
     """
-    Standard deviations of the numbers of the table, as made and measured by the maker.
+    Standard deviations of the numbers of the table, from the tolerances of the manufacturer.
 
     Parameters
     ----------
     length, angle, gear : m, rad, share
-        Of all lengths, angles and gear ratios; None: not said.
+        For all lengths, angles and gear ratios; None: not given.
     named
-        Of single numbers, by their names in a calibration: theta2, d1, a3, gear2.
+        For single numbers, by their names in a calibration: theta2, d1, a3, gear2.
     """
 
     length: float | None = None
@@ -386,16 +376,16 @@ class Tolerances:
 @dataclass(frozen=True)
 class SpeedLimit:
     """
-    The largest speed of the tool, or of a point; infinite where none is given.
+    The largest speed of the tool or of a point; inf if the file gives none.
 
     Parameters
     ----------
     of
         `tool`, or the name of the point.
     linear, angular : m/s, rad/s
-        Of its origin, and of its frame.
+        Largest speed of the origin, and of rotation.
     reduced : m/s
-        Of its origin, where the arm has been told to move at reduced speed.
+        Largest speed of the origin while the arm moves at reduced speed.
     """
 
     of: str
@@ -411,7 +401,7 @@ class MimicFormula(NamedTuple):
     Attributes
     ----------
     name, leader
-        As in JointState; the arm's joints include the leader, not the follower.
+        Names in JointState; the arm's joints include the leader, not the follower.
     offset : rad or m
     slides
         Whether the follower slides.
@@ -427,32 +417,32 @@ class MimicFormula(NamedTuple):
 @dataclass(frozen=True)
 class RobotDescription:
     """
-    A robot file that has been read and found right.
+    The content of a robot file without faults.
 
     Parameters
     ----------
     angle_unit, length_unit
-        What the texts inside are written in; every number but the constants' is SI.
+        The units of the texts; all numbers except those of constants are SI.
     links
-        The rows of the table; the convention says of which kind.
+        The rows of the table, of the kind that the convention has.
     points
-        In the order of the file; the tool is none of them.
+        In the order of the file; without the tool.
     uncertainty
-        None where the file does not say.
+        None if the file has no such section.
     warnings
-        What is allowed but is most likely a mistake: another unit, a constant nobody uses.
+        Probable mistakes, such as another unit or an unused constant.
     remarks
-        Sentences for `check`: what is worth knowing.
+        Sentences that only `check` prints.
     file
         The path as the user gave it.
     tolerances
-        How far the numbers of the table may be off.
+        Standard deviations of the numbers of the table.
     sha256
-        Of the bytes of the file; empty for a text that was in none.
+        The digest of the bytes of the file; empty for a text without a file.
     loops
-        In the order of the file: each may move with the passive joints of those before it.
+        In the order of the file; a loop may use the passive joints of earlier loops.
     parts
-        Other files that it was read from: those of the arms of a cell.
+        The files of the arms of a cell; empty for a single arm.
     speed_limits
         In the order of the file.
     mimics

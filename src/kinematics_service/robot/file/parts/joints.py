@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import get_args
+from typing import NamedTuple, get_args
 
 from ..text.entries import checked, checked_list
 from ..text.expression_syntax import IDENTIFIER, why_no_name
@@ -12,14 +12,34 @@ from .description import JointDescription, JointType
 from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
 from .schema import JointEntry
 
-MAX_JOINTS = 128
-# No joint is as fast, rad/s or m/s.
+MAX_JOINTS = 128  # each message has a Jacobian with a column for each joint
+# Faster joints are probably in another unit, rad/s or m/s.
 FASTEST_JOINT = 100.0
 NOUN = 'a list of joints, {name, type, limits}'
 
 
-def read_joint_entries(data: Yaml, at: Place) -> list[JointEntry]:
-    """Return the entries of the list, each with its own faults reported."""
+class JointHead(NamedTuple):
+    """
+    The names and the type of a joint, which are read before all numbers.
+
+    Attributes
+    ----------
+    entry
+        The entry in the list of joints.
+    type, variable
+        The type, and the name in expressions; None if they have faults.
+    hidden
+        Possible names in expressions if the entry has faults, else empty.
+    """
+
+    entry: JointEntry
+    type: JointType | None
+    variable: str | None
+    hidden: frozenset[str]
+
+
+def read_joint_heads(data: Yaml, constants: Sequence[str], at: Place) -> list[JointHead]:
+    """Return the joints of a list, each with its own faults reported."""
     items = checked_list(data, at, NOUN)
     if data == []:
         at.fault('at least one joint is needed')
@@ -29,41 +49,39 @@ def read_joint_entries(data: Yaml, at: Place) -> list[JointEntry]:
             'a column for each, and no serial arm has as many)'
         )
         items = []
-    return [checked(JointEntry, item, at[i]) for i, item in enumerate(items)]
+    entries = [checked(JointEntry, item, at[index]) for index, item in enumerate(items)]
+    names = [entry.name for entry in entries]
+    variables: list[str | None] = []
+    heads = []
+    for index, (item, entry) in enumerate(zip(items, entries)):
+        first = names.index(entry.name)
+        if entry.name is not None:
+            _check_name(entry.name, first, index, at[index, 'name'])
+        variable = None
+        if entry.name is None or first == index or entry.variable is not None:
+            variable = _variable(entry, variables, constants, at[index])
+        variables.append(variable)
+        joint_type = next((name for name in get_args(JointType) if name == entry.type), None)
+        given = item if isinstance(item, dict) else {}
+        hidden = _words(given)
+        if variable and joint_type and given.keys() <= set(JointEntry.keys()):
+            hidden = frozenset()
+        heads.append(JointHead(entry, joint_type, variable, hidden))
+    return heads
 
 
-def names_given(data: Yaml) -> frozenset[str]:
-    """Return what a joint with faults may be called in expressions: the words under its keys."""
-    values = data.items() if isinstance(data, dict) else ()
+def _words(given: dict[str, Yaml]) -> frozenset[str]:
+    # Each value of a joint may be its name in expressions if a key is wrong.
     return frozenset(
         value.text
-        for key, value in values
+        for key, value in given.items()
         if isinstance(value, ScalarNode) and key != 'type' and IDENTIFIER.fullmatch(value.text)
     )
 
 
-def read_variables(
-    entries: Sequence[JointEntry], constants: Sequence[str], at: Place
-) -> list[str | None]:
-    """Return each joint's name in expressions; None where it has none that could stand there."""
-    variables: list[str | None] = []
-    seen_names: dict[str, int] = {}
-    for index, entry in enumerate(entries):
-        twice = entry.name in seen_names
-        if entry.name is not None:
-            _check_name(entry.name, seen_names, index, at[index, 'name'])
-        if twice and entry.variable is None:
-            variables.append(None)  # said once, of the name
-        else:
-            variables.append(_variable(entry, variables, constants, at[index]))
-    return variables
-
-
-def read_joint(
-    entry: JointEntry, variable: str | None, at: Place, quantities: Quantities
-) -> JointDescription | None:
-    """Return a joint in SI units, or None where its entry has faults."""
-    joint_type = joint_type_of(entry)
+def read_joint(head: JointHead, at: Place, quantities: Quantities) -> JointDescription | None:
+    """Return a joint in SI units, or None if its entry has faults."""
+    entry, joint_type, variable, _ = head
     if joint_type is None:
         return None
     lower, upper = _limits(entry, joint_type, at['limits'], quantities)
@@ -81,18 +99,12 @@ def read_joint(
     )
 
 
-def joint_type_of(entry: JointEntry) -> JointType | None:
-    """Return the type of an entry, or None where it has been refused."""
-    return next((name for name in get_args(JointType) if name == entry.type), None)
-
-
-def _check_name(name: str, seen: dict[str, int], index: int, at: Place) -> None:
+def _check_name(name: str, first: int, index: int, at: Place) -> None:
     if ',' in name:
         # The Jacobian's label joins the names by commas.
         at.fault(f'{quoted(name)} holds a comma, which no joint name may')
-    if name in seen:
-        at.fault(f'{quoted(name)} is already the name of joints[{seen[name]}]')
-    seen.setdefault(name, index)
+    if first < index:
+        at.fault(f'{quoted(name)} is already the name of joints[{first}]')
 
 
 def _variable(
@@ -126,16 +138,14 @@ def _limits(
 ) -> tuple[float, float]:
     if entry.limits is None:
         return -math.inf, math.inf
-    ends = []
-    for index, text in enumerate(entry.limits):
-        if text is not None and INFINITE.fullmatch(text):
-            ends.append(-math.inf if text.startswith('-') else math.inf)
-        else:
-            end = quantities.fixed(text, KIND_OF[joint_type], at[index], usual=False)
-            if end is None:
-                return -math.inf, math.inf
-            ends.append(end)
-    lower, upper = ends
+    lower, upper = (
+        float(text.replace('.', ''))
+        if text is not None and INFINITE.fullmatch(text)
+        else quantities.fixed(text, KIND_OF[joint_type], at[index], usual=False)
+        for index, text in enumerate(entry.limits)
+    )
+    if lower is None or upper is None:
+        return -math.inf, math.inf
     if not lower < upper:
         texts = ', '.join(map(str, entry.limits))
         at.fault(f'the lower limit must be below the upper one, not [{texts}]')
@@ -157,7 +167,7 @@ def _warn_of_limits(
             at.warn(f'a stroke to {number(largest * 1e3)} mm: {METRES}')
     elif joint_type == 'revolute':
         turns = largest / (2.0 * math.pi)
-        # A wrist may have two turns, and its limit is then no whole number of radians.
+        # A wrist may turn twice; its limit in radians is then not an integer.
         if units.angle == 'rad' and (turns > 4.0 or (turns > 1.0 and largest.is_integer())):
             at.warn(f'limits of {number(turns)} turns: {DEGREES}')
         if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):

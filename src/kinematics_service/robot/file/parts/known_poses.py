@@ -1,4 +1,4 @@
-"""The known poses of a robot file: where the tool is, by the file's own source."""
+"""The known poses of a robot file: poses of the tool that the file's source gives."""
 
 import math
 import re
@@ -9,16 +9,21 @@ from ..text.fault_report import Place, number
 from ..text.yaml_document import Yaml
 from .description import JointDescription, KnownPose, Rounding
 from .motions import pose_motion
-from .quantities import KIND_OF, LONG, TURN, Kind, Quantities, Units
+from .quantities import KIND_OF, LARGEST_USUAL_ANGLE, LARGEST_USUAL_LENGTH, Kind, Quantities, Units
 from .schema import KnownPoseEntry, ToleranceEntry
 
-EXACT = 1e-6  # m and rad: what a datasheet with six digits can promise
-ROUND_OFF = 1e-9
+# Default tolerance of a known pose (m, rad): the last digit of a datasheet with six decimals.
+DEFAULT_TOLERANCE = 1e-6
+# Positions beyond a limit by less are at the limit (rad or m).
+LIMIT_TOLERANCE = 1e-9
 DECIMALS = re.compile(r'[-+]?\d*\.(\d+)')
-# A number of fewer digits is as likely exact as rounded (m or rad): 0.45 m, 22.5 deg are exact.
-COARSEST = 1e-3
-# Larger ones are hardly in m and rad.
-USUAL: Mapping[Kind, float] = {'length': LONG, 'angle': TURN}
+# Numbers with fewer digits count as exact (m or rad), as 0.45 m and 22.5 deg are.
+MAX_ROUNDING = 1e-3
+# Larger numbers are probably not in m and rad.
+LARGEST_USUAL: Mapping[Kind, float] = {
+    'length': LARGEST_USUAL_LENGTH,
+    'angle': LARGEST_USUAL_ANGLE,
+}
 
 
 def read_known_poses(
@@ -30,11 +35,11 @@ def read_known_poses(
     Parameters
     ----------
     data
-        The list as the file has it; None where there is none.
+        The list as the file has it; None if the file has none.
     joints
-        Their descriptions; fewer where some have faults, and then no q is compared with limits.
+        The joints without faults; if one has faults, no q is compared with limits.
     quantities
-        What the names in expressions mean.
+        The meaning of the names in expressions.
     """
     if data is None:
         return ()
@@ -53,11 +58,10 @@ def _known_pose(
     if len(q) == len(joints):
         _remark_of_limits(q, joints, at['q'])
     motion = pose_motion(entry, at, quantities)
-    tolerance = ToleranceEntry({})
-    if entry.tolerance is not None:
-        tolerance = checked(ToleranceEntry, entry.tolerance, beside)
-    xyz = quantities.above_zero(tolerance.xyz, 'length', beside['xyz']) or EXACT
-    rpy = quantities.above_zero(tolerance.rpy, 'angle', beside['rpy']) or EXACT
+    given = {} if entry.tolerance is None else entry.tolerance
+    tolerance = checked(ToleranceEntry, given, beside)
+    xyz = quantities.above_zero(tolerance.xyz, 'length', beside['xyz']) or DEFAULT_TOLERANCE
+    rpy = quantities.above_zero(tolerance.rpy, 'angle', beside['rpy']) or DEFAULT_TOLERANCE
     if entry.rpy is None:
         if tolerance.rpy is not None and isinstance(data, dict) and 'rpy' not in data:
             beside['rpy'].fault('the pose has no rpy that it could be of')
@@ -80,17 +84,17 @@ def _known_pose(
 
 
 def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
-    # In m or rad. The number with most digits counts: of others zeros may have been left out.
+    # In m or rad, from the number with most digits: others may omit their last zeros.
     decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
     most = max((len(found[1]) for found in decimals), default=0)
-    if any(abs(float(found[0])) > USUAL[kind] for found in decimals):
-        units = Units('deg', 'mm')  # whatever the file says
+    if any(abs(float(found[0])) > LARGEST_USUAL[kind] for found in decimals):
+        units = Units('deg', 'mm')  # the unit of the file is probably wrong
     half = units.to_si(0.5 * 10.0**-most, kind)
-    return half if most and half <= COARSEST else 0.0
+    return half if most and half <= MAX_ROUNDING else 0.0
 
 
 def _remark_of_limits(q: Sequence[float], joints: Sequence[JointDescription], at: Place) -> None:
     for index, (value, joint) in enumerate(zip(q, joints)):
-        if not joint.lower - ROUND_OFF <= value <= joint.upper + ROUND_OFF:
+        if not joint.lower - LIMIT_TOLERANCE <= value <= joint.upper + LIMIT_TOLERANCE:
             limits = f'[{number(joint.lower)}, {number(joint.upper)}]'
             at[index].remark(f'{number(value)} lies outside the limits {limits} of {joint.name!r}')

@@ -12,12 +12,12 @@ from ..text.yaml_document import ScalarNode, Yaml
 from .convention_table import CONVENTIONS, MOVING, Axis, Convention, RowKind
 from .description import DhRow, ElementaryMotion, Link, ShapeRow
 from .motions import read_motion
-from .quantities import LONG, METRES, MILLIMETRES, Kind, Quantities
+from .quantities import LARGEST_USUAL_LENGTH, METRES, MILLIMETRES, Kind, Quantities
 from .schema import ShapeRowEntry, dh_row_entry
 
 MAX_ROWS = 512
-SHORT = 0.01  # m: no arm is as short
-ELEMENTARY = re.compile(r'\s*([A-Za-z]+)\s*\((.*)\)\s*', re.DOTALL)
+MIN_USUAL_LENGTH = 0.01  # m; a table with less in all is probably not in mm
+ELEMENTARY = re.compile(r'\s*([RT][xyz])\s*\((.*)\)\s*', re.DOTALL)
 AXES: tuple[Axis, ...] = get_args(Axis)
 
 
@@ -38,7 +38,7 @@ def read_links(
 
 
 def likely_convention(data: Yaml) -> Convention:
-    """Return the first convention whose rows look like those of a list."""
+    """Return the first convention whose rows have the form of the first row of a list."""
     first = data[0] if isinstance(data, list) and data else None
     rows: RowKind = 'quantities'
     if isinstance(first, ScalarNode):
@@ -49,7 +49,7 @@ def likely_convention(data: Yaml) -> Convention:
 
 
 def moving_parts(row: Link) -> Iterator[tuple[Kind, str, Expression]]:
-    """Yield what may move in a row: angle or length, its place in words, its expression."""
+    """Yield each part of a row that may move: angle or length, its place, its expression."""
     for k, motion in enumerate(row.motions):
         place = row.names[k] if isinstance(row, DhRow) else motion.axis
         if place in MOVING or not isinstance(row, DhRow):
@@ -71,12 +71,12 @@ def names_in_rows(rows: Iterable[Link]) -> frozenset[str]:
 
 
 def warn_of_size(rows: Sequence[Link], quantities: Quantities) -> None:
-    """Warn where the lengths of a table together are hardly meant in the file's unit."""
+    """Warn if the sum of the lengths is implausible in the unit of the file."""
     lengths = [length for row in rows for length in _lengths(row)]
     total, at, unit = sum(lengths), quantities.top['links'], quantities.units.length
-    if unit == 'm' and total > LONG and max(lengths) <= LONG:
+    if unit == 'm' and total > LARGEST_USUAL_LENGTH and max(lengths) <= LARGEST_USUAL_LENGTH:
         at.warn(f'lengths of {number(total)} m in all: {MILLIMETRES}')
-    if unit == 'mm' and 0.0 < total < SHORT:
+    if unit == 'mm' and 0.0 < total < MIN_USUAL_LENGTH:
         at.warn(f'lengths of {number(total * 1e3)} mm in all: {METRES}')
 
 
@@ -149,12 +149,12 @@ def _shape_row(data: Yaml, _: Convention, at: Place, quantities: Quantities) -> 
 
 
 def _elementary_motion(text: str, at: Place, quantities: Quantities) -> ElementaryMotion | None:
-    accepted = ', '.join(AXES)
     found = ELEMENTARY.fullmatch(text)
-    axis = next((name for name in AXES if found and name == found[1]), None)
-    if found is None or axis is None:
+    if found is None:
+        accepted = ', '.join(AXES)
         at.fault(f'{quoted(text)} is not an elementary motion (accepted: {accepted}, as Rz(q1))')
         return None
+    axis = AXES[AXES.index(found[1])]
     argument = quantities.moving(found[2].strip(), _kind(axis), at, axis)
     return None if argument is None else ElementaryMotion(axis, argument)
 

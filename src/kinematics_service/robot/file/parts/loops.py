@@ -1,4 +1,4 @@
-"""The closed loops of a robot file: second chains that part from the table and meet it again."""
+"""The closed loops of a robot file: second chains that begin and end at rows of the table."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from ..text.entries import checked, checked_list, checked_word
 from ..text.expression_syntax import why_no_name
 from ..text.fault_report import Place, quoted
 from ..text.plain_expression import known_names_in
-from ..text.yaml_document import ScalarNode, Yaml, texts_in
+from ..text.yaml_document import Yaml, texts_in
 from .convention_table import Convention
 from .description import (
     IDENTITY,
@@ -17,7 +17,7 @@ from .description import (
     PassiveJoint,
     PointDescription,
 )
-from .links import likely_convention, names_in_rows, read_links
+from .links import names_in_rows, read_links
 from .loop_groups import loop_groups, names_in_loop, passive_of
 from .motions import pose_motion
 from .points import check_row
@@ -30,14 +30,16 @@ MAX_PASSIVE = 24
 MAX_TOGETHER = 18
 
 
-def read_passive(data: Yaml, taken: Sequence[str], at: Place) -> tuple[PassiveJoint, ...]:
+def read_passive(
+    data: Yaml, taken: Sequence[str], at: Place
+) -> tuple[tuple[PassiveJoint, ...], ...]:
     """
-    Return the passive joints of all loops, without those whose names have faults.
+    Return the passive joints of each loop, also those whose names have faults.
 
     Parameters
     ----------
     data
-        The list of loops as the file has it; None where there is none.
+        The list of loops as the file has it; None if the file has none.
     taken
         The names of constants and of joints in expressions.
     at
@@ -45,55 +47,51 @@ def read_passive(data: Yaml, taken: Sequence[str], at: Place) -> tuple[PassiveJo
     """
     if data is None:
         return ()
-    found: list[PassiveJoint] = []
-    owner: dict[str, int] = {}
     loops = checked_list(data, at, 'a list of loops')
     if len(loops) > MAX_LOOPS:
         at.fault(f'{len(loops)} loops (at most {MAX_LOOPS})')
         return ()
+    owner: dict[str, int] = {}
+    found = []
     for k, loop in enumerate(loops):
-        items = loop.get('passive') if isinstance(loop, dict) else None
-        if items is None:
-            continue
-        inside = at[k, 'passive']
-        for i, item in enumerate(checked_list(items, inside, 'a list of passive joints')):
-            place = inside[i]
-            joint = _passive_joint(item, place)
-            if joint is None:
-                continue
-            if reason := why_no_name(joint.name):
-                place.fault(f'{quoted(joint.name)} {reason}')
-            elif joint.name in taken or joint.name == 'q':
-                place.fault(
-                    f'{quoted(joint.name)} is also the name of a constant or of a joint with a '
-                    'motor: a passive joint has a name of its own'
-                )
-            elif joint.name in owner:
-                place.fault(
-                    f'{quoted(joint.name)} is moved by loops[{owner[joint.name]}] already: a '
-                    'passive joint belongs to one loop'
-                )
-            else:
+        items, place = loop.get('passive') if isinstance(loop, dict) else None, at[k, 'passive']
+        if items is not None:
+            items = checked_list(items, place, 'a list of passive joints')
+        joints = [_passive_joint(item, place[i]) for i, item in enumerate(items or ())]
+        for i, joint in enumerate(joints):
+            if joint and (fault := _why_not_passive(joint.name, taken, owner)):
+                place[i].fault(f'{quoted(joint.name)} {fault}')
+            elif joint:
                 owner[joint.name] = k
-                found.append(joint)
-    if len(found) > MAX_PASSIVE:
-        at.fault(f'{len(found)} passive joints (at most {MAX_PASSIVE})')
+        found.append(tuple(joint for joint in joints if joint))
+    if len(owner) > MAX_PASSIVE:
+        at.fault(f'{len(owner)} passive joints (at most {MAX_PASSIVE})')
         return ()
     return tuple(found)
 
 
+def _why_not_passive(name: str, taken: Sequence[str], owner: Mapping[str, int]) -> str | None:
+    if name in taken or name == 'q':
+        return (
+            'is also the name of a constant or of a joint with a motor: a passive joint has a '
+            'name of its own'
+        )
+    if name in owner:
+        return f'is moved by loops[{owner[name]}] already: a passive joint belongs to one loop'
+    return why_no_name(name)
+
+
 def _passive_joint(item: Yaml, at: Place) -> PassiveJoint | None:
-    if not isinstance(item, dict):
-        name = checked_word(item, at)
-        return None if name is None else PassiveJoint(name, 'revolute')
-    entry = checked(PassiveEntry, item, at)
-    if entry.name is None:
-        return None
-    return PassiveJoint(entry.name, 'prismatic' if entry.type == 'prismatic' else 'revolute')
+    if isinstance(item, dict):
+        entry = checked(PassiveEntry, item, at)
+        name, prismatic = entry.name, entry.type == 'prismatic'
+    else:
+        name, prismatic = checked_word(item, at), False
+    return None if name is None else PassiveJoint(name, 'prismatic' if prismatic else 'revolute')
 
 
-def moving_loops(data: Yaml, known: Collection[str]) -> frozenset[str]:
-    """Return the names in the rows of the loops' own chains, as they are known."""
+def names_in_loops(data: Yaml, known: Collection[str]) -> frozenset[str]:
+    """Return the known names in the rows of all second chains."""
     loops = data if isinstance(data, list) else ()
     rows = [loop['links'] for loop in loops if isinstance(loop, dict) and 'links' in loop]
     return frozenset().union(*(known_names_in(text, known) for text in texts_in(rows)))
@@ -101,44 +99,43 @@ def moving_loops(data: Yaml, known: Collection[str]) -> frozenset[str]:
 
 def read_loops(
     data: Yaml,
-    passive: Sequence[PassiveJoint],
+    passive: Sequence[tuple[PassiveJoint, ...]],
     table: Sequence[Link] | None,
     points: Sequence[PointDescription],
-    convention: Convention | None,
+    convention: Convention,
     quantities: Quantities,
 ) -> tuple[LoopDescription, ...]:
     """
-    Return the loops in the order of the file; none where one has faults.
+    Return the loops in the order of the file; none of them if one has faults.
 
     Parameters
     ----------
     data
-        The list as the file has it; None where there is none.
+        The list as the file has it; None if the file has none.
     passive
-        As `read_passive` returns them.
+        The passive joints of each loop.
     table, points, convention
-        What is known of the arm; None where it has faults.
+        The parts of the arm; None for a table with faults.
     quantities
-        What the names in expressions mean.
+        The meaning of the names in expressions.
     """
-    if not isinstance(data, list):
-        return ()
     at = quantities.top['loops']
-    names = {joint.name: joint for joint in passive}
-    reader = _LoopReader(names, table, points, convention, quantities)
-    loops = [reader.read(item, at[k]) for k, item in enumerate(data[:MAX_LOOPS])]
+    reader = _LoopReader(table, points, convention, quantities)
+    loops = [
+        reader.read(item, own, at[k])
+        for k, (item, own) in enumerate(zip(data if isinstance(data, list) else (), passive))
+    ]
     found = tuple(loop for loop in loops if loop is not None)
-    if table is None or len(found) < len(data) or not at.intact:
+    if table is None or len(found) < len(loops) or not at.intact:
         return ()
-    if sum(len(loop.passive) for loop in found) > len(passive):
-        return ()  # one of them belongs to two loops, which has been said
+    if len(quantities.joint_types) - len(quantities.types) < sum(map(len, passive)):
+        return ()  # a name occurs twice, which has been reported
     called = [loop.name for loop in found]
-    for k, name in enumerate(called):
-        if name in called[:k]:
-            first = called.index(name)
-            at[k, 'name'].fault(f'{quoted(name)} is already the name of loops[{first}]')
     _check_effect(found, table, at)
     for k, loop in enumerate(found):
+        first = called.index(loop.name)
+        if first < k:
+            at[k, 'name'].fault(f'{quoted(loop.name)} is already the name of loops[{first}]')
         if loop.q != found[0].q:
             at[k, 'assembled', 'q'].fault(
                 f'is not that of {quoted(found[0].name)}: all loops are assembled at one position'
@@ -147,19 +144,19 @@ def read_loops(
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:
-    # Every passive joint stands in its loop; no loop needs a later one, but those of one group
-    # each other; and every group moves something.
-    places = {id(loop): k for k, loop in enumerate(loops)}
-    used, groups = names_in_rows(table), loop_groups(loops)
-    owner = {
-        joint.name: (places[id(loop)], g)
-        for g, group in enumerate(groups)
-        for loop in group
-        for joint in loop.passive
-    }
-    for g, group in reversed([*enumerate(groups)]):
-        members = [(places[id(loop)], loop) for loop in group]
-        for k, loop in members:
+    # Check that every passive joint moves a row of its loop, that only loops of one group need
+    # each other, and that every group moves a row of the table or of a later loop.
+    places = {loop.name: k for k, loop in enumerate(loops)}
+    used = names_in_rows(table)
+    for group in reversed(loop_groups(loops)):
+        indices = [places[loop.name] for loop in group]
+        later = {
+            joint.name: k
+            for k, loop in enumerate(loops)
+            for joint in loop.passive
+            if k not in indices
+        }
+        for k, loop in zip(indices, group):
             names = names_in_loop(loop)
             for joint in loop.passive:
                 if joint.name not in names:
@@ -168,43 +165,37 @@ def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: P
                         f'nor one of the table between row {loop.start.row} and row '
                         f'{loop.meets.row}'
                     )
-            for name in sorted(names & owner.keys()):
-                its_loop, its_group = owner[name]
-                if its_loop > k and its_group != g:
+            for name in sorted(names & later.keys()):
+                if later[name] > k:
                     at[k, 'links'].fault(
-                        f'{quoted(name)} is moved by loops[{its_loop}], which comes later: a loop '
-                        'may use the passive joints of those before it, and of later ones that '
-                        'need its own'
+                        f'{quoted(name)} is moved by loops[{later[name]}], which comes later: a '
+                        'loop may use the passive joints of those before it, and of later ones '
+                        'that need its own'
                     )
-        _check_group(members, used, at)
+        _check_group(group, indices, used, at)
         used = used.union(*map(names_in_loop, group))
 
 
 def _check_group(
-    members: Sequence[tuple[int, LoopDescription]], used: frozenset[str], at: Place
+    group: Sequence[LoopDescription], indices: Sequence[int], used: frozenset[str], at: Place
 ) -> None:
-    first, loop = members[0]
-    places = [k for k, _ in members]
-    passive = passive_of([loop for _, loop in members])
-    if places != list(range(first, first + len(places))):
-        listed = ' and '.join(f'loops[{k}]' for k in places)
-        at[first].fault(
-            f"{listed} need each other's passive joints and are closed together: write them one "
-            'after the other'
+    first, listed = at[indices[0]], [f'loops[{k}]' for k in indices]
+    if indices[-1] - indices[0] >= len(indices):
+        first.fault(
+            f"{' and '.join(listed)} need each other's passive joints and are closed together: "
+            'write them one after the other'
         )
-    rows = sum(len(loop.rows) for _, loop in members)
+    rows = sum(len(loop.rows) for loop in group)
     if rows > MAX_TOGETHER:
-        listed = ', '.join(f'loops[{k}]' for k in places)
-        at[first].fault(
-            f"{rows} rows of loops that need each other's passive joints ({listed}): at most "
-            f'{MAX_TOGETHER} are closed together'
+        first.fault(
+            f"{rows} rows of loops that need each other's passive joints ({', '.join(listed)}): "
+            f'at most {MAX_TOGETHER} are closed together'
         )
-    if not used & {joint.name for joint in passive}:
-        listed = ' or '.join(quoted(joint.name) for joint in passive)
-        what = 'loop' if len(members) == 1 else 'loops'
-        at[first, 'passive'].fault(
-            f'no row of the table and no later loop moves with {listed}: the {what} would move '
-            'nothing'
+    names = [joint.name for joint in passive_of(group)]
+    if not used.intersection(names):
+        first['passive'].fault(
+            f'no row of the table and no later loop moves with {" or ".join(map(quoted, names))}: '
+            f'the {"loop" if len(group) == 1 else "loops"} would move nothing'
         )
 
 
@@ -212,35 +203,34 @@ def _check_group(
 class _LoopReader:
     """Reads loops one by one."""
 
-    passive: Mapping[str, PassiveJoint]
     table: Sequence[Link] | None
     points: Sequence[PointDescription]
-    convention: Convention | None
+    convention: Convention
     quantities: Quantities
 
-    def read(self, data: Yaml, at: Place) -> LoopDescription | None:
+    def read(
+        self, data: Yaml, passive: tuple[PassiveJoint, ...], at: Place
+    ) -> LoopDescription | None:
         """Return a loop, or None with its faults reported."""
         entry = checked(LoopEntry, data, at)
-        names = _names_of(entry.passive)
-        passive = tuple(self.passive[name] for name in names if name in self.passive)
         rows: tuple[str, ...] = ()
         if entry.rows is not None:
             rows = read_rows(entry.rows, 'row', at['rows'])
         if entry.name is not None and ',' in entry.name:
             at['name'].fault(f'{quoted(entry.name)} holds a comma')
-        if entry.passive is not None and not names:
+        if entry.passive == []:
             at['passive'].fault('names no joint: at least one is needed')
-        if passive and rows and len(names) != len(rows):
+        if passive and rows and len(passive) != len(rows):
+            names = ', '.join(joint.name for joint in passive)
             at['passive'].fault(
-                f'{len(names)} passive joints ({", ".join(names)}) for {len(rows)} rows that '
+                f'{len(passive)} passive joints ({names}) for {len(rows)} rows that '
                 f'coincide ({" ".join(rows)}): a loop moves as many joints as it has rows'
             )
         start, meets = self._ends(entry, at)
-        convention = self.convention or likely_convention(entry.links)
         links = None
         if entry.links is not None:
-            links = read_links(entry.links, convention, at['links'], self.quantities)
-        q, assembled = self._assembled(entry.assembled, names, at['assembled'])
+            links = read_links(entry.links, self.convention, at['links'], self.quantities)
+        q, assembled = self._assembled(entry.assembled, passive, at['assembled'])
         if not at.intact or self.table is None:
             return None
         if not (entry.name and start and meets and links):
@@ -274,8 +264,8 @@ class _LoopReader:
         if entry.row is None and at.intact:
             at.fault('needs a row of the table, or a point')
         motion = pose_motion(entry, at, self.quantities)
-        rows = None if self.table is None else len(self.table)
-        check_row(entry.row, rows, at)
+        if self.table is not None:
+            check_row(entry.row, len(self.table), at)
         if entry.row is None or motion is None or not at.intact:
             return None
         return PointDescription(f'row {entry.row}', entry.row, motion)
@@ -288,27 +278,16 @@ class _LoopReader:
         return found
 
     def _assembled(
-        self, data: Yaml, names: Sequence[str], at: Place
+        self, data: Yaml, passive: Sequence[PassiveJoint], at: Place
     ) -> tuple[tuple[float, ...], tuple[float, ...]]:
         if data is None:
             return (), ()
-        entry: Any = checked(assembled_entry(tuple(names)), data, at)
+        entry: Any = checked(assembled_entry(tuple(joint.name for joint in passive)), data, at)
         q = self.quantities.positions(entry.q, at['q'])
         values = [
             self.quantities.fixed(
-                getattr(entry, name), KIND_OF[self.passive[name].type], at[name], usual=False
+                getattr(entry, joint.name), KIND_OF[joint.type], at[joint.name], usual=False
             )
-            for name in names
-            if name in self.passive
+            for joint in passive
         ]
         return q, tuple(value for value in values if value is not None)
-
-
-def _names_of(items: Yaml) -> list[str]:
-    # Of a list of passive joints as the file has it.
-    names = []
-    for item in items if isinstance(items, list) else ():
-        named = item.get('name') if isinstance(item, dict) else item
-        if isinstance(named, ScalarNode):
-            names.append(named.text)
-    return names

@@ -1,4 +1,4 @@
-"""The measures of singularity, a row each, and the rules of their thresholds."""
+"""The table of the measures of singularity, and the rules of their thresholds."""
 
 import math
 from dataclasses import dataclass
@@ -9,34 +9,34 @@ from .... import kernel
 @dataclass(frozen=True)
 class Measure:
     """
-    One measure; `Singularity` has a field of its name, and the kernel computes its column.
+    A measure of singularity; `Singularity` has a field of its name, the kernel computes it.
 
     Attributes
     ----------
     name, meaning
-        In robot files, topics and parameters; and what it is, for the reference.
+        The name in robot files, topics and parameters; its definition for the reference.
     column
-        Where it stands in the kernel's row of measures.
+        Its index in the kernel's row of measures.
     small_is_bad
-        On which side it is bad.
+        Whether it decreases toward a singular pose.
     unit
-        Of its value and thresholds in sentences.
+        The unit of its value and thresholds in sentences.
     warn, stop
-        Default thresholds; None where there are none that suit every arm.
+        Default thresholds; None if no default suits every arm.
     least, most
-        Its thresholds are above the one, and at most the other: a value there means at least that.
+        Thresholds are above `least` and at most `most`. A value of `most` means `most` or more.
     of_square
-        Whether it exists only where J_t is square; it may then be negative, and is judged by its
-        absolute value.
+        Whether it exists only for a square J_t; it may be negative, and its absolute value is
+        compared with the thresholds.
     of_volume
-        Whether it is a product of singular values of the unscaled J_t, so that its unit depends on
-        the arm.
+        Whether it is a product of singular values of the unscaled J_t; its unit depends on the
+        arm.
     drawn_unit
-        Its unit in pictures and tables, where that is not `unit`.
+        The unit in pictures and tables; empty: `unit`.
     short, long, drawn
-        Other words for it: in narrow tables, as a title, beside an axis (in TeX).
+        Other names: in narrow tables, as a title, beside an axis (in TeX).
     on_page
-        Whether the page of an audit shows it although it is not the one that is watched.
+        Whether the page of an audit always shows it, also if the node watches another measure.
     """
 
     name: str
@@ -58,18 +58,18 @@ class Measure:
 
     @property
     def words(self) -> str:
-        """Return its name as people write it."""
+        """Return its name with spaces."""
         return self.name.replace('_', ' ')
 
     def refusal(self, threshold: float) -> str:
-        """Return why a number is no threshold of it, `must be ...`; empty for one that is."""
+        """Return why a threshold is invalid, as `must be ...`; empty for a valid threshold."""
         if math.isfinite(threshold) and self.least < threshold <= self.most:
             return ''
         most = f' and at most {self._amount(self.most)}' if self.most < math.inf else ''
         return f'must be above {self.least:g}{most}, not {self._amount(threshold)}'
 
     def farther(self, value: float) -> str:
-        """Return `none found within 1 rad (57 deg)` of the largest value; empty of others."""
+        """Return `none found within 1 rad (57 deg)` for the largest value, else an empty text."""
         if not value >= self.most < math.inf:
             return ''
         return f'none found within {self._amount(self.most)}'
@@ -80,7 +80,7 @@ class Measure:
         return f'{value:g} rad ({math.degrees(value):.0f} deg)'
 
     def ordered(self, warn: float, stop: float) -> bool:
-        """Return whether a value that becomes worse is at `warn` before it is at `stop`."""
+        """Return whether a value that becomes worse reaches `warn` before `stop`."""
         return stop < warn if self.small_is_bad else warn < stop
 
 
@@ -139,6 +139,6 @@ MEASURES = {
 
 
 def default_measure(joints: int) -> Measure:
-    """Return the measure that is watched if a robot file names none."""
+    """Return the measure that the node watches if a robot file names none."""
     searched = joints <= kernel.MAX_SEARCHED_JOINTS
     return MEASURES['distance' if searched else 'condition_number']

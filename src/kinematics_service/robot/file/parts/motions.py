@@ -12,8 +12,10 @@ from .quantities import Kind, Quantities
 from .schema import PlacementEntry, PoseEntry
 
 ZEROS = ('0', '0', '0')
-ROUND_OFF = 1e-12  # a rotation of exact expressions is this good: its numbers stay as they are
-PRINTED = 1e-6  # six printed digits are this good: the nearest rotation is taken
+# Largest entry of |R^T R - 1| of a rotation by exact expressions, which is kept as it is.
+EXACT_ROTATION_TOLERANCE = 1e-12
+# Largest entry of |R^T R - 1| of a rotation with six printed digits, which is projected.
+PRINTED_ROTATION_TOLERANCE = 1e-6
 
 
 def read_placement(
@@ -34,7 +36,7 @@ def read_placement(
 
 def pose_motion(entry: PoseEntry, at: Place, quantities: Quantities) -> RigidMotion | None:
     """
-    Return the pose of xyz and rpy, R = Rz(yaw) Ry(pitch) Rx(roll); what is not given is zero.
+    Return the pose of xyz and rpy, R = Rz(yaw) Ry(pitch) Rx(roll); a missing key means zeros.
     """
     lengths, angles = tuple(entry.xyz or ZEROS), tuple(entry.rpy or ZEROS)
     position = [quantities.fixed(text, 'length', at['xyz', i]) for i, text in enumerate(lengths)]
@@ -48,7 +50,7 @@ def pose_motion(entry: PoseEntry, at: Place, quantities: Quantities) -> RigidMot
 
 
 def read_motion(data: Yaml, at: Place, quantities: Quantities) -> RigidMotion | None:
-    """Return a matrix of 3 or 4 rows, or {xyz, rpy}; identity where nothing is given."""
+    """Return the pose of a matrix of 3 or 4 rows, or of {xyz, rpy}; the identity for None."""
     if data is None:
         return IDENTITY
     if isinstance(data, dict):
@@ -85,19 +87,20 @@ def _rigid(matrix: npt.NDArray[np.float64], at: Place) -> npt.NDArray[np.float64
         at[3].fault('the fourth row of a rigid motion is [0, 0, 0, 1]')
         return None
     R = matrix[:3, :3]
-    # A rotation has no entry above 1; capped, so that the product below cannot overflow.
+    # Entries of a rotation are at most 1; larger ones are clipped, lest the product overflow.
     capped = np.clip(R, -1e3, 1e3)
     error = float(np.abs(capped.T @ capped - np.eye(3)).max())
-    if error > PRINTED:
+    if error > PRINTED_ROTATION_TOLERANCE:
         at.fault(
             f'not a rotation: its columns are not orthogonal unit vectors, by {number(error)} '
-            f'(at most {PRINTED:g}); exact expressions such as sqrt(2)/2 are accepted'
+            f'(at most {PRINTED_ROTATION_TOLERANCE:g}); exact expressions such as sqrt(2)/2 are '
+            'accepted'
         )
         return None
     if np.linalg.det(R) < 0.0:
         at.fault('the determinant is -1: a mirror image, not a rotation')
         return None
-    if error <= ROUND_OFF:
+    if error <= EXACT_ROTATION_TOLERANCE:
         return matrix
     at.remark(f'is {number(error)} from a rotation matrix: the nearest rotation is used instead')
     # The nearest rotation in the Frobenius norm: the orthogonal factor of the polar decomposition.

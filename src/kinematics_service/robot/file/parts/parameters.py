@@ -1,9 +1,9 @@
 """
-The numbers of an arm that may be off, by name: those of its table, of its base and of its tool.
+The parameters of an arm that a calibration corrects: numbers of its table, base and tool.
 
-The table's own numbers do not always say all that can be off. Where two axes are parallel no row
-of Denavit and Hartenberg's can turn one of them out of their common plane, short of a d of
-kilometres: an extra angle does (Hayati 1983).
+The numbers of a table cannot describe every error. If two axes are parallel, a row of Denavit and
+Hartenberg turns one of them out of the common plane only with a d of kilometres. An extra angle
+about y describes that error (Hayati 1983).
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,15 +14,14 @@ import numpy as np
 
 from .convention_table import CONVENTIONS
 from .description import DhRow, ElementaryMotion, JointDescription, Link, ShapeRow
-from .tolerances import GEAR
+from .tolerances import EXTRA, GEAR
 
-# Standard deviations of lengths (m) and angles (rad): what is usual between a datasheet and a
-# robot, and what corrections are scaled by so that they compare.
-LENGTH, ANGLE = 1e-3, np.radians(0.2)
-# Of a gear ratio, as a share of it.
-RATIO = 1e-3
+# Usual standard deviations between a datasheet and a robot; corrections are divided by them.
+LENGTH = 1e-3  # m
+ANGLE = np.radians(0.2)  # rad
+RATIO = 1e-3  # of a gear ratio, relative
 AXES = 'xyz'
-# Conventions in which a row more can say the extra corrections.
+# Conventions in which an additional row can hold the extra corrections.
 WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
 GEARS = 'gears'
@@ -34,25 +33,25 @@ SIX = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 @dataclass(frozen=True)
 class ArmParameter:
     """
-    A number of an arm that may be off.
+    A number of an arm that may have an error.
 
     Attributes
     ----------
     name
-        `theta2`, `d1`, `a3`, `alpha2` of row 2, 1, 3, 2 of the table, counted from 1; `beta2` is
-        an extra turn about y beside that row's alpha, `b2` an extra length along y beside its a;
-        `Rz3`, `Tx2` of other conventions; `gear2` of joint 2, by which share its motion is larger
-        than it says; `base.x` to `tool.rz`, `base2.x` of the second set; `lag`, the time (s) after
-        which the joints are where the poses have them; `backlash`, the play (rad) of every joint.
+        `theta2` is theta of row 2 of the table, counted from 1; `d1`, `a3`, `alpha2` likewise.
+        `beta2` is an extra turn about y beside alpha, `b2` an extra length along y beside a.
+        Other conventions have `Rz3`, `Tx2`. `gear2` is the relative error of the gear ratio of
+        joint 2. Poses have `base.x` to `tool.rz`, and `base2.x` for the second set. `lag` is the
+        delay of the joint positions (s), `backlash` the backlash of every joint (rad).
     group
         offsets (of joint positions), lengths, angles, gears, base, tool, lag or backlash.
     angle
-        Whether it is in rad; otherwise it is in m, or a share.
+        Whether it is in rad; otherwise it is in m, or relative.
     row
         Row of the table, or the joint of a gear, counted from 0; -1 for base and tool.
     place
-        The number of that row it is added to: theta, d, a, alpha, own; or the axis of an extra
-        motion, as Ry.
+        The number of the row to which it is added: theta, d, a, alpha, own; or the axis of an
+        extra motion, as Ry.
     """
 
     name: str
@@ -63,14 +62,14 @@ class ArmParameter:
 
     @property
     def scale(self) -> float:
-        """Return the size of a usual error, rad, m or a share."""
+        """Return the usual standard deviation: rad, m, or relative."""
         if self.group == GEARS:
             return RATIO
         return float(ANGLE) if self.angle else LENGTH
 
 
 class PlacedParameter(NamedTuple):
-    """A parameter, and the axis of its motion; extra ones are taken where they are needed."""
+    """A parameter, the axis of its motion, and whether it is an extra correction."""
 
     parameter: ArmParameter
     axis: str
@@ -87,46 +86,39 @@ def placed_rows(links: Sequence[Link], convention: str) -> Iterator[list[PlacedP
         elif link.argument.affine.coefficients:
             yield list(_of_joint(k, link))
         else:
-            angle = link.axis[0] == 'R'
-            own = ArmParameter(
-                f'{link.axis}{k + 1}', 'angles' if angle else 'lengths', angle, k, 'own'
-            )
-            yield [PlacedParameter(own, link.axis[1])]
+            yield [_placed(k, link.axis, link.axis, 'own')]
+
+
+def _placed(
+    k: int, word: str, motion: str, place: str, group: str = '', extra: bool = False
+) -> PlacedParameter:
+    angle = motion[0] == 'R'
+    group = group or ('angles' if angle else 'lengths')
+    return PlacedParameter(
+        ArmParameter(f'{word}{k + 1}', group, angle, k, place), motion[1], extra
+    )
 
 
 def _of_dh_row(k: int, link: DhRow, convention: str) -> Iterator[PlacedParameter]:
     moving = [name for name in link.names if link[name].affine.coefficients]
     offset = 'theta' if 'theta' in moving else 'd' if 'd' in moving else ''
-    row = k + 1
     for axis, quantity in CONVENTIONS[convention].motions:
-        angle = axis[0] == 'R'
-        group = 'offsets' if quantity == offset else 'angles' if angle else 'lengths'
-        parameter = ArmParameter(f'{quantity}{row}', group, angle, k, quantity)
-        yield PlacedParameter(parameter, axis[1])
-    if convention in WITH_EXTRA:
-        yield PlacedParameter(ArmParameter(f'beta{row}', 'angles', True, k, 'Ry'), 'y', extra=True)
-        yield PlacedParameter(ArmParameter(f'b{row}', 'lengths', False, k, 'Ty'), 'y', extra=True)
+        yield _placed(k, quantity, axis, quantity, 'offsets' if quantity == offset else '')
+    for word, motion in EXTRA.items() if convention in WITH_EXTRA else ():
+        yield _placed(k, word, motion, motion, extra=True)
 
 
 def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[PlacedParameter]:
-    # The offset of its position, and the four numbers of its axis: two angles, two lengths.
-    turning = joint.axis[0] == 'R'
-    across = [axis for axis in AXES if axis != joint.axis[1]]
-    own = ArmParameter(f'{joint.axis}{k + 1}', 'offsets', turning, k, 'own')
-    for kind, group in (('R', 'angles'), ('T', 'lengths')):
-        if kind == 'T' and not turning:
-            continue  # where a sliding axis lies makes no difference
-        for axis in across:
-            name = f'{kind}{axis}{k + 1}'
-            place = f'{kind}{axis}'
-            yield PlacedParameter(
-                ArmParameter(name, group, kind == 'R', k, place), axis, extra=True
-            )
-    yield PlacedParameter(own, joint.axis[1])
+    # The offset of its position, and four numbers of its axis: two angles and two lengths. A
+    # prismatic joint has no lengths: only the direction of its axis has an effect.
+    for kind in 'RT' if joint.turns else 'R':
+        for axis in AXES.replace(joint.axis[1], ''):
+            yield _placed(k, kind + axis, kind + axis, kind + axis, extra=True)
+    yield _placed(k, joint.axis, joint.axis, 'own', 'offsets')
 
 
 def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
-    """Return for each joint that moves something by which share it moves more than it says."""
+    """Return the relative error of the gear ratio of each joint that moves a row."""
     return [
         ArmParameter(f'{GEAR}{k + 1}', GEARS, False, k, GEAR)
         for k, joint in enumerate(joints)
@@ -135,6 +127,6 @@ def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
 
 
 def end_parameters(end: str, number: int) -> list[ArmParameter]:
-    """Return the parameters of a base or tool; numbered from the second one on."""
+    """Return the six parameters of a base or tool; names have a number from 2 on."""
     label = end if number == 0 else f'{end}{number + 1}'
     return [ArmParameter(f'{label}.{name}', end, k > 2, place=name) for k, name in enumerate(SIX)]

@@ -1,4 +1,4 @@
-"""The points of a robot file: frames that move with a row of the table, by their names."""
+"""The points of a robot file: named frames that move with a row of the table."""
 
 import re
 from collections.abc import Sequence
@@ -12,17 +12,17 @@ from .quantities import Quantities
 from .schema import PointEntry
 
 MAX_POINTS = 64
-# Part of a ROS topic: `~/elbow/pose`.
+# A name is part of a ROS topic, as in `~/elbow/pose`.
 POINT_NAME = re.compile(r'[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*')
-LONGEST_NAME = 60
-TAKEN = {
+MAX_NAME_LENGTH = 60
+RESERVED_NAMES = {
     'base': 'the base frame',
     'tool': "the tool, which is always a point; its place stands under the key 'tool'",
 }
 
 
 def read_points(
-    data: Yaml, rows: int | None, placements: Sequence[Placement | None], quantities: Quantities
+    data: Yaml, rows: int, placements: Sequence[Placement | None], quantities: Quantities
 ) -> tuple[PointDescription, ...]:
     """
     Return the points in the order of the file, without those that have faults.
@@ -30,13 +30,13 @@ def read_points(
     Parameters
     ----------
     data
-        The mapping as the file has it; None where there is none.
+        The mapping as the file has it; None if the file has none.
     rows
-        Number of rows of the table; None where that is not known.
+        Number of rows of the table.
     placements
-        Base and tool, whose frames no point may be called like.
+        Base and tool; no point may have the name of their frames.
     quantities
-        What the names in expressions mean.
+        The meaning of the names in expressions.
     """
     at = quantities.top['points']
     given = checked_mapping(data, at, 'names to {row, xyz, rpy}')
@@ -49,21 +49,21 @@ def read_points(
 
 
 def _why_no_name(name: str, frames: dict[str, str]) -> str:
-    if name in TAKEN:
-        return f'the name {quoted(name)} is that of {TAKEN[name]}'
+    if name in RESERVED_NAMES:
+        return f'the name {quoted(name)} is that of {RESERVED_NAMES[name]}'
     if name in frames:
         return f'the name {quoted(name)} is that of the frame of the {frames[name]}'
-    if len(name) > LONGEST_NAME or not POINT_NAME.fullmatch(name):
+    if len(name) > MAX_NAME_LENGTH or not POINT_NAME.fullmatch(name):
         return (
             f'the name {quoted(name)} cannot be part of a topic: letters, digits and single '
-            f'underscores between them, a letter first, at most {LONGEST_NAME} characters'
+            f'underscores between them, a letter first, at most {MAX_NAME_LENGTH} characters'
         )
     return ''
 
 
-def check_row(row: int | None, rows: int | None, at: Place) -> None:
-    """Report the row of a frame that a table of so many rows has not."""
-    if row is not None and rows is not None and row > rows:
+def check_row(row: int | None, rows: int, at: Place) -> None:
+    """Report the row of a point or loop if it exceeds the number of rows of the table."""
+    if row is not None and row > rows:
         at['row'].fault(
             f'there is no row {row}: 0 is the frame before the table, {rows} the frame after its '
             'last row'
@@ -71,7 +71,7 @@ def check_row(row: int | None, rows: int | None, at: Place) -> None:
 
 
 def _point(
-    name: str, data: Yaml, rows: int | None, frames: dict[str, str], quantities: Quantities
+    name: str, data: Yaml, rows: int, frames: dict[str, str], quantities: Quantities
 ) -> PointDescription | None:
     at = quantities.top['points', name]
     if reason := _why_no_name(name, frames):

@@ -15,18 +15,21 @@ from .description import AngleUnit, JointType, LengthUnit
 
 Kind = Literal['angle', 'length', 'number']
 
-# Beyond a thousand kilometres or 1e6 rad there is no arm, and products of such numbers overflow.
+# Largest accepted number (m or rad); products of larger numbers may overflow.
 LARGEST = 1e6
-# Where a number is hardly meant in the file's unit: what to ask, and what to write.
+# Questions about numbers that are implausible in the unit of the file.
 DEGREES = 'are these degrees? (then: units: {angle: deg})'
 RADIANS = 'are these radians? (then: units: {angle: rad})'
 MILLIMETRES = 'are these millimetres? (then: units: {length: mm})'
 METRES = 'are these metres? (then: units: {length: m})'
-LONG = 20.0  # m: no link is as long
-TURN = 2.0 * math.pi + 0.02  # rad, with two printed digits
+LARGEST_USUAL_LENGTH = 20.0  # m; longer links are probably in mm
+# Largest plausible angle (rad): a turn, printed with two digits.
+LARGEST_USUAL_ANGLE = 2.0 * math.pi + 0.02
 QUARTERS = [k * math.pi / 2.0 for k in range(1, 5)]
-ROUNDED = 0.005  # 1.57, 3.14, 4.71, 6.28 are so near to them
-DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')  # with more they are exact
+# Half of the last digit of 1.57, 3.14, 4.71 and 6.28.
+QUARTER_TOLERANCE = 0.005
+# Numbers with 2 to 9 decimals; longer ones are exact.
+DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')
 
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
 NOT_A_NUMBER = re.compile(r'[-+]?\.?(nan|NaN|NAN)')
@@ -57,13 +60,13 @@ def check_finite(text: str) -> None:
 
 
 class Units(NamedTuple):
-    """What the numbers of a file are written in."""
+    """The units of the numbers of a file."""
 
     angle: AngleUnit = 'rad'
     length: LengthUnit = 'm'
 
     def to_si(self, value: float, kind: Kind) -> float:
-        """Return a value of the file in rad, m, or as it is."""
+        """Return a value of the file in rad or m; a plain number is unchanged."""
         if kind == 'angle' and self.angle == 'deg':
             return math.radians(value)
         if kind == 'length' and self.length == 'mm':
@@ -74,29 +77,29 @@ class Units(NamedTuple):
 @dataclass(frozen=True)
 class Quantities:
     """
-    Everything an expression of one file may mean.
+    The reader of the numbers and expressions of one file.
 
     Parameters
     ----------
     top
-        The file.
+        The place of the whole file.
     units
     constants
         Values in the file's units.
     joint_types
-        By joint variable, in the order of the joints.
+        The type of each joint variable, in the order of the joints.
     types
-        Of the entries in the list of joints; None where it has been refused.
+        The type of each entry in the list of joints; None if it has a fault.
     unreadable
-        Names whose own definition has a fault: what uses them is not judged.
+        Names with faults in their definition; expressions with these names have no value.
     all_names_known
-        False where a broken entry hides its name: no name is then called unknown.
+        Whether all definitions have a name; if not, no name is reported as unknown.
     used
-        Names met so far.
+        Names that occurred so far.
     strange
-        Names met so far that nothing in the file explains.
+        Names that occurred so far and that the file does not define.
     letters
-        Constants without a value: what uses them has no size that could be judged.
+        Constants without a value; the size of expressions with letters is not checked.
     """
 
     top: Place
@@ -116,9 +119,9 @@ class Quantities:
         """
         Return a constant in SI units, or None with its fault reported.
 
-        `usual`: a length above that of any link, or an angle beyond a turn, is warned of.
+        `usual`: whether to warn of an implausible length or an angle of more than a turn.
         """
-        expression = self._read(text, kind, at, self._fixed_scope(kind), usual)
+        expression = self._read(text, kind, at, self._scope(kind), usual)
         return expression.affine.constant if expression else None
 
     def above_zero(
@@ -133,9 +136,9 @@ class Quantities:
 
     def positions(self, texts: Sequence[str | None] | None, at: Place) -> tuple[float, ...]:
         """
-        Return joint positions, rad or m, of the joints whose types are known.
+        Return joint positions, rad or m, of all joints with known types.
 
-        None of them, with the fault reported, where there are not as many as joints.
+        If the file has more or fewer values than joints, report a fault and return no positions.
         """
         if texts is not None and self.types and len(texts) != len(self.types):
             at.fault(f'{len(texts)} values for {len(self.types)} joints')
@@ -155,15 +158,15 @@ class Quantities:
 
         `advice` follows the sentence that says a joint variable may not stand here.
         """
-        return self._read(text, kind, at, self._fixed_scope(kind, advice))
+        return self._read(text, kind, at, self._scope(kind, advice=advice))
 
     def moving(self, text: str | None, kind: Kind, at: Place, quantity: str) -> Expression | None:
         """
         Return an expression linear in the joint variables, or None with its fault reported.
 
-        `quantity` is what the message calls it: `theta`, `d`, `Tx`.
+        `quantity` is its name in messages: `theta`, `d`, `Tx`.
         """
-        scope = self._scope(tuple(self.joint_types), {}, kind)
+        scope = self._scope(kind, moving=True)
         expression = self._read(text, kind, at, scope, usual=False)
         for variable, _ in expression.affine.coefficients if expression else ():
             joint_type = self.joint_types[variable]
@@ -182,7 +185,7 @@ class Quantities:
         """
         Return the text of an expression that may be nonlinear, or None with its fault reported.
         """
-        scope = self._scope(tuple(self.joint_types), {})
+        scope = self._scope(None, moving=True)
         try:
             text = text and self._plain(text, scope)
             if text is None or not self._judged(text, scope):
@@ -193,18 +196,14 @@ class Quantities:
             return None
         return text
 
-    def _fixed_scope(self, kind: Kind, advice: str = '') -> Scope:
-        refused = {
-            name: f'{name!r} is a joint variable, and a constant is expected here{advice}'
-            for name in self.joint_types
-        }
-        return self._scope((), refused, kind)
-
-    def _scope(
-        self, variables: tuple[str, ...], refused: Mapping[str, str], kind: Kind | None = None
-    ) -> Scope:
+    def _scope(self, kind: Kind | None, moving: bool = False, advice: str = '') -> Scope:
+        refused = dict(WORDS_OF_YAML_1_1)
+        for name in () if moving else self.joint_types:
+            refused[name] = (
+                f'{name!r} is a joint variable, and a constant is expected here{advice}'
+            )
+        variables = tuple(self.joint_types) if moving else ()
         wanted = None if kind is None else int(kind == 'angle')
-        refused = {**WORDS_OF_YAML_1_1, **refused}
         return Scope(self.units.angle, self.constants, variables, refused, wanted)
 
     def _plain(self, text: str, scope: Scope) -> str:
@@ -212,7 +211,7 @@ class Quantities:
         return plain_expression(text, known, self.units.angle, scope.wanted)
 
     def _judged(self, text: str, scope: Scope) -> bool:
-        # Whether every name of a text has a meaning; otherwise its syntax is judged here.
+        # Return whether all names in a text are defined; if not, check its syntax only.
         names = names_in(text)
         self.used.update(names)
         strange = names.difference(scope.known, scope.refused, self.unreadable, ('pi',))
@@ -222,7 +221,7 @@ class Quantities:
             hidden |= strange
         if not hidden:
             return True
-        # What a hidden name is worth is not known: it stands for anything that varies.
+        # A hidden name may be a variable.
         varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
         refused = {name: why for name, why in scope.refused.items() if name not in hidden}
         check_function(text, replace(scope, variables=varying, refused=refused, wanted=None))
@@ -272,31 +271,31 @@ class Quantities:
                 )
         if kind == 'angle' and self.units.angle == 'deg' and at.path[0] != 'known_poses':
             degrees = math.degrees(value)
-            if any(abs(abs(degrees) - quarter) < ROUNDED for quarter in QUARTERS):
+            if any(abs(abs(degrees) - quarter) < QUARTER_TOLERANCE for quarter in QUARTERS):
                 at.warn(f'{number(degrees)} deg: {RADIANS}')
 
 
 def unit_doubt(
     value: float,
     kind: Kind,
-    longest: float = LONG,
+    longest: float = LARGEST_USUAL_LENGTH,
     degrees: str = DEGREES,
     millimetres: str = MILLIMETRES,
 ) -> str:
     """
-    Return the question whether a number (m or rad) was meant in mm or degrees; empty if not.
+    Return a question about the unit of an implausible number (m or rad); empty if plausible.
 
-    `longest`: the largest plausible length, m. `degrees`, `millimetres`: what to ask.
+    `longest`: the largest plausible length, m. `degrees`, `millimetres`: the questions.
     """
     if kind == 'length' and abs(value) > longest:
         return f'a length of {number(value)} m: {millimetres}'
-    if kind == 'angle' and abs(value) > TURN:
+    if kind == 'angle' and abs(value) > LARGEST_USUAL_ANGLE:
         return f'{number(value)} rad is more than a turn: {degrees}'
     return ''
 
 
 def rounded_quarters(text: str) -> Iterator[tuple[str, int]]:
-    """Yield numbers such as 1.57 and 1.5708, and how many quarter turns (rad) they round."""
+    """Yield numbers such as 1.57 and 1.5708, each with its number of quarter turns (rad)."""
     for digits, decimals in DECIMALS.findall(text):
         for k, quarter in enumerate(QUARTERS, 1):
             cut = math.floor(quarter * 10 ** len(decimals)) / 10 ** len(decimals)

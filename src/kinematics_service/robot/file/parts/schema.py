@@ -1,7 +1,7 @@
 """
-The shape of a robot file: which keys stand where, and which of them are texts, numbers, lists.
+The schema of a robot file: the keys of each part, and the type of each value.
 
-What is missing or has been refused is None in an entry.
+A value that is missing or has a fault is None in an entry.
 """
 
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ from ..text.yaml_document import Yaml
 from .convention_table import CONVENTIONS, QUANTITIES
 from .measure_table import MEASURES
 
-# Other words for the accepted ones, of textbooks, URDF and other programs.
+# Names in textbooks, URDF and other programs, for which an error suggests the accepted word.
 CONVENTION_WORDS = {
     word: convention.name for convention in CONVENTIONS.values() for word in convention.also
 }
@@ -48,7 +48,7 @@ POSITIONS = 'joints angles positions'
 
 
 class RobotEntry(Entry):
-    """The file itself; what lies deeper is looked at part by part."""
+    """The keys of the file itself; other entries read its parts."""
 
     noun = 'a robot file'
     required = ('robot', 'convention', 'joints', 'links')
@@ -61,36 +61,36 @@ class RobotEntry(Entry):
         uncertainty='errors accuracy covariance',
     )
 
-    robot: Word = None
-    source: Citation = None
-    convention: Annotated[str | None, one_of(*CONVENTIONS, also=CONVENTION_WORDS)] = None
-    units: Yaml = None
-    constants: Yaml = None
-    joints: Yaml = None
-    links: Yaml = None
-    base: Yaml = None
-    tool: Yaml = None
-    points: Yaml = None
-    loops: Yaml = None
-    singularity: Yaml = None
-    speed_limits: Yaml = None
-    uncertainty: Yaml = None
-    known_poses: Yaml = None
-    tolerance: Yaml = None
+    robot: Word
+    source: Citation
+    convention: Annotated[str | None, one_of(*CONVENTIONS, also=CONVENTION_WORDS)]
+    units: Yaml
+    constants: Yaml
+    joints: Yaml
+    links: Yaml
+    base: Yaml
+    tool: Yaml
+    points: Yaml
+    loops: Yaml
+    singularity: Yaml
+    speed_limits: Yaml
+    uncertainty: Yaml
+    known_poses: Yaml
+    tolerance: Yaml
 
 
 class CellEntry(Entry):
-    """The file of a cell: arms on one floor."""
+    """The file of a cell: several arms in one frame."""
 
     noun = 'a cell'
     required = ('cell', 'arms')
     also = called(cell='name', arms='robots', common='shared', frame='floor world base')
 
-    cell: Word = None
-    frame: Word = None
-    units: Yaml = None
-    common: Words = None
-    arms: Yaml = None
+    cell: Word
+    frame: Word
+    units: Yaml
+    common: Words
+    arms: Yaml
 
 
 class UnitsEntry(Entry):
@@ -98,8 +98,8 @@ class UnitsEntry(Entry):
 
     noun = 'units'
 
-    angle: Annotated[str | None, one_of('rad', 'deg', also=ANGLES)] = None
-    length: Annotated[str | None, one_of('m', 'mm', also=LENGTHS)] = None
+    angle: Annotated[str | None, one_of('rad', 'deg', also=ANGLES)]
+    length: Annotated[str | None, one_of('m', 'mm', also=LENGTHS)]
 
 
 class JointEntry(Entry):
@@ -115,30 +115,23 @@ class JointEntry(Entry):
         acceleration='acc accel max_acceleration',
     )
 
-    name: Word = None
-    variable: Word = None
-    type: Annotated[str | None, one_of('revolute', 'prismatic', 'helical', also=JOINT_TYPES)] = (
-        None
-    )
-    limits: Pair = None
-    velocity: Number = None
-    acceleration: Number = None
-    unused: Truth = None
+    name: Word
+    variable: Word
+    type: Annotated[str | None, one_of('revolute', 'prismatic', 'helical', also=JOINT_TYPES)]
+    limits: Pair
+    velocity: Number
+    acceleration: Number
+    unused: Truth
 
 
 def _entry_of(noun: str, kinds: Mapping[str, Any], also: Mapping[str, str]) -> type[Entry]:
-    # Of keys that are known when a file is read; it needs all of them.
-    return type(
-        'FileEntry',
-        (Entry,),
-        {
-            '__annotations__': dict(kinds),
-            **dict.fromkeys(kinds),
-            'noun': noun,
-            'required': tuple(kinds),
-            'also': also,
-        },
-    )
+    # An entry with keys that depend on the file; all are required.
+    class FileEntry(Entry):
+        __annotations__ = dict(kinds)
+        required = tuple(kinds)
+
+    FileEntry.noun, FileEntry.also = noun, also
+    return FileEntry
 
 
 @cache
@@ -158,9 +151,9 @@ class ShapeRowEntry(Entry):
     noun = 'a row of the table'
     also = {'input': 'in', 'output': 'out'}
 
-    in_: Yaml = None
-    joint: Formula = None
-    out: Yaml = None
+    in_: Yaml
+    joint: Formula
+    out: Yaml
 
 
 class PoseEntry(Entry):
@@ -169,19 +162,19 @@ class PoseEntry(Entry):
     noun = 'a pose'
     also = POSE_KEYS
 
-    xyz: Triple = None
-    rpy: Triple = None
+    xyz: Triple
+    rpy: Triple
 
 
 class CellArmEntry(PoseEntry):
-    """An arm of a cell, and where its base stands."""
+    """An arm of a cell, and the pose of its base."""
 
     noun = 'an arm of a cell'
     required = ('robot',)
     also = {**POSE_KEYS, **called(robot='file name', joint_prefix='prefix')}
 
-    robot: Word = None
-    joint_prefix: Word = None
+    robot: Word
+    joint_prefix: Word
 
 
 class PlacementEntry(PoseEntry):
@@ -190,7 +183,7 @@ class PlacementEntry(PoseEntry):
     noun = 'a placement'
     also = {**POSE_KEYS, **called(frame='name link')}
 
-    frame: Word = None
+    frame: Word
 
 
 class PointEntry(PoseEntry):
@@ -200,11 +193,11 @@ class PointEntry(PoseEntry):
     required = ('row',)
     also = {**POSE_KEYS, **called(row=ROWS)}
 
-    row: Whole = None
+    row: Whole
 
 
 class LoopEntry(Entry):
-    """A closed loop: a second chain that parts from the table and meets it again."""
+    """A closed loop: a second chain that begins and ends at rows of the table."""
 
     noun = 'a loop'
     required = ('name', 'passive', 'links', 'meets', 'rows', 'assembled')
@@ -216,13 +209,13 @@ class LoopEntry(Entry):
         assembled='assembly at closed',
     )
 
-    name: Word = None
-    passive: Yaml = None
-    from_: Yaml = None
-    links: Yaml = None
-    meets: Yaml = None
-    rows: Words = None
-    assembled: Yaml = None
+    name: Word
+    passive: Yaml
+    from_: Yaml
+    links: Yaml
+    meets: Yaml
+    rows: Words
+    assembled: Yaml
 
 
 class PassiveEntry(Entry):
@@ -232,18 +225,18 @@ class PassiveEntry(Entry):
     required = ('name',)
     also = {'kind': 'type', 'joint_type': 'type'}
 
-    name: Word = None
-    type: Annotated[str | None, one_of('revolute', 'prismatic', also=JOINT_TYPES)] = None
+    name: Word
+    type: Annotated[str | None, one_of('revolute', 'prismatic', also=JOINT_TYPES)]
 
 
 class LoopEndEntry(PoseEntry):
-    """Where a loop parts from the table, or meets it."""
+    """The frame in which a second chain begins or ends."""
 
     noun = 'an end of a loop'
     also = {**POSE_KEYS, **called(row=ROWS)}
 
-    row: Whole = None
-    point: Word = None
+    row: Whole
+    point: Word
 
 
 @cache
@@ -254,23 +247,23 @@ def assembled_entry(passive: tuple[str, ...]) -> type[Entry]:
 
 
 class ToleranceEntry(Entry):
-    """How exact a known pose is."""
+    """The tolerance of a known pose."""
 
     noun = 'a tolerance'
 
-    xyz: Number = None
-    rpy: Number = None
+    xyz: Number
+    rpy: Number
 
 
 class KnownPoseEntry(PoseEntry):
-    """A joint vector and where the tool then is."""
+    """A joint vector and the pose of the tool."""
 
     noun = 'a known pose'
     required = ('q', 'xyz')
     also = {**POSE_KEYS, **called(q=POSITIONS)}
 
-    q: Numbers = None
-    tolerance: Yaml = None
+    q: Numbers
+    tolerance: Yaml
 
 
 class FactorEntry(Entry):
@@ -279,26 +272,26 @@ class FactorEntry(Entry):
     noun = 'a singular factor'
     required = ('name', 'expression')
 
-    name: Word = None
-    expression: Number = None
-    approximate: Truth = None
+    name: Word
+    expression: Number
+    approximate: Truth
 
 
 class SingularityEntry(Entry):
-    """What is called singular, and when to warn."""
+    """The task, the measure of singularity, and its thresholds."""
 
     noun = 'singularity'
 
-    task: Words = None
-    length: Number = None
-    measure: Annotated[str | None, one_of(*MEASURES)] = None
-    warn: Number = None
-    stop: Number = None
-    factors: Yaml = None
+    task: Words
+    length: Number
+    measure: Annotated[str | None, one_of(*MEASURES)]
+    warn: Number
+    stop: Number
+    factors: Yaml
 
 
 class UncertaintyEntry(Entry):
-    """How far joints and table are off, as standard deviations and widths."""
+    """The uncertainty of joints and table, as standard deviations and widths."""
 
     noun = 'uncertainty'
     also = called(
@@ -309,23 +302,20 @@ class UncertaintyEntry(Entry):
         floor='unmodelled',
     )
 
-    encoder_noise: Yaml = None
-    encoder_resolution: Yaml = None
-    backlash: Yaml = None
-    velocity_noise: Yaml = None
-    parameters: Yaml = None
-    covariance: Yaml = None
-    floor: Yaml = None
+    encoder_noise: Yaml
+    encoder_resolution: Yaml
+    backlash: Yaml
+    velocity_noise: Yaml
+    parameters: Yaml
+    covariance: Yaml
+    floor: Yaml
 
 
-class FloorEntry(Entry):
-    """What no parameter explains."""
+class FloorEntry(ToleranceEntry):
+    """Standard deviations of all other errors."""
 
     noun = 'a floor'
     also = POSE_KEYS
-
-    xyz: Number = None
-    rpy: Number = None
 
 
 class SpeedLimitEntry(Entry):
@@ -334,20 +324,20 @@ class SpeedLimitEntry(Entry):
     noun = 'a speed limit'
     also = called(linear='speed velocity translation', angular='turning rotation')
 
-    linear: Number = None
-    angular: Number = None
-    reduced: Number = None
+    linear: Number
+    angular: Number
+    reduced: Number
 
 
 class TableToleranceEntry(Entry):
-    """How far the numbers of the table may be off."""
+    """Standard deviations of the numbers of the table."""
 
     noun = 'a tolerance of the table'
     also = called(
         length='lengths xyz position', angle='angles rpy rotation', gear='gears ratio ratios'
     )
 
-    length: Number = None
-    angle: Number = None
-    gear: Number = None
-    of: Yaml = None
+    length: Number
+    angle: Number
+    gear: Number
+    of: Yaml

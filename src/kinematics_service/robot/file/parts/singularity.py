@@ -28,7 +28,7 @@ def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescripti
     length = quantities.above_zero(entry.length, 'length', at['length'], usual=True)
     factors = () if entry.factors is None else _factors(entry.factors, at['factors'], quantities)
     if not intact:
-        return None  # what has been refused would be taken for the default
+        return None  # a value with a fault would be taken for the default
     measure = MEASURES[entry.measure or usual.name]
     thresholds = _thresholds(entry, measure, at, quantities)
     if thresholds is None or not at.intact:
@@ -37,7 +37,7 @@ def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescripti
 
 
 def read_rows(words: Sequence[str | None], noun: str, at: Place) -> tuple[str, ...]:
-    """Return rows of a Jacobian in their order, each once; `noun` is what a message calls one."""
+    """Return rows of a Jacobian in their order, each once; messages call a row `noun`."""
     accepted = f'(accepted: {", ".join(ROWS)})'
     if not words:
         at.fault(f'is empty {accepted}')
@@ -55,18 +55,16 @@ def _thresholds(
 ) -> tuple[float, float] | None:
     kind: Kind = 'angle' if measure.unit == 'rad' else 'number'
     texts = {'warn': entry.warn, 'stop': entry.stop}
-    defaults = {'warn': measure.warn, 'stop': measure.stop}
     values: dict[str, float] = {}
     for key, text in texts.items():
-        value = defaults[key]
+        value: float | None = getattr(measure, key)
         if text is not None:
             value = quantities.fixed(text, kind, at[key], usual=False)
-            if value is not None and (refusal := measure.refusal(value)):
-                at[key].fault(f'a threshold of the {measure.words} {refusal}')
-                continue
         elif value is None:
             at[key].fault(f'the key {key!r} is missing: {measure.name} has no default threshold')
-        if value is not None:
+        if value is not None and (refusal := measure.refusal(value)):
+            at[key].fault(f'a threshold of the {measure.words} {refusal}')
+        elif value is not None:
             values[key] = value
     if len(values) < 2:
         return None

@@ -1,4 +1,4 @@
-"""The speed limits of a robot file: how fast the tool and its points may move."""
+"""The speed limits of a robot file: the largest speeds of the tool and of points."""
 
 import math
 from collections.abc import Sequence
@@ -11,8 +11,10 @@ from .quantities import DEGREES, METRES, MILLIMETRES, Kind, Quantities, Units
 from .schema import SpeedLimitEntry
 
 KINDS: dict[str, Kind] = {'linear': 'length', 'angular': 'angle', 'reduced': 'length'}
-# No tool of an arm is as fast, and none is meant to be as slow: m/s, rad/s.
-FAST, SLOW, SPINNING = 20.0, 0.002, 25.0
+# Limits outside these ranges are probably in another unit.
+LARGEST_USUAL_SPEED = 20.0  # m/s
+SMALLEST_USUAL_SPEED = 0.002  # m/s
+LARGEST_USUAL_ROTATION = 25.0  # rad/s
 
 
 def read_speed_limits(
@@ -24,11 +26,11 @@ def read_speed_limits(
     Parameters
     ----------
     data
-        The mapping as the file has it; None where there is none.
+        The mapping as the file has it; None if the file has none.
     points
-        Those of the file without faults.
+        The points without faults.
     quantities
-        What the names in expressions mean.
+        The meaning of the names in expressions.
     """
     at = quantities.top['speed_limits']
     given = checked_mapping(data, at, 'the tool or a point to {linear, angular, reduced}')
@@ -66,9 +68,9 @@ def _limit(
 
 def _warn_of_units(limit: SpeedLimit, at: Place, units: Units) -> None:
     for key, speed in (('linear', limit.linear), ('reduced', limit.reduced)):
-        if units.length == 'm' and FAST < speed < math.inf:
+        if units.length == 'm' and LARGEST_USUAL_SPEED < speed < math.inf:
             at[key].warn(f'a speed of {number(speed)} m/s: {MILLIMETRES}')
-        if units.length == 'mm' and speed < SLOW:
+        if units.length == 'mm' and speed < SMALLEST_USUAL_SPEED:
             at[key].warn(f'a speed of {number(speed * 1e3)} mm/s: {METRES}')
-    if units.angle == 'rad' and SPINNING < limit.angular < math.inf:
+    if units.angle == 'rad' and LARGEST_USUAL_ROTATION < limit.angular < math.inf:
         at['angular'].warn(f'a speed of {number(limit.angular)} rad/s: {DEGREES}')

@@ -1,4 +1,4 @@
-"""The uncertainty of a robot file: how far joints and table may be off."""
+"""The uncertainty of a robot file: standard deviations of joints and table."""
 
 from collections.abc import Mapping, Sequence
 
@@ -27,8 +27,8 @@ from .quantities import KIND_OF, Kind, Quantities
 from .schema import FloorEntry, UncertaintyEntry
 
 OF_POSITIONS = ('encoder_noise', 'encoder_resolution', 'backlash')
-# Parameters named in a message.
-MOST_NAMED = 60
+# Largest number of parameters that a message lists.
+MAX_LISTED = 60
 
 
 def read_uncertainty(
@@ -39,51 +39,46 @@ def read_uncertainty(
     quantities: Quantities,
 ) -> Uncertainty | None:
     """
-    Return the section; None where there is none, or with its faults reported.
+    Return the section; None if the file has none, or if it has faults, which are reported.
 
     Parameters
     ----------
     data
-        The mapping as the file has it; None where there is none.
+        The mapping as the file has it; None if the file has none.
     joints
-        Their descriptions; fewer where some have faults.
+        The joints without faults.
     links
-        The table, whose numbers parameters are; None where it has faults: no name is judged.
+        The table; None if it has faults.
     convention
-        Of the table; empty where it is not known: no name is judged.
+        The name of the convention of the table.
     quantities
-        What the names in expressions mean.
+        The meaning of the names in expressions.
     """
     if data is None:
         return None
     at = quantities.top['uncertainty']
     entry = checked(UncertaintyEntry, data, at)
-    of_joints = {key: _of_joints(getattr(entry, key), at[key], quantities) for key in OF_POSITIONS}
+    if links is None or len(joints) < len(quantities.types):
+        return None  # the section names joints and rows that have faults
+    kinds = [KIND_OF[joint.type] for joint in joints]
+    noise, resolution, backlash = (
+        _of_joints(getattr(entry, key), kinds, at[key], quantities) for key in OF_POSITIONS
+    )
     velocities, place = None, at['velocity_noise']
     if entry.velocity_noise is not None:
-        velocities = _of_joints(entry.velocity_noise, place, quantities)
+        velocities = _of_joints(entry.velocity_noise, kinds, place, quantities)
         if velocities and not any(velocities):
             place.fault('is 0 for every joint: leave it out')
-    known = _known(links, convention, joints) if links is not None and convention else None
+    known = _known(links, convention, joints)
     parameters = _parameters(entry.parameters, known, at['parameters'], quantities)
     factor = _factor(entry.covariance, known, at['covariance'], quantities)
     if entry.parameters is not None and entry.covariance is not None:
         at['parameters'].fault('stands beside covariance, which is of the same: give one')
     xyz, rpy = _floor(entry.floor, at['floor'], quantities)
-    if not at.intact or None in quantities.types:
+    if not at.intact:
         return None
-    found = Uncertainty(
-        of_joints['encoder_noise'],
-        of_joints['encoder_resolution'],
-        of_joints['backlash'],
-        velocities,
-        parameters,
-        factor,
-        xyz,
-        rpy,
-    )
-    # What names mean that were not judged is not known.
-    if known is not None and velocities is None and not found.of_pose:
+    found = Uncertainty(noise, resolution, backlash, velocities, parameters, factor, xyz, rpy)
+    if velocities is None and not found.of_pose:
         at.fault('says that nothing is off: give at least one number above 0, or leave it out')
         return None
     return found
@@ -92,7 +87,6 @@ def read_uncertainty(
 def _known(
     links: Sequence[Link], convention: str, joints: Sequence[JointDescription]
 ) -> dict[str, ArmParameter]:
-    # By their names.
     table = [one.parameter for row in placed_rows(links, convention) for one in row]
     ends = [one for end in ENDS for one in end_parameters(end, 0)]
     return {one.name: one for one in (*table, *ends, *gear_parameters(joints))}
@@ -111,58 +105,47 @@ def _deviation(text: str | None, kind: Kind, at: Place, quantities: Quantities) 
     return value or 0.0
 
 
-def _of_joints(data: Yaml, at: Place, quantities: Quantities) -> tuple[float, ...]:
+def _of_joints(
+    data: Yaml, kinds: Sequence[Kind], at: Place, quantities: Quantities
+) -> tuple[float, ...]:
     # One number for all joints, or a list with one for each.
-    types = quantities.types
     if data is None:
-        return (0.0,) * len(types)
-    kinds = [KIND_OF[kind] if kind else None for kind in types]
+        return (0.0,) * len(kinds)
     if not isinstance(data, list):
         text = checked_number(data, at)
-        if len(set(kinds) - {None}) > 1:
+        if len(set(kinds)) > 1:
             at.fault(
                 'one number for joints that turn and joints that slide: give a list of '
-                f'{len(types)}, one for each joint'
+                f'{len(kinds)}, one for each joint'
             )
             return ()
-        kind = next((one for one in kinds if one), None)
-        if kind is None:
-            return ()
-        return (_deviation(text, kind, at, quantities),) * len(types)
-    if len(data) != len(types):
-        at.fault(f'{len(data)} values for {len(types)} joints')
-        return ()
+        return (_deviation(text, kinds[0], at, quantities),) * len(kinds)
+    if len(data) != len(kinds):
+        at.fault(f'{len(data)} values for {len(kinds)} joints')
     return tuple(
         _deviation(checked_number(item, at[index]), kind, at[index], quantities)
-        for index, (item, kind) in enumerate(zip(data, kinds, strict=True))
-        if kind
+        for index, (item, kind) in enumerate(zip(data, kinds))
     )
 
 
 def _parameters(
-    data: Yaml, known: Mapping[str, ArmParameter] | None, at: Place, quantities: Quantities
+    data: Yaml, known: Mapping[str, ArmParameter], at: Place, quantities: Quantities
 ) -> tuple[tuple[str, float], ...]:
     found = []
     for name, item in checked_mapping(data, at, 'parameters to standard deviations').items():
         text = checked_number(item, at[name])
-        if known is None:
-            continue
-        of_group = [one for one in known.values() if one.group == name]
-        kinds = {_kind(one) for one in of_group} if name in TABLE_GROUPS else set()
-        if name in known:
-            kinds = {_kind(known[name])}
-        elif name not in TABLE_GROUPS:
-            _unknown(name, at[name], known, TABLE_GROUPS)
-            continue
-        elif len(kinds) > 1:
+        group = [one for one in known.values() if one.group == name and name in TABLE_GROUPS]
+        kinds = {_kind(one) for one in ([known[name]] if name in known else group)}
+        if len(kinds) == 1:
+            found.append((name, _deviation(text, kinds.pop(), at[name], quantities)))
+        elif kinds:
             at[name].fault(
                 'one number for joints that turn and joints that slide: name the parameters'
             )
-            continue
-        elif not kinds:
+        elif name in TABLE_GROUPS:
             at[name].fault('the table has none of these')
-            continue
-        found.append((name, _deviation(text, kinds.pop(), at[name], quantities)))
+        else:
+            _unknown(name, at[name], known, TABLE_GROUPS)
     return tuple(found)
 
 
@@ -170,8 +153,8 @@ def _unknown(
     name: str, at: Place, known: Mapping[str, ArmParameter], groups: tuple[str, ...]
 ) -> None:
     accepted = (*groups, *known)
-    listed = accepted[:MOST_NAMED]
-    more = (f'{len(accepted) - MOST_NAMED} more',) if len(accepted) > MOST_NAMED else ()
+    listed = accepted[:MAX_LISTED]
+    more = (f'{len(accepted) - MAX_LISTED} more',) if len(accepted) > MAX_LISTED else ()
     at.fault(
         f'{quoted(name)} is no parameter of the table'
         f'{did_you_mean(meant_by(name, accepted))}{choice((*listed, *more))}'
@@ -179,7 +162,7 @@ def _unknown(
 
 
 def _factor(
-    data: Yaml, known: Mapping[str, ArmParameter] | None, at: Place, quantities: Quantities
+    data: Yaml, known: Mapping[str, ArmParameter], at: Place, quantities: Quantities
 ) -> tuple[tuple[str, tuple[float, ...]], ...]:
     given = checked_mapping(data, at, 'parameters to rows of L in L L^T')
     found = []
@@ -192,8 +175,6 @@ def _factor(
                 f'(at most {index + 1})'
             )
         texts = [checked_number(one, place[k]) for k, one in enumerate(items)]
-        if known is None:
-            continue
         if name not in known:
             _unknown(name, place, known, ())
             continue

@@ -1,25 +1,16 @@
 """
-Entries of a robot file: mappings whose keys and kinds of values are known.
+Entries of a robot file: mappings with a fixed set of keys and value types.
 
-Every value arrives as the text the user wrote (`ScalarNode`), so nothing is converted on the
-way: `true` never becomes 1.0. What is missing or has been refused is None in an entry.
+Every value arrives as the text that the user wrote (`ScalarNode`), so `true` never becomes 1.0. A
+value that is missing or has a fault is None in an entry.
 """
 
 import difflib
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from keyword import iskeyword
-from typing import (
-    Annotated,
-    Any,
-    ClassVar,
-    NamedTuple,
-    TypeAlias,
-    TypeVar,
-    get_origin,
-    get_type_hints,
-)
+from typing import Annotated, Any, ClassVar, TypeAlias, TypeVar, get_origin, get_type_hints
 
 from ....typography import plain_names
 from .fault_report import MAX_FAULTS, Place, quoted, shown
@@ -36,7 +27,7 @@ Check = Callable[[Yaml], Any]
 
 
 class WrongValue(Exception):
-    """A value is refused: why, and the word that was most likely meant."""
+    """A fault of a value: its reason, and the word that the user probably meant."""
 
     def __init__(self, message: str, meant: str | None = None) -> None:
         super().__init__(message)
@@ -44,7 +35,7 @@ class WrongValue(Exception):
 
 
 def is_null(value: Yaml) -> bool:
-    """Return whether a key stands without a value."""
+    """Return whether a key has no value."""
     return isinstance(value, ScalarNode) and not value.quoted and bool(NULL.fullmatch(value.text))
 
 
@@ -58,8 +49,8 @@ def _scalar(value: Yaml, wanted: str) -> ScalarNode:
     return value
 
 
-# Names are short; a source may be a whole citation, or several.
-LONGEST_NAME, LONGEST_CITATION = 256, 2000
+MAX_NAME_LENGTH = 256
+MAX_CITATION_LENGTH = 2000  # a source may be several citations
 
 
 def _text(value: Yaml, longest: int) -> str:
@@ -73,8 +64,8 @@ def _text(value: Yaml, longest: int) -> str:
     return text
 
 
-_word = partial(_text, longest=LONGEST_NAME)
-_citation = partial(_text, longest=LONGEST_CITATION)
+_word = partial(_text, longest=MAX_NAME_LENGTH)
+_citation = partial(_text, longest=MAX_CITATION_LENGTH)
 
 
 def _formula(value: Yaml) -> str:
@@ -113,7 +104,7 @@ def _listed(length: int | None, wanted: str) -> Callable[[Yaml], list[Yaml]]:
 
 def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     """
-    Accept one of a few words; `also` has other words people use for them, to suggest the right.
+    Accept one of a few words; `also` has other names of them, to suggest the accepted word.
     """
 
     def check(value: Yaml) -> str:
@@ -129,7 +120,7 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
 
 
 def called(**words: str) -> dict[str, str]:
-    """Return the accepted word for each of the other words people use for it."""
+    """Return the accepted word for each of its other names."""
     return {
         other: accepted.rstrip('_')
         for accepted, others in words.items()
@@ -140,20 +131,20 @@ def called(**words: str) -> dict[str, str]:
 def meant_by(
     text: str, accepted: tuple[str, ...], also: Mapping[str, str] | None = None
 ) -> str | None:
-    """Return the accepted word that a text most likely means, or None."""
+    """Return the accepted word that the user probably meant, or None."""
     folded = text[:60].lower().replace('-', '_').replace(' ', '_')
     if folded in accepted:
         return folded
     if also and folded in also:
         return also[folded]
     if len(text) < 3:
-        return None  # anything is near to 'm'
+        return None  # nearly every text resembles a single letter
     near = difflib.get_close_matches(text[:60], accepted, n=1)
     return near[0] if near else None
 
 
 def did_you_mean(meant: str | None) -> str:
-    """Return `, did you mean 'alpha'?`, or nothing where no word comes near."""
+    """Return `, did you mean 'alpha'?`; empty for None."""
     return f', did you mean {meant!r}?' if meant else ''
 
 
@@ -162,7 +153,7 @@ def choice(accepted: tuple[str, ...]) -> str:
     return f' (accepted: {", ".join(accepted)})'
 
 
-# What a value must be, and for a list what each of its items must be.
+# The type and the check of a value; for a list also the check of each item.
 Word = Annotated[str | None, _word]
 Formula = Annotated[str | None, _formula]
 Citation = Annotated[str | None, _citation]
@@ -177,16 +168,26 @@ Words = Annotated[list[str | None] | None, _listed(None, 'a list of words'), _wo
 
 class Entry:
     """
-    A mapping of the file, frozen: annotated attributes are its keys, an underscore behind a word
-    of Python's; their values in the class are those of what is missing.
+    A frozen mapping of the file. Annotated attributes are its keys; the name of a key that is a
+    Python keyword ends with an underscore.
     """
 
     noun: ClassVar[str] = 'an entry'
     required: ClassVar[tuple[str, ...]] = ()
-    also: ClassVar[Mapping[str, str]] = {}  # what people call its keys
+    also: ClassVar[Mapping[str, str]] = {}  # other names of its keys
 
-    def __init__(self, values: Mapping[str, Value]) -> None:
-        vars(self).update(values)
+    checks: ClassVar[Mapping[str, tuple[Check, ...]]]  # of each key
+
+    def __init_subclass__(cls) -> None:
+        cls.checks = {
+            name.rstrip('_'): getattr(hint, '__metadata__', ())
+            for name, hint in get_type_hints(cls, include_extras=True).items()
+            if get_origin(hint) is not ClassVar
+        }
+
+    def __init__(self, values: Mapping[str, Value | None]) -> None:
+        for key in type(self).checks:
+            vars(self)[f'{key}_' if iskeyword(key) else key] = values.get(key)
 
     def __setattr__(self, name: str, value: Value) -> None:
         raise AttributeError(f'an entry is frozen: {name}')
@@ -194,47 +195,28 @@ class Entry:
     @classmethod
     def keys(cls) -> tuple[str, ...]:
         """Return the accepted keys as the file writes them."""
-        return tuple(_checks(cls))
+        return tuple(cls.checks)
 
 
-def _checks(kind: type[Entry]) -> dict[str, tuple[Check, ...]]:
-    # By key.
-    if kind not in _CHECKS:
-        _CHECKS[kind] = {
-            name.rstrip('_'): getattr(hint, '__metadata__', ())
-            for name, hint in get_type_hints(kind, include_extras=True).items()
-            if get_origin(hint) is not ClassVar
-        }
-    return _CHECKS[kind]
-
-
-_CHECKS: dict[type[Entry], dict[str, tuple[Check, ...]]] = {}
-
-
-class _Refusal(NamedTuple):
-    # Where in the entry, why, and what was most likely meant.
-    place: Path
-    message: str
-    meant: str | None
-
-
-def _taken(checks: tuple[Check, ...], value: Yaml, place: Path) -> tuple[Any, list[_Refusal]]:
-    # A value as it is read, and why it or some of its items are refused.
+def _taken(
+    checks: Sequence[Check], value: Yaml, place: Path
+) -> tuple[Any, list[tuple[Path, WrongValue]]]:
+    # The checked value, and the places and reasons of its faults.
     if not checks:
         return value, []
     whole, *each = checks
     try:
         result = whole(value)
     except WrongValue as wrong:
-        return None, [_Refusal(place, str(wrong), wrong.meant)]
+        return None, [(place, wrong)]
     if not each:
         return result, []
-    items = [_taken(tuple(each), item, (*place, k)) for k, item in enumerate(result)]
+    items = [_taken(each, item, (*place, k)) for k, item in enumerate(result)]
     return [item for item, _ in items], [one for _, refused in items for one in refused]
 
 
 def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
-    # To YAML `a:0.4` is one word, without a value.
+    # YAML reads `a:0.4` as a key without a value.
     word, colon, _ = key.partition(':')
     return word if colon and word in keys else None
 
@@ -245,19 +227,19 @@ Result = TypeVar('Result')
 
 def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
     """
-    Return an entry with every fault reported, and None for each key that has one.
+    Return an entry, and report all faults; a value with a fault is None.
 
-    Where a key or a word has been refused and another one was most likely meant, the entry is
-    as if that stood there: one slip is one fault, and what it stands for is judged too.
+    If the user probably meant another key or word, the entry has that instead. So one mistake
+    causes one fault, and the value is checked as well.
     """
-    checks, keys = _checks(kind), kind.keys()
+    checks, keys = kind.checks, kind.keys()
     if not isinstance(data, dict):
         wanted = f'{{{", ".join(keys)}}}'
         advice = _named(keys, data) if isinstance(data, list) else ''
         message = f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}{advice}'
         at.fault(message)
         return kind({})
-    # Of a file with thousands of unknown keys only the listed ones are worth a guess.
+    # Guessing takes time, so only keys that the message lists get a suggestion.
     unknown = [key for key in data if key not in checks]
     listed = [] if at.report.full else unknown[:MAX_FAULTS]
     renamed = {key: _before_colon(key, keys) or meant_by(key, keys, kind.also) for key in listed}
@@ -265,7 +247,14 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
         if key not in data and key not in renamed.values():
             needed = ', '.join(kind.required)
             at.fault(f'the key {key!r} is missing ({kind.noun} needs: {needed})')
-    intact, meant = _judged({key: data[key] for key in keys if key in data}, checks, at)
+    values: dict[str, Value | None] = {}
+    for key in [key for key in keys if key in data]:
+        taken, refusals = _taken(checks[key], data[key], (key,))
+        values[key] = None if refusals else taken
+        for place, wrong in refusals:
+            at[place].fault(str(wrong))
+            if wrong.meant and place == (key,):
+                values[key], _ = _taken(checks[key], ScalarNode(wrong.meant, 0, False), place)
     for key in unknown:
         word = renamed.get(key)
         if _before_colon(key, keys):
@@ -277,13 +266,12 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
         at[key].fault(f'unknown key{did_you_mean(word)}{choice(keys)}')
         if word and word not in data:
             value, refusals = _taken(checks[word], data[key], ())
-            meant |= {} if refusals else {word: value}
-    values = {**intact, **meant}
-    return kind({f'{key}_' if iskeyword(key) else key: value for key, value in values.items()})
+            values[word] = None if refusals else value
+    return kind(values)
 
 
 def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
-    # A row without its names, as it is copied from a table.
+    # A row copied from a table without names.
     texts = [value.text for value in values if isinstance(value, ScalarNode)]
     if not len(keys) == len(values) == len(texts):
         return ''
@@ -291,26 +279,8 @@ def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
     return f': write {{{pairs}}}, if they stand in this order'
 
 
-def _judged(
-    data: dict[str, Yaml], checks: dict[str, tuple[Check, ...]], at: Place
-) -> tuple[dict[str, Yaml], dict[str, Yaml]]:
-    # What has no fault, and what was meant by words that have one.
-    intact: dict[str, Yaml] = {}
-    meant: dict[str, Yaml] = {}
-    for key, value in data.items():
-        taken, refusals = _taken(checks[key], value, (key,))
-        if not refusals:
-            intact[key] = taken
-        for refusal in refusals:
-            at[refusal.place].fault(refusal.message)
-            if refusal.meant and len(refusal.place) == 1:
-                node = ScalarNode(refusal.meant, 0, quoted=False)
-                meant[key], _ = _taken(checks[key], node, ())
-    return intact, meant
-
-
 def checked_number(data: Yaml, at: Place) -> str | None:
-    """Return the text of a number or an expression, or None with its fault reported."""
+    """Return the text of a number or an expression; report a fault and return None else."""
     return _reported(_number, data, at)
 
 
@@ -331,7 +301,7 @@ def checked_list(data: Yaml, at: Place, noun: str, length: int | None = None) ->
 
 def checked_mapping(data: Yaml, at: Place, noun: str) -> dict[str, Yaml]:
     """
-    Return a mapping of names that the user chooses; empty where there is none or has a fault.
+    Return a mapping with names that the user chooses; empty if it is missing or has a fault.
     """
     if data is not None and not isinstance(data, dict):
         at.fault(f'expected a mapping of {noun}, not {shown(data)}')

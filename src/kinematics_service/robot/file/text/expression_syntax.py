@@ -1,8 +1,8 @@
 """
-The syntax of expressions: a text is cut into tokens first, and only what passed is parsed.
+The syntax of expressions: a tokenizer accepts a text, then Python's own parser reads it.
 
-The parser is Python's own (`ast.parse`, which runs nothing). What Python reads and a robot file
-does not (`0x10`, `1_0`, `1j`, `True`, `**`, attributes, strings) never gets that far.
+`ast.parse` runs no code. The tokenizer refuses Python that is not accepted in a robot file:
+`0x10`, `1_0`, `1j`, `True`, `**`, attributes, and strings.
 """
 
 import ast
@@ -16,7 +16,7 @@ from ....errors import ExpressionError
 from ....typography import DEGREE, counted, plain_names
 
 ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
-MAX_CHARACTERS = 400  # the longest formula of a datasheet is far below
+MAX_CHARACTERS = 400  # formulas of datasheets are shorter
 MAX_DEPTH = 32
 
 TOKEN = re.compile(
@@ -34,13 +34,13 @@ UNITS = ('deg', 'degrees', 'rad', 'mm', 'cm', 'm')
 
 WhyNot = Callable[[str], str | None]
 
-# Python up to 3.12 keeps one depth for all threads that parse at a time, and raises SystemError
-# where they meet (python/cpython issue 106905).
+# Up to Python 3.12, threads that parse at the same time share one depth counter, and ast.parse
+# then raises SystemError (python/cpython issue 106905).
 _ONE_AT_A_TIME = threading.Lock()
 
 
 class Token(NamedTuple):
-    """A number, a name, or an operator, and where its text begins and ends."""
+    """A number, a name, or an operator, with the start and end of its text."""
 
     kind: str
     text: str
@@ -49,7 +49,7 @@ class Token(NamedTuple):
 
 
 def why_no_name(name: str) -> str | None:
-    """Return why a text cannot name a constant or a joint variable, or None."""
+    """Return why a text is not a valid name of a constant or joint variable, or None."""
     if not IDENTIFIER.fullmatch(name):
         plain = plain_names(name)
         advice = f': write {plain}' if IDENTIFIER.fullmatch(plain) else ''
@@ -62,7 +62,7 @@ def why_no_name(name: str) -> str | None:
 
 
 def names_in(text: str) -> frozenset[str]:
-    """Return the names in a text, functions aside, whether or not it is a right expression."""
+    """Return the names in a text except functions; the text may have faults."""
     return frozenset(IDENTIFIER.findall(plain_names(text))).difference(ARGUMENTS_OF)
 
 
@@ -73,19 +73,19 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
     Parameters
     ----------
     text
-        As the user wrote it.
+        The text as the user wrote it.
     why_not
-        Says why a name may not stand here, or None where it may.
+        Returns why a name is not accepted here, or None.
 
     Raises
     ------
     ExpressionError
-        With the reason, in the words of the text.
+        With the reason, which quotes the text.
     """
     tokens = _tokens(text, why_not)
     _check_names(tokens, why_not)
     _check_order(tokens, text)
-    # Numbers pass as Python prints them, so that 017 is 17 and no integer is ever too long.
+    # Numbers are written as Python prints floats: so 017 is 17, and no integer is too long.
     words = (repr(float(t.text)) if t.kind == 'number' else t.text for t in tokens)
     source = ' '.join(words)
     try:
@@ -103,7 +103,7 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
 
 
 def operands_of(node: ast.expr) -> tuple[ast.expr, ...]:
-    """Return the parts of a node that have a value, left to right."""
+    """Return the operands of a node, left to right."""
     match node:
         case ast.UnaryOp():
             return (node.operand,)
@@ -119,7 +119,7 @@ Worth = TypeVar('Worth')
 
 
 def postorder(tree: Tree, parts_of: Callable[[Tree], Sequence[Tree]]) -> Iterator[Tree]:
-    """Yield every node of a tree after its parts, without recursion."""
+    """Yield every node of a tree after its parts; deep trees need no recursion."""
     stack = [(tree, False)]
     while stack:
         node, parts_done = stack.pop()
@@ -135,7 +135,7 @@ def folded(
     parts_of: Callable[[Tree], Sequence[Tree]],
     worth: Callable[[Tree, list[Worth]], Worth],
 ) -> Worth:
-    """Return what a tree is worth, each node by the worth of its parts, without recursion."""
+    """Return the value of a tree, computed from the parts up without recursion."""
     values: list[Worth] = []
     for node in postorder(tree, parts_of):
         first = len(values) - len(parts_of(node))
@@ -149,10 +149,10 @@ OPERATORS = {ast.Add: '+', ast.Sub: '-', ast.Mult: '*', ast.Div: '/', ast.USub: 
 
 def evaluated(tree: ast.expr, worth: Callable[[float | str, list[Worth]], Worth]) -> Worth:
     """
-    Return what an expression is worth.
+    Return the value of an expression.
 
-    `worth` takes a number or a name and no operands, or an operation, + - * / neg or the name of a
-    function, and what its operands are worth.
+    `worth` gets a number or a name without operands, or an operation (+ - * / neg, or the name of
+    a function) with the values of its operands.
     """
 
     def of_node(node: ast.expr, operands: list[Worth]) -> Worth:
@@ -171,7 +171,7 @@ def evaluated(tree: ast.expr, worth: Callable[[float | str, list[Worth]], Worth]
 
 
 def short(text: str) -> str:
-    """Return a text as a message shows it, cut where it is long."""
+    """Return a text for a message, cut to 40 characters."""
     return text if len(text) <= 40 else f'{text[:37]}...'
 
 
@@ -218,7 +218,7 @@ def _check_token(token: Token) -> None:
 
 
 def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> None:
-    # 2q1, but also 0x10, 1_0, 1j and 1.2.3, which begin with a number.
+    # A number directly before a name or number: 2q1, but also 0x10, 1_0, 1j and 1.2.3.
     if before.kind != 'number' or token.kind == 'operator':
         return
     _check_unit(before, token, why_not)
@@ -266,21 +266,19 @@ def _check_names(tokens: list[Token], why_not: WhyNot) -> None:
 
 
 def _check_order(tokens: list[Token], text: str) -> None:
-    # Operands and operators take turns; `open_calls` remembers which parentheses may hold commas.
+    # Operands and operators alternate. `open_calls` has True for parentheses of a function.
     open_calls: list[bool] = []
-    before: Token | None = None
+    last = ''
     for token in tokens:
-        operand_next = before is None or before.text in '+-*/(,' or before.text in ARGUMENTS_OF
-        if token.text == '(':
-            called = before is not None and before.text in ARGUMENTS_OF
+        operand_next = last in '+-*/(,' or last in ARGUMENTS_OF
+        if token.text == '(' or token.kind != 'operator':
             if not operand_next:
-                raise ExpressionError(_missing_operator(before, token))
-            open_calls.append(called)
+                between = f"between '{last}' and '{token.text}'"
+                raise ExpressionError(f'an operator is missing {between}')
+            if token.text == '(':
+                open_calls.append(last in ARGUMENTS_OF)
             if len(open_calls) > MAX_DEPTH:
                 raise ExpressionError(f'nested too deeply (at most {MAX_DEPTH} parentheses)')
-        elif token.kind != 'operator':
-            if not operand_next:
-                raise ExpressionError(_missing_operator(before, token))
         elif operand_next and token.text not in '+-':
             raise ExpressionError(f"'{token.text}' where a number or a name is expected")
         elif token.text == ')':
@@ -289,12 +287,11 @@ def _check_order(tokens: list[Token], text: str) -> None:
             open_calls.pop()
         elif token.text == ',' and not (open_calls and open_calls[-1]):
             raise ExpressionError(_comma(text, token.start))
-        before = token
-    assert before is not None  # an empty text has been refused
-    if before.text in '+-*/(,':
-        whole = text[: before.start].strip('+-*/ ')
-        advice = f': write {whole}' if 0 < len(whole) <= 40 and before.text != '(' else ''
-        raise ExpressionError(f"ends after '{before.text}'{advice}")
+        last = token.text
+    if last in '+-*/(,':
+        whole = text[: tokens[-1].start].strip('+-*/ ')
+        advice = f': write {whole}' if 0 < len(whole) <= 40 and last != '(' else ''
+        raise ExpressionError(f"ends after '{last}'{advice}")
     if open_calls:
         raise ExpressionError("'(' is never closed")
 
@@ -304,8 +301,3 @@ def _comma(text: str, at: int) -> str:
         if found.start() < at < found.end():
             return f"'{found[0]}' is no number: write {found[0].replace(',', '.')}"
     return "',' is accepted only between the arguments of a function"
-
-
-def _missing_operator(before: Token | None, token: Token) -> str:
-    left = before.text if before else ''
-    return f"an operator is missing between '{left}' and '{token.text}'"

@@ -1,27 +1,25 @@
 """
-Expressions of a robot file: numbers, names, + - * / ( ), sqrt, sin, cos, atan2; never evaluated.
+The values of expressions of a robot file: numbers, names, + - * / ( ), sqrt, sin, cos, atan2.
 
-`expression_syntax` turns a text into a tree that holds nothing else; this file says what the
-tree is worth.
+`expression_syntax` parses a text into a tree of these elements only; `eval` is never called.
 """
 
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import partial
 
 from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
 from .expression_syntax import ARGUMENTS_OF, evaluated, names_in, short, syntax_tree
 
-# What books call the variable of a joint, and the number of one; pi2 is meant as pi/2.
+# Names of joint variables in books, the number at their end, and pi2 for pi/2.
 JOINT = re.compile('(?:theta|th|t|phi|q|d|s|joint|j)_?([0-9]+)', re.IGNORECASE)
 END = re.compile('[0-9]+$')
 PART_OF_PI = re.compile('pi([1-9])')
 
-MOST_LISTED = 20  # names in a message
-MOST_ADVISED = 80  # characters of a text that is written anew
+MAX_LISTED = 20  # names in a message
+MAX_ADVISED_LENGTH = 80  # characters of a text for which a message writes out the correction
 
 
 @dataclass(frozen=True)
@@ -40,13 +38,13 @@ class Affine:
     coefficients: tuple[tuple[str, float], ...]
 
     def at(self, values: Mapping[str, float]) -> float:
-        """Return the value where the variables have these."""
+        """Return the value at these values of the variables."""
         return self.constant + sum(factor * values[name] for name, factor in self.coefficients)
 
 
 @dataclass(frozen=True)
 class Expression:
-    """An expression as the file writes it, and what it says in rad and m."""
+    """An expression as the file writes it, and its value in rad and m."""
 
     text: str
     affine: Affine
@@ -55,20 +53,20 @@ class Expression:
 @dataclass(frozen=True)
 class Scope:
     """
-    What the names of an expression mean at one place of a file.
+    The meaning of the names of an expression at one place of a file.
 
     Parameters
     ----------
     angle_unit
-        'rad' or 'deg': of the trigonometric functions. `pi` is accepted in radians only.
+        'rad' or 'deg', for the trigonometric functions. `pi` is accepted in radians only.
     constants
         Values in the file's units.
     variables
-        Joint variables that may stand here, in the order of the joints.
+        Accepted joint variables, in the order of the joints.
     refused
-        Names the file does know, and why they may not stand here.
+        Names that the file defines but that are not accepted here, with the reason.
     wanted
-        1 where an angle is expected, 0 for a length or a ratio, None where either may stand.
+        1 for an angle, 0 for a length or a ratio, None if both are accepted.
     """
 
     angle_unit: str = 'rad'
@@ -79,14 +77,14 @@ class Scope:
 
     @property
     def known(self) -> tuple[str, ...]:
-        """Return every accepted name, functions aside."""
+        """Return all accepted names except functions."""
         pi = ('pi',) if self.angle_unit == 'rad' else ()
         return (*pi, *self.constants, *self.variables)
 
     def why_not(self, name: str) -> str | None:
-        """Return why a name may not stand here, or None where it may."""
+        """Return why a name is not accepted here, or None."""
         if name in self.known or name == 'pi':
-            return None  # where pi is not accepted, the whole expression tells what to write
+            return None  # a rejected pi gets advice on the whole expression later
         hint = did_you_mean(self._meant(name))
         if not hint and self.variables and JOINT.fullmatch(name):
             hint = ': add a joint of that name to joints, or take one that is there'
@@ -99,7 +97,7 @@ class Scope:
         )
 
     def _meant(self, name: str) -> str | None:
-        # What another book calls a joint, a function without its parentheses, another case.
+        # Another name of a joint, a function without parentheses, or another case.
         if (part := PART_OF_PI.fullmatch(name)) and self.angle_unit == 'rad':
             return f'pi/{part[1]}'
         for function in ARGUMENTS_OF:
@@ -114,8 +112,8 @@ class Scope:
 
 
 def _listed(names: Sequence[str]) -> str:
-    more = [f'and {len(names) - MOST_LISTED} more'] if len(names) > MOST_LISTED else []
-    return ', '.join([*map(short, names[:MOST_LISTED]), *more]) or 'none'
+    more = [f'and {len(names) - MAX_LISTED} more'] if len(names) > MAX_LISTED else []
+    return ', '.join([*map(short, names[:MAX_LISTED]), *more]) or 'none'
 
 
 class _NotLinearError(ExpressionError):
@@ -124,7 +122,7 @@ class _NotLinearError(ExpressionError):
 
 def parse_affine(text: str, scope: Scope) -> Affine:
     """
-    Return what an expression says, in the file's units.
+    Return the value of an expression in the file's units.
 
     Raises
     ------
@@ -170,8 +168,8 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
 
 
 def _advice_on_pi(text: str, scope: Scope) -> str:
-    # What to write in a file of degrees. An angle of pi is 180 there, but `pi` may be meant as the
-    # number 3.14: what is linear in pi and the joints alone is an angle.
+    # The text to write in a file with degrees. There an angle of pi is 180, but `pi` may also be
+    # the number 3.14. An expression that is linear in pi and the joints alone is an angle.
     undecided = (
         "'pi' is not accepted in a file with 'angle: deg': an angle of pi is 180 here, the number "
         f'is {math.pi!r}'
@@ -183,7 +181,7 @@ def _advice_on_pi(text: str, scope: Scope) -> str:
         return undecided
     factors = dict(value.coefficients)
     whole, others = 180.0 * factors.pop('pi', 0.0), bool(factors)
-    if scope.wanted == 0 or value.constant or not whole or len(text) > MOST_ADVISED:
+    if scope.wanted == 0 or value.constant or not whole or len(text) > MAX_ADVISED_LENGTH:
         return undecided
     shown, number, instead = 'pi', '180', re.sub(r'\bpi\b', '180', text).strip()
     if not others and math.isclose(float(f'{whole:.6g}'), whole, rel_tol=1e-14):
@@ -195,8 +193,10 @@ def _advice_on_pi(text: str, scope: Scope) -> str:
 def _combined(said: float | str, operands: list[Affine], scope: Scope) -> Affine:
     if isinstance(said, float):
         return Affine(said, ())
+    if said in ARGUMENTS_OF:
+        return _called(said, operands, scope.angle_unit == 'deg')
     if operands:
-        return OPERATIONS[scope.angle_unit][said](*operands)
+        return OPERATIONS[said](*operands)
     if said in scope.variables:
         return Affine(0.0, ((said, 1.0),))
     return Affine(math.pi if said == 'pi' else scope.constants[said], ())
@@ -225,41 +225,30 @@ def _quotient(one: Affine, other: Affine) -> Affine:
     if other.constant == 0.0:
         raise ExpressionError('division by zero')
     divisor = other.constant
-    # Divided, not multiplied by the reciprocal, which would round twice.
+    # Multiplying by the reciprocal would round twice.
     coefficients = tuple((name, value / divisor) for name, value in one.coefficients)
     return Affine(one.constant / divisor, coefficients)
 
 
-def _called(name: str, function: Callable[..., float], *operands: Affine) -> Affine:
+def _called(name: str, operands: list[Affine], degrees: bool) -> Affine:
     for operand in operands:
         if operand.coefficients:
             raise _not_linear(f'{_names(operand)} stands inside {name}()')
     arguments = [operand.constant for operand in operands]
     if name == 'sqrt' and arguments[0] < 0.0:
         raise ExpressionError(f'square root of a negative number, {arguments[0]:g}')
-    return Affine(function(*arguments), ())
+    if degrees and name in ('sin', 'cos'):
+        arguments = [math.radians(arguments[0])]
+    value: float = getattr(math, name)(*arguments)
+    return Affine(math.degrees(value) if degrees and name == 'atan2' else value, ())
 
 
-_FUNCTIONS: dict[str, dict[str, Callable[..., float]]] = {
-    'rad': {'sqrt': math.sqrt, 'sin': math.sin, 'cos': math.cos, 'atan2': math.atan2},
-    'deg': {
-        'sqrt': math.sqrt,
-        'sin': lambda angle: math.sin(math.radians(angle)),
-        'cos': lambda angle: math.cos(math.radians(angle)),
-        'atan2': lambda y, x: math.degrees(math.atan2(y, x)),
-    },
-}
-# By the unit of angles.
-OPERATIONS: dict[str, dict[str, Callable[..., Affine]]] = {
-    unit: {
-        '+': _sum,
-        '-': lambda one, other: _sum(one, _scaled(other, -1.0)),
-        '*': _product,
-        '/': _quotient,
-        'neg': lambda one: _scaled(one, -1.0),
-        **{name: partial(_called, name, function) for name, function in functions.items()},
-    }
-    for unit, functions in _FUNCTIONS.items()
+OPERATIONS: dict[str, Callable[..., Affine]] = {
+    '+': _sum,
+    '-': lambda one, other: _sum(one, _scaled(other, -1.0)),
+    '*': _product,
+    '/': _quotient,
+    'neg': lambda one: _scaled(one, -1.0),
 }
 
 

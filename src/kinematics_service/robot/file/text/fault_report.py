@@ -1,4 +1,4 @@
-"""What is wrong, and what is remarkable, in one robot file, gathered while it is read."""
+"""The faults, warnings and remarks of one robot file, collected while it is read."""
 
 import math
 
@@ -6,11 +6,11 @@ from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
 from .yaml_document import Document, Path, ScalarNode, Yaml
 
-MAX_FAULTS = 100  # more are noise, and a hostile file could have thousands
+MAX_FAULTS = 100  # bounds the time and the message of a hostile file
 
 
 def dotted(path: Path) -> str:
-    """Return a path as the messages print it: `links[2].alpha`."""
+    """Return a path as messages print it: `links[2].alpha`."""
     text = ''
     for step in path:
         if isinstance(step, int):
@@ -24,13 +24,13 @@ def dotted(path: Path) -> str:
 
 def quoted(text: str) -> str:
     """
-    Return a text of the file in quotes, cut to 60 characters, control characters spelled out.
+    Return a text of the file in quotes, cut to 60 characters, with control characters escaped.
     """
     return repr(text if len(text) <= 60 else f'{text[:57]}...')
 
 
 def shown(value: Yaml) -> str:
-    """Return what stands at some place of the file, for messages."""
+    """Return a value of the file in words, for messages."""
     if isinstance(value, dict):
         return 'a mapping'
     if isinstance(value, list):
@@ -41,20 +41,20 @@ def shown(value: Yaml) -> str:
 
 
 def number(value: float) -> str:
-    """Return a number as a person would write it."""
+    """Return a number with at most six digits."""
     return f'{value:.6g}' if math.isfinite(value) else str(value)
 
 
 class Place:
     """
-    A place in a file while it is read, for what is wrong or remarkable there.
+    A place in a file, at which faults, warnings and remarks are reported.
 
     Parameters
     ----------
     report
-        Of the file.
+        The report of the file.
     path
-        Of the place; empty: the file itself.
+        The path of the place; empty: the file itself.
     """
 
     def __init__(self, report: 'FaultReport', path: Path = ()) -> None:
@@ -68,34 +68,34 @@ class Place:
 
     @property
     def intact(self) -> bool:
-        """Return whether no fault was found in the file since reading came here."""
+        """Return whether no fault was reported since this place was created."""
         return self.report.fault_count == self._before
 
     @property
     def line(self) -> int:
-        """Return the line on which it begins."""
+        """Return the line of the place."""
         return self.report.document.line(self.path)
 
     def fault(self, message: str) -> None:
-        """Report what is wrong here."""
-        # Finding a line takes time, which a file with thousands of faults could multiply.
+        """Report a fault."""
+        # Finding a line takes time, so faults that are not listed have none.
         self.report.add(self.path, 0 if self.report.full else self.line, message)
 
     def warn(self, message: str) -> None:
-        """Report what is allowed here but is most likely a mistake."""
+        """Report a probable mistake that is allowed."""
         report = self.report
         if len(report.warned) < MAX_FAULTS:
             file = report.document.file
             report.warned.append(Fault(file, self.line, dotted(self.path), message))
 
     def remark(self, sentence: str) -> None:
-        """Report what is worth knowing of what stands here."""
+        """Report a sentence that only `check` prints."""
         line = self.line
         self.report.remarked.append((line, f'line {line}: {dotted(self.path)}: {sentence}'))
 
 
 class FaultReport:
-    """The faults, warnings and remarks of one document; it only ever grows."""
+    """The faults, warnings and remarks of one document."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
@@ -103,16 +103,16 @@ class FaultReport:
         self.remarked: list[tuple[int, str]] = []
         self.fault_count = 0
         self._faults: list[Fault] = []
-        for path, line, message in document.faults():
+        for path, line, message in document.faults:
             self.add(path, line, message)
 
     @property
     def full(self) -> bool:
-        """Return whether no further fault will be listed."""
+        """Return whether the list of faults is full."""
         return self.fault_count >= MAX_FAULTS
 
     def add(self, path: Path, line: int, message: str) -> None:
-        """Add what is wrong at a path, on a line."""
+        """Add the fault at a path, on a line."""
         self.fault_count += 1
         if self.fault_count <= MAX_FAULTS:
             self._faults.append(Fault(self.document.file, line, dotted(path), message))

@@ -1,7 +1,7 @@
 """
-An expression in its plain form: names as the file has them, degree signs in the unit of the file.
+The plain form of an expression: defined names, and degree signs converted to the file's unit.
 
-What reads an expression afterwards, such as the derivation, sees the plain form alone.
+All later readers of an expression, such as the derivation, get the plain form.
 """
 
 import re
@@ -21,23 +21,23 @@ def plain_expression(
     text: str, known: Collection[str], angle_unit: str, wanted: int | None
 ) -> str:
     """
-    Return an expression that means the same, without underscores too many and degree signs.
+    Return an equal expression with the names that the file defines and without degree signs.
 
     Parameters
     ----------
     text
-        With ASCII letters and signs, degree signs aside.
+        ASCII except for degree signs.
     known
-        Names: `theta_1` is `theta1` where that is the only one that differs by underscores alone.
+        Defined names. `theta_1` becomes `theta1` if no other name differs by underscores alone.
     angle_unit
-        'rad' or 'deg': of the file. 90° is the number 90 or pi/2.
+        The unit of the file, 'rad' or 'deg'. 90° becomes pi/2 or 90.
     wanted
-        1 where an angle is expected, 0 for a length or a ratio, None where either may stand.
+        1 for an angle, 0 for a length or a ratio, None if both are accepted.
 
     Raises
     ------
     ExpressionError
-        Degrees where no angle may stand.
+        Degrees in a length or a ratio.
     """
     text = _with_known_names(text, known)
     for found in IN_DEGREES.finditer(text) if wanted == 0 else ():
@@ -47,7 +47,7 @@ def plain_expression(
 
 
 def known_names_in(text: str, known: Collection[str]) -> frozenset[str]:
-    """Return the names in a text as a file has it, those that are known as they are known."""
+    """Return the names in a text of the file, in the form of the known names."""
     return names_in(_with_known_names(plain_names(text), known))
 
 
@@ -61,7 +61,7 @@ def _with_known_names(text: str, known: Collection[str]) -> str:
 
 
 def _in_a_function(before: str) -> bool:
-    # Whether what follows stands in the argument of a sine or cosine.
+    # Return whether the text ends inside the parentheses of a sine or cosine.
     closed = 0
     for found in reversed(list(OPENED_OR_CLOSED.finditer(before))):
         if found[0] == ')':
@@ -76,11 +76,11 @@ def _in_a_function(before: str) -> bool:
 def _without_sign(found: re.Match[str], angle_unit: str) -> str:
     if angle_unit == 'deg':
         return found[1]
-    share = Fraction(found[1]) / 180  # of pi: exact, as the derivation needs it
+    share = Fraction(found[1]) / 180  # of pi; exact for the derivation
     over = '' if share.denominator == 1 else f'/{share.denominator}'
     times = '' if share.numerator == 1 else f'{share.numerator}*'
     if not share:
         return '0'
-    # As a divisor it needs its parentheses.
+    # A divisor needs parentheses.
     divides = found.string[: found.start()].rstrip('+- \t\n').endswith('/')
     return f'({times}pi{over})' if divides else f'{times}pi{over}'

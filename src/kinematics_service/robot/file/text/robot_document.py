@@ -1,8 +1,8 @@
 """
 The YAML of a robot file as a tree of texts.
 
-In `[...]` and `{...}` YAML ends an unquoted text at every comma, so `atan2(1, 2)` arrives in
-pieces: such a file is refused with the advice to quote it.
+In `[...]` and `{...}` YAML ends an unquoted text at every comma and would split `atan2(1, 2)`.
+Such a file is refused with the advice to quote the expression.
 """
 
 from collections.abc import Iterable
@@ -15,24 +15,25 @@ from .yaml_reader import MappingStart, Scalar, SequenceStart, YamlError, YamlRea
 
 MAX_BYTES = 256 * 1024
 MAX_DEPTH = 16
-MAX_NODES = 20_000  # a file of 128 joints and 512 rows has half as many
+MAX_NODES = 20_000  # twice the nodes of a file with 128 joints and 512 rows
 
 
 def read_document(text: str, file: str) -> Document:
     """
-    Return the tree of a YAML text; every scalar stays the text the user wrote.
+    Return the tree of a YAML text; every scalar is the text that the user wrote.
 
     Raises
     ------
     RobotFileError
-        Not YAML, empty, several documents, too large, or something that `YamlReader` refuses.
+        The text is not YAML, empty, too large, or refused by `YamlReader`.
     """
     try:
         if not isinstance(text, str):
             raise YamlError(0, f'expected a text, not {type(text).__name__}')
         if len(text.encode('utf-8', 'surrogatepass')) > MAX_BYTES:
             raise YamlError(0, f'larger than {MAX_BYTES // 1024} KiB: not a robot file')
-        roots = _TreeReader(MAX_DEPTH, MAX_NODES, 'not a robot file').documents(text)
+        second = 'a second document: one file is one robot'
+        roots = _TreeReader(MAX_DEPTH, MAX_NODES, 'not a robot file', second).documents(text)
         if not roots or roots[0] == ScalarNode('', roots[0].line, False):
             raise YamlError(0, 'the file is empty')
     except YamlError as error:
@@ -41,13 +42,6 @@ def read_document(text: str, file: str) -> Document:
 
 
 class _TreeReader(YamlReader[Node]):
-    begun = False
-
-    def begin_document(self, line: int) -> None:
-        if self.begun:
-            raise YamlError(line, 'a second document: one file is one robot')
-        self.begun = True
-
     def scalar(self, event: Scalar) -> Node:
         return node_of(event)
 

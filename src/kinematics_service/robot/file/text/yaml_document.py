@@ -1,4 +1,4 @@
-"""A YAML document as a tree of texts with line numbers; nothing in it is resolved to a number."""
+"""A YAML document as a tree of texts with line numbers, without conversion to numbers."""
 
 from collections.abc import Iterator
 from typing import NamedTuple, TypeAlias
@@ -20,7 +20,7 @@ class ListNode(NamedTuple):
 
 
 class MappingNode(NamedTuple):
-    """Pairs in the order of the file; the first of two equal keys is the one that counts."""
+    """Pairs in the order of the file; the first of two equal keys is valid."""
 
     entries: tuple[tuple[ScalarNode, 'Node'], ...]
     line: int
@@ -28,7 +28,7 @@ class MappingNode(NamedTuple):
 
 Node: TypeAlias = ScalarNode | ListNode | MappingNode
 Path: TypeAlias = tuple[str | int, ...]
-# A node without lines, and None where a key is missing.
+# A node without lines; None for a missing key.
 Yaml: TypeAlias = ScalarNode | list['Yaml'] | dict[str, 'Yaml'] | None
 
 
@@ -40,23 +40,21 @@ class Document:
     ----------
     data
         Dicts and lists with `ScalarNode` at the leaves.
+    faults
+        Path, line and message of equal keys.
     """
 
     def __init__(self, file: str, root: Node) -> None:
         self.file = file
         self._lines: dict[Path, int] = {}
-        self._faults: list[tuple[Path, int, str]] = []
+        self.faults: list[tuple[Path, int, str]] = []
         self.data = self._taken(root, (), root.line)
 
     def line(self, path: Path) -> int:
-        """Return the line of the key or item at a path, or of the nearest thing around it."""
+        """Return the line of the key or item at a path, or of its nearest parent in the file."""
         while path not in self._lines:
             path = path[:-1]
         return self._lines[path]
-
-    def faults(self) -> Iterator[tuple[Path, int, str]]:
-        """Yield path, line and message of equal keys."""
-        yield from self._faults
 
     def _taken(self, node: Node, path: Path, line: int) -> Yaml:
         self._lines[path] = line
@@ -70,14 +68,14 @@ class Document:
             if key.text in found:
                 first = self.line(inner)
                 lines = f'lines {first} and {key.line}' if first < key.line else f'line {first}'
-                self._faults.append((inner, key.line, f'this key stands twice, on {lines}'))
+                self.faults.append((inner, key.line, f'this key stands twice, on {lines}'))
             else:
                 found[key.text] = self._taken(value, inner, key.line)
         return found
 
 
 def texts_in(data: Yaml) -> Iterator[str]:
-    """Yield every text in what `Document.data` holds, keys aside."""
+    """Yield all texts in a value, without keys."""
     if isinstance(data, ScalarNode):
         yield data.text
     elif isinstance(data, (list, dict)):

@@ -1,7 +1,7 @@
 """
-The reader of YAML: by its events, each looked at before anything is built.
+A reader of YAML by the events of its parser, which checks each event before it builds a value.
 
-What could build objects or grow (tags, anchors, aliases) is refused at the event that brings it.
+Tags, anchors and aliases could build objects or multiply values; their events are refused.
 """
 
 import re
@@ -12,31 +12,31 @@ import yaml
 from .fault_report import quoted
 from .yaml_document import ScalarNode
 
-LONGEST_REASON = 200
-# Texts of this many characters are parsed again for a better reason why they are no YAML.
-EXPLAINED = 256 * 1024
-# What YAML does not accept, and three characters that end a line in its version 1.1 only.
+MAX_REASON_LENGTH = 200  # characters
+# Texts up to this length (characters) with a syntax error are parsed again for a better message.
+MAX_EXPLAINED_LENGTH = 256 * 1024
+# Characters that YAML does not accept, and three that end a line in YAML 1.1 only.
 UNACCEPTED = re.compile(
     '[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
 )
-# Without libyaml PyYAML reads the same, twenty times as slowly.
+# Without libyaml, PyYAML returns the same events but takes 20 times as long.
 LOADER: type[yaml.SafeLoader] = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 Scalar: TypeAlias = yaml.ScalarEvent
 SequenceStart: TypeAlias = yaml.SequenceStartEvent
 MappingStart: TypeAlias = yaml.MappingStartEvent
-Read = TypeVar('Read')  # what a node becomes
-# What that one makes of some escapes, \UFFFFFFFF.
+Read = TypeVar('Read')  # the type of values
+# PyYAML raises these for some escapes, such as \UFFFFFFFF.
 MALFORMED = (ValueError, OverflowError)
 
 
 class YamlError(Exception):
     """
-    A text that is not accepted; its text is `line: reason`.
+    A text that is not accepted; the message is `line: reason`.
 
     Attributes
     ----------
     line
-        Counted from 1; 0 if none can be named.
+        Counted from 1; 0 if unknown.
     reason
     """
 
@@ -47,37 +47,37 @@ class YamlError(Exception):
 
 class YamlReader(Generic[Read]):
     """
-    The documents of one text; what becomes of a node is for the kind of file to say.
+    A reader of the documents of one text; subclasses define the values.
 
     Parameters
     ----------
     deepest, most_values
-        How deep values may be nested, and how many there may be.
+        The largest nesting depth, and the largest number of values.
     advice
-        What to do, or what it is, if there are more.
+        The end of the message about too many values.
+    second
+        The message that refuses a second document; empty: several are accepted.
     """
 
-    def __init__(self, deepest: int, most_values: int, advice: str) -> None:
-        self._deepest, self._most_values, self._advice = deepest, most_values, advice
+    def __init__(self, deepest: int, most_values: int, advice: str, second: str = '') -> None:
+        self._deepest, self._most_values = deepest, most_values
+        self._advice, self._second = advice, second
         self._documents: list[Read] = []
-        # Lists and mappings that are open, innermost last: what began each, and its children.
+        # Open lists and mappings, innermost last: the first event and the children of each.
         self._open: list[tuple[yaml.Event, list[Any]]] = [(None, self._documents)]
         self._values = 0
 
     def scalar(self, event: Scalar) -> Read:
-        """Return the value of a text that is no key."""
+        """Return the value of a scalar that is not a key."""
         raise NotImplementedError
 
     def sequence(self, start: SequenceStart, items: list[Read]) -> Read:
-        """Return a list that began with an event."""
+        """Return the value of a list that began with an event."""
         raise NotImplementedError
 
     def mapping(self, start: MappingStart, entries: list[tuple[ScalarNode, Read]]) -> Read:
-        """Return a mapping that began with an event."""
+        """Return the value of a mapping that began with an event."""
         raise NotImplementedError
-
-    def begin_document(self, line: int) -> None:
-        """Look at the beginning of a document."""
 
     def documents(self, text: str) -> list[Read]:
         """
@@ -86,8 +86,8 @@ class YamlReader(Generic[Read]):
         Raises
         ------
         YamlError
-            It is not YAML, or something that is refused: anchors, aliases, tags, directives, keys
-            that are no words, too many values, nested too deeply.
+            It is not YAML, or has anchors, aliases, tags, directives, keys that are lists or
+            mappings, too many values, or too deep nesting.
         """
         if found := UNACCEPTED.search(text):
             line = text.count('\n', 0, found.start()) + 1
@@ -97,7 +97,11 @@ class YamlReader(Generic[Read]):
                 self._take(event)
         except yaml.MarkedYAMLError as error:
             line, reason = self._explained(error, text)
-            cut = reason if len(reason) <= LONGEST_REASON else f'{reason[: LONGEST_REASON - 3]}...'
+            cut = (
+                reason
+                if len(reason) <= MAX_REASON_LENGTH
+                else f'{reason[: MAX_REASON_LENGTH - 3]}...'
+            )
             advice = ' (indent with spaces)' if r"'\t'" in reason else ''
             raise YamlError(line, f'not valid YAML: {cut}{advice}') from None
         except MALFORMED:
@@ -105,16 +109,16 @@ class YamlReader(Generic[Read]):
         return self._documents
 
     def _explained(self, error: yaml.MarkedYAMLError, text: str) -> tuple[int, str]:
-        # libyaml says what is expected, PyYAML's own parser also what stands there instead. At the
-        # end of a text libyaml may count a line more.
+        # libyaml names the expected element, PyYAML's own parser also the actual one. At the end
+        # of a text libyaml may count one line more.
         depth = 0
         try:
             for event in yaml.parse(
-                text if len(text) <= EXPLAINED else '', Loader=yaml.SafeLoader
+                text if len(text) <= MAX_EXPLAINED_LENGTH else '', Loader=yaml.SafeLoader
             ):
                 depth += isinstance(event, yaml.CollectionStartEvent)
                 depth -= isinstance(event, yaml.CollectionEndEvent)
-                if depth > self._deepest:  # its own parser takes minutes of deep ones
+                if depth > self._deepest:  # PyYAML's own parser takes minutes for deep texts
                     raise self._too_deep(event) from None
         except yaml.MarkedYAMLError as other:
             if 0 <= _line_of(error) - _line_of(other) <= 1:
@@ -147,8 +151,9 @@ class YamlReader(Generic[Read]):
         elif kind is yaml.AliasEvent:
             raise _refusal(event, f'aliases are not accepted: {quoted("*" + event.anchor)}')
         elif kind is yaml.DocumentStartEvent:
-            line = event.end_mark.line + 1  # behind its directives
-            self.begin_document(line)
+            line = event.end_mark.line + 1  # the line after its directives
+            if self._second and self._documents:
+                raise YamlError(line, self._second)
             if event.version or event.tags:
                 raise YamlError(line, 'directives (%YAML, %TAG) are not accepted')
 

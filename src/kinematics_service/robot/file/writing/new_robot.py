@@ -1,5 +1,5 @@
 """
-The text of a new robot file: an arm to begin with, and comments that say what each part means.
+The text of a new robot file: an example arm, with comments that explain each part.
 """
 
 import math
@@ -10,32 +10,28 @@ from ..parts.convention_table import CONVENTIONS, Convention, RowKind
 from ..parts.description import AngleUnit
 from ..parts.quantities import Units
 
-MOST_JOINTS = 12
-WIDTH = 6  # of a cell of the table
+MAX_JOINTS = 12
+CELL_WIDTH = 6  # characters
 
 
 class _Link(NamedTuple):
-    # From one joint's axis to the next, as a standard row has it: m, quarter turns, m.
+    # A row of the standard table: a (m), alpha (quarter turns), d (m).
     a: float
     alpha: int
     d: float
 
 
 # Arms with up to six joints: planar, anthropomorphic, with a wrist that bends and turns.
+PLANAR = (_Link(0.3, 0, 0), _Link(0.25, 0, 0))
+SHOULDER = (_Link(0, 1, 0.4), _Link(0.35, 0, 0))
+ELBOW, BEND, TURN = _Link(0.3, 0, 0), _Link(0, 1, 0), _Link(0, 0, 0.1)
 SMALL: dict[int, tuple[_Link, ...]] = {
-    1: (_Link(0.3, 0, 0),),
-    2: (_Link(0.3, 0, 0), _Link(0.25, 0, 0)),
-    3: (_Link(0, 1, 0.4), _Link(0.35, 0, 0), _Link(0.3, 0, 0)),
-    4: (_Link(0, 1, 0.4), _Link(0.35, 0, 0), _Link(0.3, 0, 0), _Link(0.1, 0, 0)),
-    5: (_Link(0, 1, 0.4), _Link(0.35, 0, 0), _Link(0.3, 0, 0), _Link(0, 1, 0), _Link(0, 0, 0.1)),
-    6: (
-        _Link(0, 1, 0.4),
-        _Link(0.35, 0, 0),
-        _Link(0, 1, 0),
-        _Link(0, -1, 0.3),
-        _Link(0, 1, 0),
-        _Link(0, 0, 0.1),
-    ),
+    1: PLANAR[:1],
+    2: PLANAR,
+    3: (*SHOULDER, ELBOW),
+    4: (*SHOULDER, ELBOW, _Link(0.1, 0, 0)),
+    5: (*SHOULDER, ELBOW, BEND, TURN),
+    6: (*SHOULDER, BEND, _Link(0, -1, 0.3), BEND, TURN),
 }
 
 
@@ -47,7 +43,7 @@ def _holds(convention: Convention) -> bool:
     )
 
 
-# The conventions in which the example arm can be written.
+# The conventions that can describe the example arm.
 NEW_CONVENTIONS = tuple(
     convention.name for convention in CONVENTIONS.values() if _holds(convention)
 )
@@ -55,18 +51,18 @@ NEW_CONVENTIONS = tuple(
 
 def new_robot_text(name: str, dof: int, convention: str, units: Units) -> str:
     """
-    Return the text of a robot file with so many revolute joints, ready for `check`.
+    Return the text of a robot file with `dof` revolute joints that `check` accepts.
 
     Parameters
     ----------
     name
-        Of the robot: letters, digits, underscores.
+        The name of the robot: letters, digits, underscores.
     dof
-        Number of joints, 1 to MOST_JOINTS.
+        Number of joints, 1 to MAX_JOINTS.
     convention
-        How its table is written, of NEW_CONVENTIONS; the arm is the same in each.
+        The convention of the table, one of NEW_CONVENTIONS; the arm is the same in each.
     units
-        Of its numbers.
+        The units of the numbers.
     """
     links = _links(dof)
     written = CONVENTIONS[convention]
@@ -115,7 +111,7 @@ PI: dict[AngleUnit, str] = {'rad': ', pi', 'deg': ''}
 def _links(dof: int) -> tuple[_Link, ...]:
     if dof in SMALL:
         return SMALL[dof]
-    # Shoulder, elbow, wrist and so on: an axis along the arm, then one across it.
+    # Axes along the arm and across it alternate.
     arm = [_Link(0, 1 if i % 4 else -1, 0.3 if i % 2 == 0 else 0) for i in range(dof - 1)]
     return (*arm, _Link(0, 0, 0.1))
 
@@ -142,7 +138,7 @@ def _angle(quarters: int, units: Units) -> str:
 
 
 def _quantities(links: Sequence[_Link], convention: Convention, units: Units) -> Iterator[str]:
-    # What stands before the joint in a row belongs to the link before.
+    # Quantities before the joint belong to the previous link.
     late = bool(convention.before_joint)
     before = _Link(0, 0, 0)
     for i, link in enumerate(links, 1):
@@ -162,7 +158,7 @@ def _dh_row(convention: Convention, link: _Link, theta: str, units: Units) -> st
         'theta': theta,
     }
     *cells, last = convention.quantities
-    columns = ' '.join(f'{name}: {texts[name] + ",":{WIDTH}}' for name in cells)
+    columns = ' '.join(f'{name}: {texts[name] + ",":{CELL_WIDTH}}' for name in cells)
     return f'{{{columns} {last}: {texts[last]}}}'
 
 
@@ -178,7 +174,7 @@ def _elementary(links: Sequence[_Link], _: Convention, units: Units) -> Iterator
 
 
 def _shape(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
-    # What follows a joint in the standard table is the way to the next one here.
+    # The part of a standard row after the joint becomes `in` of the next row.
     way = ''
     for i, link in enumerate(links, 1):
         yield f'{{{way}joint: Rz(q{i})}}'
@@ -195,7 +191,7 @@ WRITERS: dict[RowKind, Callable[[Sequence[_Link], Convention, Units], Iterator[s
 
 
 def _known_pose(links: Sequence[_Link], units: Units) -> str:
-    # With every joint at zero the axes lie in one plane, turned by whole quarters about x.
+    # If all joints are at 0, each frame is turned by whole quarters about x.
     x = y = z = 0.0
     quarters = 0
     for link in links:
@@ -205,7 +201,7 @@ def _known_pose(links: Sequence[_Link], units: Units) -> str:
         z += link.d * round(math.cos(turn))
         quarters += link.alpha
     xyz = ', '.join(_length(value + 0.0, units) for value in (x, y, z))
-    # From -1 to 2 quarters, as roll angles are told.
+    # A roll angle from -1 to 2 quarters.
     quarters = (quarters + 1) % 4 - 1
     roll = {2: '180' if units.angle == 'deg' else 'pi'}.get(quarters) or _angle(quarters, units)
     zeros = ', '.join('0' for _ in links)
