@@ -7,7 +7,7 @@ import pytest
 
 import kinematics_service as ks
 from kinematics_service.estimation.estimator import Estimator, EstimatorSettings
-from kinematics_service.estimation.joint_accelerations import KEPT, JointAccelerations
+from kinematics_service.estimation.joint_accelerations import SAMPLE_COUNT, JointAccelerations
 from kinematics_service.estimation.joint_sample import JointSample
 
 SECOND, MILLISECOND = 1_000_000_000, 1_000_000
@@ -95,8 +95,8 @@ def test_joints_of_two_drivers_have_their_own_stamps():
 
 def test_it_keeps_a_bounded_number_of_velocities():
     one = accelerations(10 * SECOND)
-    fed(one, 0.001 * np.arange(5 * KEPT))
-    assert one.delay == pytest.approx(0.0005 * (KEPT - 1), abs=1e-9)
+    fed(one, 0.001 * np.arange(5 * SAMPLE_COUNT))
+    assert one.delay == pytest.approx(0.0005 * (SAMPLE_COUNT - 1), abs=1e-9)
 
 
 @pytest.mark.parametrize('huge', [1e15, 1e300, math.inf, math.nan])

@@ -204,7 +204,7 @@ def test_ever_new_forms_are_forgotten():
         assert read(reader, steady) == official(steady)
         assert len(list(reader.forms(len(steady)))) == 1
     assert reader.slow == 0
-    assert len(reader._forms) == wire_reader.MOST_FORMS
+    assert len(reader._forms) == wire_reader.MAX_FORMS
 
 
 def test_a_huge_message_is_read_and_not_kept():

@@ -251,12 +251,12 @@ def drawn_poses(chain, values, q):
                 T[:, :, i], T[:, :, j] = c * x + s * y, c * y - s * x
             else:
                 T[:, :, 3] += value * T[:, :, part.axis]
-        if k < len(chain.screws):
-            screw = chain.screws[k]
-            theta = (screw.theta_0 + q @ screw.by_theta)[:, None]
+        if k < len(chain.screws.theta_0):
+            theta_0, d_0, by_theta, by_d = (numbers[k] for numbers in chain.screws)
+            theta = (theta_0 + q @ by_theta)[:, None]
             c, s, x, y = np.cos(theta), np.sin(theta), T[:, :, 0].copy(), T[:, :, 1].copy()
             T[:, :, 0], T[:, :, 1] = c * x + s * y, c * y - s * x
-            T[:, :, 3] += (screw.d_0 + q @ screw.by_d)[:, None] * T[:, :, 2]
+            T[:, :, 3] += (d_0 + q @ by_d)[:, None] * T[:, :, 2]
     return T
 
 

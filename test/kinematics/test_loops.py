@@ -21,11 +21,8 @@ import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.status_text import singularity_status
 from kinematics_service.kernel.compiled import VARIABLE
-from kinematics_service.kinematics.singularity import (
-    flat_loop,
-    measured_in_order,
-    singularity_of,
-)
+from kinematics_service.kinematics.singularity import flat_loop, singularity_of
+from kinematics_service.kinematics.singularity_rates import measured_in_order
 from kinematics_service.robot.closed_poses import close_at, closes_at, tried_poses
 
 every_arm = pytest.mark.parametrize('name', LOOPED)

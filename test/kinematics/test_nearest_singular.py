@@ -14,7 +14,8 @@ from tolerances import ROUND_OFF
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.estimation.status_text import singularity_status
-from kinematics_service.kinematics.singularity import measured_in_order, singularity_of
+from kinematics_service.kinematics.singularity import singularity_of
+from kinematics_service.kinematics.singularity_rates import measured_in_order
 from kinematics_service.robot.closed_poses import closes_at
 
 # What a search that ended says is singular: the least singular value as a share of the largest.

@@ -658,15 +658,3 @@ def test_limits_of_many_turns_are_counted(degrees):
     arcs = [arc for family in found.families for arc in family.intervals]
     assert_all_turns_are_counted(robot, found, q)
     assert min(np.linalg.norm(arc.nearest_to(q) - q) for arc in arcs) < 1e-9
-
-
-@pytest.mark.parametrize(('zero', 'surface'), [((1, 5), True), ((1,), False), ((3,), False)])
-def test_a_surface_of_postures_is_called_one(zero, surface):
-    # Axes 1 and 3 are one, and axes 5 and 7: q1 + q3 and q5 + q7 are constant on a surface. With
-    # one pair curves cross; a stretched arm has singular curves.
-    robot = redundant_arm('kuka_iiwa14')
-    for q in poses_within(robot, 3, 77):
-        q[list(zero)] = 0.0
-        result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), near=q)
-        assert result.complete == 'found'
-        assert ('form a surface' in result.reason) == surface

@@ -13,13 +13,13 @@ import kinematics_service as ks
 from kinematics_service.kinematics import threads
 
 # So that few poses are many.
-LEAST_PART = 500
-POSES = 3 * LEAST_PART + 17
+MIN_PART = 500
+POSES = 3 * MIN_PART + 17
 
 
 @pytest.fixture(autouse=True)
 def small_parts(monkeypatch):
-    monkeypatch.setattr(threads, 'LEAST_PART', LEAST_PART)
+    monkeypatch.setattr(threads, 'MIN_PART', MIN_PART)
 
 
 @pytest.fixture
@@ -48,8 +48,8 @@ def test_two_cores_give_the_numbers_of_one_to_the_last_bit(name, monkeypatch):
 def test_the_first_bad_row_is_named_whichever_part_meets_one_first(two_cores):
     robot = robot_of('planar_2r')
     q = poses(robot)
-    q[[POSES - 5, LEAST_PART + 3], 1] = np.nan
-    with pytest.raises(ks.JointVectorError, match=f'row {LEAST_PART + 3} is'):
+    q[[POSES - 5, MIN_PART + 3], 1] = np.nan
+    with pytest.raises(ks.JointVectorError, match=f'row {MIN_PART + 3} is'):
         ks.jacobian(robot, q)
 
 
@@ -66,7 +66,7 @@ def test_every_row_is_done_once_and_small_batches_start_no_thread(two_cores):
     assert bounds[-1][1] == POSES
     assert all(one[1] == other[0] for one, other in zip(bounds, bounds[1:]))
     seen.clear()
-    threads.in_parts(2 * LEAST_PART - 1, work)
+    threads.in_parts(2 * MIN_PART - 1, work)
     assert [row[2] for row in seen] == [threading.current_thread()]
 
 

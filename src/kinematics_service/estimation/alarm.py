@@ -1,4 +1,4 @@
-"""The rules by which a singularity warning is repeated."""
+"""When to publish a singularity warning: at changes, and repeatedly while it lasts."""
 
 import math
 from typing import NamedTuple
@@ -6,21 +6,21 @@ from typing import NamedTuple
 from ..kernel import Floats
 from ..robot.measures import Level
 
-# The warning is repeated when the lost direction has turned by more than this.
+# Turn of the lost direction after which the warning is repeated, rad.
 TURNED = math.radians(30.0)
-AGREES = math.cos(TURNED)
-# It is not repeated more often than this: if two directions are lost at once, the direction is
-# arbitrary and turns with every message.
-TURNS_APART = 50_000_000
-# While the level is not OK the warning is repeated after this time, so that nobody has to remember
-# it.
-REPEAT = 1_000_000_000
+# Cosine between two lost directions below which the warning is repeated.
+TURNED_COSINE = math.cos(TURNED)
+# Smallest time between two repetitions for turns, ns. If two directions are lost at once, the lost
+# direction is arbitrary and turns with every message.
+MIN_TURN_PERIOD = 50_000_000
+# Period of the warning while the level is WARN or ERROR, ns.
+REPEAT_PERIOD = 1_000_000_000
 _QUIET = (Level.OK, Level.STALE)
 
 
 class Alarm(NamedTuple):
     """
-    The state of the warning that was published last; `step` returns the next state.
+    The state of the last published warning; `step` returns the next state.
 
     Attributes
     ----------
@@ -41,11 +41,11 @@ class Alarm(NamedTuple):
 
     def is_settled(self, level: Level, arrival: int) -> bool:
         """
-        Return whether `step` would publish nothing and change nothing, whatever is lost or near.
+        Return whether `step` would publish and change nothing for any direction and factor.
         """
         if self.last is None or level is not self.level:
             return False
-        return level in _QUIET or arrival - self.last < TURNS_APART
+        return level in _QUIET or arrival - self.last < MIN_TURN_PERIOD
 
     def step(
         self,
@@ -67,8 +67,8 @@ class Alarm(NamedTuple):
             say = False
         else:
             since = arrival - self.last
-            say = since >= REPEAT or (
-                since >= TURNS_APART and (factor != self.factor or self._turned(direction))
+            say = since >= REPEAT_PERIOD or (
+                since >= MIN_TURN_PERIOD and (factor != self.factor or self._turned(direction))
             )
         if say:
             return Alarm(level, direction, arrival, factor), True
@@ -77,5 +77,5 @@ class Alarm(NamedTuple):
     def _turned(self, direction: Floats | None) -> bool:
         if direction is None or self.direction is None:
             return direction is not self.direction
-        # A lost direction is a line: its sign means nothing.
-        return bool(abs(direction.dot(self.direction)) < AGREES)
+        # A lost direction is a line: its sign is arbitrary.
+        return bool(abs(direction.dot(self.direction)) < TURNED_COSINE)

@@ -1,10 +1,10 @@
 """
-Plain CDR, the encoding of messages as bytes (OMG, Common Data Representation).
+Read and write plain CDR, the encoding of ROS 2 messages (OMG, Common Data Representation).
 
-Four bytes of encapsulation name the order of bytes; the body follows. A number begins at a
-multiple of its size, counted from the start of the body. A text is its length, with the zero at
-its end, and its bytes; a sequence is its length and its members. The bytes skipped for alignment
-have no meaning, and serializers leave them undefined.
+Four bytes of encapsulation name the byte order; the body follows. A number begins at a multiple of
+its size, counted from the start of the body. A text is its length, including the zero at its end,
+and its bytes. A sequence is its length and its members. Bytes skipped for alignment have no
+meaning; serializers leave them undefined.
 """
 
 import struct
@@ -12,15 +12,17 @@ import struct
 from ..errors import CdrError
 
 BODY = 4
-# The second byte of the encapsulation names the encoding; the lowest bit is set if the bytes are
-# in little-endian order. In the newer encodings doubles begin at multiples of four.
+# The second byte of the encapsulation names the encoding; its lowest bit is set for little-endian
+# bytes. In the newer encodings doubles begin at multiples of four.
 PLAIN = b'\0\1'
-# The last two bits of the encapsulation say how many bytes at the end are padding. Serializers of
-# these messages leave them 0; only newer deserializers, those of Kilted, heed them.
+# The last two bits of the encapsulation are the number of padding bytes at the end. Serializers of
+# these messages leave them 0; only newer deserializers, since Kilted, read them.
 PADDING = 3
 ENCAPSULATION_SAYS = bytes((255, 255, 0, PADDING))
 OLD_ENCODINGS, NEW_ENCODINGS = (0, 1, 2, 3), (6, 7, 8, 9, 10, 11)
-WHOLE, DOUBLE = 4, 8
+# Sizes of a uint32 and of a double, bytes.
+WHOLE = 4
+DOUBLE = 8
 LITTLE, BIG = struct.Struct('<I'), struct.Struct('>I')
 # A stamp: seconds, which may be negative, and nanoseconds.
 STAMP = struct.Struct('<iI')
@@ -30,14 +32,14 @@ STAMP_AT = BODY
 
 class CdrWriter:
     """
-    Writes one message, field by field, with room for the numbers that come later.
+    Writes one message, field by field, with room for numbers that are filled in later.
 
     Attributes
     ----------
     data
         The bytes so far.
     written
-        For each byte the bits that have a meaning: 255, or 0 if it is skipped for alignment.
+        The bits of each byte that have a meaning: 255, or 0 for a byte skipped for alignment.
     """
 
     def __init__(self) -> None:
@@ -66,7 +68,7 @@ class CdrWriter:
 
 class CdrReader:
     """
-    Walks over a message field by field, in either order of bytes, and looks at its lengths only.
+    Walks over a message field by field, in either byte order, and reads only its lengths.
 
     Parameters
     ----------
@@ -79,7 +81,7 @@ class CdrReader:
         Whether the message is little-endian, with doubles at multiples of eight, and claims no
         padding.
     shape
-        Offsets of the lengths and texts that were passed.
+        Ranges of the lengths and texts that were passed.
 
     Raises
     ------
@@ -105,7 +107,7 @@ class CdrReader:
         return self._at == len(self._data)
 
     def skip(self, size: int) -> slice:
-        """Return the offset of the next bytes, and go beyond them."""
+        """Return the range of the next `size` bytes, and move behind it."""
         at = self._at
         self._at += size
         if self._at > len(self._data):
@@ -126,14 +128,14 @@ class CdrReader:
         return place
 
     def count(self) -> int:
-        """Return the length of a sequence; it has no more members than there are bytes left."""
+        """Return the length of a sequence, at most the number of remaining bytes."""
         count = self._length()
         if self._at + count > len(self._data):
             raise CdrError('a sequence beyond the end')
         return count
 
     def doubles(self, count: int) -> slice:
-        """Return the offset of this many doubles."""
+        """Return the range of `count` doubles."""
         if count:
             self.skip(-(self._at - BODY) % self._aligned[1])
         return self.skip(DOUBLE * count)
@@ -143,13 +145,12 @@ class Ros1Reader(CdrReader):
     """
     Walks over a message of ROS 1.
 
-    The sequence number of the message has the place of CDR's encapsulation, nothing is aligned,
-    and no text ends with a zero.
+    The sequence number of the message replaces the encapsulation of CDR. Fields are not aligned,
+    and texts do not end with a zero.
     """
 
     def __init__(self, data: bytes) -> None:
-        self.is_plain = True
-        self.shape = []
+        self.is_plain, self.shape = True, []
         self._data, self._at = data, 0
         self._unpack_from = LITTLE.unpack_from
         self._aligned = 1, 1

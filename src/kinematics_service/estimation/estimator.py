@@ -1,5 +1,7 @@
 """
-The estimator: the one object with memory between a JointState message and the state of the tool.
+The estimator merges joint states by name and time, and evaluates the arm in the kernel.
+
+It is the only object with memory between a JointState message and the state of the tool.
 """
 
 import array
@@ -15,7 +17,14 @@ import numpy as np
 
 from .. import kernel
 from ..errors import JointVectorError
-from ..kernel import Floats, IncomingForm, NearestSearch, OurJoints, OutgoingMessages
+from ..kernel import (
+    Floats,
+    IncomingForm,
+    NearestSearch,
+    OurJoints,
+    OutgoingMessages,
+    ReportedJoints,
+)
 from ..kinematics.closure import why_not_closed
 from ..kinematics.singularity import Singularity, watched_value
 from ..kinematics.tool_state import ToolState, as_the_kernel_takes_it, evaluate
@@ -33,21 +42,21 @@ VELOCITY_SOURCES = ('auto', 'message', 'difference')
 @dataclass(frozen=True)
 class EstimatorSettings:
     """
-    How messages become states.
+    Settings of the step from messages to states.
 
     Attributes
     ----------
     joint_prefix
-        Put before the joint names of the robot file.
+        Prefix of the joint names of the robot file.
     velocity_source
-        `auto` (the message's velocities, differences where it has none), `message`, `difference`.
+        `auto` (velocities of the message, or differences if it has none), `message`, `difference`.
     timeout : ns
-        A joint without a position for longer is stale; stamps that step back by more start a new
-        time.
+        A joint without a new position for longer is stale. If stamps step back by more, all joints
+        are forgotten.
     acceleration_window : ns
-        Time over which velocities are fitted by a line, whose slope is the acceleration.
+        Time over which a line is fitted to velocities; its slope is the acceleration.
     integrate_velocities
-        Whether messages without positions are counted on from the last ones.
+        Whether velocities of messages without positions are integrated from the last positions.
     """
 
     joint_prefix: str = ''
@@ -64,13 +73,13 @@ class EstimatorOutput(NamedTuple):
     Attributes
     ----------
     state
-        Pose, Jacobian, frames, and the twist where the velocities are known.
+        Pose, Jacobian, frames, and the twist if the velocities are known.
     stamp : ns
         Stamp of the message that made it; time of its receipt if it has no stamp.
     velocity_source
         `message`, `difference`, or `none`.
     quantities
-        The quantities that were asked for; None for one that is not known.
+        The requested quantities; None for an unknown one.
     """
 
     state: ToolState
@@ -81,21 +90,21 @@ class EstimatorOutput(NamedTuple):
     @property
     def quaternion_xyzw(self) -> Floats:
         """
-        Return the orientation, of unit length, its sign continuous from answer to answer.
+        Return the orientation, with unit length and a sign that is continuous between answers.
         """
         return self.state.continuous_quaternion_xyzw
 
 
 class StreamQuantity(ABC):
     """
-    Numbers that follow from the last messages and not from one state, while a topic needs them.
+    Numbers for a topic that depend on several messages, not on one state alone.
 
     Parameters
     ----------
     robot
         The arm.
     settings
-        How messages become states.
+        Settings of the estimator.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -115,24 +124,24 @@ class StreamQuantity(ABC):
         Parameters
         ----------
         answer
-            The state that the message makes.
+            The new state after the message.
         message
             The message.
         joints
-            What is known of each joint.
+            The memory of all joints.
         """
 
 
 class AcceptedMessage(NamedTuple):
     """
-    Joint positions and velocities that are known after a message.
+    Joint positions and velocities after a message.
 
     Attributes
     ----------
     q : shape (n,), rad or m
         Joint positions, in the arm's order.
     qdot : shape (n,), rad/s or m/s, or None
-        Joint velocities, if all are known.
+        Joint velocities; None if one is unknown.
     stamp : ns
         Stamp of the message; time of its receipt if it has no stamp.
     velocity_source
@@ -151,21 +160,21 @@ _StreamQuantity = TypeVar('_StreamQuantity', bound=StreamQuantity)
 
 class RefusedMessage(NamedTuple):
     """
-    A message that makes no new state.
+    A message without a new state.
 
     Attributes
     ----------
     reason
-        Key of the count it was added to.
+        Key of its count in `Estimator.counts`.
     sentence
-        A message for the user; empty if there is none.
+        A message for the user, or empty.
     """
 
     reason: str
     sentence: str = ''
 
 
-# Reasons, as they are counted and shown in the diagnostics.
+# Keys of `Estimator.counts`, as the diagnostics show them.
 UNREADABLE = 'not a JointState'
 NOT_OURS = 'none of our joints'
 NO_POSITION = 'no position'
@@ -181,22 +190,22 @@ ACCEPTED = 'accepted'
 NOT_STAMPED = 'not stamped'
 RESETS = 'resets'
 
-# Number of disagreements within joint_memory.DISPUTE_WINDOW from which on a joint is in dispute.
+# Number of disagreements within joint_memory.DISPUTE_WINDOW that make a joint disputed.
 JUMPS = 4
 
 
 class MessageOutcome(NamedTuple):
     """
-    The kernel's finding about a message.
+    The result of the kernel for a message.
 
     Attributes
     ----------
     velocity_source
-        `message`, `difference` or `none`, if the message makes a state; else empty.
+        `message`, `difference` or `none` with a new state; otherwise empty.
     refusal
-        Why it makes no state; None also for bytes that have to be read by another reader.
+        The reason without a new state; None also for bytes that another reader must read.
     starts_anew
-        Whether its stamp stepped back so far that every joint was forgotten.
+        Whether all joints were forgotten, because the stamp stepped back by more than the timeout.
     """
 
     velocity_source: str = ''
@@ -210,9 +219,9 @@ _NOT_COMPUTABLE = RefusedMessage(
 )
 # The keys are what `kernel.observe` returns.
 _OUTCOMES = {
-    kernel.SAID_WITHOUT_VELOCITIES: MessageOutcome('none'),
-    kernel.SAID_WITH_VELOCITIES: MessageOutcome('message'),
-    kernel.SAID_WITH_DIFFERENCES: MessageOutcome('difference'),
+    kernel.WITHOUT_VELOCITIES: MessageOutcome('none'),
+    kernel.WITH_VELOCITIES: MessageOutcome('message'),
+    kernel.WITH_DIFFERENCES: MessageOutcome('difference'),
     kernel.NOT_NEWER: MessageOutcome(refusal=RefusedMessage(DROPPED)),
     kernel.INCOMPLETE: MessageOutcome(refusal=RefusedMessage(WAITING)),
     kernel.NOT_COMPUTABLE: MessageOutcome(refusal=_NOT_COMPUTABLE),
@@ -222,32 +231,32 @@ _OUTCOMES |= {
     kernel.STARTED_ANEW + code: outcome._replace(starts_anew=True)
     for code, outcome in _OUTCOMES.items()
 }
-# Such bytes are read once more: into a sample, of which a sentence can say what is wrong.
+# These bytes are read once more, into a sample: then a sentence names the fault.
 _OUTCOMES |= {kernel.NOT_THIS_FORM: _UNREAD, kernel.BAD_POSITION: _UNREAD}
 _NOTHING = np.empty(0)
-# Forms of streams kept.
-FORMS = 16
+# Largest number of forms in memory.
+MAX_FORMS = 16
 
 
 class Estimator:
     """
-    Merges joint samples by name and time and runs the kernel on what is known.
+    Merges joint samples by name and time, and evaluates the arm in the kernel.
 
-    Nothing it holds grows with time, and no sample makes it raise.
+    Its memory does not grow with time, and no sample raises an exception.
 
     Parameters
     ----------
     robot
         The arm.
     settings
-        How messages become states.
+        Settings of the step from messages to states.
 
     Attributes
     ----------
     counts
-        Number of messages by what became of them.
+        Number of messages by outcome.
     integration
-        What has been counted on from velocities alone.
+        Positions integrated from velocities.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -264,7 +273,7 @@ class Estimator:
         former = self._joints
         if robot is not self.robot:
             self._search = NearestSearch(robot.singularity.arm)
-            former.is_closed = False  # the loops are closed from their known position
+            former.is_closed = False  # close the loops from the assembled position
         moves_alike = robot.chain is self.robot.chain
         self.robot, self.settings = robot, settings
         same_names = joint_names(robot, settings.joint_prefix) == former.names
@@ -282,7 +291,7 @@ class Estimator:
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
         """
-        Return the last answer for the arm in force now; None if not all of its joints are known.
+        Return the last answer, evaluated for the present arm; None if a joint is unknown.
         """
         known = self._joints.joint_vectors()
         if known is None:
@@ -299,7 +308,7 @@ class Estimator:
 
     def _new_joints(self) -> NamedJoints:
         settings = self.settings
-        # Forms as the kernel takes them; None for a form whose messages make no state of this arm.
+        # Forms for the kernel; None for a form whose messages need the other reader.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
         self._quantities: dict[type[StreamQuantity], StreamQuantity] = {}
         self.integration = Integration(self.robot)
@@ -311,7 +320,7 @@ class Estimator:
         return self._joints.names
 
     def reset(self) -> None:
-        """Forget every joint: the clock or the recording started again."""
+        """Forget all joints: the clock or the recording started again."""
         self.counts[RESETS] += 1
         kernel.forget(self._joints)
         self.integration.forget()
@@ -319,12 +328,12 @@ class Estimator:
 
     def clock_stepped_back(self, now: int, back: int) -> bool:
         """
-        Return whether the ROS clock's step back by `back` to `now` (ns) made a reset necessary.
+        Return whether the ROS clock's step back by `back` to `now` (ns) needed a reset.
 
-        If messages of the new time came before the clock's step, they have made the reset already.
+        If messages of the new time came before the clock's step, they have caused the reset.
         """
         latest = self._joints.newest()
-        # A stamp is of the time it is nearer to.
+        # A stamp belongs to the time to which it is nearer.
         if latest is None or latest <= now + back // 2:
             return False
         self.reset()
@@ -332,7 +341,8 @@ class Estimator:
 
     def missing(self, arrival: int) -> tuple[str, ...]:
         """
-        Return the names of joints not heard for the timeout before `arrival` (steady clock, ns).
+        Return the names of joints without a message in the timeout before `arrival` (steady clock,
+        ns).
         """
         return self._joints.missing(arrival, self.settings.timeout)
 
@@ -349,13 +359,13 @@ class Estimator:
         return self._joints.beyond(self.robot.limits)
 
     def disputed(self, arrival: int) -> tuple[str, ...]:
-        """Return the names of joints about which messages have disagreed lately."""
+        """Return the names of joints whose messages have disagreed several times lately."""
         return self._joints.disputed(arrival, JUMPS)
 
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
-        Return whether `judge` would publish nothing and change nothing, by the kernel's level.
-        False if `judge` has to be asked.
+        Return whether `judge` would publish and change nothing, by the kernel's level alone. False
+        if `judge` must be called.
         """
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
@@ -367,10 +377,10 @@ class Estimator:
         """Return the level of a new state, with hysteresis, and whether to publish it."""
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
-            level: Level = singularity.level  # there is no level to leave
+            level: Level = singularity.level  # no hysteresis
         else:
             value = watched_value(self.robot, singularity)
-            # The level of the pose alone is the higher one where the pose is nearly singular.
+            # The level of the pose is higher if the pose is nearly singular.
             level = max(
                 self.robot.singularity.thresholds.level(value, alarm.level), singularity.level
             )
@@ -386,7 +396,7 @@ class Estimator:
         return level, say
 
     def go_stale(self, arrival: int) -> bool:
-        """Return whether to publish that the state is stale: once each time it becomes stale."""
+        """Return whether to publish that the state is stale: once each time it goes stale."""
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
 
@@ -398,10 +408,10 @@ class Estimator:
         quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
-        Return the new state a message makes, with its measures, or why it makes none.
+        Return the new state after a message, with its measures, or the reason without one.
 
-        None for bytes that have to be read into a sample: of another form, without a stamp, or to
-        be refused with a sentence. Then nothing was done.
+        None for bytes that must be read into a sample: bytes of another form, without a stamp, or
+        that a sentence must refuse. Then nothing has changed.
 
         Parameters
         ----------
@@ -410,9 +420,9 @@ class Estimator:
         depth
             `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if the link frames are needed.
         answers
-            Messages to be filled with the answer to bytes.
+            Outgoing messages that the kernel fills with the answer to bytes.
         quantities
-            The kinds of quantities that the answer is to have.
+            The kinds of quantities in the answer.
         """
         robot = self.robot
         row = np.empty(robot.chain.single_widths[depth])
@@ -431,13 +441,13 @@ class Estimator:
 
     def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """
-        Return the joints that are known after a sample, or why it makes no new state.
+        Return the joints after a sample, or the reason without a new state.
 
-        This is the part of `take` with a memory; a recording passes it message by message, and the
-        kernel in one batch.
+        This is the part of `take` with memory. Recordings call it for each message, and evaluate
+        the arm in one batch.
         """
         chain = self.robot.chain
-        # A row without a pose, unless it decides whether loops close.
+        # A row without a pose, unless the kernel must close loops.
         pose = 0 if chain.loops else chain.widths[kernel.POSE]
         row = np.empty(chain.single_widths[kernel.POSE] - pose)
         outcome = self._observe(sample, row)
@@ -453,7 +463,7 @@ class Estimator:
         measures: Floats | None = None,
         answers: OutgoingMessages | None = None,
     ) -> MessageOutcome:
-        # Takes a message into the memory by its reader, fills the row, and counts the message.
+        # Reads a message into the memory, fills the row, and counts the message.
         if isinstance(message, SerializedSample):
             assert measures is not None
             outcome = self._read_bytes(message, row, measures, answers)
@@ -478,10 +488,7 @@ class Estimator:
         answers: OutgoingMessages | None,
     ) -> MessageOutcome:
         form, data, arrival = message
-        try:
-            incoming = self._forms[form]
-        except KeyError:
-            incoming = self._keep(form)
+        incoming = self._forms[form] if form in self._forms else self._keep(form)
         if incoming is None:
             return _UNREAD
         memory, search = self._joints, self._search
@@ -499,9 +506,9 @@ class Estimator:
         if refusal is not None:
             return MessageOutcome(refusal=refusal)
         positions, velocities = doubles(sample.positions), doubles(sample.velocities)
-        arm, memory, times = self.robot.singularity.arm, self._joints, sample.times
+        reported = ReportedJoints(named.ours, positions, velocities, *sample.times)
         outcome = _OUTCOMES[
-            kernel.observe(arm, memory, named.ours, positions, velocities, *times, row)
+            kernel.observe(self.robot.singularity.arm, self._joints, reported, row)
         ]
         if outcome is _UNREAD:
             return MessageOutcome(refusal=self._bad_position(named.ours, positions))
@@ -517,13 +524,13 @@ class Estimator:
         incoming = None
         if ours.count and not duplicates and one_each and not self.settings.integrate_velocities:
             incoming = form.for_joints(ours)
-        if len(self._forms) >= FORMS:
+        if len(self._forms) >= MAX_FORMS:
             self._forms.clear()
         self._forms[form] = incoming
         return incoming
 
     def quantity(self, kind: type[_StreamQuantity]) -> _StreamQuantity:
-        """Return a quantity with its memory, which begins when it is first asked for."""
+        """Return a quantity with its memory, which begins at the first call."""
         if kind not in self._quantities:
             self._quantities[kind] = kind(self.robot, self.settings)
         return cast(_StreamQuantity, self._quantities[kind])
@@ -542,12 +549,12 @@ class Estimator:
 
     def _explained(self, refusal: RefusedMessage) -> RefusedMessage:
         if refusal is _NOT_COMPUTABLE:
-            # The lengths of an arm made in Python can overflow; such a position must not be kept.
+            # The lengths of an arm made in Python can overflow: forget the position.
             kernel.forget(self._joints)
         return self._not_closed() if refusal.reason == NOT_CLOSED else refusal
 
     def _not_closed(self) -> RefusedMessage:
-        # Said once: to look for it takes a hundred times as long as a message.
+        # Explained once: the explanation takes 100 times as long as a message.
         if self._is_open:
             return RefusedMessage(NOT_CLOSED)
         self._is_open = True
@@ -560,30 +567,24 @@ class Estimator:
     def _shape_refusal(self, sample: JointSample, named: MessageJoints) -> RefusedMessage | None:
         if not named.ours.count:
             return RefusedMessage(NOT_OURS)
-        if len(sample.positions) != len(sample.names):
-            if len(sample.positions) == 0:
-                return RefusedMessage(NO_POSITION)
-            return RefusedMessage(
-                MALFORMED,
-                f'{len(sample.names)} names but {len(sample.positions)} positions',
-            )
+        names, positions = len(sample.names), len(sample.positions)
+        if not positions:
+            return RefusedMessage(NO_POSITION)
+        if names != positions:
+            return RefusedMessage(MALFORMED, f'{names} names but {positions} positions')
         if named.duplicates:
             return RefusedMessage(DUPLICATE, f'joint {named.duplicates[0]!r} is named twice')
         return None
 
     def _bad_position(self, ours: OurJoints, positions: Floats) -> RefusedMessage:
-        for j, index in zip(*ours.table):
-            position = float(positions[index])
-            if not abs(position) <= kernel.LARGEST:
-                reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
-                return RefusedMessage(
-                    reason, f'position of joint {self._joints.names[j]!r} is {position}'
-                )
-        raise AssertionError('the kernel found a position that is not finite or too large')
+        numbers = ((j, float(positions[index])) for j, index in zip(*ours.table))
+        j, position = next(one for one in numbers if not abs(one[1]) <= kernel.LARGEST)
+        reason = TOO_LARGE if math.isfinite(position) else NOT_FINITE
+        return RefusedMessage(reason, f'position of joint {self._joints.names[j]!r} is {position}')
 
 
 def doubles(numbers: Sequence[float] | Floats) -> Floats:
-    """Return numbers in the only layout the kernel takes; arrays that have it are not copied."""
+    """Return numbers in the kernel's layout; arrays in this layout are not copied."""
     if type(numbers) is array.array and numbers.typecode == 'd':
         return np.asarray(numbers)
     if as_the_kernel_takes_it(numbers):

@@ -1,7 +1,7 @@
 """
 Check the joint states of the last seconds: stamps, jumps, speeds, velocities, mimic joints.
 
-Stamps are compared with times of arrival, and motions judged by `motion_checks`. Lags, bursts and
+Stamps are compared with times of arrival; `motion_checks` checks the motions. Lags, bursts and
 noise of healthy drivers pass. Each sentence begins with the kind of fault, up to a colon.
 """
 
@@ -18,23 +18,23 @@ from .cdr import SECOND
 from .joint_state_columns import Flags, columns_of
 from .motion_checks import POSITION_TOLERANCE, SAMPLE_MINIMUM
 
-# Messages that are kept for the checks: a second at 1 kHz.
+# Largest number of messages in memory: one second at 1 kHz.
 MESSAGE_LIMIT = 1000
-# Size of each in bytes, at most: together they are 8 MB.
+# Largest size of a message, bytes: 8 MB in total.
 SIZE_LIMIT = 8192
-# Messages of this time are checked (ns): ten of a driver that sends two a second.
+# Time whose messages are checked, ns: ten messages of a driver with 2 Hz.
 WINDOW = 5 * SECOND
-# Lists of joint names that are checked at a time: some drivers on one topic.
+# Largest number of lists of joint names that are checked: a topic has few drivers.
 FORM_LIMIT = 8
-# Time by stamps may pass this many times faster or slower than time of arrival.
+# Largest ratio of time by stamps to time of arrival, and of its inverse.
 PACE = 3.0
 MICROSECONDS = 'nanosec most likely holds microseconds; write nanoseconds'
 MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
-# Causes of a wrong pace, by its ratio: time by stamps over time of arrival.
+# Causes of a wrong pace, by the ratio of time by stamps to time of arrival.
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
-# Largest relative error of the ratio: jitter over half a second.
+# Largest relative error of the ratio: jitter in half a second.
 PACE_TOLERANCE = 0.1
-# Causes of a nanosec below these bounds in all messages of more than a second.
+# Causes of a nanosec that stays below these bounds for more than a second.
 NANOSEC_CAUSES = {
     1: 'their stamps are whole seconds; fill nanosec',
     SECOND // 1_000_000: MILLISECONDS,
@@ -42,10 +42,10 @@ NANOSEC_CAUSES = {
     SECOND // 100: 'nanosec most likely counts steps of 100 ns; write nanoseconds',
     SECOND // 10: 'nanosec most likely counts steps of 10 ns; write nanoseconds',
 }
-# A speed may exceed its limit by this factor: jitter of stamps adds a tenth over its baseline.
+# Largest ratio of a speed to its limit: jitter of stamps adds 10 % over the baseline.
 SPEED_TOLERANCE = 1.1
-# Times (s) by which a mimic joint may follow its leader. At 1 rad/s it moves by 0.01 rad, half of
-# its tolerance, to the nearest of them.
+# Lags at which a mimic joint is compared with its leader, s. At 1 rad/s the nearest lag is at most
+# 0.01 rad off, half of the tolerance.
 MIMIC_LAGS = np.linspace(0.0, 0.5, 26)
 
 
@@ -56,7 +56,7 @@ class JointMessages(NamedTuple):
     Attributes
     ----------
     arrivals, seconds, nanoseconds : shape (N,)
-        Time of arrival, steady clock, ns; the two numbers of the stamp.
+        Time of arrival, steady clock, ns; the two fields of the stamp.
     q, qdot : shape (N, k), rad or m, rad/s or m/s
         NaN in `qdot` if the messages report no velocities.
     """
@@ -79,16 +79,16 @@ class JointMessages(NamedTuple):
         return f'{1e-9 * float(self.arrivals[-1] - self.arrivals[0]):.2g} s'
 
     def taken(self, rows: slice | Flags) -> 'JointMessages':
-        """Return some of the messages."""
+        """Return the messages of some rows."""
         return JointMessages._make([self.names, *(column[rows] for column in self[1:])])
 
     def newest(self, timeout: int) -> 'JointMessages':
-        """Return those after the last stamp that stepped back by more than the timeout (ns)."""
+        """Return the messages after the last step back of stamps beyond the timeout (ns)."""
         return self.taken(slice(_last(np.diff(self.stamps) < -timeout), None))
 
 
 def messages_of(recent: Sequence[tuple[int, bytes]], now: int) -> list[JointMessages]:
-    """Return the messages of the last `WINDOW` from times of arrival (ns) and bytes."""
+    """Return the messages of the last `WINDOW`, given as times of arrival (ns) and bytes."""
     found, waiting = list[JointMessages](), [one for one in recent if now - one[0] <= WINDOW]
     for _ in range(FORM_LIMIT):
         if not waiting:
@@ -122,15 +122,15 @@ def input_faults(
     Parameters
     ----------
     groups
-        Messages of some seconds, those of the same names together.
+        Messages of some seconds, grouped by joint names.
     robot, names
-        The arm, and for the joints to be checked, mimic joints included, the names in messages.
+        The arm, and the names in messages of the joints to be checked, including mimic joints.
     timeout : ns
-        Stamps that step back by more start a new time.
+        After a larger step back of stamps, earlier messages are ignored.
     simulated
         Whether time is simulated: it may pass at any rate.
     reported
-        Whether velocities that messages report are used.
+        Whether reported velocities are used.
     """
     faults, offsets = list[str](), dict[str, float]()
     ours = {names[name]: j for j, name in enumerate(robot.joint_names) if name in names}
@@ -142,7 +142,7 @@ def input_faults(
             fault = _stamp_fault(group, simulated) if group.stamps[-1] else ''
             if group.stamps[-1] and not simulated:
                 offsets[group.names[0]] = float(np.median(group.stamps - group.arrivals))
-            # Speeds by wrong stamps mean nothing.
+            # Speeds are not checked if stamps are wrong.
             faults += [fault] if fault else _motion_faults(group, robot, ours, reported)
         apart = 1e-9 * float(np.ptp([*offsets.values()])) if offsets else 0.0
         if not faults and apart > 1e-9 * timeout:
@@ -154,11 +154,11 @@ def input_faults(
 
 
 def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str:
-    """Return what times of arrival in place of stamps mean for speeds, in words."""
+    """Return the error of speeds by times of arrival instead of stamps, in words."""
     text = 'no stamps: speeds are differences over times of arrival'
     for group in groups:
         if len(group.q) >= SAMPLE_MINIMUM and not set(names).isdisjoint(group.names):
-            # Half the width of two thirds of all intervals: one standard deviation, if normal.
+            # Half the range of the middle 68 % of all intervals: one standard deviation if normal.
             low, middle, high = np.percentile(np.diff(group.arrivals) * 1e-6, (16, 50, 84))
             jitter = 0.5 * float(high - low)
             text += f'; an arrival jitter of {jitter:.2g} ms in {middle:.3g} ms '
@@ -167,14 +167,14 @@ def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str
 
 
 def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int, int]:
-    """Return how many messages report 0 for each of the joints that they name, and of how many."""
+    """Return the number of messages that report 0 for all their joints, and of all messages."""
     values = [group.q[:, np.isin(group.names, names)] for group in groups]
     values = [one for one in values if one.shape[1]]
     return sum(int(np.sum(np.all(one == 0.0, axis=1))) for one in values), sum(map(len, values))
 
 
 def _last(where: Flags) -> int:
-    # Returns the index of the message after the last interval that is true; 0 if none is.
+    # Returns the index of the message after the last true interval; 0 without one.
     return int(np.flatnonzero(np.append(True, where))[-1])
 
 
@@ -182,7 +182,7 @@ def _last(where: Flags) -> int:
 
 
 def _stamp_fault(group: JointMessages, simulated: bool) -> str:
-    # Returns what is wrong with the stamps, the first that applies; '' if nothing was found.
+    # Returns the first fault of the stamps that applies, or ''.
     late = group.arrivals > group.arrivals[-1] - SECOND
     late[-SAMPLE_MINIMUM:] = True
     if np.ptp(group.stamps[late]) == 0:
@@ -192,7 +192,7 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
         return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
     total, largest = f'{len(group.q)} messages in {group.duration}', int(group.nanoseconds.max())
     dropped, cause = ~_advances(group.stamps), _cause_of_nanosec(group)
-    # Messages that came twice are left out; without them the share of dropped ones is smaller.
+    # Without messages that came twice, the fraction of dropped messages is smaller.
     if 2 * np.sum(dropped & late) > np.sum(late):
         late &= ~(dropped & _came_twice(group))
     if 2 * np.sum(dropped & late) > np.sum(late):
@@ -215,12 +215,12 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
 
 
 def _advances(stamps: Integers) -> Flags:
-    # Returns for each message whether its stamp is newer than all before.
+    # Returns whether the stamp of each message is newer than all earlier ones.
     return np.append(True, stamps[1:] > np.maximum.accumulate(stamps)[:-1])
 
 
 def _came_twice(group: JointMessages) -> Flags:
-    # Returns whether exactly one other message has the same stamp and numbers: a relay repeats it.
+    # Returns whether exactly one other message has the same stamp and numbers (from a relay).
     columns = zip(group.stamps, group.q, group.qdot)
     messages = [b''.join(one.tobytes() for one in row) for row in columns]
     counts = Counter(messages)
@@ -228,7 +228,7 @@ def _came_twice(group: JointMessages) -> Flags:
 
 
 def _cause_of_nanosec(group: JointMessages) -> str:
-    # Returns why nanosec passes less than a thousandth of each second; '' if it passes more.
+    # Returns the cause if nanosec stays below a bound of NANOSEC_CAUSES; otherwise ''.
     gaps = np.diff(group.arrivals)
     within = gaps[np.diff(group.seconds) == 0].sum()
     if 2 * within < gaps.sum() or np.ptp(group.seconds) == 0:
@@ -238,8 +238,8 @@ def _cause_of_nanosec(group: JointMessages) -> str:
 
 
 def _pace(group: JointMessages) -> float:
-    # Returns seconds of stamps over seconds of arrival, 1 unless both halves are beyond PACE: a
-    # burst after a stall and a step of a clock are in one half.
+    # Returns the ratio of time by stamps to time of arrival if it is beyond PACE in both halves of
+    # the time, else 1. A burst after a stall, or a step of a clock, changes only one half.
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))
@@ -260,7 +260,7 @@ def _motion_faults(
     places = {name: group.names.index(name) for name in ours if name in group.names}
     sizes = [np.abs(values[:, list(places.values())]) for values in (group.q, group.qdot)]
     known, told = (np.all(values <= LARGEST, axis=1) for values in sizes)
-    # The estimator uses all velocities of a message or none.
+    # The estimator uses either all velocities of a message or none.
     group = group._replace(qdot=np.where(reported & told[:, None], group.qdot, np.nan))
     unstamped = group.stamps[-1] == 0
     group = group.taken(known & (unstamped | _advances(group.stamps)))
@@ -284,7 +284,7 @@ def _motion_faults(
         name, j, q, qdot = list(places)[k], joints[k], every_q[:, k], every_qdot[:, k]
         unit, limit, speed = robot.units[j], float(limits[k]), float(speeds[k])
         text = motion_checks.contradiction(t, q, qdot, float(tolerances[k]), unit)
-        # Speeds that contradict the positions explain no step.
+        # Velocities that contradict the positions do not explain a step.
         found = motion_checks.jumps(robot, j, t, q, np.nan * qdot if text else qdot)
         if len(found):
             steps[name] = np.diff(q)[found]
@@ -320,7 +320,7 @@ def _mimic_faults(
                 continue
             q, driven = (group.q[:, group.names.index(one)] for one in pair)
             formula, t = multiplier * driven + offset, 1e-9 * (group.arrivals - group.arrivals[0])
-            # A joint that follows late has the formula's value of a time before.
+            # A joint that lags has an earlier value of the formula.
             past = [np.interp(t - lag, t, formula) for lag in MIMIC_LAGS]
             if min(np.median(np.abs(q - one)) for one in past) > POSITION_TOLERANCE[slides]:
                 unit = 'm' if slides else 'rad'

@@ -1,4 +1,4 @@
-"""Positions of joints whose messages have velocities alone, by the trapezoidal rule."""
+"""Integrate velocities of messages without positions, by the trapezoidal rule."""
 
 import math
 from collections.abc import Sequence
@@ -11,13 +11,13 @@ from ..robot.robot import Robot
 from .joint_memory import NamedJoints
 from .joint_sample import JointSample
 
-# A reported velocity may exceed the joint's limit by this factor: encoders are noisy.
+# Largest ratio of a reported velocity to the joint's limit: encoders are noisy.
 LIMIT_MARGIN = 1.1
 
 
 class Integration:
     """
-    Counts on from the last reported positions of the joints by the trapezoidal rule.
+    Integrates from the last reported positions of the joints by the trapezoidal rule.
 
     Parameters
     ----------
@@ -33,30 +33,30 @@ class Integration:
 
     @property
     def seconds(self) -> float:
-        """Return the time counted on since positions were reported, where it is longest, s."""
+        """Return the longest time of integration since a joint's last reported position, s."""
         return float(self._seconds.max())
 
     def deviation(self, robot: Robot) -> float | None:
         """
-        Return the largest standard deviation that has come of it, rad or m; None where the file of
-        the arm does not say the noise of velocities.
+        Return the largest standard deviation of an integrated position, rad or m; None without
+        `velocity_noise` in the robot file.
         """
         said = robot.description.uncertainty
         if said is None or said.velocity_noise is None:
             return None
-        # Errors of messages add up as if they were independent, each over its step of time.
+        # Errors of messages are taken as independent, each over its time step.
         return float(np.max(np.array(said.velocity_noise) * np.sqrt(self._squares)))
 
     def forget(self, joints: slice | Integers = slice(None)) -> None:
-        """Begin at positions that a message has reported."""
+        """Start again at positions that a message has reported."""
         self._seconds[joints] = self._squares[joints] = 0.0
 
     def too_fast(self, velocities: Floats, names: Sequence[str], ours: OurJoints) -> str:
         """
-        Return which joint moves faster than its limit; empty if none does, and for NaN.
+        Return a sentence if a joint moves faster than its limit; empty otherwise, and for NaN.
 
-        A joint without a limit in the robot file may move with `FASTEST_JOINT`. `names` are those
-        of the arm's joints.
+        The limit of a joint without one in the robot file is `FASTEST_JOINT`. `names` are the
+        names of the arm's joints.
         """
         for j, place in zip(*ours.table):
             if place < len(velocities) and abs(velocities[place]) > self._fastest[j]:
@@ -70,19 +70,19 @@ class Integration:
         self, sample: JointSample, velocities: Floats, memory: NamedJoints, ours: OurJoints
     ) -> Floats | None:
         """
-        Return positions for a message without any, one for each of its names.
+        Return positions for a message without positions, one for each of its names.
 
-        None where a joint of the arm in it has no position to begin with, or none that is not
-        stale; where a velocity is no number; where a stamp is missing or does not advance.
+        None if a joint of the arm in it has no position yet, or a stale one; if a velocity is not
+        finite; or if its stamp is missing or does not advance.
 
         Parameters
         ----------
         sample, velocities
             The message and its velocities.
         memory
-            What is known of the joints.
+            The memory of the joints.
         ours
-            Those that are in the message.
+            The arm's joints in the message.
         """
         columns, (joints, places) = memory.columns, ours.table
         steps = (sample.stamp - columns.stamp[joints]) * 1e-9

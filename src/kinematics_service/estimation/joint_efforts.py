@@ -1,4 +1,4 @@
-"""Joint efforts as messages report them, and the bias that is taken from them."""
+"""Joint efforts of messages minus a bias, the mean of the last efforts on request."""
 
 from collections import deque
 
@@ -10,20 +10,20 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity, doubles
 from .joint_memory import NamedJoints
 
-# The bias is the mean of the last so many messages.
+# Number of messages whose mean is the bias.
 AVERAGED = 100
 
 
 class JointEfforts(StreamQuantity):
     """
-    The last effort of each joint, less a bias, in N m or N.
+    The last effort of each joint minus a bias, N m or N.
 
     Attributes
     ----------
     efforts : shape (n,)
-        NaN where the joint's last message has none, or one that is no number to compute with.
+        Last efforts; NaN if the joint's last message has none, or one that is not finite.
     bias : shape (n,)
-        What `torques` are counted from; None until it is taken.
+        The bias; None until `take_bias`.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -35,7 +35,7 @@ class JointEfforts(StreamQuantity):
     def take(
         self, answer: EstimatorOutput, message: JointMessage, joints: NamedJoints
     ) -> Floats | None:
-        """Return the efforts less the bias, shape (n,); None where one is not known."""
+        """Return the efforts minus the bias, shape (n,); None if one is unknown."""
         ours = joints.joints_in(message.names).ours
         self.note(ours, len(message.names), doubles(message.efforts))
         if np.isnan(self.efforts).any():
@@ -43,19 +43,19 @@ class JointEfforts(StreamQuantity):
         return self.efforts if self.bias is None else self.efforts - self.bias
 
     def note(self, ours: OurJoints, names: int, efforts: Floats) -> None:
-        """Note the efforts of a message of so many names, which has the arm's joints `ours`."""
+        """Store the efforts of a message with `names` names and the arm's joints `ours`."""
         joints, places = ours.table
-        told = efforts[places] if len(efforts) == names else np.full(len(joints), np.nan)
-        # Copied: what has been handed out stays.
+        new = efforts[places] if len(efforts) == names else np.full(len(joints), np.nan)
+        # A copy: callers keep the former array.
         self.efforts = self.efforts.copy()
-        self.efforts[joints] = np.where(np.abs(told) <= kernel.LARGEST, told, np.nan)
+        self.efforts[joints] = np.where(np.abs(new) <= kernel.LARGEST, new, np.nan)
         if np.isnan(self.efforts).any():
             self._recent.clear()
         else:
             self._recent.append(self.efforts)
 
     def take_bias(self) -> int:
-        """Take the mean of the last messages as bias, and return their number; 0 for none."""
+        """Set the bias to the mean of the last messages, and return their number."""
         if self._recent:
             self.bias = np.mean(self._recent, axis=0)
         return len(self._recent)

@@ -1,4 +1,4 @@
-"""What is known of each joint: its position, its velocity, and when it was heard."""
+"""The memory of each joint: position, velocity, stamps, and times of arrival."""
 
 import math
 from collections.abc import Sequence
@@ -9,18 +9,17 @@ import numpy as np
 from ..kernel import Floats, JointMemory, OurJoints
 from ..robot.robot import Robot
 
-# Number of lists of names kept: a topic has few drivers, and names must not pile up.
-MOST_LISTS = 16
+# Largest number of lists of names in memory: a topic has few drivers.
+MAX_LISTS = 16
 
-# Disagreements older than this are forgotten.
+# Time after which a disagreement is forgotten, ns.
 DISPUTE_WINDOW = 2_000_000_000
 
-# Limits are compared with this tolerance: encoders round, and a joint at its stop is not beyond
-# it.
-LIMIT_SLACK = 1e-6
+# Tolerance of limits, rad or m: encoders round, and a joint at its stop is not beyond it.
+LIMIT_TOLERANCE = 1e-6
 
-# Columns of the memory with what messages have said of a joint.
-PER_JOINT = (
+# Columns of the memory that follow a joint to another arm.
+JOINT_COLUMNS = (
     *('position', 'before', 'velocity', 'differenced', 'known', 'stamped', 'stamp', 'arrival'),
     *('jump_count', 'jumps'),
 )
@@ -33,9 +32,9 @@ class MessageJoints(NamedTuple):
     Attributes
     ----------
     ours
-        Their indices in the arm and in the message, as the kernel takes them.
+        Indices of the joints in the arm and in the message, for the kernel.
     duplicates
-        Names of those that occur twice in it.
+        Names of joints that occur twice in the message.
     """
 
     ours: OurJoints
@@ -54,19 +53,19 @@ def _closure_width(robot: Robot) -> int:
 
 class NamedJoints(JointMemory):
     """
-    What is known of each joint of an arm by its name: what `kernel.observe` writes.
+    The memory of an arm's joints by name, which `kernel.observe` writes.
 
     Parameters
     ----------
     robot
         The arm.
     prefix
-        Put before the joint names of the robot file.
+        Prefix of the joint names of the robot file.
     source
-        kernel.AUTO, FROM_MESSAGE or FROM_DIFFERENCE: where velocities come from.
+        Source of velocities: kernel.AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     timeout : ns
-        A joint without a position for longer is missing; stamps that step back by more start a new
-        time.
+        A joint without a position for longer is missing. If stamps step back by more, all joints
+        are forgotten.
     """
 
     def __init__(self, robot: Robot, prefix: str, source: int, timeout: int) -> None:
@@ -77,25 +76,25 @@ class NamedJoints(JointMemory):
         self.configure(robot, source, timeout)
 
     def configure(self, robot: Robot, source: int, timeout: int) -> None:
-        """Apply other settings; the joints' states are kept."""
+        """Apply other settings and keep the states of the joints."""
         self.velocity_source = source
-        # Stamps are far below 2^62 ns, 146 years; their differences must fit too.
+        # Stamps are far below 2^62 ns (146 years); differences must not overflow.
         self.timeout = min(timeout, 2**62)
         self.columns.wraps[:] = robot.continuous
 
     def remember(self, former: 'NamedJoints') -> None:
-        """Take over the states of the joints that have the same names of another arm."""
+        """Take over the states of joints with equal names from the memory of another arm."""
         ours, theirs = self.columns, former.columns
         for j, name in enumerate(self.names):
             k = former._index.get(name)
             if k is not None:
-                for column in PER_JOINT:
+                for column in JOINT_COLUMNS:
                     getattr(ours, column)[j] = getattr(theirs, column)[k]
 
     def joint_vectors(self) -> tuple[Floats, Floats | None] | None:
         """
-        Return positions (n,) and velocities (n,), None for those that are not all known; None if
-        not even the positions are.
+        Return positions (n,) and velocities (n,), or None without all positions. The velocities
+        are None if one is unknown.
         """
         if not self.columns.known.all():
             return None
@@ -103,11 +102,11 @@ class NamedJoints(JointMemory):
         return self.columns.position.copy(), None if np.isnan(qdot).any() else qdot
 
     def positions(self) -> Floats:
-        """Return the joint positions that are known, shape (n,); NaN for the others."""
+        """Return the joint positions, shape (n,); NaN for unknown ones."""
         return self.columns.position.copy()
 
     def fits(self, robot: Robot) -> bool:
-        """Return whether the memory is of an arm with loops as this one has."""
+        """Return whether the memory has the size of this arm's closed loops."""
         return self.closure == _closure_width(robot)
 
     def joints_in(self, names: Sequence[str]) -> MessageJoints:
@@ -116,67 +115,53 @@ class NamedJoints(JointMemory):
         found = self._lists.get(key)
         if found is not None:
             return found
-        joints: list[int] = []
-        indices: list[int] = []
-        duplicates: list[str] = []
-        for index, name in enumerate(key):
-            j = self._index.get(name)
-            if j is None:
-                continue
-            if j in joints:
-                duplicates.append(name)
-            joints.append(j)
-            indices.append(index)
-        ours = OurJoints(np.array(joints, dtype=np.int64), np.array(indices, dtype=np.int64))
+        indices = [index for index, name in enumerate(key) if name in self._index]
+        named = [key[index] for index in indices]
+        joints = np.array([self._index[name] for name in named], dtype=np.int64)
+        ours = OurJoints(joints, np.array(indices, dtype=np.int64))
+        duplicates = (name for k, name in enumerate(named) if named.index(name) < k)
         found = MessageJoints(ours, tuple(duplicates))
-        if len(self._lists) >= MOST_LISTS:
+        if len(self._lists) >= MAX_LISTS:
             self._lists.pop(next(iter(self._lists)))
         if len(key) <= 8 * len(self.names) + 256:  # a hostile list of names is not worth keeping
             self._lists[key] = found
         return found
 
     def unmatched(self) -> tuple[tuple[str, ...], ...]:
-        """Return the lists of names heard, if none of them has a joint of the arm."""
+        """Return the lists of names in messages if none of them has a joint of the arm."""
         has_ours = any(found.ours.count for found in self._lists.values())
         return () if has_ours else tuple(self._lists)
 
     def newest(self) -> int | None:
-        """Return the latest time (ns) for which a joint is known, None if there is none."""
+        """Return the latest stamp (ns) of a joint; None without a known joint."""
         known = self.columns.known != 0
         return int(self.columns.stamp[known].max()) if known.any() else None
 
     def missing(self, arrival: int, timeout: int) -> tuple[str, ...]:
-        """Return the names of joints not heard within `timeout` before `arrival` (ns)."""
-        heard = self.columns.arrival.tolist()
-        known = self.columns.known.tolist()
-        return tuple(
-            name
-            for name, at, ever in zip(self.names, heard, known)
-            if not ever or arrival - at > timeout
-        )
+        """Return the names of joints without a message in `timeout` before `arrival` (ns)."""
+        columns = zip(self.names, self.columns.arrival.tolist(), self.columns.known.tolist())
+        return tuple(name for name, at, known in columns if not known or arrival - at > timeout)
 
     def age(self, arrival: int) -> float:
-        """Return the age in seconds of the oldest joint position, inf if a joint has none."""
+        """Return the age in seconds of the oldest joint position; inf if a joint has none."""
         if not self.columns.known.all():
             return math.inf
         return (arrival - int(self.columns.arrival.min())) * 1e-9
 
     def beyond(self, limits: Floats) -> tuple[str, ...]:
         """Return the names of known joints outside limits (n, 2)."""
+        columns = zip(self.names, self.columns.position.tolist(), limits.tolist())
         return tuple(
             name
-            for name, position, (low, high) in zip(
-                self.names, self.columns.position.tolist(), limits.tolist()
-            )
-            if position < low - LIMIT_SLACK or position > high + LIMIT_SLACK
+            for name, position, (low, high) in columns
+            if position < low - LIMIT_TOLERANCE or position > high + LIMIT_TOLERANCE
         )
 
     def disputed(self, arrival: int, jumps: int) -> tuple[str, ...]:
         """Return the names of joints that jumped at least `jumps` times within DISPUTE_WINDOW."""
-        counts = self.columns.jump_count.tolist()
-        times = self.columns.jumps.tolist()
+        columns = zip(self.names, self.columns.jump_count.tolist(), self.columns.jumps.tolist())
         return tuple(
             name
-            for name, count, all_times in zip(self.names, counts, times)
-            if sum(arrival - time < DISPUTE_WINDOW for time in all_times[:count]) >= jumps
+            for name, count, times in columns
+            if sum(arrival - time < DISPUTE_WINDOW for time in times[:count]) >= jumps
         )

@@ -16,7 +16,7 @@ class JointSample(NamedTuple):
     names
         Joint names, as in the message.
     positions, velocities : rad or m, rad/s or m/s
-        As in the message: of any length, with any number in them.
+        As in the message: any length and any numbers.
     stamp : ns
         Time of the measurement, ROS clock; 0 if the message has none.
     received : ns
@@ -24,7 +24,7 @@ class JointSample(NamedTuple):
     arrival : ns
         Time of receipt, steady clock.
     efforts : N m or N
-        As in the message, too.
+        As in the message.
     """
 
     names: Sequence[str]

@@ -1,7 +1,7 @@
 """
-Read many serialized JointState messages at once, if they differ in stamp and numbers alone.
+Read many serialized JointState messages at once, if only stamps and numbers differ.
 
-The reader of messages takes those that do not look like the first one.
+Messages of another form than the first one need the reader of single messages.
 """
 
 from collections.abc import Sequence
@@ -12,13 +12,13 @@ import numpy.typing as npt
 
 from ..kernel import Floats, Integers
 from .cdr import SECOND, STAMP_AT
-from .joint_state_form import form_of, ros1_form_of
+from .joint_state_form import form_of
 
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
 
 class MessageColumns(NamedTuple):
-    """Messages in columns, with both numbers of the stamps; `alike` tells which rows are valid."""
+    """Messages in columns, with both fields of the stamps; `alike` marks the valid rows."""
 
     alike: Flags
     names: tuple[str, ...]
@@ -35,7 +35,7 @@ class MessageColumns(NamedTuple):
 
 def columns_of(raws: Sequence[bytes], ros1: bool = False) -> MessageColumns | None:
     """Return messages of equal length in columns; None if the first has no form."""
-    form = ros1_form_of(raws[0]) if ros1 else form_of(raws[0])
+    form = form_of(raws[0], ros1)
     if form is None:
         return None
     table = np.frombuffer(b''.join(raws), dtype=np.uint8).reshape(len(raws), -1)

@@ -1,12 +1,11 @@
 """
 The form of a stream of serialized JointState messages: the offsets of its numbers.
 
-A driver sends the same names in every message, so its messages differ only in their stamp, their
-numbers, and the bytes without a meaning.
+A driver sends the same names in every message. So its messages differ only in stamps, numbers and
+bytes without a meaning.
 """
 
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,15 +13,7 @@ import numpy as np
 
 from ..errors import CdrError
 from ..kernel import Bytes, Floats, IncomingForm, OurJoints
-from .cdr import (
-    DOUBLE,
-    ENCAPSULATION_SAYS,
-    SECOND,
-    STAMP,
-    STAMP_AT,
-    CdrReader,
-    Ros1Reader,
-)
+from .cdr import DOUBLE, ENCAPSULATION_SAYS, SECOND, STAMP, STAMP_AT, CdrReader, Ros1Reader
 
 _EMPTY = np.empty(0)
 _EMPTY.setflags(write=False)
@@ -40,11 +31,11 @@ class JointStateForm:
     size
         Bytes of a message.
     positions, velocities, efforts
-        Where they are, doubles as in this machine's memory; the stamp is at `cdr.STAMP_AT`.
+        Their ranges of bytes, as doubles of this machine; the stamp is at `cdr.STAMP_AT`.
     fixed : shape (size,)
-        The bits that are the same in all of them: 255 for a byte of these, 0 for another.
+        Mask of the bits that are equal in all messages: 255 for a fixed byte, 0 for another.
     same : shape (size,)
-        These bytes; 0 elsewhere.
+        The fixed bytes; 0 elsewhere.
     """
 
     names: tuple[str, ...]
@@ -57,12 +48,11 @@ class JointStateForm:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Return how many positions and velocities there are."""
-        positions, velocities = self.positions, self.velocities
-        return (
-            (positions.stop - positions.start) // DOUBLE,
-            (velocities.stop - velocities.start) // DOUBLE,
+        """Return the numbers of positions and velocities."""
+        positions, velocities = (
+            (one.stop - one.start) // DOUBLE for one in (self.positions, self.velocities)
         )
+        return positions, velocities
 
     def fits(self, data: bytes) -> bool:
         """Return whether a message is of this form."""
@@ -71,18 +61,18 @@ class JointStateForm:
         )
 
     def for_joints(self, ours: OurJoints) -> IncomingForm:
-        """Return the form as the kernel takes it, for messages with these joints of the arm."""
+        """Return the form for the kernel, for messages with these joints of the arm."""
         return IncomingForm(self.fixed, self.same, STAMP_AT, self.positions, self.velocities, ours)
 
 
 def doubles_of(data: bytes) -> Floats:
-    """Return bytes as doubles of this machine's memory; read-only."""
+    """Return bytes as doubles in the byte order of this machine; read-only."""
     return np.frombuffer(data, np.float64) if data else _EMPTY
 
 
 class SerializedSample(NamedTuple):
     """
-    A serialized JointState that is expected to be of a form, with the names of that form.
+    A serialized JointState that probably has a certain form.
 
     Attributes
     ----------
@@ -114,7 +104,7 @@ class SerializedSample(NamedTuple):
 
 
 class JointStateFields(NamedTuple):
-    """Where the fields of a serialized JointState are."""
+    """Ranges of the fields of a serialized JointState."""
 
     frame: slice
     names: tuple[slice, ...]
@@ -125,12 +115,12 @@ class JointStateFields(NamedTuple):
 
 def fields_of(reader: CdrReader) -> JointStateFields:
     """
-    Return where the fields of a JointState are, in any encoding.
+    Return the ranges of the fields of a JointState, in any encoding.
 
     Raises
     ------
     CdrError
-        The bytes are no message of this type.
+        The bytes are not a message of this type.
     """
     reader.skip(STAMP.size)
     frame = reader.text()
@@ -141,41 +131,26 @@ def fields_of(reader: CdrReader) -> JointStateFields:
     return JointStateFields(frame, names, positions, velocities, efforts)
 
 
-def form_of(data: bytes) -> JointStateForm | None:
+def form_of(data: bytes, ros1: bool = False) -> JointStateForm | None:
     """
-    Return the form of a message.
+    Return the form of a message; `ros1` for a message of ROS 1.
 
-    None if it is no whole JointState in plain CDR, if its texts are not plain, or on a machine
-    with another order of bytes: such messages need the reader of all messages.
+    None if it is not a whole JointState in plain CDR, if a text is not plain, or on a machine with
+    another byte order. Such messages need the general reader.
     """
     try:
-        reader = CdrReader(data)
-        if not reader.is_plain:
+        reader = Ros1Reader(data) if ros1 else CdrReader(data)
+        if not reader.is_plain or sys.byteorder != 'little':
             return None
-        return _form(data, reader, ENCAPSULATION_SAYS, _plain_text)
+        fields, text_of = fields_of(reader), bytes.decode if ros1 else _plain_text
+        _, *names = (text_of(data[place]) for place in (fields.frame, *fields.names))
     except (CdrError, UnicodeDecodeError):
         return None
-
-
-def ros1_form_of(data: bytes) -> JointStateForm | None:
-    """Return the same as `form_of`, for a message of ROS 1."""
-    try:
-        reader = Ros1Reader(data)
-        form = _form(data, reader, b'', bytes.decode)
-        return form if reader.is_at_end else None
-    except (CdrError, UnicodeDecodeError):
+    if ros1 and not reader.is_at_end:
         return None
-
-
-def _form(
-    data: bytes, reader: CdrReader, head: bytes, text_of: Callable[[bytes], str]
-) -> JointStateForm | None:
-    if sys.byteorder != 'little':
-        return None
-    fields = fields_of(reader)
-    _, *names = (text_of(data[place]) for place in (fields.frame, *fields.names))
     fixed = np.zeros(len(data), np.uint8)
-    fixed[: len(head)] = tuple(head)
+    if not ros1:
+        fixed[: len(ENCAPSULATION_SAYS)] = tuple(ENCAPSULATION_SAYS)
     for place in reader.shape:
         fixed[place] = 255
     return JointStateForm(

@@ -1,8 +1,8 @@
 """
-Check the motion of one joint: steps that no speed explains, and velocities that contradict it.
+Check the motion of one joint: steps too large for its speed, and contradictory velocities.
 
-Reported velocities are integrated by trapezoids and compared with the positions at the lag that
-fits best. Lags, bursts and noise of healthy drivers pass. The node and `audit` use the same rules.
+Reported velocities are integrated by trapezoids and compared with the positions at the best lag.
+Lags, bursts and noise of healthy drivers pass. The node and `audit` use the same rules.
 """
 
 import math
@@ -14,42 +14,42 @@ from ..kernel import Floats, Integers
 from ..robot.robot import Robot
 from .joint_state_columns import Flags
 
-# Smaller differences of positions have no fault (rad, m): encoders, rounding, play.
+# Smaller differences of positions are not faults, rad, m: encoders, rounding, play.
 POSITION_TOLERANCE = (0.02, 0.005)
-# A step is a jump if it exceeds this many times the motion at the larger reported speed.
+# A step is a jump above this times the motion at the larger reported speed.
 SPEED_MARGIN = 3.0  # by trial: filters of drivers report accelerations late
-# Without a reported speed it is a jump beyond this many times the motion at the velocity limit.
+# Without a reported speed, a step is a jump above this times the motion at the velocity limit.
 LIMIT_MARGIN = 2.0  # by trial: jitter of stamps halves an interval
-# Largest speed of a joint without a velocity limit (rad/s, m/s): above those of industrial arms.
+# Speed of a joint without a velocity limit, rad/s, m/s: above that of industrial arms.
 FREE_SPEED = (10.0, 2.0)
-# In a longer interval (s) a joint can start and stop: reported speeds at its ends explain nothing.
+# In a longer interval a joint can start and stop, s: reported speeds at its ends are not used.
 START_AND_STOP = 0.05
-# A speed is the mean over this time (s), in which jitter of stamps adds a tenth.
+# Time over which a speed is averaged, s: jitter of stamps adds 10 %.
 SPEED_BASELINE = 0.2
-# Reported velocities are compared over this time (s).
+# Time over which reported velocities are compared, s.
 VELOCITY_WINDOW = 1.0
-# They are not compared if an interval is longer (s): trapezoids are inexact at less than 7 Hz.
+# Longest interval of the comparison, s: trapezoids are inexact below 7 Hz.
 INTERVAL_LIMIT = 0.15
-# Filters of drivers delay velocities by up to this time (s); commanded velocities lead by it.
+# Largest delay of velocities by filters, and largest lead of commanded velocities, s.
 LAG_LIMIT = 0.1
-# Integral and position may differ by this much of the larger one: filters do more than delay.
+# Largest difference of integral and position, relative to the larger one: filters also smooth.
 VELOCITY_SHARE = 0.3
-# Positions that are compared, at least: two intervals are in each half of the time.
+# Smallest number of positions in a comparison: two intervals in each half of the time.
 SAMPLE_MINIMUM = 5
 
 
 def joint_steps(q: Floats, wraps: bool) -> Floats:
-    """Return the steps between positions, shape (N - 1,), the shortest way round if it wraps."""
+    """Return the steps between positions, shape (N - 1,), shorter than half a turn if it wraps."""
     steps = np.diff(q)
     return np.asarray(np.mod(steps + math.pi, math.tau) - math.pi if wraps else steps)
 
 
 def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     """
-    Return the intervals in which joint j jumps: no speed within `LAG_LIMIT` explains its step.
+    Return the intervals in which joint j jumps: its step is too large for speeds in `LAG_LIMIT`.
 
-    Messages that are stamped or arrive in pairs were not measured in pairs, so no interval is
-    shorter than the median.
+    Intervals shorter than the median count as the median: pairs of messages with nearly equal
+    stamps were not measured in pairs.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
         return np.zeros(0, dtype=np.int64)
     usual = float(np.median(intervals[intervals > 0.0]))
     intervals = np.maximum(intervals, usual)
-    near = min(math.ceil(LAG_LIMIT / usual), len(t))  # messages by which reported speeds may lag
+    near = min(math.ceil(LAG_LIMIT / usual), len(t))  # largest lag of reported speeds, messages
     speeds = sliding_window_view(np.pad(np.abs(qdot), near, 'edge'), 2 * near + 1).max(axis=1)
     reported = SPEED_MARGIN * np.maximum(speeds[1:], speeds[:-1])
     limit = LIMIT_MARGIN * float(robot.velocity_limits[j])
@@ -73,7 +73,7 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
 
 
 def integral(t: Floats, qdot: Floats) -> Floats:
-    """Return the integral of velocities (N,) or (N, k) from the first time on, by trapezoids."""
+    """Return the integral of velocities (N,) or (N, k) from the first time, by trapezoids."""
     steps = (0.5 * (qdot[1:] + qdot[:-1]).T * np.diff(t)).T
     return np.concatenate([np.zeros_like(qdot[:1]), np.cumsum(steps, axis=0)])
 
@@ -89,16 +89,16 @@ def largest_speed(t: Floats, q: Floats) -> Floats:
 
 def path_errors(t: Floats, q: Floats, qdot: Floats, lags: Floats) -> Floats:
     """
-    Return the integral of velocities that are late by L lags (s), less the positions.
+    Return the integrals of velocities delayed by L lags (s) minus the positions.
 
-    Shape (L, N), rad or m; NaN if the time is beyond the ends. The constant has no meaning.
+    Shape (L, N), rad or m, up to a constant; NaN if the time is beyond the ends.
     """
     path, nan = integral(t, qdot), math.nan
     return np.stack([np.interp(t + lag, t, path, left=nan, right=nan) - q for lag in lags])
 
 
 def scale_in_words(scale: float) -> str:
-    """Return what a ratio of reported velocities to those by the positions means."""
+    """Return the likely cause of a ratio of reported velocities to those by the positions."""
     degrees, flipped = abs(scale - math.degrees(1.0)) < 2.0, abs(scale + 1.0) < 0.1
     cause = ': degrees?' if degrees else ': wrong sign' if flipped else ''
     return f'{scale:.3g} times the change of its position{cause}'
@@ -106,9 +106,9 @@ def scale_in_words(scale: float) -> str:
 
 def suspects(t: Floats, q: Floats, qdot: Floats, tolerances: Floats) -> Flags:
     """
-    Return for each of k joints whether `jumps` or `contradiction` may find anything, shape (k,).
+    Return whether `jumps` or `contradiction` may find a fault of each of k joints, shape (k,).
 
-    It takes some operations for all joints, where those take thirty for each.
+    It takes few operations for all joints together; these two take thirty for each joint.
     """
     late = t >= t[-1] - VELOCITY_WINDOW
     agree = np.ptp(integral(t[late], qdot[late]) - q[late], axis=0) <= tolerances
@@ -117,7 +117,7 @@ def suspects(t: Floats, q: Floats, qdot: Floats, tolerances: Floats) -> Flags:
 
 
 def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: str) -> str:
-    """Return how reported velocities contradict the positions of the last second; '' if not."""
+    """Return how reported velocities contradict the positions of the last second, or ''."""
     late = t >= t[-1] - VELOCITY_WINDOW
     t, q, qdot = t[late], q[late], qdot[late]
     longest, path = float(np.max(np.diff(t), initial=0.0)), integral(t, qdot)
@@ -133,7 +133,7 @@ def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: st
         return ''
     if moved <= tolerance:
         return f'up to {fastest:.3g} {unit}/s, but its position moves by {moved:.1g} {unit}'
-    # The latest half may have the cause alone.
+    # Only the second half may show the cause.
     x, y = (half - np.mean(half) for half in (q[len(q) // 2 :], path[len(q) // 2 :]))
     scale = float(np.dot(x, y) / max(np.dot(x, x), np.finfo(float).tiny))
     if np.ptp(y - scale * x) > VELOCITY_SHARE * np.ptp(y):

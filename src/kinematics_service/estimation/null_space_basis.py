@@ -1,4 +1,4 @@
-"""The null space of the task at each state, by a basis that turns no more than it must."""
+"""The null space of the task at each state, by a basis that is continuous over time."""
 
 from ..kernel import Floats
 from ..kinematics.null_space import basis_of
@@ -9,14 +9,14 @@ from .joint_memory import NamedJoints
 
 class NullSpaceBasis(StreamQuantity):
     """
-    The joint motions that leave the task's rows at rest, shape (n, k), of each basis the nearest
-    to the last one.
+    The joint motions that leave the task's rows at rest, shape (n, k): the nearest basis to the
+    last one.
     """
 
     _last: Floats | None = None
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """Apply other settings; the null space of an arm that moves otherwise begins anew."""
+        """Apply other settings; a new chain starts with a new basis."""
         if robot.chain is not self.robot.chain:
             self._last = None
         super().configure(robot, settings)

@@ -1,4 +1,4 @@
-"""A singularity warning in words, for a person at the robot."""
+"""The singularity warning in words: a level, a sentence, and keys with values."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -20,16 +20,16 @@ from ..robot.file.parts.loop_groups import closed_together, group_in_words, grou
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
 
-# A component below this share of the largest is left out of the words.
-NEGLIGIBLE = 0.1
+# Components below this ratio to the largest are left out of the words.
+NEGLIGIBLE_RATIO = 0.1
 
-# An expression longer than this is only in the values, not in the sentence.
-SHORT = 24
+# Largest length of an expression in the sentence, characters; longer ones are in the values only.
+MAX_EXPRESSION_LENGTH = 24
 
 
 @dataclass(frozen=True)
 class StatusText:
-    """A level, one sentence, and the same as keys and values."""
+    """A level, one sentence, and its details as keys and values."""
 
     level: Level
     sentence: str
@@ -39,13 +39,13 @@ class StatusText:
 def direction_in_words(
     direction: Floats, kinds: tuple[str, str] = ('motion along', 'rotation about')
 ) -> str:
-    """Return a direction (6,) as words: the motion along or the rotation about an axis."""
+    """Return a direction (6,) in words: motion along, or rotation about, an axis."""
     linear, angular = direction[:3], direction[3:]
     parts = []
     strongest = max(float(np.linalg.norm(linear)), float(np.linalg.norm(angular)))
     for words, vector in zip(kinds, (linear, angular)):
         norm = float(np.linalg.norm(vector))
-        if norm > NEGLIGIBLE * strongest and norm > 0.0:
+        if norm > NEGLIGIBLE_RATIO * strongest and norm > 0.0:
             parts.append(f'{words} {_axis_in_words(vector / norm)}')
     return ' with '.join(parts)
 
@@ -60,14 +60,14 @@ def _axis_in_words(axis: Floats) -> str:
 
 
 def joints_in_words(names: Sequence[str], motion: Floats) -> str:
-    """Return the joints that take part in a joint motion, with signs: `q2 + q4 - q6`."""
+    """Return the joints of a joint motion with signs: `q2 + q4 - q6`."""
     largest = float(np.max(np.abs(motion)))
     if largest == 0.0:
         return 'no joint'
     flip = math.copysign(1.0, float(motion[int(np.argmax(np.abs(motion)))]))
     text = ''
     for name, share in zip(names, motion * flip):
-        if abs(share) > NEGLIGIBLE * largest:
+        if abs(share) > NEGLIGIBLE_RATIO * largest:
             sign = '-' if share < 0.0 else '+'
             text += f' {sign} {name}' if text or sign == '-' else name
     return text.strip()
@@ -103,9 +103,9 @@ def singularity_status(
     level
         OK, WARN or ERROR, after hysteresis.
     base_frame
-        Name of the frame in whose axes the lost direction is given.
+        Name of the frame of the lost direction.
     joint_prefix
-        Put before the joint names of the robot file.
+        Prefix of the joint names of the robot file.
     """
     names = [joint_prefix + name for name in robot.joint_names]
     measure = MEASURES[robot.singularity.thresholds.measure]
@@ -154,18 +154,18 @@ def singularity_status(
 
 
 def flat_position(loop: str) -> str:
-    """Return where a closed loop, or loops closed together, are flat, in words."""
+    """Return the flat position of a closed loop, or of loops closed together, in words."""
     return f'a flat position of the {group_in_words(loop)}'
 
 
 def lost_hold(loop: str) -> str:
-    """Return what a flat position of a closed loop means, in words."""
+    """Return the effect of a flat position of a closed loop, in words."""
     moves = 'move' if closed_together(loop) else 'moves'
     return f'there the motors do not hold what the {group_in_words(loop)} {moves}'
 
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
-    # What is near: the arm's singular pose, or a loop's flat position.
+    # Names the nearest singularity: a singular pose of the arm, or a flat position of a loop.
     thresholds, condition = robot.singularity.thresholds, singularity.condition_number
     none_near = thresholds.measure == 'distance' and singularity.distance > thresholds.warn
     if none_near and level == Level.WARN and condition > kernel.NEARLY_SINGULAR:
@@ -181,7 +181,7 @@ def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> st
 
 
 def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:
-    # The determinants of the closure, and which is near.
+    # The determinants of the closure, and the nearest loop.
     factors, names = singularity.factors, robot.loop_names
     if factors is None or not names:
         return
@@ -203,7 +203,7 @@ def _nearest_factor(robot: Robot, singularity: Singularity) -> str:
     if k is None or singularity.factors is None:
         return ''
     text = robot.singularity.factors.texts[k]
-    shown = f': {text}' if len(text) <= SHORT else ''
+    shown = f': {text}' if len(text) <= MAX_EXPRESSION_LENGTH else ''
     return f'{robot.singularity.factors.called(k)}{shown} = {singularity.factors.values[k]:.3g}, '
 
 
@@ -238,7 +238,7 @@ def _seconds(time: float | None) -> str:
 
 
 def structure_in_words(robot: Robot) -> str:
-    """Return what an arm lacks at every pose; empty if it lacks nothing."""
+    """Return the rank that an arm lacks at every pose, in words; empty for full rank."""
     task = robot.singularity.task
     if not task.structurally_deficient:
         return ''

@@ -1,1 +1,1 @@
-"""What follows from joint positions: pose, Jacobian, twist, singularity."""
+"""Pose, Jacobian, twist, singularity and inverse of an arm, as functions of joint positions."""

@@ -1,13 +1,13 @@
 """
-Accelerations: the time derivative of the Jacobian, and what follows from it.
+The exact time derivative of the Jacobian by its screws, and the acceleration of the tool.
 
-The Jacobian is a sum of screws, which the kernel gives with the pose. A screw (s, w) of an element
-is carried along by the elements before it, which move the reference point by V and turn by W:
-dw/dt = W x w and ds/dt = W x s + w x (V_all - V), where V_all is the velocity of the reference
-point. That is exact, and needs no differences.
+The Jacobian is a sum of screws, which the kernel computes with the pose. The elements before an
+element carry its screw (s, w) along: they move the reference point with V and turn with W. So
+dw/dt = W x w and ds/dt = W x s + w x (V_all - V). V_all is the velocity of the reference point.
 
-Where loops are closed, J = J_open [1; C]. The passive joints follow so that Phi_x [1; C] = 0 all
-along: Phi_psi dC/dt = -dPhi_x/dt [1; C], and the slopes Phi_x of a loop's residual are screws too.
+In an arm with closed loops, J = J_open [1; C]. The passive joints follow so that Phi_x [1; C] = 0
+at all times: Phi_psi dC/dt = -dPhi_x/dt [1; C]. The slopes Phi_x of a loop's residual are screws
+too.
 """
 
 import numpy as np
@@ -71,8 +71,8 @@ def acceleration(
     """
     Return the acceleration of the tool, J qddot + dJ/dt qdot, shape (..., 6), m/s^2 and rad/s^2.
 
-    It is the classical one: the second derivative of the place of the reference point, then the
-    derivative of the angular velocity.
+    The linear part is the second derivative of the position of the reference point. The angular
+    part is the derivative of the angular velocity.
 
     Parameters
     ----------
@@ -143,11 +143,11 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
 
 
 def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -> Floats:
-    # The derivatives of the screws (..., 6, entries) of a chain, of the rates of its variables.
+    # The derivatives of the screws (..., 6, entries) of a chain by the rates of its variables.
     entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
-    # What the elements before each entry do together; entries of one element share an axis.
+    # The motion of all elements before each entry. Entries of one element share an axis.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)
@@ -157,7 +157,7 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
 
 
 def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
-    # The entries of each joint and passive joint together.
+    # Sums the entries of each joint and passive joint.
     result = np.zeros((*six_rows.shape[:-1], chain.variables))
     for k, j in enumerate(chain.table.joint):
         result[..., j] += six_rows[..., k]
@@ -165,10 +165,10 @@ def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
 
 
 def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tuple[Floats, Floats]:
-    # C and dC/dt, shape (..., P, n), of the rates of all variables.
+    # C and dC/dt, shape (..., P, n), by the rates of all variables.
     n, P = closure.dof, closure.passive
     leading = section.shape[:-1]
-    coupling = section[..., closure.coupling_at : closure.told_at].reshape(*leading, P, n)
+    coupling = section[..., closure.coupling_at : closure.status_at].reshape(*leading, P, n)
     slopes, slope_rates = [], []
     at = closure.screws_at
     for loop in (loop for group in groups_from(closure.first) for loop in group.members()):

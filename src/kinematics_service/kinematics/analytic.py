@@ -1,8 +1,8 @@
 """
-Analytic Jacobians: the rates of coordinates of the orientation instead of the angular velocity.
+Analytic Jacobians: rates of orientation coordinates instead of the angular velocity.
 
-Coordinates of rotations have singular poses of their own, which are not those of the arm: at
-pitch = +-90 degrees roll and yaw turn about one axis, and a rotation vector jumps at half a turn.
+Coordinates of a rotation have singularities of their own. At pitch = +-90 degrees roll and yaw
+turn about one axis. A rotation vector jumps at half a turn.
 """
 
 from dataclasses import dataclass
@@ -36,19 +36,19 @@ class AnalyticJacobian(FrozenArrays):
     rows
         Names of the rows: x y z, then the coordinates.
     jacobian : shape (..., 6 or 7, n)
-        In m and rad, base axes. At a singularity of the coordinates, for roll and yaw pitch =
-        +-90 degrees, they have no rates: the rows of the orientation are NaN.
+        In m and rad, base axes. Roll and yaw have no rates at pitch = +-90 degrees: the rows of
+        the orientation are NaN there.
     coordinates : shape (..., 3 or 4)
         Roll, pitch and yaw, R = Rz(yaw) Ry(pitch) Rx(roll); the unit quaternion x y z w, w >= 0;
         or the rotation vector, of length up to pi.
     amplification : shape (...)
-        The largest rate of the coordinates for an angular velocity of 1 rad/s: 1 / cos(pitch) or
-        so, and infinite where they are singular; 0.5 for quaternions; at most pi / 2 for rotation
-        vectors.
+        The largest rate of the coordinates for an angular velocity of 1 rad/s. Roll, pitch, yaw:
+        sqrt(1 + |sin(pitch)|) / cos(pitch), infinite at pitch = +-90 degrees. Quaternions: 0.5.
+        Rotation vectors: at most pi / 2.
     singular : shape (...)
-        Whether the coordinates fail: pitch = +-90 degrees; half a turn, where a rotation vector
-        jumps to its opposite and the rates hold on one side of it only. Never for quaternions,
-        whose sign alone changes there.
+        Whether the coordinates are singular: at pitch = +-90 degrees, and at half a turn. A
+        rotation vector jumps to its opposite there, so the rates hold on one side only. Never for
+        quaternions.
     """
 
     rows: tuple[str, ...]
@@ -67,7 +67,7 @@ def analytic_jacobian(
     at: npt.ArrayLike | None = None,
 ) -> AnalyticJacobian:
     """
-    Return the Jacobian of position and orientation as coordinates, and where these fail.
+    Return the Jacobian of position and orientation coordinates, and their singularities.
 
     Parameters
     ----------
@@ -85,8 +85,8 @@ def analytic_jacobian(
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
     PointError
-        The arm has no such point or row; `at` is not three finite numbers; there are no such
-        coordinates.
+        The arm has no such point or row, `at` is not three finite numbers, or `rates` is another
+        word.
 
     Examples
     --------
@@ -120,7 +120,7 @@ def analytic_jacobian(
     )
 
 
-# Coordinates; what makes their rates of an angular velocity, and its norm; whether singular.
+# Coordinates, the matrix from angular velocity to their rates, its norm, and whether singular.
 _Map = tuple[Floats, Floats, Floats, npt.NDArray[np.bool_]]
 
 

@@ -1,4 +1,4 @@
-"""What a caller gives beside joint positions: numbers that go together with them, and rows."""
+"""Checks of arguments: numbers of a shape, seeds, rows, and shapes that broadcast together."""
 
 import contextlib
 import math
@@ -37,7 +37,7 @@ def numbers_of(
 def refused(
     name: str, expected: str, given: object, refusal: type[ArgumentError] = ArgumentError
 ) -> ArgumentError:
-    """Return the error of an argument that is something else than what is expected."""
+    """Return the error of an argument that is not what is expected."""
     return refusal(f'{name} must be {expected}, not {given!r:.80}', name, [expected], given)
 
 
@@ -62,12 +62,11 @@ def finite_rows(
     Raises
     ------
     ArgumentError
-        Of the type of `refusal`: it is of another shape, or not of finite numbers.
+        It has another shape, or a number is not finite. The type is `refusal`.
     """
-    try:
+    array = np.empty(0)
+    with contextlib.suppress(TypeError, ValueError, OverflowError):
         array = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        array = np.empty(0)
     if array.ndim == 0 or array.shape[-1] != count or not np.isfinite(array).all():
         raise refusal(
             f'{name} must be finite numbers of shape (..., {count}), not of {array.shape}',
@@ -87,10 +86,10 @@ def shape_together(
     own: int = 1,
 ) -> tuple[int, ...]:
     """
-    Return what the leading dimensions of two arguments are together, (..., n) and another.
+    Return the leading dimensions of two arguments, broadcast together.
 
-    The second has as many dimensions of its `own`, the last of the expected ones. Where they do
-    not fit, it is refused: an ArgumentError of the type of `refusal`.
+    The first is (..., n). The second has `own` dimensions behind the leading ones, the last of
+    `expected`. Shapes that do not fit raise an ArgumentError of the type `refusal`.
     """
     if other[-own:] == expected[-own:]:
         with contextlib.suppress(ValueError):
@@ -100,8 +99,8 @@ def shape_together(
 
 
 def number_or_nan(value: SupportsFloat) -> float:
-    """Return a number, and what is in no range, nan, for what is none."""
-    if isinstance(value, float):  # what it is nearly always; the general question takes longer
+    """Return a number, or NaN, which is in no range, for anything else."""
+    if isinstance(value, float):  # the usual case; `isinstance(value, Real)` takes longer
         return value
     try:
         return float(value) if isinstance(value, Real) else math.nan
@@ -110,7 +109,7 @@ def number_or_nan(value: SupportsFloat) -> float:
 
 
 def check_positive(refusal: type[ArgumentError], name: str, value: float) -> None:
-    """Raise an ArgumentError of the type of `refusal` unless a number is finite and above 0."""
+    """Raise an ArgumentError of the type `refusal` unless a number is finite and above 0."""
     if not 0.0 < number_or_nan(value) < math.inf:
         raise refusal(f'{name} must be a positive number, not {value}', name, ['above 0'], value)
 
@@ -118,7 +117,7 @@ def check_positive(refusal: type[ArgumentError], name: str, value: float) -> Non
 def rows_in_order(
     refusal: type[ArgumentError], rows: Sequence[str], known: tuple[str, ...] = ROW_NAMES
 ) -> tuple[str, ...]:
-    """Return rows by the order of the known ones, or raise an ArgumentError of the type given."""
+    """Return rows in the order of `known`, or raise an ArgumentError of the type `refusal`."""
     names = list(map(str, rows)) if isinstance(rows, Iterable) else [str(rows)]
     if not names or set(names) - set(known):
         sentence = f'rows must be some of {" ".join(known)}, not {" ".join(names)!r}'

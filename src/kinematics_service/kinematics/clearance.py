@@ -1,4 +1,4 @@
-"""A radius around poses in which no pose is singular, proved."""
+"""Proved radii around poses in which no pose is singular, by bounds of the Jacobian's change."""
 
 import functools
 
@@ -15,9 +15,9 @@ def clearances(robot: Robot, q: Floats) -> Floats:
     """
     Return the radius around each pose in which no pose is singular, shape (N,), rad, at most 1.
 
-    A joint motion is measured by the square root of the sum of squares; prismatic joints are
-    divided by the characteristic length. It is 0, which proves nothing, for arms with closed loops
-    and above 16 joints.
+    The norm of a joint motion is the root of the sum of squares, prismatic joints divided by the
+    characteristic length. For arms with closed loops, and above 16 joints, nothing is proved: the
+    radius is 0.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def clearances(robot: Robot, q: Floats) -> Floats:
     q : shape (N, n), rad or m
         Joint positions, in C order.
     """
-    # The bounds do not know how loops bend; they take 2 s for 128 joints.
+    # The bounds do not cover loops, and take 2 s for 128 joints.
     if robot.chain.loops or robot.dof > kernel.MAX_SEARCHED_JOINTS:
         return np.zeros(len(q))
     sizes = _sizes(robot, q)
@@ -39,8 +39,9 @@ def clearances(robot: Robot, q: Floats) -> Floats:
 
 
 def _sizes(robot: Robot, q: Floats) -> Floats:
-    # How far out sliding joints are that are beyond their limits, or have none: a power of two
-    # times the characteristic length, so that few bounds serve many poses; 0 where none is.
+    # The largest position of sliding joints beyond their limits, or without limits. It is rounded
+    # up to a power of two times the characteristic length, so that few bounds serve many poses.
+    # 0 if all sliding joints are inside their limits.
     strokes = _strokes(robot)
     slides = strokes != 0.0
     if not slides.any():

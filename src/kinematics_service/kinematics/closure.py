@@ -1,4 +1,4 @@
-"""The closed loops of an arm at joint positions: passive joints, and how far each is from flat."""
+"""The closed loops of an arm at joint positions: passive joints and determinants."""
 
 from dataclasses import dataclass
 
@@ -16,21 +16,21 @@ class LoopClosure:
     Attributes
     ----------
     names : L names
-        Of the loops; those that need each other's passive joints are closed together and count as
-        one, 'a + b'.
+        The names of the loops. Loops that need each other's passive joints are closed together
+        and count as one loop, 'a + b'.
     passive_joint_names : P names
-        Of the joints that they move.
+        The joints that the loops move.
     passive : shape (..., P), rad or m
-        Their positions.
+        The positions of the passive joints.
     coupling : shape (..., P, n)
-        How they follow the joints: -(d Phi / d psi)^-1 d Phi / d q.
+        The velocities of the passive joints per joint velocity, -(d Phi / d psi)^-1 d Phi / d q.
     determinants : shape (..., L)
-        det(d Phi / d psi) of each loop, in SI units: where it is 0 the loop is flat, and its
-        branch ends or meets another.
+        det(d Phi / d psi) of each loop, in SI units. If it is 0 the loop is flat: its branch ends
+        or meets another one.
     residuals : shape (..., L)
-        The largest component of what is left of Phi: as a share of the loop's size, or in rad.
+        The largest component of Phi: relative to the loop's size, or in rad.
     steps : shape (..., L)
-        Newton's steps of each loop from the assembled position of the robot file.
+        Number of Newton's steps of each loop from the assembled position of the robot file.
     """
 
     names: tuple[str, ...]
@@ -43,17 +43,17 @@ class LoopClosure:
 
 
 def closure_in(robot: Robot, section: Floats) -> LoopClosure:
-    """Return the loops of an arm as the kernel's numbers (..., width) have them."""
+    """Return the loops of an arm from the kernel's numbers (..., width)."""
     n, closure = robot.dof, robot.chain.closure
     P, variables = closure.passive, closure.variables
     leading = section.shape[:-1]
-    told = section[..., closure.told_at : closure.screws_at]
+    told = section[..., closure.status_at : closure.screws_at]
     told = told.reshape(*leading, closure.groups, 3)
     return LoopClosure(
         names=robot.loop_names,
         passive_joint_names=robot.passive_joint_names,
         passive=section[..., n:variables],
-        coupling=section[..., closure.coupling_at : closure.told_at].reshape(*leading, P, n),
+        coupling=section[..., closure.coupling_at : closure.status_at].reshape(*leading, P, n),
         determinants=told[..., 0],
         residuals=told[..., 1],
         steps=told[..., 2],
@@ -62,7 +62,7 @@ def closure_in(robot: Robot, section: Floats) -> LoopClosure:
 
 def why_not_closed(robot: Robot, q: Floats) -> tuple[str, str]:
     """
-    Return which loop does not close at joint positions (n,), and a sentence; empty where all do.
+    Return the loop that does not close at joint positions (n,), and a sentence; '' if all close.
     """
     sections, failed = close_at(robot.chain, q[None])
     if failed[0] == 0.0:

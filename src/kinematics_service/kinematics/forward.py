@@ -1,10 +1,9 @@
 """
-Forward kinematics, Jacobian and twist of an arm: pure functions of joint positions.
+Forward kinematics, Jacobian and twist of an arm, in one pass of the kernel.
 
 Frames and orders are those of KDL, MoveIt's `getJacobian`, the Robotics Toolbox's `jacob0` and
 Pinocchio's LOCAL_WORLD_ALIGNED: base axes, reference point the tool's origin, linear rows first.
-Another frame of the arm (`of`), another point of it (`at`) and other axes (`axes`) are choices of
-their own.
+`of` selects another frame of the arm, `at` another point of that frame, and `axes` other axes.
 """
 
 import numpy as np
@@ -16,7 +15,7 @@ from ..kernel import Floats
 from ..robot.points import TOOL, place_in_frame
 from ..robot.robot import AnyRobot, Robot, as_robot
 from .arguments import finite_rows, shape_together
-from .tool_state import ToolState, evaluate, evaluate_point
+from .tool_state import ToolState, evaluate
 
 BASE = 'base'
 
@@ -35,7 +34,7 @@ def forward_kinematics(
     Parameters
     ----------
     robot
-        The arm: a robot, the name of a bundled one, or the path of a robot file. A file is read
+        The arm: a robot, the name of a bundled robot, or the path of a robot file. A file is read
         again when it has changed.
     q : shape (..., n), rad or m
         Joint positions.
@@ -87,7 +86,7 @@ def link_frames(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
 
 def in_axes_of(pose: Floats, six_rows: Floats) -> Floats:
     """
-    Return a Jacobian (..., 6, k) in base axes in those of a pose (..., 4, 4); its point stays.
+    Return a Jacobian (..., 6, k), turned from base axes to those of a pose (..., 4, 4).
     """
     to_axes = np.swapaxes(pose[..., None, :3, :3], -1, -2)
     halves = six_rows.reshape(*six_rows.shape[:-2], 2, 3, six_rows.shape[-1])
@@ -96,7 +95,7 @@ def in_axes_of(pose: Floats, six_rows: Floats) -> Floats:
 
 def pose_of_axes(robot: Robot, axes: str | int, q: npt.ArrayLike) -> Floats:
     """
-    Return the pose in the base frame of the frame that axes are named after, (..., 4, 4).
+    Return the pose (..., 4, 4) in the base frame of the frame that `axes` names.
 
     Raises
     ------
@@ -128,21 +127,20 @@ def jacobian(
     """
     Return the geometric Jacobian, shape (..., 6, n), rows vx vy vz wx wy wz.
 
-    Columns of joints behind the frame `of` are zero.
+    Columns of joints between the frame `of` and the tool are zero.
 
     Parameters
     ----------
     robot, q
         As in `forward_kinematics`, which raises the same errors.
     axes
-        Axes the rows are in: `base`, or as `of`. They are at rest: the numbers are those of the
-        same velocities, whatever the axes do.
+        Axes of the rows: `base`, or as `of`. They count as at rest.
     of
         The frame that moves: `tool`, a point of the robot file, or a row of the table counted as
         `link_frames` does.
     at : shape (3,), m
-        The reference point, whose velocity the linear rows are: fixed to the frame `of`, in its
-        coordinates. Without it, its origin.
+        The reference point of the linear rows, fixed to the frame `of`, in its coordinates;
+        default: the origin of that frame.
 
     Raises
     ------
@@ -187,19 +185,19 @@ def twist(
 
 def twist_at(twist: npt.ArrayLike, r: npt.ArrayLike) -> Floats:
     """
-    Return the same motion as the twist of another point of the body, v + w x r; shape (..., 6).
+    Return the twist of another point of the same body, v + w x r; shape (..., 6).
 
     Parameters
     ----------
     twist : shape (..., 6), m/s and rad/s
         Linear, then angular.
     r : shape (..., 3), m
-        From the point of `twist` to the other one, in the axes of `twist`.
+        Vector from the point of `twist` to the other point, in the axes of `twist`.
 
     Raises
     ------
     TwistError
-        They are not six and three finite numbers, or their leading dimensions differ.
+        `twist` is not six finite numbers, `r` not three, or their leading dimensions differ.
 
     Examples
     --------
@@ -221,7 +219,7 @@ def state_of(
     depth: int = kernel.JACOBIAN,
 ) -> ToolState:
     """
-    Return the state of a point: for its pose, Jacobian and twist alone.
+    Return the state of a point of the arm; only its pose, Jacobian and twist are of that point.
 
     Raises
     ------
@@ -230,9 +228,8 @@ def state_of(
     PointError
         The arm has no such point or row.
     """
-    if type(of) is str and of == TOOL:
-        return evaluate(robot, q, qdot, depth)
-    return evaluate_point(robot, robot.point(of), q, qdot, depth)
+    point = None if type(of) is str and of == TOOL else robot.point(of)
+    return evaluate(robot, q, qdot, depth, point=point)
 
 
 def chosen(
@@ -245,7 +242,7 @@ def chosen(
     axes: str | int,
 ) -> Floats:
     """
-    Return six rows (..., 6, k) of the frame `of` at the point and in the axes that are asked for.
+    Return six rows (..., 6, k) of the frame `of`, moved to the point `at` and turned to `axes`.
 
     Raises
     ------
@@ -262,7 +259,7 @@ def chosen(
 
 def with_point_at(six_rows: Floats, r: Floats) -> Floats:
     """
-    Return six rows (..., 6, k) with their point moved by r (..., 3), in the same axes: v + w x r.
+    Return six rows (..., 6, k) of a point at a distance r (..., 3), in the same axes: v + w x r.
     """
     result = six_rows.copy()
     result[..., :3, :] += cross(six_rows[..., 3:, :], r[..., None])
@@ -271,9 +268,7 @@ def with_point_at(six_rows: Floats, r: Floats) -> Floats:
 
 def cross(a: Floats, b: Floats) -> Floats:
     """
-    Return the products a x b of columns (..., 3, k).
-
-    For one pose `np.cross` takes five times as long.
+    Return the cross products a x b of columns (..., 3, k), five times as fast as `np.cross`.
     """
     return np.asarray(
         a.take(_NEXT, axis=-2) * b.take(_LAST, axis=-2)
@@ -285,5 +280,5 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def offset_of(pose: Floats, at: npt.ArrayLike) -> Floats:
-    """Return the way from a frame's origin to a point fixed to it, in base axes, (..., 3)."""
+    """Return the vector (..., 3) from a frame's origin to a point of it, in base axes."""
     return np.asarray(pose[..., :3, :3] @ place_in_frame(at))

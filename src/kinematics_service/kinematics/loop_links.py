@@ -1,4 +1,4 @@
-"""The links of closed loops in a pose, which the frames of the table do not show."""
+"""The links of closed loops in one pose, for pictures: corners and joints of the second chains."""
 
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from .tool_state import ToolState
 
 
 class LoopJoint(NamedTuple):
-    """A joint of a loop: point (3,) and direction (3,) of its axis, and its joints with motors."""
+    """A joint of a loop: point (3,) and direction (3,) of its axis, and motors that move it."""
 
     point: Floats
     direction: Floats
@@ -30,12 +30,12 @@ class LoopLinks(NamedTuple):
     Attributes
     ----------
     corners : shape (k, 3), m
-        From the origin of the frame it parts from to that of the frame it meets. Their number is
-        the same in every pose.
+        The first is the origin of the frame where the chain begins, the last that of the frame it
+        meets. Their number is the same in every pose.
     slides : k - 1 flags
-        Which of the pieces between them change their length.
+        Which of the pieces between the corners change their length.
     joints
-        Those of its rows that move.
+        The rows of the chain that move.
     """
 
     corners: Floats
@@ -45,9 +45,9 @@ class LoopLinks(NamedTuple):
 
 def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
     """
-    Return the links of every loop of one pose evaluated with all frames.
+    Return the links of every loop of one pose that was evaluated with all frames.
 
-    A loop that meets the table behind the end of the arm is left out: its frame is not there.
+    A loop that meets a row behind the end of the arm is left out: the state has no such frame.
     """
     description, closure = state.robot.description, state.closure
     if closure is None:
@@ -62,9 +62,9 @@ def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
 
 def carried_rows(robot: Robot) -> tuple[bool, ...]:
     """
-    Return which rows of the table are no link: slides that loops alone move, one after another.
+    Return which rows of the table are not links: neighbouring slides that only loops move.
 
-    They say where a platform is that hangs on the loops.
+    Such rows are coordinates of a platform that the loops carry.
     """
     passive = passive_names(robot.description)
     slides = [_slides_by(row) for row in table_rows(robot.description)]
@@ -74,7 +74,7 @@ def carried_rows(robot: Robot) -> tuple[bool, ...]:
 
 
 def linked_frames(robot: Robot) -> npt.NDArray[np.bool_]:
-    """Return of which frames, frame 0 and those after each row, there is a link."""
+    """Return which frames, frame 0 and those after each row, belong to a link."""
     carried = np.array([*carried_rows(robot), False])
     return np.append(True, ~(carried[:-1] & carried[1:]))
 

@@ -1,4 +1,4 @@
-"""Self-motion: joint motions that leave the task's rows of the tool at rest."""
+"""Null space of the task's Jacobian by singular values, and self-motion away from singularity."""
 
 from collections.abc import Sequence
 
@@ -29,8 +29,8 @@ def null_space(
     """
     Return an orthonormal basis of the joint motions that leave J_t at rest, shape (..., n, k).
 
-    k is n less the rank of J_t at most poses: 1 for an arm of seven joints, 0 for one of six. At a
-    singular pose more motions leave the tool at rest; k of them are returned.
+    k is n minus the rank of J_t at most poses: 1 for seven joints, 0 for six. At a singular pose
+    more motions leave the tool at rest; k of them are returned.
 
     Parameters
     ----------
@@ -39,18 +39,17 @@ def null_space(
     q : shape (..., n), rad or m
         Joint positions.
     rows
-        Which of x y z rx ry rz, in the axes of the table's frame 0; without them those of the
-        arm's task.
+        Some of x y z rx ry rz, in the axes of the table's frame 0; default: the arm's task.
     of
-        The frame that stays, as `jacobian` takes it.
+        The frame that stays at rest, as `jacobian` takes it.
     near : shape (..., n, k)
-        A basis of a pose before: the one that is nearest to it is returned, so that signs and
+        The basis of an earlier pose. The nearest basis to it is returned, so that signs and
         directions are continuous along a motion.
 
     Raises
     ------
     JointVectorError
-        The last dimension of `q` is not n, or a number is not finite; `near` is no such basis.
+        The last dimension of `q` is not n, `near` has another shape, or a number is not finite.
     PointError
         The arm has no such point, row or rows.
     KinematicsError
@@ -87,12 +86,12 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     J : shape (..., 6, n)
         The Jacobian.
     before : shape (..., n, k)
-        The basis of a pose before, or None.
+        The basis of an earlier pose, or None.
     """
     rank, matrix = task.generic_rank, task.row_scales[:, None] * task_jacobian(task, J)
     if before is not None:
-        # Of motions that leave the tool at rest alike, those of the basis before come first: the
-        # others count as if they moved the tool by round-off.
+        # If more than k motions leave the tool at rest, those of the earlier basis win: all other
+        # motions get an added cost of the size of round-off.
         least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
         others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
         leading = others.shape[:-2]
@@ -101,10 +100,10 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
         )
     basis = np.swapaxes(np.linalg.svd(matrix)[2][..., rank:, :], -1, -2)
     if before is None:
-        # The largest number of each column is positive.
+        # Make the largest number of each column positive.
         largest = np.argmax(np.abs(basis), axis=-2)[..., None, :]
         return np.asarray(basis * np.sign(np.take_along_axis(basis, largest, axis=-2)))
-    # The basis of these motions that is nearest to the one before.
+    # The nearest basis of the same motions to the earlier one (orthogonal Procrustes problem).
     U, _, Wt = np.linalg.svd(np.swapaxes(basis, -1, -2) @ before)
     return np.asarray(basis @ (U @ Wt))
 
@@ -113,9 +112,9 @@ def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
     """
     Return the joint motion that raises `distance` fastest while the task's rows rest, (..., n).
 
-    It is the part of the gradient of `distance` in the null space: joint velocities of s times it
-    raise the distance by s times the square of its length a second. Zero where no singular pose
-    was found within 1 rad, at one, and for an arm without self-motion.
+    It is the projection g of the gradient of `distance` onto the null space. Joint velocities of
+    s g raise the distance by s |g|^2 per second. It is zero at a singular pose, if no singular
+    pose was found within 1 rad, and for an arm without self-motion.
 
     Parameters
     ----------

@@ -1,9 +1,8 @@
 """
-The pseudo-inverse of the task's Jacobian, plain and damped.
+The pseudo-inverse of the task's Jacobian by singular values, plain and damped.
 
-Each singular value below a bound has a damping of its own, so that directions which are not about
-to be lost stay exact (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988), as in
-`joint_velocity`.
+Only singular values below a bound are damped, so other directions stay exact (Nakamura and
+Hanafusa 1986; Maciejewski and Klein 1988). `joint_velocity` damps alike.
 """
 
 from collections.abc import Sequence
@@ -22,17 +21,17 @@ from .arguments import check_positive, number_or_nan
 from .forward import state_of
 from .task_jacobian import task_jacobian, task_of
 
-# Singular values below this share of the length are damped, where damping is asked for.
+# Default bound below which singular values are damped, relative to the length (as ServoSettings).
 DAMPED_BELOW = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class PseudoInverse(FrozenArrays):
     """
-    A pseudo-inverse of J_t, and how far it is one.
+    A pseudo-inverse of J_t, its rank and its damping.
 
-    Lengths and angles are weighed by the characteristic length: of the joint motions that make a
-    twist best it is the smallest one.
+    It gives the smallest of the joint motions that make a twist best; angular rows and prismatic
+    columns count by the characteristic length.
 
     Attributes
     ----------
@@ -41,11 +40,11 @@ class PseudoInverse(FrozenArrays):
     matrix : shape (..., n, m)
         Joint velocities (rad/s or m/s) for each row (m/s or rad/s).
     singular_values : shape (..., min(m, n)), m
-        Of the scaled J_t, in descending order.
+        Singular values of the scaled J_t, in descending order.
     rank : shape (...)
-        Number of them that are above 1e-10 of the largest; the others have no inverse.
+        Number of singular values above 1e-10 of the largest; the others are not inverted.
     damping : shape (...)
-        The largest damping in use, as a share of the length: 0 where the pseudo-inverse is exact.
+        The largest damping in use, relative to the length; 0 if the pseudo-inverse is exact.
     """
 
     rows: tuple[str, ...]
@@ -58,8 +57,8 @@ class PseudoInverse(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class Inverted(FrozenArrays):
     """
-    Singular values inverted: `gains` (..., k) of them, `rank` (...), and the `damping` (..., k) of
-    each, as a share of the length.
+    Inverted singular values: `gains` (..., k), `rank` (...), and the `damping` (..., k) of each,
+    relative to the length.
     """
 
     gains: Floats
@@ -78,7 +77,8 @@ def inverted(sigma: Floats, length: float, damping: float, damped_below: float) 
     length
         The characteristic length, m.
     damping, damped_below
-        The damping of a singular value of 0, and where it begins, as shares of the length.
+        The damping of a singular value of 0, and the bound below which damping begins, relative to
+        the length.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def pseudo_inverse(
     damped_below: float = DAMPED_BELOW,
 ) -> PseudoInverse:
     """
-    Return the pseudo-inverse of J_t, whose damping at this pose it tells.
+    Return the pseudo-inverse of J_t, with its rank and damping.
 
     Parameters
     ----------
@@ -119,12 +119,11 @@ def pseudo_inverse(
     q : shape (..., n), rad or m
         Joint positions.
     rows
-        Which of x y z rx ry rz, in the axes of the table's frame 0; without them those of the
-        arm's task.
+        Some of x y z rx ry rz, in the axes of the table's frame 0; default: the arm's task.
     of
         The frame that moves, as `jacobian` takes it.
     damping, damped_below
-        As `ServoSettings` has them, shares of the characteristic length; 0: not damped.
+        As in `ServoSettings`, relative to the characteristic length; 0: not damped.
 
     Raises
     ------
@@ -139,7 +138,7 @@ def pseudo_inverse(
 
     Examples
     --------
-    An elbow of 90 degrees: the tool is moved along x by the first joint alone.
+    With the elbow at 90 degrees the first joint alone moves the tool along x.
 
     >>> import kinematics_service as ks
     >>> found = ks.pseudo_inverse('planar_2r', [0, 1.5707963267948966])

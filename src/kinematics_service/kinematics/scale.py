@@ -1,12 +1,12 @@
 """
-How much of a joint motion may be kept: 1 for all of it, 0 for a stop.
+The factor of a joint motion that still stops before singular poses and limits: 0 to 1.
 
-Every cause allows a speed v at a margin m, the way that is left to it: v T + v^2 / (2 a) = m, the
-way of a reaction time T and of a stop at the deceleration a. So an arm that moves at a share of
-its command stops at the margin, and never brakes harder than a. All joints are slowed alike, which
-keeps the path: the one that brakes slowest says how long a stop takes.
+A cause at a distance m, its margin, allows a speed v such that v T + v^2 / (2 a) = m: the distance
+of a reaction time T and of a stop with the deceleration a. So the scaled motion stops at the
+margin and never brakes harder than a. All joints are slowed by one factor, which keeps the path.
+The joint that brakes slowest determines the time of a stop.
 
-It is no safety function: it knows positions and speeds as they are reported.
+It is not a safety function: it depends on the reported positions and speeds.
 """
 
 from dataclasses import dataclass
@@ -32,27 +32,27 @@ from .tool_state import ToolState, evaluate, velocities_of
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
-# By MoveIt Servo's rule alone, which slows that as well.
+# MoveIt Servo's rule also slows motion away from a singular pose.
 LEAVING = 'leaving a singularity'
-# Poses on the way of a stop from which singular poses are looked for, at most.
-VIEWS = 16
-# How exactly a search finds them, rad.
-FOUND = 1e-3
+# Largest number of poses on the way of a stop at which the distance is computed.
+MAX_SEARCHES = 16
+# Tolerance of the distance along the way, rad.
+DISTANCE_TOLERANCE = 1e-3
 
 
 class Constraint(NamedTuple):
     """
-    What may slow a motion.
+    A constraint that may slow a motion.
 
     Attributes
     ----------
     cause
         `singularity`, `position limit` or `velocity limit` of a joint, `speed limit` or `turning
-        limit` of the tool or a point; by MoveIt Servo's rule `leaving a singularity`, too.
+        limit` of the tool or a point; with MoveIt Servo's rule also `leaving a singularity`.
     of
-        The joint, `tool` or the point; empty for the singularity.
+        Name of the joint, `tool`, or name of the point; empty for the singularity.
     unit
-        Of its margin.
+        Unit of the margin.
     """
 
     cause: str
@@ -61,37 +61,37 @@ class Constraint(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Return the cause and what it is of: `position limit of elbow`."""
+        """Return the constraint in words: `position limit of elbow`."""
         return f'{self.cause} of {self.of}' if self.of else self.cause
 
 
 @dataclass(frozen=True, eq=False)
 class MotionScale(FrozenArrays, Generic[Number, Text]):
     """
-    How much of a joint motion may be kept, and why not all of it; no safety function.
+    The factor of a joint motion, and the constraint that causes it; not a safety function.
 
-    Numbers and texts for one motion, arrays for a batch. The least of `values` is the scale, and
-    the first of its constraints is the cause.
+    Numbers and texts for one motion, arrays for a batch. The scale is the smallest of `values`;
+    the first constraint with this value is the cause.
 
     Attributes
     ----------
     value
-        The share of the joint velocities, 0 to 1.
+        Factor of the joint velocities, 0 to 1.
     cause, of
-        As in `Constraint`; empty where the value is 1.
+        As in `Constraint`; empty if the value is 1.
     margin
-        What is left to the cause: joint motion to the distance `stop`, rad, or what is left of the
-        condition number; way to the limit of position, rad or m; speed below its limit, negative
-        above it. Where the value is 1, that of the constraint which comes first in time.
+        The margin of the cause. Singularity: joint motion to the distance `stop`, rad, or the
+        difference to the condition number of a stop. Position limit: distance, rad or m. Speed:
+        limit minus speed. If the value is 1, the margin of the constraint with the smallest time.
     time_left
-        Seconds until it is used up at the full motion; infinite where it never is.
+        Seconds until the margin is used up at the full motion; infinite if it never is.
     constraints
-        What has been looked at, K of them.
+        The K constraints.
     values, margins, times : shape (..., K)
-        The share, the margin and the time of each.
+        Factor, margin and time of each constraint.
     proved : shape (...)
-        Whether the clearance proves that no singular pose is on the way of a stop. If not, one
-        may be ahead that was not found. False for every motion of closed loops.
+        Whether the clearance proves that no singular pose is on the way of a stop. If False, the
+        search may have missed one. Always False for arms with closed loops.
     """
 
     value: Number
@@ -111,7 +111,7 @@ MotionScales: TypeAlias = MotionScale[Floats, npt.NDArray[np.str_]]
 
 
 class _Shares(NamedTuple):
-    """What some of the constraints ask for, shape (..., their number) each."""
+    """Factors, margins and times of some constraints, shape (..., number of constraints)."""
 
     constraints: tuple[Constraint, ...]
     values: Floats
@@ -120,10 +120,14 @@ class _Shares(NamedTuple):
 
 
 class _Braking(NamedTuple):
-    """Reaction time, s, and seconds (...) that a stop of the full motion takes."""
+    """
+    Reaction time (s), durations (...) of a stop of the full motion (s), and the time (N,) in which
+    the full motion covers the distance of a stop (s).
+    """
 
     horizon: float
     stopping: Floats
+    due: Floats
 
 
 def scale(
@@ -136,38 +140,38 @@ def scale(
     rule: ServoRule | None = None,
 ) -> MotionScale[Any, Any]:
     """
-    Return how much of the joint velocities may be kept, and what asks for less.
+    Return the factor by which joint velocities must be scaled, and its cause.
 
     The causes are the singularity ahead (`distance`, down to the threshold `stop`), limits of
-    joint positions with the way that a stop takes by `acceleration` of the robot file, limits of
-    joint velocities, and `speed_limits` of the tool and of points. Motion that leads away from a
-    singular pose or a limit is not slowed. It is no safety function.
+    joint positions, limits of joint velocities, and `speed_limits` of the tool and of points.
+    Stops use `acceleration` of the robot file. Motion away from a singular pose or a limit is not
+    slowed. It is not a safety function.
 
     Parameters
     ----------
     robot
         The arm.
     q, qdot : shape (..., n), rad or m, rad/s or m/s
-        Joint positions, and the velocities that are wanted.
+        Joint positions, and the wanted velocities.
     horizon
-        Reaction time in s: not less than the time until the next step.
+        Reaction time in s: at least the time until the next step.
     reduced
-        Whether the `reduced` speeds of the robot file hold.
+        Whether the `reduced` speeds of the robot file apply.
     rule
-        MoveIt Servo's rule in the place of the distance: `ks.ServoRule()` with its defaults. It
-        slows what leads away from a singular pose as well.
+        MoveIt Servo's rule instead of the distance: `ks.ServoRule()` with its defaults. It also
+        slows motion away from a singular pose.
 
     Raises
     ------
     JointVectorError
         The last dimension of `q` or `qdot` is not n, or a number is not finite.
     ServoSettingsError
-        `horizon` is not above 0; `reduced` where the robot file gives no reduced speed; MoveIt
+        `horizon` is not above 0; `reduced` without a reduced speed in the robot file; MoveIt
         Servo's rule for an arm with closed loops.
 
     Examples
     --------
-    An arm that unbends by 1 rad/s is slowed before it is stretched, and not on its way back:
+    An elbow that moves with 1 rad/s is slowed before the arm is stretched, not on its way back:
 
     >>> import kinematics_service as ks
     >>> found = ks.scale('planar_2r', [0, 0.06], [0, -1.0])
@@ -191,7 +195,7 @@ def scale(
     rates = velocities_of(state)
     with np.errstate(invalid='ignore', divide='ignore', over='ignore'):
         stopping = np.max(np.abs(rates) / robot.acceleration_limits, axis=-1)
-        braking = _Braking(horizon, stopping)
+        braking = _Braking(horizon, stopping, horizon + 0.5 * np.ravel(stopping))
         found = [
             _singularity(robot, state, rates, braking) if rule is None else _by_rule(state, rule),
             *_joints(robot, state.q, rates, braking),
@@ -221,8 +225,8 @@ def _scale(found: list[_Shares], proved: npt.NDArray[np.bool_]) -> MotionScale[A
 def _braked(
     constraints: tuple[Constraint, ...], margins: Floats, times: Floats, braking: _Braking
 ) -> _Shares:
-    # A share s of the motion is stopped within its time t: s T + s^2 S / 2 = t with the time S
-    # that a stop of all of it takes, solved for s without cancellation.
+    # The motion scaled by s stops within the time t of the margin: s T + s^2 S / 2 = t. S is the
+    # duration of a stop of the full motion. Solved for s without cancellation.
     T, stopping = braking.horizon, braking.stopping[..., None]
     kept = 2.0 * times / (T + np.sqrt(T * T + 2.0 * times * stopping))
     values = np.where(np.isfinite(times), np.minimum(kept, 1.0), 1.0)
@@ -230,13 +234,13 @@ def _braked(
 
 
 def _times(margins: Floats, speeds: Floats) -> Floats:
-    # Until margins are used up at speeds; they are not at rest, and not by what leads away.
+    # Times until margins are used up; infinite at rest and for motion away.
     used = (speeds > AT_REST) & np.isfinite(margins)
     return np.where(used, np.maximum(margins, 0.0) / np.where(used, speeds, 1.0), np.inf)
 
 
 def _bounded(constraints: tuple[Constraint, ...], limits: Floats, speeds: Floats) -> _Shares:
-    # Of speeds that have a limit themselves.
+    # Factors of speeds with limits of their own.
     values = np.minimum(limits / np.maximum(speeds, np.finfo(float).tiny), 1.0)
     times = np.where(speeds > limits, 0.0, np.inf)
     return _Shares(constraints, values, limits - speeds, times)
@@ -279,29 +283,31 @@ def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
 
 
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Shares:
-    # No singular pose is nearer than the distance, so the motion may go on by so much before it is
-    # looked for again, up to the way of a stop. Seen from the last of these poses, the surface is
-    # taken to be at right angles to the way to the nearest one.
+    # No singular pose is nearer than the distance, so the motion may advance by the distance
+    # before the next search, up to the distance of a stop (sphere tracing). At the last pose the
+    # singular surface is taken as a plane at right angles to the way to the nearest singular pose.
     thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
     assert stop is not None  # the distance has thresholds of its own
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / scales, axis=-1)
-    due = braking.horizon + 0.5 * np.ravel(braking.stopping)
     passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)
     left = np.arange(len(q))
-    for _ in range(VIEWS):
+    for _ in range(MAX_SEARCHES):
         found, closes = _seen_from(robot, q[left] + passed[left, None] * rates[left])
         times[left[~closes]] = passed[left[~closes]]
         left = left[closes]
         speed, ahead = speeds[left], q[left] + passed[left, None] * rates[left]
         margin = found.distance - stop
-        towards = _towards((ahead - found.nearest_singular) / scales, rates[left] / scales)
+        # Speeds towards the nearest singular poses; NaN if none was found.
+        away = (ahead - found.nearest_singular) / scales
+        normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
+        towards = -np.sum(rates[left] / scales * normal, axis=-1)
         times[left] = passed[left] + _times(margin, towards)
         margins[left] = np.where(passed[left] > 0.0, margins[left], margin)
         passed[left] += np.where(speed > AT_REST, np.abs(margin) / speed, np.inf)
-        open_yet = (times[left] - passed[left]) * speed > FOUND
-        left = left[open_yet & (passed[left] < due[left])]
+        open_yet = (times[left] - passed[left]) * speed > DISTANCE_TOLERANCE
+        left = left[open_yet & (passed[left] < braking.due[left])]
         if not len(left):
             break
     shape = state.q.shape[:-1]
@@ -312,34 +318,26 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 def _proved(
     robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 ) -> npt.NDArray[np.bool_]:
-    # Whether balls without a singular pose, one after the other, cover the way of a stop.
+    # Whether successive balls without a singular pose cover the way of a stop.
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / robot.singularity.task.column_scales, axis=-1)
-    due = braking.horizon + 0.5 * np.ravel(braking.stopping)
-    passed = np.where(speeds > AT_REST, 0.0, due)
-    left = np.flatnonzero(passed < due)
-    for _ in range(VIEWS if not robot.chain.loops else 0):
+    passed = np.where(speeds > AT_REST, 0.0, braking.due)
+    left = np.flatnonzero(passed < braking.due)
+    for _ in range(MAX_SEARCHES if not robot.chain.loops else 0):
         if not len(left):
             break
         radii = clearances(robot, q[left] + passed[left, None] * rates[left])
         passed[left] += radii / speeds[left]
-        left = left[(passed[left] < due[left]) & (radii > FOUND)]
-    proved: npt.NDArray[np.bool_] = (passed >= due).reshape(state.q.shape[:-1])
-    return proved
+        left = left[(passed[left] < braking.due[left]) & (radii > DISTANCE_TOLERANCE)]
+    return (passed >= braking.due).reshape(state.q.shape[:-1])
 
 
 def _seen_from(robot: Robot, q: Floats) -> tuple[Singularities, npt.NDArray[np.bool_]]:
-    # The poses (N, n) at which the closed loops close, and which these are: a search that misses
-    # a flat position lets the motion go too far.
+    # The measures of the poses (N, n) at which all closed loops close, and which poses these are.
+    # Loops do not close if the search missed a flat position and the motion advanced beyond it.
     closes = np.ones(len(q), bool)
     while True:
         try:
             return singularity(robot, q[closes]), closes
         except LoopError as error:
             closes[np.flatnonzero(closes)[error.row]] = False
-
-
-def _towards(away: Floats, rates: Floats) -> Floats:
-    # Speeds towards the nearest singular poses; not a number if none was found.
-    normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
-    return np.asarray(-np.sum(rates * normal, axis=-1))

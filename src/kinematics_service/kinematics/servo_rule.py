@@ -1,10 +1,10 @@
 """
-MoveIt Servo's rule: how much of a tool motion is kept at a condition number of the Jacobian.
+MoveIt Servo's rule: the factor of a tool motion by the condition number of the Jacobian.
 
-The rule is that of `velocityScalingFactorForSingularity` (moveit_servo/src/utils/common.cpp of
-MoveIt 2), and its settings have the names and the defaults that they have there. Its J has all six
-rows, in m and rad. Of an arm with n < 6 joints the last of the n singular values counts, as
-proposed in moveit2#3750: Servo itself reads a sixth one, which does not exist, and halts.
+It is `velocityScalingFactorForSingularity` (moveit_servo/src/utils/common.cpp of MoveIt 2), with
+the same names and defaults of the settings. J has all six rows, in m and rad. For an arm with n <
+6 joints the last of the n singular values counts, as proposed in moveit2#3750. Servo itself reads
+a sixth singular value, which does not exist, and halts.
 """
 
 from dataclasses import dataclass, fields
@@ -29,11 +29,11 @@ class ServoRule:
     Attributes
     ----------
     lower_singularity_threshold, hard_stop_singularity_threshold
-        Condition numbers from which the arm is slowed, and stopped.
+        Condition numbers above which the arm is slowed, and stopped.
     leaving_singularity_threshold_multiplier
-        What leads away is slowed this many times less.
+        Factor of the range of condition numbers for motion away from a singular pose.
     singularity_step_scale
-        The step, m and rad, that shows which way the condition number grows.
+        Step, m and rad, that shows in which direction the condition number grows.
 
     Raises
     ------
@@ -70,16 +70,16 @@ class ServoRule:
 
 class ServoShares(NamedTuple):
     """
-    What the rule says of motions.
+    Results of the rule for motions.
 
     Attributes
     ----------
     values : shape (...)
-        The share of each motion that is kept.
+        The factor of each motion.
     condition, rate : shape (...), 1 and 1/s
-        The condition number, and how fast the motion makes it grow.
+        The condition number, and its rate along the motion.
     leaving : shape (...)
-        Whether the motion is slowed as one that leads away.
+        Whether the rule takes the motion as one away from a singular pose.
     """
 
     values: Floats
@@ -89,13 +89,13 @@ class ServoShares(NamedTuple):
 
 
 def servo_shares(state: ToolState, rule: ServoRule) -> ServoShares:
-    """Return what the rule says of states with known velocities."""
+    """Return the results of the rule for states with known velocities."""
     U, sigma, Vt = np.linalg.svd(state.jacobian, full_matrices=False)
     condition = sigma[..., 0] / sigma[..., -1]
     lower, stop = rule.lower_singularity_threshold, rule.hard_stop_singularity_threshold
     stopped = ~(condition < stop)
-    # The inverse moves the joints by v / sigma along the tool's hardest direction u, whose sign is
-    # by chance: the step says whether +u or -u leads to larger condition numbers.
+    # The inverse moves the joints by v / sigma along the tool's hardest direction u. Its sign is
+    # arbitrary: a step shows whether +u or -u leads to larger condition numbers.
     u, v, least = U[..., -1], Vt[..., -1, :], np.where(stopped, np.inf, sigma[..., -1])
     step = v * (rule.singularity_step_scale / least)[..., None]
     next_jacobian = evaluate(state.robot, state.q + step).jacobian

@@ -1,9 +1,9 @@
-"""How near a pose is to a singular one, which motion is lost there, and which way leads out."""
+"""Measures of singularity: distance, lost direction, motion away, level and named factors."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import Any, Generic, TypeAlias, TypeVar
+from functools import cached_property
+from typing import Any, Generic, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -11,14 +11,75 @@ import numpy.typing as npt
 from .. import kernel
 from ..kernel import Floats, Integers
 from ..notebook import as_html
+from ..robot.factors import motions_to_zeros
 from ..robot.measure_places import MeasurePlaces
 from ..robot.measures import MEASURES, Level, why_unsearched
 from ..robot.robot import AnyRobot, Robot, as_robot
 from . import singularity_rates as measure_rates
 from .clearance import clearances
-from .factor_distances import FactorMeasures, same_values
 from .one_or_many import Grade, Index, Number, Pose
 from .tool_state import ToolState, evaluate
+
+
+@dataclass(frozen=True, eq=False)
+class FactorMeasures(Generic[Index]):
+    """
+    The named factors of the robot file at a pose; see `Singularity.factors`.
+
+    Attributes
+    ----------
+    names
+        F names, as in the robot file.
+    estimates : shape (..., F)
+        First-order joint motion to each factor's zero, rad, 0 to pi; not a distance. For a closed
+        loop the distance to its flat position, if one was found.
+    results : shape (..., F, 1 + n)
+        Value and gradient of each factor.
+    column_scales : shape (..., n)
+        Weight of a unit of each joint in rad.
+    """
+
+    names: tuple[str, ...]
+    estimates: Floats
+    results: Floats
+    column_scales: Floats
+
+    def __eq__(self, other: object) -> bool:
+        """Compare every value exactly; NaN equals NaN."""
+        return _same_values(self, other) if isinstance(other, FactorMeasures) else NotImplemented
+
+    @property
+    def values(self) -> Floats:
+        """Return the value of each factor, shape (..., F)."""
+        return self.results[..., 0]
+
+    @property
+    def motions(self) -> Floats:
+        """
+        Return the joint motion to each factor's zero by first order, shape (..., F, n), rad or m.
+        """
+        return motions_to_zeros(self.results, self.column_scales[..., None, :])
+
+    @property
+    def nearest(self) -> Index:
+        """
+        Return the index of the factor nearest to its zero: an int for one pose, shape (...) for
+        many.
+        """
+        found = self.estimates.argmin(axis=-1)
+        index: Index = found if found.ndim else found.item()
+        return index
+
+
+def _same_values(one: Any, other: Any) -> bool:
+    """Return whether the fields of two results hold the same values; NaN is the same as NaN."""
+
+    def same(a: Any, b: Any) -> bool:
+        if isinstance(a, np.ndarray | float) and isinstance(b, np.ndarray | float):
+            return np.array_equal(a, b, equal_nan=True)
+        return type(a) is type(b) and bool(a == b)
+
+    return all(same(getattr(one, f.name), getattr(other, f.name)) for f in fields(one))
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,55 +87,55 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
     """
     The measures of J_t, the task's rows of the Jacobian; numbers for one pose, arrays for a batch.
 
-    Angular rows and prismatic columns of J_t are multiplied by the characteristic length for the
-    singular values and what comes of them; determinant and manipulability are of the unscaled J_t.
-    Where the arm is structurally deficient everything is taken over the first `generic_rank`
-    singular values.
+    For singular values and all that depends on them, angular rows and prismatic columns of J_t are
+    multiplied by the characteristic length. Determinant and manipulability are of the unscaled
+    J_t. If the arm is structurally deficient, all measures use the first `generic_rank` singular
+    values.
 
     Attributes
     ----------
     determinant
-        det(J_t); None where it is not square.
+        det(J_t); None if J_t is not square.
     manipulability
         Product of the singular values: abs(det), or sqrt(det(J_t J_t^T)) for n > m.
     condition_number, smallest_singular_value, singular_values
-        Of the scaled J_t; singular values in descending order, shape (..., min(m, n)).
+        Measures of the scaled J_t; singular values in descending order, shape (..., min(m, n)).
     rank, generic_rank
-        Rank here, and at random poses.
+        Rank at this pose, and at random poses.
     distance
-        Joint motion to the nearest singular pose that was found, rad, 0 to 1 (prismatic joints
-        divided by the length): to `nearest_singular`; 1 means that none was found within 1 rad. It
-        is an upper bound of the true distance; `clearance` is a lower bound. Above 16 joints, and
-        for positions beyond 1e5 rad, no search is made.
+        Joint motion to `nearest_singular`, rad, 0 to 1 (prismatic joints divided by the length); 1
+        means that no singular pose was found within 1 rad. It is an upper bound of the true
+        distance; `clearance` is a lower bound. Above 16 joints, and for positions beyond 1e5 rad,
+        there is no search.
     nearest_singular : shape (..., n), rad or m
-        The singular pose nearest to this one, found by Newton's method and evaluated: None where
-        none was found or looked for; in a batch, NaN. Limits of joints do not count. Of an arm
-        with closed loops it may be where a loop is flat (`flat_loop`).
+        The nearest singular pose that was found, by Newton's method, and evaluated; None if none
+        was found or searched for; NaN in a batch. Joint limits do not count. For an arm with
+        closed loops it may be a flat position of a loop (`flat_loop`).
     clearance
-        Radius around this pose in which no pose is singular, rad, at most 1: proved by bounds of
-        the Jacobian's change. Computed when it is first asked for. 0 for arms with closed loops,
-        of which nothing is proved.
+        Radius around this pose in which no pose is singular, rad, at most 1, proved by bounds of
+        the Jacobian's change. Computed at the first access. 0 for arms with closed loops: nothing
+        is proved.
     lost_direction : shape (..., 6)
-        Unit vector of the tool motion that takes most joint motion, in base axes: linear, then
-        angular times the length.
+        Unit vector of the tool motion that needs the largest joint motion, in base axes: linear,
+        then angular times the length.
     joint_motion : shape (..., n)
-        The joints that work against each other: a motion that moves the tool least, rad or m.
+        The unit joint motion that moves the tool least, rad or m: joints work against each other.
     way_out : shape (..., n)
-        Joint motion that leads away fastest, rad or m; at a singular pose its opposite does too;
-        zero where the first order knows none. Near a flat position of a closed loop (`flat_loop`)
-        it leads away from there; of such an arm where none was found, from what the first order
-        says to be nearest.
+        Joint motion that leads away fastest, rad or m. At a singular pose the opposite motion
+        leads away, too. Zero if the first-order estimate is zero. Near a flat position of a closed
+        loop (`flat_loop`) it leads away from that position. If no singular pose of an arm with
+        loops was found, it leads away from the nearest one by first-order estimates.
     rate
         Change of the watched measure along qdot, 1/s; None without qdot.
     time_to_warning
-        Seconds to the threshold `warn` along qdot: 0 beyond it, inf when it is not approached;
-        None without qdot.
+        Seconds to the threshold `warn` along qdot: 0 beyond it, inf if it is not approached; None
+        without qdot.
     level
-        OK, WARN or ERROR by the robot's thresholds, without hysteresis. It is also WARN where the
-        condition number exceeds 1e4 though the distance is above `warn`.
+        OK, WARN or ERROR by the robot's thresholds, without hysteresis. Also WARN if the condition
+        number exceeds 1e4 and the distance is above `warn`.
     factors
-        The named factors, where the robot file lists some, and behind them the closed loops, by
-        the determinants of their closure; otherwise None.
+        The named factors of the robot file, then the closed loops, by the determinants of their
+        closure; None without factors and loops.
     """
 
     determinant: Number | None
@@ -113,61 +174,27 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
     _repr_html_ = as_html
 
     def __eq__(self, other: object) -> bool:
-        """Compare every value exactly; what is no number equals itself."""
-        return same_values(self, other) if isinstance(other, Singularity) else NotImplemented
+        """Compare every value exactly; NaN equals NaN."""
+        return _same_values(self, other) if isinstance(other, Singularity) else NotImplemented
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        """Copy and pickle the values alone, and not the arm they are of."""
+        """Copy and pickle the values without the arm."""
         return Singularity, tuple(getattr(self, field.name) for field in fields(self))
-
-
-T = TypeVar('T')
-
-
-class _cached(Generic[T]):
-    """functools.cached_property without the lock that costs 1 us a value before Python 3.12."""
-
-    def __init__(self, take: Callable[[Any], T]) -> None:
-        self._take = take
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self._name = name
-
-    def __get__(self, found: Any, owner: type) -> T:
-        value = found.__dict__[self._name] = self._take(found)
-        return value
 
 
 class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     """
-    Measures that are taken out of the kernel's rows when they are first asked for.
-
-    Made of keywords it has their values: so `dataclasses.replace` makes one.
+    Measures that are read from the kernel's rows at the first access.
 
     Attributes
     ----------
     _first : shape (width,), or (..., width) for a batch
-        Those of a batch are by first order: its singular poses are looked for when something is
-        asked that needs them.
+        The rows of measures. In a batch the distance is a first-order estimate; the search starts
+        at the first access to a measure that needs it.
     """
 
     _state: ToolState
     _first: Floats
-
-    def __init__(
-        self,
-        state: ToolState | None = None,
-        first: Floats | None = None,
-        found: Floats | None = None,
-        **values: Any,
-    ) -> None:
-        if state is None:
-            super().__init__(**values)
-        else:
-            kept = self.__dict__
-            kept['_state'], kept['_first'] = state, first
-            if found is not None:
-                kept['_found'] = found
 
     @property
     def _robot(self) -> Robot:
@@ -177,68 +204,71 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     def _places(self) -> MeasurePlaces:
         return self._state.robot.singularity.measure_places
 
-    @_cached
+    @cached_property
     def _found(self) -> Floats:
         found = measure_rates.searched(self._state, _flat(self._first))
         return found.reshape(self._first.shape)
 
     @property
     def _watched(self) -> Floats:
-        # What the level depends on.
-        return (
-            self._found
-            if self._robot.singularity.thresholds.measure == 'distance'
-            else self._first
-        )
+        # The rows with the level: with the distance of the search only if it is watched.
+        by_distance = self._robot.singularity.thresholds.measure == 'distance'
+        return self._found if by_distance else self._first
 
     def _shown(self, numbers: Floats) -> Any:
-        # Of a number for each pose, (N,).
+        # Returns one number for each pose (N,) in the shape of the batch.
         leading = self._first.shape[:-1]
         return _read_only(numbers.reshape(leading)) if leading else numbers.item()
 
-    @_cached
+    @cached_property
     def determinant(self) -> Any:
-        square = self._state.robot.singularity.task.square
+        square = self._robot.singularity.task.square
         return _column(self._first, kernel.DETERMINANT) if square else None
 
-    manipulability = _cached(lambda one: _column(one._first, kernel.MANIPULABILITY))
-    condition_number = _cached(lambda one: _column(one._first, kernel.CONDITION_NUMBER))
-    smallest_singular_value = _cached(
+    manipulability = cached_property(lambda one: _column(one._first, kernel.MANIPULABILITY))
+    condition_number = cached_property(lambda one: _column(one._first, kernel.CONDITION_NUMBER))
+    smallest_singular_value = cached_property(
         lambda one: _column(one._first, kernel.SMALLEST_SINGULAR_VALUE)
     )
-    singular_values = _cached(lambda one: _part(one._first, one._places.sigma, one._places.judged))
+    singular_values = cached_property(
+        lambda one: _part(one._first, one._places.sigma, one._places.judged)
+    )
 
-    @_cached
+    @cached_property
     def rank(self) -> Any:
         rank = _column(self._first, kernel.RANK)
         return int(rank) if self._first.ndim == 1 else _read_only(rank.astype(int))
 
-    @_cached
+    @cached_property
     def generic_rank(self) -> int:
         return self._robot.singularity.task.generic_rank
 
-    distance = _cached(lambda one: _column(one._found, kernel.DISTANCE))
+    distance = cached_property(lambda one: _column(one._found, kernel.DISTANCE))
 
-    @_cached
+    @cached_property
     def nearest_singular(self) -> Floats | None:
         poses = _part(self._found, self._places.pose, self._places.width)
         return None if poses.ndim == 1 and math.isnan(poses[0]) else poses
 
-    @_cached
+    @cached_property
     def clearance(self) -> Any:
         return self._shown(clearances(self._robot, np.array(_flat(self._state.q))))
 
-    lost_direction = _cached(lambda one: _part(one._first, one._places.lost, one._places.motion))
-    joint_motion = _cached(lambda one: _part(one._first, one._places.motion, one._places.way))
-    way_out = _cached(lambda one: _part(one._first, one._places.way, one._places.sigma))
+    lost_direction = cached_property(
+        lambda one: _part(one._first, one._places.lost, one._places.motion)
+    )
+    joint_motion = cached_property(
+        lambda one: _part(one._first, one._places.motion, one._places.way)
+    )
+    way_out = cached_property(lambda one: _part(one._first, one._places.way, one._places.sigma))
 
-    @_cached
+    @cached_property
     def rate(self) -> Any:
         if not self._state.moving:
             return None
         return self._shown(measure_rates.rates(self._state, _flat(self._watched)))
 
-    @_cached
+    @cached_property
     def time_to_warning(self) -> Any:
         if self.rate is None:
             return None
@@ -246,14 +276,14 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
         rates = np.reshape(self.rate, -1)
         return self._shown(measure_rates.times_to_warning(self._robot, values, rates))
 
-    @_cached
+    @cached_property
     def level(self) -> Any:
-        k = self._state.robot.singularity.measure_places.judged + kernel.LEVEL
+        k = self._places.judged + kernel.LEVEL
         if self._first.ndim == 1:
             return _LEVELS[int(self._first.item(k))]
         return _read_only(self._watched[..., k].astype(int))
 
-    @_cached
+    @cached_property
     def factors(self) -> FactorMeasures[Any] | None:
         robot, places, first = self._robot, self._places, self._first
         names, leading = robot.singularity.factors.names, first.shape[:-1]
@@ -300,7 +330,7 @@ def watched_value(robot: Robot, singularity: Singularity) -> float:
 
 
 def unsearched(singularity: Singularity) -> str:
-    """Return why no singular pose was looked for near one pose; empty if it was."""
+    """Return why no singular pose was searched for near one pose; empty if there was a search."""
     state: ToolState | None = singularity.__dict__.get('_state')
     farthest = 0.0
     if state is not None:
@@ -309,7 +339,7 @@ def unsearched(singularity: Singularity) -> str:
 
 
 def none_found(singularity: Singularity) -> str:
-    """Return that no singular pose was found near one pose, or why; empty if one was found."""
+    """Return words for one pose without a singular pose nearby; empty if one was found."""
     none = MEASURES['distance'].farther(singularity.distance)
     reason = none and unsearched(singularity)
     return f'unknown: {reason}' if reason else none
@@ -317,53 +347,32 @@ def none_found(singularity: Singularity) -> str:
 
 def nearest_factor(robot: Robot, singularity: Singularity) -> int | None:
     """
-    Return the factor that is zero at the distance of one pose; None where none is known to be.
+    Return the factor that is zero at the nearest singular pose of one pose; None if unknown.
     """
     factors = singularity.factors
     if factors is None or singularity.nearest_singular is None:
         return None
-    k = factors.nearest
-    near = robot.singularity.factors.may_name(
-        k, float(factors.estimates[k]), float(singularity.distance)
-    )
+    k, named = factors.nearest, robot.singularity.factors
+    near = named.may_name(k, float(factors.estimates[k]), float(singularity.distance))
     return k if near else None
 
 
 def flat_loop(robot: Robot, singularity: Singularity) -> str:
     """
-    Return the closed loop that is flat at the distance of one pose; empty where it is the arm that
-    is singular there.
+    Return the closed loop that is flat at the nearest singular pose of one pose; empty if the arm
+    itself is singular there.
 
-    At a flat position the branch of a loop ends or meets another, and the motors no longer hold
-    what it moves: no direction of the tool is lost.
+    At a flat position the branch of a loop ends or meets another one. The motors do not hold the
+    passive joints there; no direction of the tool is lost.
     """
     k = nearest_factor(robot, singularity)
-    return (
-        ''
-        if k is None or not robot.singularity.factors.is_loop(k)
-        else robot.singularity.factors.names[k]
-    )
+    factors = robot.singularity.factors
+    return factors.names[k] if k is not None and factors.is_loop(k) else ''
 
 
 def measured(state: ToolState) -> ToolState:
-    """Return the state of one pose with its measures there."""
+    """Return the state of one pose with its measures."""
     return state if state.measures is not None else state._replace(measures=_measure(state))
-
-
-def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolState:
-    """
-    Return the poses of a motion with their measures there, `search` that of the poses before.
-    """
-    first = measure_rates.measures_of(state)
-    return state._replace(measures=measure_rates.searched(state, first, search))
-
-
-def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
-    """
-    Return poses with their measures there, what a search had found (N,), (N, n) kept of it.
-    """
-    measures = measure_rates.recalled(state, distance, nearest_singular)
-    return state._replace(measures=measures)
 
 
 def _measure(state: ToolState) -> Floats:
@@ -374,20 +383,24 @@ def _measure(state: ToolState) -> Floats:
 
 def singularity_of(state: ToolState) -> Singularity[Any, Any, Any, Any]:
     """Return the measures of an evaluated state (depth JACOBIAN or more)."""
-    measures = state.measures
-    if state.joints is None:
-        row = _measure(state) if measures is None else measures
-        return _TakenMeasures(state, row, row)
-    table = measure_rates.measures_of(state) if measures is None else measures
-    table = table.reshape(*state.row.shape[:-1], table.shape[-1])
-    return _TakenMeasures(state, table, None if measures is None else table)
+    alone, rows = state.joints is None, state.measures
+    if rows is None:
+        first = _measure(state) if alone else measure_rates.measures_of(state)
+    else:
+        first = rows
+    first = first.reshape(*state.row.shape[:-1], first.shape[-1])
+    result = _TakenMeasures.__new__(_TakenMeasures)
+    result.__dict__.update(_state=state, _first=first)
+    if alone or rows is not None:
+        result.__dict__['_found'] = first
+    return result
 
 
 def singularity(
     robot: AnyRobot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None
 ) -> Singularity[Any, Any, Any, Any]:
     """
-    Return how near joint positions q are to a singular pose.
+    Return the measures of singularity at joint positions q.
 
     Parameters
     ----------

@@ -1,5 +1,5 @@
 """
-How the watched measure changes along the joint velocities, and when it will be at its threshold.
+Measures of batches and motions, the rate of the watched measure, and the time to its threshold.
 """
 
 import numpy as np
@@ -10,23 +10,23 @@ from ..robot.robot import Robot
 from .threads import in_parts
 from .tool_state import ToolState, evaluate
 
-# Step of the difference along qdot, in rad (of the fastest joint): the measures carry some 1e-10
-# of noise near a singular pose and change over 1e-2, so this is in the middle of both.
+# Step of the forward difference along qdot, rad of the fastest joint. Near a singular pose the
+# measures have noise of 1e-10 and change over 1e-2: the step is between both.
 STEP = 1e-5
 
-# Smallest number of rows that one thread searches: about 30 ms.
+# Smallest number of rows for one thread of the search: about 30 ms.
 ROWS_PER_THREAD = 100
 
-# Slower than this (rad/s or m/s) an arm stands still: encoder noise, and denormal numbers whose
-# step would be infinite.
+# Largest speed of an arm at rest, rad/s or m/s. It covers encoder noise, and denormal numbers
+# whose step would be infinite.
 AT_REST = 1e-9
 
 
 def measures_of(state: ToolState) -> Floats:
     """
-    Return the measures of every pose of a state, one row each, as `kernel.measure` lays them out.
+    Return one row of measures for each pose of a state, in the layout of `kernel.measure`.
 
-    The distance is of first order.
+    The distance is a first-order estimate.
     """
     robot = state.robot
     rows, q = _rows(state)
@@ -40,46 +40,41 @@ def measures_of(state: ToolState) -> Floats:
     return measures
 
 
-def searched(
-    state: ToolState, measures: Floats, search: kernel.NearestSearch | None = None
-) -> Floats:
-    """
-    Return what `measures_of` a state returned, with the singular poses that are found nearest.
-
-    Parameters
-    ----------
-    state, measures
-        The poses.
-    search
-        That of the poses before, for poses of a motion.
-    """
+def searched(state: ToolState, measures: Floats) -> Floats:
+    """Return the rows of `measures_of` with the nearest singular poses, found by search."""
     rows, q = _rows(state)
     found = measures.copy()
-    if search is not None:
-        kernel.find_nearest(search, rows, q, found, True)
-        return found
 
     def part(begin: int, end: int) -> int:
-        alone = kernel.NearestSearch(state.robot.singularity.arm)
-        kernel.find_nearest(alone, rows[begin:end], q[begin:end], found[begin:end], False)
+        search = kernel.NearestSearch(state.robot.singularity.arm)
+        kernel.find_nearest(search, rows[begin:end], q[begin:end], found[begin:end], False)
         return -1
 
     in_parts(len(rows), part, ROWS_PER_THREAD)
     return found
 
 
-def recalled(state: ToolState, distance: Floats, nearest_singular: Floats) -> Floats:
+def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolState:
     """
-    Return the measures of a state, with distances (N,) and poses (N, n) that a search had found.
+    Return the poses of a motion with their measures; `search` continues from the poses before.
+    """
+    measures = measures_of(state)
+    kernel.find_nearest(search, *_rows(state), measures, True)
+    return state._replace(measures=measures)
 
-    The level is that of first order.
+
+def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
     """
-    robot, measures = state.robot, measures_of(state)
+    Return poses with their measures, given distances (N,) and singular poses (N, n) of a search.
+
+    The level is by the first-order distance.
+    """
+    measures, judged = measures_of(state), state.robot.singularity
     measures[:, kernel.DISTANCE] = distance
-    measures[:, robot.singularity.measure_places.pose :] = nearest_singular
-    if robot.singularity.thresholds.measure == 'distance':
-        measures[:, robot.singularity.measure_places.judged + kernel.WATCHED] = distance
-    return measures
+    measures[:, judged.measure_places.pose :] = nearest_singular
+    if judged.thresholds.measure == 'distance':
+        watched(state.robot, measures)[:] = distance
+    return state._replace(measures=measures)
 
 
 def _rows(state: ToolState) -> tuple[Floats, Floats]:
@@ -90,7 +85,7 @@ def _rows(state: ToolState) -> tuple[Floats, Floats]:
 
 def watched(robot: Robot, measures: Floats) -> Floats:
     """
-    Return the measure the robot's thresholds are about, shape (N,): |det| for the determinant.
+    Return the measure of the robot's thresholds, shape (N,): |det| for the determinant.
     """
     return measures[:, robot.singularity.measure_places.judged + kernel.WATCHED]
 
@@ -99,20 +94,16 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     """
     Return the change of the watched measure along qdot, shape (N,), 1/s.
 
-    That of the distance is its exact derivative: what matters is the motion towards the pose that
-    was found, which is the nearest; 0 where none was found. Of other measures it is a forward
-    difference.
+    The rate of the distance is its exact derivative, by the nearest singular pose that was found;
+    0 if none was found. The rate of other measures is a forward difference.
     """
-    robot, n = state.robot, state.robot.dof
-    q = np.ascontiguousarray(state.q).reshape(-1, n)
-    qdot = np.ascontiguousarray(state.qdot).reshape(-1, n)
+    robot, (_, q) = state.robot, _rows(state)
+    qdot = np.ascontiguousarray(state.qdot).reshape(-1, robot.dof)
     speed = np.max(np.abs(qdot), axis=1)
     moving = speed > AT_REST
     if robot.singularity.thresholds.measure == 'distance':
-        distance, poses = (
-            watched(robot, measures),
-            measures[:, robot.singularity.measure_places.pose :],
-        )
+        distance = watched(robot, measures)
+        poses = measures[:, robot.singularity.measure_places.pose :]
         found = np.isfinite(poses[:, 0]) & (distance > 0.0) & moving
         scales = robot.singularity.task.column_scales
         away = (poses[found] - q[found]) / scales
@@ -124,14 +115,14 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     ahead = evaluate(robot, q + step[:, None] * qdot)
     there = watched(robot, measures_of(ahead))
     here = watched(robot, measures)
-    # A condition number that is and stays infinite does not change.
+    # An infinite condition number that stays infinite has the rate 0.
     change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
     return np.divide(change, step, out=np.zeros_like(change), where=moving)
 
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
     """
-    Return the seconds to the threshold `warn`, shape (N,): 0 beyond it, inf where it never comes.
+    Return the seconds to the threshold `warn`, shape (N,): 0 beyond it, inf if never.
     """
     thresholds = robot.singularity.thresholds
     worsening = np.sign(thresholds.stop - thresholds.warn) * rates

@@ -1,5 +1,5 @@
 """
-Statics: joint torques that hold a wrench, and the wrench that torques tell of.
+Statics: joint torques J^T F of a wrench, and the wrench of torques by least squares.
 
 A wrench is a force and then a torque at a reference point, in N and N m; a joint's torque is in
 N m, or the force of a prismatic joint in N. Power is the same on both sides, so tau = J^T F.
@@ -23,25 +23,25 @@ from .pseudo_inverse import DAMPED_BELOW, inverted
 @dataclass(frozen=True, eq=False)
 class WrenchEstimate(FrozenArrays):
     """
-    A wrench found from joint torques, and what the pose hides of it.
+    A wrench estimated from joint torques, and the directions that the pose hides.
 
     Attributes
     ----------
     wrench : shape (..., 6), N and N m
-        The smallest wrench that explains the torques best.
+        The smallest wrench of the least squares.
     residual : shape (..., n), N m or N
-        The part of the torques that no wrench explains: the torques less J^T times the wrench.
+        The torques minus J^T times the wrench: not explained by any wrench.
     rank : shape (...)
-        Number of independent directions of wrench that the joints feel here.
+        Number of independent directions of wrench that act on the joints.
     damping : shape (...)
-        The largest damping in use, as a share of the characteristic length.
+        The largest damping in use, relative to the characteristic length.
     damped : shape (..., 6, 6)
-        Rows that are not zero are wrenches that the joints hardly feel: what is found along them
-        is too small. They are unit vectors as those of `hidden`.
+        Nonzero rows are directions of wrench that act weakly on the joints: the estimate along
+        them is too small. Unit vectors as in `hidden`.
     hidden : shape (..., 6, 6)
-        Rows 0 to rank - 1 are zero; each of the others is a wrench that no joint feels, so that
-        any multiple of it may be added. They are unit vectors of force and of torque over the
-        characteristic length, at right angles.
+        Rows 0 to rank - 1 are zero. Each other row is a direction of wrench that does not act on
+        any joint: any multiple may be added. Orthonormal vectors of force, and torque divided by
+        the characteristic length.
     """
 
     wrench: Floats
@@ -64,7 +64,7 @@ def joint_torques(
     """
     Return the joint torques J^T F that exert a wrench, shape (..., n), N m or N.
 
-    Gravity and friction are not in them.
+    Gravity and friction are not included.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def joint_torques(
 
     Examples
     --------
-    An arm of two links of 1 m, stretched along x, that pushes upwards along y with 3 N:
+    An arm with two links of 1 m, stretched along x, pushes along y with 3 N:
 
     >>> import kinematics_service as ks
     >>> robot = ks.load_robot('planar_2r')
@@ -115,9 +115,9 @@ def wrench_from_torques(
     damped_below: float = DAMPED_BELOW,
 ) -> WrenchEstimate:
     """
-    Return the wrench that joint torques exert, by least squares, and what the pose hides.
+    Return the wrench of joint torques by least squares, and the directions that the pose hides.
 
-    Torques count as forces times the characteristic length, for the wrench and for the joints.
+    Torques count as forces times the characteristic length, in the wrench and at the joints.
 
     Parameters
     ----------
@@ -126,12 +126,12 @@ def wrench_from_torques(
     q : shape (..., n), rad or m
         Joint positions.
     torques : shape (..., n), N m or N
-        Of the joints, without those of gravity and friction.
+        Joint torques without gravity and friction.
     axes, of, at
         As `jacobian` takes them.
     damping, damped_below
-        As `pseudo_inverse` takes them: they keep torques of friction and noise from being taken
-        for a large wrench that the joints hardly feel.
+        As in `pseudo_inverse`. Without damping, friction and noise give large wrenches along
+        directions that act weakly on the joints.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def wrench_of(
     robot: Robot, J: Floats, torques: Floats, damping: float, damped_below: float
 ) -> WrenchEstimate:
     """
-    Return what `wrench_from_torques` returns, of a Jacobian (..., 6, n), in its axes and at its
+    Return the result of `wrench_from_torques` for a Jacobian (..., 6, n), in its axes and at its
     point.
     """
     length = robot.singularity.task.length

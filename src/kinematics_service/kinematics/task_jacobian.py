@@ -1,4 +1,4 @@
-"""Rows of the Jacobian by their names, comparable by the characteristic length."""
+"""Rows of the Jacobian by name, scaled by the characteristic length."""
 
 import functools
 from collections.abc import Sequence
@@ -15,14 +15,14 @@ from .arguments import rows_in_order
 
 def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> Task:
     """
-    Return the task of rows of a point of the arm; None: of the rows of the arm's own task.
+    Return the task of rows of a point of the arm; default: the rows of the arm's own task.
 
     Raises
     ------
     PointError
-        There are no such rows.
+        A row does not exist.
     KinematicsError
-        No joint moves them.
+        No joint moves the rows.
     """
     if rows is None and type(of) is str and of == TOOL:
         return robot.singularity.task

@@ -1,11 +1,10 @@
-"""A batch on all cores: the compiled functions release the interpreter, so plain threads do it."""
+"""Run parts of a batch in threads: compiled functions release the interpreter."""
 
 import os
-import threading
 from collections.abc import Callable
 
-# Rows of a part, at least: some milliseconds of work, while starting a thread costs some 50 us.
-LEAST_PART = 10_000
+# Smallest number of rows of a part: milliseconds of work, while a thread starts in 50 us.
+MIN_PART = 10_000
 
 
 def cores() -> int:
@@ -18,43 +17,27 @@ def cores() -> int:
 
 def in_parts(count: int, work: Callable[[int, int], int], least: int = 0) -> int:
     """
-    Do `work(begin, end)` for all of `count` rows, part by part, on all cores if that is faster.
+    Call `work(begin, end)` for parts of `count` rows, on all cores if that is faster.
 
-    Returns -1, or the least row that a part returned: where the first thing went wrong.
+    Returns the smallest row that a part returned as failed, or -1.
 
     Parameters
     ----------
     count
-        Number of rows; each one's result must not depend on the others.
+        Number of rows; their results must not depend on each other.
     work
-        Computes rows begin to end and returns -1, or the row where it stopped.
+        Computes rows begin to end and returns -1, or the row where it failed.
     least
-        Rows of a part, at least; 0: `LEAST_PART`.
+        Smallest number of rows of a part; 0: `MIN_PART`.
     """
-    parts = count // (least or LEAST_PART)
+    parts = count // (least or MIN_PART)
     workers = min(cores(), parts)
     if workers < 2:
         return work(0, count)
+    from concurrent.futures import ThreadPoolExecutor  # 10 ms of the first large batch
+
     bounds = [count * k // parts for k in range(parts + 1)]
-    found = [-1] * parts
-    errors: list[BaseException] = []
-    left = iter(
-        range(parts)
-    )  # a thread that is done takes the next part: a busy core does not hold up the others
-
-    def run() -> None:
-        try:
-            for k in left:
-                found[k] = work(bounds[k], bounds[k + 1])
-        except BaseException as error:  # the caller gets it below
-            errors.append(error)
-
-    threads = [threading.Thread(target=run, daemon=True) for _ in range(workers - 1)]
-    for thread in threads:
-        thread.start()
-    run()
-    for thread in threads:
-        thread.join()
-    if errors:
-        raise errors[0]
-    return min((row for row in found if row >= 0), default=-1)
+    # A thread that is done takes the next part: a busy core does not hold up the others.
+    with ThreadPoolExecutor(workers) as pool:
+        rows = list(pool.map(work, bounds[:-1], bounds[1:]))
+    return min((row for row in rows if row >= 0), default=-1)

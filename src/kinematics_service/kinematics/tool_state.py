@@ -20,21 +20,21 @@ from .threads import in_parts
 
 class ToolState(NamedTuple):
     """
-    Pose, Jacobian, twist and frames of an arm; holding one means the kernel has run on `q`.
+    Pose, Jacobian, twist and frames of an arm: results of the kernel for `q`.
 
     Attributes
     ----------
     robot
         The arm.
     row : shape (..., width)
-        The results that the properties are read from. Those of one pose end with their q, their
-        qdot, and the quaternion once more.
+        The results, from which the properties are read. The row of one pose ends with q, qdot and
+        a second quaternion, whose sign is continuous.
     moving
         Whether the joint velocities are known.
     joints
         q and qdot of a batch; None for one pose.
     measures
-        The row of measures of one pose, or those of a batch (N, width), where they are known.
+        The row of measures of one pose, or the rows (N, width) of a batch, if known.
     """
 
     robot: Robot
@@ -95,7 +95,7 @@ class ToolState(NamedTuple):
     @property
     def continuous_quaternion_xyzw(self) -> Floats:
         """
-        Return the same orientation of one pose, of the sign that continues its motion, shape (4,).
+        Return the orientation of one pose with the sign that continues its motion, shape (4,).
         """
         return self.row[-kernel.ROW_TAIL :]
 
@@ -157,8 +157,7 @@ def as_the_kernel_takes_it(vector: npt.ArrayLike) -> TypeGuard[Floats]:
 
 
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
-    # A copy in the only layout the kernel takes: so the state keeps the numbers of the kernel's
-    # run, whatever the caller does.
+    # A copy in the kernel's layout: the caller cannot change the numbers of the state.
     array = numbers_of(name, q, JointVectorError, [(robot.dof,)], f'(..., {robot.dof})')
     if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
         raise JointVectorError(
@@ -172,7 +171,7 @@ def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
 
 
 def velocities_of(state: ToolState) -> Floats:
-    """Return the joint velocities (..., n) of a state, or refuse a state without velocities."""
+    """Return the joint velocities (..., n) of a state, or raise JointVectorError without them."""
     if state.qdot is None:
         raise refused('qdot', f'numbers, shape (..., {state.robot.dof})', None, JointVectorError)
     return state.qdot
@@ -184,9 +183,11 @@ def evaluate(
     qdot: npt.ArrayLike | None = None,
     depth: int = kernel.JACOBIAN,
     measured: bool = False,
+    *,
+    point: Point | None = None,
 ) -> ToolState:
     """
-    Return the tool's state at joint positions q: one kernel call, whatever the leading dimensions.
+    Return the tool's state at joint positions q, in one call of the kernel.
 
     Parameters
     ----------
@@ -199,7 +200,10 @@ def evaluate(
     depth
         `kernel.POSE`, `kernel.JACOBIAN` (with the twist) or `kernel.ALL_FRAMES`.
     measured
-        Whether to compute the measures of one pose in the same call, too (depth JACOBIAN or more).
+        Whether to compute also the measures of one pose in the same call (depth JACOBIAN or more).
+    point
+        A point of the arm instead of the tool, at depth POSE or JACOBIAN: only pose, Jacobian and
+        twist are of this point.
 
     Raises
     ------
@@ -208,10 +212,10 @@ def evaluate(
     LoopError
         A closed loop of the arm does not close there.
     """
-    if type(robot) is not Robot:  # a call costs more than what it asks
+    if type(robot) is not Robot:  # the call takes longer than the check
         robot = as_robot(robot)
-    chain = robot.chain
-    # as_the_kernel_takes_it twice, written out: a call costs more than what it asks.
+    chain = robot.chain if point is None else point.chain
+    # `as_the_kernel_takes_it` twice, inlined: a call takes longer than the check.
     if type(q) is np.ndarray and q.dtype is _DOUBLE and q.ndim == 1 and q.flags.carray:
         positions = q
     else:
@@ -239,38 +243,11 @@ def evaluate(
     else:
         bad = kernel.evaluate_one(chain, positions, rates, row)
     if bad != -1:
-        raise _not_taken(robot, chain, positions, rates)
+        # These raise an error if q or qdot is not n numbers.
+        _joint_vector(robot, positions, 'q')
+        _joint_vector(robot, rates, 'qdot')
+        raise _refusal(robot, chain, 0, positions, rates, positions.shape)
     return _new(ToolState, (robot, row, qdot is not None, None, measures))
-
-
-def evaluate_point(
-    robot: Robot,
-    point: Point,
-    q: npt.ArrayLike,
-    qdot: npt.ArrayLike | None = None,
-    depth: int = kernel.JACOBIAN,
-) -> ToolState:
-    """
-    Return a state with a point of the arm in the place of the tool, at depth POSE or JACOBIAN.
-
-    It is of use for pose, Jacobian and twist alone: frames and measures belong to the tool.
-
-    Raises
-    ------
-    JointVectorError
-        The last dimension is not n, or a number is not finite.
-    """
-    chain = point.chain
-    positions = q if as_the_kernel_takes_it(q) else _joint_vector(robot, q, 'q')
-    rates = chain.at_rest
-    if qdot is not None:
-        rates = qdot if as_the_kernel_takes_it(qdot) else _joint_vector(robot, qdot, 'qdot')
-    if positions.ndim > 1 or rates.ndim > 1:
-        return _evaluate_batch(robot, chain, positions, None if qdot is None else rates, depth)
-    row = np.empty(chain.single_widths[depth])
-    if kernel.evaluate_one(chain, positions, rates, row) != -1:
-        raise _not_taken(robot, chain, positions, rates)
-    return _new(ToolState, (robot, row, qdot is not None, None, None))
 
 
 def _evaluate_batch(
@@ -283,7 +260,11 @@ def _evaluate_batch(
         if qdot.ndim == 1:
             qdot = _joint_vector(robot, qdot, 'qdot')
         if qdot.shape != q.shape:
-            q, qdot = _broadcast(q, qdot)
+            names = 'q', 'qdot'
+            leading = shape_together(JointVectorError, names, q.shape, qdot.shape, q.shape)
+            # Copies in C order: by itself numpy would keep the order of the repeated axis.
+            shape = *leading, q.shape[-1]
+            q, qdot = (np.array(np.broadcast_to(x, shape), order='C') for x in (q, qdot))
     flat = q.reshape(-1, chain.dof)
     rates = (qdot if qdot is not None else chain.at_rest).reshape(-1, chain.dof)
     table = np.empty((len(flat), chain.widths[depth]))
@@ -306,38 +287,24 @@ def _evaluate_batch(
     return ToolState(robot, row, qdot is not None, (q, qdot))
 
 
-def _not_taken(robot: Robot, chain: Chain, q: Floats, qdot: Floats) -> JointVectorError:
-    # Why the kernel refuses one pose: its error is raised here where there are not n numbers.
-    _joint_vector(robot, q, 'q')
-    _joint_vector(robot, qdot, 'qdot')
-    return _refusal(robot, chain, 0, q, qdot, q.shape)
-
-
 def _refusal(
     robot: Robot, chain: Chain, row: int, q: Floats, qdot: Floats, shape: tuple[int, ...]
 ) -> JointVectorError:
-    # Why the kernel has no numbers for a pose.
+    # The error for a pose without results of the kernel.
     if chain.loops and np.isfinite(q).all() and np.isfinite(qdot).all():
         loop, sentence = why_not_closed(robot, q)
         if loop:
-            return LoopError(sentence, 'q', [shape], shape, row, loop)
-    # Neither is named where both are finite and what follows of them is not.
+            closed = LoopError(sentence, 'q', [shape], shape)
+            closed.row, closed.loop = row, loop
+            return closed
+    # If both are finite but their results are not, none is named.
     named = [name for name, given in (('q', q), ('qdot', qdot)) if not np.isfinite(given).all()]
-    return JointVectorError(
+    error = JointVectorError(
         f'joint positions and velocities must be finite, and what follows too: row {row} is '
         f'{q.tolist()}',
         named[0] if named else '',
         [q.shape],
         shape,
-        row,
     )
-
-
-def _broadcast(q: Floats, qdot: Floats) -> tuple[Floats, Floats]:
-    leading = shape_together(JointVectorError, ('q', 'qdot'), q.shape, qdot.shape, q.shape)
-    shape = *leading, q.shape[-1]
-    # A copy in C order: by itself numpy would keep the order of the repeated axis.
-    return (
-        np.array(np.broadcast_to(q, shape), order='C'),
-        np.array(np.broadcast_to(qdot, shape), order='C'),
-    )
+    error.row = row
+    return error

@@ -1,4 +1,4 @@
-"""The result for the user: solutions and families, or the nearest pose if there are none."""
+"""Build the result of inverse kinematics: solutions, families, status, and the nearest pose."""
 
 import math
 from typing import NamedTuple
@@ -18,12 +18,12 @@ from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
 from .result import Complete, IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
-from .search import DistinctSolutions, LeastError, refined, starts
+from .search import DistinctSolutions, refined, starts
 
-# Starts, inside the limits, for the nearest pose.
+# Number of random starts inside the limits for the nearest pose.
 NEAREST_STARTS = 64
-# A joint that moves less than this share of a unit motion stands still.
-MOVES = 1e-6
+# A joint stands still if its component of a unit motion is at most this.
+MIN_MOTION = 1e-6
 LEFT_FREE = 'the target leaves joints free to move: '
 
 
@@ -31,36 +31,33 @@ def answer(
     problem: IkProblem,
     found: DistinctSolutions,
     method: Method,
-    best: LeastError,
-    respect_limits: bool,
     roots: tuple[int, int] | None = None,
+    best: Floats | None = None,
 ) -> IkResult:
-    """Return the result of proved solutions, told apart from families."""
-    result = _result_of_found(problem, found, method, best, respect_limits, roots)
+    """Return the result of proved solutions, of which some may belong to families."""
+    result = _result_of_found(problem, found, method, roots, best)
     nearest = result.nearest
     if nearest is None or result.status == 'family':
         return result
     if not problem.target.is_reached_at(nearest.q, nearest.residual):
         return result
     # The search for the nearest pose met the target inside the limits.
-    q = np.concatenate([found.q, nearest.q[None]])
-    more = DistinctSolutions(q, np.append(found.errors, nearest.residual))
-    return _result_of_found(problem, more, 'search', best, respect_limits, None)
+    more = DistinctSolutions(nearest.q[None], np.array([nearest.residual]))
+    return _result_of_found(problem, found.joined(more), 'search', None, best)
 
 
 def _result_of_found(
     problem: IkProblem,
     found: DistinctSolutions,
     method: Method,
-    best: LeastError,
-    respect_limits: bool,
     roots: tuple[int, int] | None,
+    best: Floats | None,
 ) -> IkResult:
-    if not len(found.q):
-        return result_of(problem, found, (), method, best, respect_limits, roots)
-    isolated, singular, families = isolated_or_not(problem, found)
-    isolated = with_multiplicities(problem, isolated, singular)
-    return result_of(problem, isolated, families, method, best, respect_limits, roots)
+    families: tuple[SolutionFamily, ...] = ()
+    if len(found.q):
+        found, singular, families = isolated_or_not(problem, found)
+        found = with_multiplicities(problem, found, singular)
+    return result_of(problem, found, families, method, roots, best)
 
 
 def result_of(
@@ -68,33 +65,33 @@ def result_of(
     found: DistinctSolutions,
     families: tuple[SolutionFamily, ...],
     method: Method,
-    best: LeastError,
-    respect_limits: bool,
     roots: tuple[int, int] | None = None,
+    best: Floats | None = None,
     curves: tuple[IkFamily, ...] = (),
 ) -> IkResult:
-    """Return the result of isolated solutions, families, and families that are curves."""
+    """
+    Return the result of isolated solutions, families, and families that are curves.
+
+    `best` (n,) is an additional start of the search for the nearest pose.
+    """
     solutions = _solutions(problem, found)
     continua = (*(family_of(problem, family) for family in families), *curves)
     inside = tuple(solution for solution in solutions if solution.feasible)
     status, reason = _status(problem, solutions, inside, continua, method)
-    wanted = inside if respect_limits else solutions
-    nearest = None
-    if not inside:
-        nearest = _nearest(problem, solutions, continua, best)
-    if respect_limits:
-        continua = tuple(family for family in continua if family.feasible)
-    # A family is known at some of its positions only.
+    nearest = None if inside else _nearest(problem, (*solutions, *continua), continua, best)
+    if problem.respect_limits:
+        solutions, continua = inside, tuple(one for one in continua if one.feasible)
+    # The search knows only some postures of a family.
     complete: Complete = 'found' if method == 'search' or families else 'proved'
-    return IkResult(wanted, continua, status, reason, method, nearest, complete, roots)
+    return IkResult(solutions, continua, status, reason, method, nearest, complete, roots)
 
 
 def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
-    """Return the sentence of a target that is out of reach, empty if it may be within."""
+    """Return the sentence for a target out of reach; empty if it may be reachable."""
     way = robot.singularity.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
     counted = [way[k] for k in range(3) if ROW_NAMES[k] in target.rows]
     away = math.hypot(*counted)
-    # What is off by less is a solution.
+    # A residual below `proved` is a solution.
     if not away > reach.radius + target.proved:
         return ''
     return (
@@ -104,7 +101,7 @@ def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
 
 
 def inside_limits(solutions: int, families: int) -> str:
-    """Return the sentence of a result that has solutions."""
+    """Return the sentence of a result with solutions."""
     sentence = f'{solutions} {"solution" if solutions == 1 else "solutions"} inside the limits'
     if families:
         sentence += f', and {families} continuous {"family" if families == 1 else "families"}'
@@ -113,9 +110,9 @@ def inside_limits(solutions: int, families: int) -> str:
 
 def not_exact(target: IkTarget, worst: float) -> str:
     """
-    Return what is said of solutions within the tolerance, nothing of exact ones.
+    Return the words for solutions that are only within the tolerance; empty for exact solutions.
 
-    `worst` is their largest residual, m.
+    `worst` is the largest residual, m.
     """
     if worst < target.exact:
         return ''
@@ -129,7 +126,7 @@ def _status(
     families: tuple[IkFamily, ...],
     method: Method,
 ) -> tuple[Status, str]:
-    # A search that found nothing is no proof that there is nothing.
+    # A search without solutions does not prove that none exist.
     searched = ' (by search, which proves nothing)' if method == 'search' else ''
     target = problem.target
     if inside:
@@ -151,7 +148,7 @@ def _status(
 def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution, ...]:
     if not len(found.q):
         return ()
-    chosen = representatives(problem.robot, problem.plan, found.q, problem.near)
+    chosen = representatives(problem.plan, found.q, problem.near)
     away = np.linalg.norm((chosen.q - problem.near) / problem.plan.scales, axis=1)
     postures = _postures(problem, found.q)
     errors, margins = found.errors.tolist(), chosen.margin.tolist()
@@ -174,7 +171,7 @@ def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution
 def moving_joints(robot: Robot, motions: Floats) -> tuple[str, ...]:
     """Return the names of the joints that motions (k, n) move."""
     columns = zip(robot.joint_names, *motions.tolist())
-    return tuple(name for name, *moves in columns if any(abs(move) > MOVES for move in moves))
+    return tuple(name for name, *moves in columns if any(abs(move) > MIN_MOTION for move in moves))
 
 
 def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
@@ -185,17 +182,15 @@ def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None =
     """
     Return a family for the result, at a pose near `near`.
 
-    `moved` (k, n) is how the joints move along it; default: by its motions.
+    `moved` (k, n) are the joint motions along it; default: its motions at that pose.
     """
     robot, plan = problem.robot, problem.plan
     if not plan.redundant:
-        q = representatives(robot, plan, family.q[None], problem.near).q[0]
-        limits = np.array(robot.limits)
-        inside = bool(np.all((q >= limits[:, 0]) & (q <= limits[:, 1])))
-        if not inside:
-            limits = np.full_like(limits, np.inf) * [-1.0, 1.0]
+        q = representatives(plan, family.q[None], problem.near).q[0]
+        inside = np.all((q >= plan.limits[:, 0]) & (q <= plan.limits[:, 1]))
+        limits = plan.limits if inside else plan.unlimited
         family = nearer(problem, family._replace(q=q), limits)
-    chosen = representatives(robot, plan, family.q[None], problem.near)
+    chosen = representatives(plan, family.q[None], problem.near)
     outside = chosen.outside[0]
     return IkFamily(
         q=chosen.q[0].copy(),
@@ -223,21 +218,20 @@ def _postures(problem: IkProblem, q: Floats) -> list[Posture]:
 
 def _nearest(
     problem: IkProblem,
-    solutions: tuple[IkSolution, ...],
+    known: tuple[IkSolution | IkFamily, ...],
     families: tuple[IkFamily, ...],
-    best: LeastError,
+    best: Floats | None,
 ) -> NearestPose:
     robot, target, plan = problem.robot, problem.target, problem.plan
     good = next((family for family in families if family.feasible), None)
     if good is not None:
         return nearest_pose(problem, good.q, good.residual)
     q = starts(robot, plan, problem.random(), NEAREST_STARTS)
-    known = [*(one.q for one in solutions), *(one.q for one in families)]
-    q = np.vstack([problem.near, best.q, *known, q])
-    q = np.clip(q, *robot.limits.T)
+    best = problem.near if best is None else best
+    q = np.clip(np.vstack([problem.near, best, *(one.q for one in known), q]), *robot.limits.T)
     arrived = refined(target, plan, q, True, plan.limits)
     k = int(np.argmin(arrived.errors))
-    q = representatives(robot, plan, arrived.q[k][None], problem.near).q[0]
+    q = representatives(plan, arrived.q[k][None], problem.near).q[0]
     return nearest_pose(problem, q, float(arrived.errors[k]))
 
 
@@ -249,12 +243,12 @@ def nearest_pose(problem: IkProblem, q: Floats, error: float) -> NearestPose:
 
 class Representatives(NamedTuple):
     """
-    Joint positions with the turns chosen.
+    Joint positions on chosen full turns.
 
     Attributes
     ----------
     q : shape (m, n), rad or m
-        Inside the limits if any turn is; the nearest to `near` of those.
+        Inside the limits if possible, and then nearest to `near`.
     outside : shape (m, n)
         Which joints are beyond their limits.
     margin : shape (m,)
@@ -266,7 +260,7 @@ class Representatives(NamedTuple):
     margin: Floats
 
 
-def representatives(robot: Robot, plan: InversePlan, q: Floats, near: Floats) -> Representatives:
+def representatives(plan: InversePlan, q: Floats, near: Floats) -> Representatives:
     """Return the representatives of joint positions (m, n) nearest to `near` (n,)."""
     q = np.array(q, dtype=np.float64, order='C')
     kernel.representatives(plan.joints, near, q)

@@ -30,9 +30,9 @@ def closed_solutions(
     problem: IkProblem, form: kernel.ClosedForm, only_one: bool, only_inside: bool
 ) -> kernel.Solutions:
     """
-    Return all solutions of an arm with a closed form, or the nearest one inside the limits.
+    Return all solutions of an arm with a closed form, or only the nearest one inside the limits.
 
-    With `only_inside` those far beyond the limits are left out.
+    With `only_inside`, solutions far beyond the limits are left out.
     """
     solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, problem)
     refining = refinement(problem.target, problem.plan)
@@ -41,30 +41,28 @@ def closed_solutions(
 
 
 def closed_solutions_of_each(
-    problem: IkProblem, form: kernel.ClosedForm, only_inside: bool, poses: Floats
+    problem: IkProblem, form: kernel.ClosedForm, poses: Floats
 ) -> tuple[kernel.Solutions, Integers]:
     """
-    Return all solutions of many poses (N, 4, 4), one pose's behind the other's.
+    Return all solutions of many poses (N, 4, 4) in one array, pose by pose.
 
-    With them (N, 2) how many each has, and 1 where there are surely no others.
+    The second result (N, 2) has the number of solutions of each pose, and 1 if that is proved.
     """
     solutions = room_for(kernel.MOST_CANDIDATES * len(poses), problem)
     counts = np.zeros((len(poses), 2), dtype=np.int64)
     refining = refinement(problem.target, problem.plan)
+    only_inside = problem.respect_limits
     kernel.closed_solutions_of_each(form, refining, only_inside, poses, solutions, counts)
     return solutions, counts
 
 
 def solutions_of(
-    problem: IkProblem, proved: kernel.Solutions, only_feasible: bool, which: range | None = None
+    problem: IkProblem, proved: kernel.Solutions, only_feasible: bool, which: range
 ) -> tuple[IkSolution, ...]:
     """
-    Return proved solutions for the result, all or those inside the limits, in their order.
-
-    `which` of them; default: all.
+    Return some of the proved solutions for the result, all or those inside the limits, in order.
     """
-    which = range(proved.count) if which is None else which
-    # What is seen of it is read-only, too.
+    # Views of it are read-only, too.
     proved.q.setflags(write=False)
     names, exact = problem.robot.joint_names, problem.target.exact
     found = proved.records(

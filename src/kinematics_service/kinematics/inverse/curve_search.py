@@ -1,9 +1,9 @@
 """
-The curves of solutions of an arm with one joint more than its target asks for, from many seeds.
+Find the solution curves of an arm with one redundant joint, by continuation from many seeds.
 
-Seeds are the solutions of slices (one joint held, the complete solver for six joints) and of
-random starts (Levenberg and Marquardt). Each is traced by numerical continuation (Allgower and
-Georg) if no known curve passes it. A search proves nothing: a curve that no seed is on is missed.
+Seeds are solutions of slices (one joint held, the complete solver for six joints) and of random
+starts (Levenberg and Marquardt). A seed that is on no known curve is traced by numerical
+continuation (Allgower and Georg). The search proves nothing: it misses a curve without a seed.
 """
 
 import numpy as np
@@ -12,18 +12,21 @@ from ... import kernel
 from ...kernel import Floats
 from .problem.problem import IkProblem
 from .search import refined, starts
-from .self_motion.branches import STEP_TO_SEED, near_crossing, null_vectors
 from .self_motion.curve import SolutionCurve, point_of, traced
 from .self_motion.sliced_arm import SlicedArm
 
 # Number of slices, evenly spaced over a turn.
 SLICES = 8
-# Angle of the first slice, rad: not one of those at which arms of right angles are singular.
+# Angle of the first slice, rad: arms with right angles are singular at multiples of 90 degrees.
 FIRST_SLICE = 0.05
 # Number of random starts.
 STARTS = 96
+# Step of the central differences of J, rad or m: the cube root of the round-off of a double.
+DIFFERENCE = 1e-5
+# Step from a crossing to a seed on a curve, rad: half the first step of a curve that is traced.
+STEP_TO_SEED = 0.01
 # Largest number of curves that are traced.
-MOST_CURVES = 64
+MAX_CURVES = 64
 
 
 def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
@@ -31,7 +34,7 @@ def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
     point = point_of(problem)
     curves: list[SolutionCurve] = []
     seeds = _seeds(problem, arm)
-    # It grows: where a curve ends, others cross it.
+    # The list grows: at the end of a curve, others may cross it.
     for q in seeds:
         if any(kernel.passes(point, curve.samples, q) for curve in curves):
             continue
@@ -39,9 +42,9 @@ def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
         if curve is not None:
             curves.append(curve)
             if not curve.closed:
-                ends = [near_crossing(point, q) for q in curve.q[[0, -1]]]
+                ends = [_near_crossing(point, q) for q in curve.q[[0, -1]]]
                 seeds += _solutions(problem, np.vstack(ends))
-        if len(curves) == MOST_CURVES:
+        if len(curves) == MAX_CURVES:
             break
     return tuple(curves)
 
@@ -63,19 +66,27 @@ def _solutions(problem: IkProblem, q: Floats) -> list[Floats]:
     return [q for q, error in reached if problem.target.is_reached_at(q, error)]
 
 
-def is_on_surface(problem: IkProblem, point: kernel.CurvePoint, q: Floats) -> bool:
-    """
-    Return whether the solutions near one of them (n,) form a surface, or more.
+def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
+    # Returns joint positions (m, n) near the curves that cross at a singular solution (n,).
+    # Branch switching (Allgower and Georg, sections 8.1 and 8.3): J is the derivative of the
+    # target's rows. At a simple bifurcation point it has two null vectors, the rows of N, and one
+    # left null vector e. The tangents a N of the curves are the roots of the quadratic form
+    # a N (e . J') N^T a^T, where J' is the derivative of J.
+    e_left, _, null = np.linalg.svd(_jacobian(point, q))
+    e, N = e_left[:, -1], null[-2:]
+    ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]
+    behind = [_jacobian(point, q - DIFFERENCE * way) for way in N]
+    form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
+    # Eigenvalues of opposite signs have two real roots: a^2 low + b^2 high = 0 along the axes.
+    (low, high), axes = np.linalg.eigh(0.5 * (form + form.T))
+    if not low < 0.0 < high:
+        return np.empty((0, len(q)))
+    root = np.sqrt([high, -low]) / np.sqrt(high - low)
+    tangents = [(axes @ (root * signs)) @ N for signs in ((1.0, 1.0), (1.0, -1.0))]
+    return q + STEP_TO_SEED * np.array([*tangents, *(-one for one in tangents)])
 
-    There the Jacobian has two null vectors or more, and steps along them lead to other such
-    solutions in as many directions. If two curves cross, one of these is regular; if one curve is
-    singular all along, all are on that curve.
-    """
-    null = null_vectors(point, q)
-    if len(null) < 2:
-        return False
-    beside = _solutions(problem, q + STEP_TO_SEED * null)
-    if len(beside) < len(null) or any(len(null_vectors(point, one)) < 2 for one in beside):
-        return False
-    sigma = np.linalg.svd(np.array(beside) - q, compute_uv=False)
-    return bool(sigma[-1] > 0.5 * STEP_TO_SEED)
+
+def _jacobian(point: kernel.CurvePoint, q: Floats) -> Floats:
+    J = np.empty((len(q) - 1, len(q)))
+    kernel.write_derivative(point, np.ascontiguousarray(q), J)
+    return J

@@ -1,4 +1,8 @@
-"""Solutions of general arms of six joints: by elimination, with a count of all as the proof."""
+"""
+Solve general arms of six joints by elimination (Raghavan and Roth 1993).
+
+The number of complex solutions is known: if all are found, the real ones are proved complete.
+"""
 
 from __future__ import annotations
 
@@ -10,31 +14,31 @@ from ... import kernel
 from ...kernel import Floats
 from ...rigid_motion import exponential, inverse
 from .closed_forms import room_for
-from .problem.plan import NOT_REAL
+from .problem.plan import IMAGINARY_TOLERANCE
 from .problem.problem import IkProblem
 from .problem.screws import Screws, screws_of
 from .problem.target import residual_of
 from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 
-# So far targets are moved beside a degenerate one, as shares of the length and in rad.
+# Distances of targets beside a degenerate one: relative to the length, and rad.
 BESIDE = (1e-6, 1e-4)
 
 
 class Eliminated(NamedTuple):
     """
-    What elimination found.
+    The solutions found by elimination.
 
     Attributes
     ----------
     solutions
         The real solutions, nearest first.
     roots
-        How many complex solutions were found, and how many there can be.
+        Number of complex solutions found, and the largest possible number.
     real
-        How many of them are real: as many as there are solutions, where none is double.
+        Number of real roots: the number of solutions, unless some are double.
     proved
-        Whether no real one is missing: all were found that there can be, or every root of a
-        determinant that is real, or may be, has its solution.
+        Whether every real root is found: the largest possible number is found, or every root of
+        the determinant that may be real has led to a solution.
     """
 
     solutions: kernel.Solutions
@@ -60,10 +64,10 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
 
 def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSolutions | None:
     """
-    Return all solutions where starts lead to real ones that elimination left out.
+    Return all solutions, with real ones from random starts that elimination missed.
 
-    They are all where with the complex ones as many are certified as there can be; None where that
-    is not so.
+    They are complete if the number of certified complex solutions is the largest possible number.
+    Otherwise None.
     """
     robot, target, plan = problem.robot, problem.target, problem.plan
     screws = screws_of(robot.chain)
@@ -78,22 +82,21 @@ def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSo
     psi[complex_ones:count] = 0.0
     psi[complex_ones:count, :, 0] = found.q @ screws.coupling.T
     count = kernel.followed_solutions(arm, motion, count, psi)
-    real = psi[:count][np.max(np.abs(psi[:count, :, 1]), axis=1) < NOT_REAL, :, 0]
+    real = psi[:count][np.max(np.abs(psi[:count, :, 1]), axis=1) < IMAGINARY_TOLERANCE, :, 0]
     every, _ = distinct(target, plan, refined(target, plan, _positions(screws, real)))
     return every if count == arm.bound and len(every.q) == len(real) else None
 
 
 class Beside(NamedTuple):
     """
-    What targets beside a degenerate one show of it.
+    Solutions of a degenerate target, found from targets beside it.
 
     Attributes
     ----------
     found
-        Its real solutions, refined.
+        The real solutions, refined.
     simple
-        How many complex solutions it has that are certified, and so simple, and how many of these
-        are real.
+        Number of certified complex solutions, which are simple, and of the real ones among them.
     """
 
     found: DistinctSolutions
@@ -102,10 +105,10 @@ class Beside(NamedTuple):
 
 def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     """
-    Return the solutions that those of targets beside a degenerate one lead to.
+    Return the solutions of a degenerate target, starting from those of targets beside it.
 
-    Solutions that have become one are apart there, on one side of it real; and not every
-    determinant vanishes.
+    Beside it the determinants do not all vanish, and coinciding solutions are apart. They are real
+    on one side.
     """
     robot, target, plan = problem.robot, problem.target, problem.plan
     random, screws = problem.random(), screws_of(robot.chain)
@@ -114,10 +117,8 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     simple = (0, 0)
     psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     for size in BESIDE:
-        way, turn = (
-            size * robot.singularity.task.length * random.normal(size=3),
-            size * random.normal(size=3),
-        )
+        way = size * robot.singularity.task.length * random.normal(size=3)
+        turn = size * random.normal(size=3)
         for side in (1.0, -1.0):
             pose = target.pose.copy()
             pose[:3, 3] += side * way
@@ -134,13 +135,12 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
 
 
 def _positions(screws: Screws, psi: Floats) -> Floats:
-    # Of the angles (m, 6) that the screws turn by.
+    # Joint positions (m, 6) of angles (m, 6) of the screws.
     return np.asarray(np.linalg.solve(screws.coupling, psi.T).T, np.float64)
 
 
 def _real_ones(psi: Floats) -> Floats:
-    # Of complex solutions (m, 6, 2), which have their conjugate ones beside them, those that have
-    # none, (k, 6).
+    # The real ones (k, 6) of complex solutions (m, 6, 2): those without a conjugate among them.
     conjugate = psi * (1.0, -1.0)
     paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
     return np.asarray(psi[np.logical_not(paired), :, 0])

@@ -1,4 +1,4 @@
-"""Families: whether a solution is isolated, or one of a continuum, and how the continuum runs."""
+"""Tell isolated solutions from continua (families) by the null space of J and trial steps."""
 
 from typing import NamedTuple
 
@@ -13,19 +13,22 @@ from .problem.problem import IkProblem
 from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
 
-# Below this share of the largest singular value a motion may be free (then it is tried out).
-MAYBE_FREE = 1e-5
-# A last pivot above this share cannot belong to such a singular value.
-SUSPECT = 1e-3
-# Step of the trial (rad), and the share of it that must be left after the correction to the
-# target: at the border of the workspace, where J is singular, too, the correction leads back.
-TRIED, LEFT = 0.05, 0.01
-# On a family the correction ends as near to the target as the solution itself, or round-off (a
-# share of the length): so two solutions next to a singular pose are two, and no family.
-AS_GOOD = 1e-13
-# Distance, in rad, at which a straight family is checked.
-FAR_OUT = (-2.0, 0.7, 3.0)
-TIMES = 6
+# A motion may be free if its singular value is below this ratio to the largest.
+FREE_SINGULAR_VALUE_RATIO = 1e-5
+# If the ratio of the last pivot to the largest is above this, no singular value is that small.
+SUSPECT_PIVOT_RATIO = 1e-3
+# Trial step along a motion that may be free, rad.
+TRIAL_STEP = 0.05
+# Least motion after the correction to the target, rad. At the border of the workspace J is
+# singular, too, but the correction leads back.
+MIN_TRIAL_MOTION = 0.01
+# Residual of a family after the correction, relative to the length: round-off. So two solutions
+# beside a singular pose do not count as a family.
+RESIDUAL_ROUND_OFF = 1e-13
+# Steps along a straight family at which it is checked, rad.
+CHECKED_STEPS = (-2.0, 0.7, 3.0)
+# Largest number of steps along a family toward `near`.
+MAX_STEPS = 6
 
 
 class SolutionFamily(NamedTuple):
@@ -52,16 +55,16 @@ class SolutionFamily(NamedTuple):
 
 class Sorted(NamedTuple):
     """
-    Proved solutions, told apart from families.
+    Isolated solutions and families.
 
     Attributes
     ----------
     isolated
-        Those that are.
+        The isolated solutions.
     singular : shape (m,)
-        At which of them J has lost a motion.
+        Whether J has lost a motion at each isolated solution.
     families
-        Of the others.
+        The families of all other solutions.
     """
 
     isolated: DistinctSolutions
@@ -70,19 +73,19 @@ class Sorted(NamedTuple):
 
 
 def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
-    """Return the isolated ones of proved solutions, and the families of the others."""
+    """Return the isolated ones of proved solutions, and the families of all others."""
     robot, target, plan, *_ = problem
     n = robot.dof
     none = np.zeros(len(found.q), dtype=np.bool_)
     shares = np.empty(len(found.q))
     kernel.pivots(target.residual, plan.scales, found.q, shares)
-    # Joints that never move the rows leave a family at every solution.
-    if not len(plan.idle) and not np.any(shares < SUSPECT):
+    # If some joints never move the rows, every solution is in a family.
+    if not len(plan.idle) and not np.any(shares < SUSPECT_PIVOT_RATIO):
         return Sorted(found, none, ())
     m = len(found.q)
     sigma, motions = np.zeros((m, n)), np.zeros((m, n, n))
     kernel.free_motions(target.residual, plan.scales, found.q, sigma, motions)
-    free = sigma <= np.maximum(MAYBE_FREE * sigma[:, :1], least_motion(robot.chain))
+    free = sigma <= np.maximum(FREE_SINGULAR_VALUE_RATIO * sigma[:, :1], least_motion(robot.chain))
     singular = free[:, -1]
     if not singular.any():
         return Sorted(found, none, ())
@@ -100,41 +103,39 @@ def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
 
 
 def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
-    # Returns the part of the null space along which the pose stays.
+    # Returns the part of the null space along which the tool stays at the target.
     robot, target, plan, *_ = problem
-    trials = np.concatenate([null, -null]) * TRIED
+    trials = np.concatenate([null, -null]) * TRIAL_STEP
     gone = refined(target, plan, q + trials * plan.scales, far=True)
     ways = apart(plan, q, gone.q) / plan.scales
     size = np.linalg.norm(ways, axis=1)
-    as_good = max(AS_GOOD * robot.singularity.task.length, 4.0 * error)
-    kept = (gone.errors < as_good) & (size > LEFT) & (size < 4 * TRIED)
+    as_good = max(RESIDUAL_ROUND_OFF * robot.singularity.task.length, 4.0 * error)
+    kept = (gone.errors < as_good) & (size > MIN_TRIAL_MOTION) & (size < 4 * TRIAL_STEP)
     if not np.any(kept):
         return np.empty((0, len(q)))
-    # The ways bend a little; their projection onto the null space is the tangent.
+    # The family bends a little; projections of the steps onto the null space are tangents.
     tangents = ways[kept] @ null.T @ null
     _, strength, right = np.linalg.svd(tangents, full_matrices=False)
-    along = right[strength > 0.2 * TRIED]
+    along = right[strength > 0.2 * TRIAL_STEP]
     return signed(along)
 
 
 def _straight(problem: IkProblem, q: Floats, along: Floats) -> bool:
     robot, target, plan, *_ = problem
-    out = np.concatenate([q + t * along * plan.scales for t in FAR_OUT])
-    # A direction known to some ten digits.
+    out = np.concatenate([q + t * along * plan.scales for t in CHECKED_STEPS])
+    # The direction has about ten digits.
     return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.singularity.task.length))
 
 
 def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionFamily]:
-    # Merges straight families that are the same line, and curved ones that are near each other.
+    # Keeps one of straight families on the same line, and one of curved families at one pose.
     kept: list[SolutionFamily] = []
     for family in families:
         for one in kept:
             away = apart(plan, one.q, family.q) / plan.scales
             if one.straight and family.straight and len(one.motions) == len(family.motions):
-                away = apart(
-                    plan, np.zeros_like(away), off_motions(away, one.motions) * plan.scales
-                )
-                away = away / plan.scales
+                off = off_motions(away, one.motions) * plan.scales
+                away = apart(plan, np.zeros_like(away), off) / plan.scales
             if np.max(np.abs(away)) < 1e-4:
                 break
         else:
@@ -143,10 +144,10 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
 
 
 def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> SolutionFamily:
-    """Return the family at the pose nearest to `near` that some steps along it lead to."""
+    """Return the family at a pose nearer to `near`, by at most `MAX_STEPS` steps along it."""
     _, target, plan, near, *_ = problem
     q, error, motions, _ = family
-    for _ in range(TIMES):
+    for _ in range(MAX_STEPS):
         away = (near - q) / plan.scales
         step = motions.T @ (motions @ away)
         largest = float(np.max(np.abs(step)))
@@ -164,7 +165,7 @@ def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> Soluti
 
 
 def tangent(problem: IkProblem, q: Floats, dimension: int) -> Floats:
-    """Return the joint motions (k, n), scaled and orthonormal, that J maps to least."""
+    """Return the scaled, orthonormal joint motions (k, n) of the least singular values of J."""
     n, residual = len(q), problem.target.residual
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))
     kernel.free_motions(residual, problem.plan.scales, q[None].copy(), sigma, motions)

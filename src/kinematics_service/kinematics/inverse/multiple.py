@@ -1,14 +1,14 @@
 """
-Solutions that several have become: where exactly they are, and how many.
+Positions and multiplicities of multiple solutions, by the Lyapunov-Schmidt reduction.
 
-At such a solution J has lost one motion v, and w is the direction it has lost. The other equations
-are solved along q + s v, and what is left of the target along w is a function g(s), the reduced
-equation of Lyapunov and Schmidt: its roots are the solutions near by, a root of order m stands for
-m of them. Refinement of q itself ends as far from it as the m-th root of round-off; a polynomial
-through g does not.
+At a multiple solution J has lost one motion v, and w is the lost direction of the tool. Solve all
+other equations along q + s v: the error along w is then a function g(s), the reduced equation. Its
+roots are the solutions nearby, and a root of order m is m solutions. Refinement of q stops at a
+distance of the m-th root of round-off. The root of a polynomial through g is exact to round-off.
 """
 
 import itertools
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,31 +19,37 @@ from ...kernel import Floats
 from .problem.problem import IkProblem
 from .search import DistinctSolutions, apart, errors_at
 
-# g is sampled so far on both sides (rad), at so many places, by a polynomial of a lower degree.
-SPAN, SAMPLES, DEGREE = 0.02, 13, 9
-# Simple roots so near to 0, as a share of the span, stand beside each other.
-NEXT = 0.05
-# Largest order looked for.
-MOST = 6
-# What of g and its derivatives is round-off, as a share of the length.
-ROUND_OFF = 1e-15
-STEPS = 12
-# Joint positions that end as near to each other are the same solution (rad, scaled).
-SAME = 1e-7
+# g is sampled at Chebyshev nodes for s within this distance of 0, rad.
+SAMPLED_SPAN = 0.02
+# Number of samples of g.
+SAMPLE_COUNT = 13
+# Degree of the polynomial through the samples.
+POLYNOMIAL_DEGREE = 9
+# Simple roots within this distance of 0 are other solutions, relative to SAMPLED_SPAN.
+SIMPLE_ROOT_RANGE = 0.05
+# Largest order of a root.
+MAX_ORDER = 6
+# Round-off of g and its derivatives, relative to the length: about 5 machine epsilons.
+REDUCED_ROUND_OFF = 1e-15
+# Largest number of Newton's steps for the equations that are not lost.
+MAX_NEWTON_STEPS = 12
+# Solutions within this distance are one, rad (prismatic joints divided by the length).
+SAME_SOLUTION_DISTANCE = 1e-7
 
 
 class Multiple(NamedTuple):
     """
-    A solution that several have become.
+    A solution with its multiplicity.
 
     Attributes
     ----------
     q : shape (n,), rad or m
-        Where it is.
+        Joint positions.
     error
-        What is left of the target, m.
+        Residual, m.
     multiplicity
-        How many it stands for; 0 where that is not known, as where J has lost two motions.
+        Number of solutions that coincide here; 0 if unknown, for example if J has lost two
+        motions.
     """
 
     q: Floats
@@ -55,9 +61,9 @@ def with_multiplicities(
     problem: IkProblem, found: DistinctSolutions, singular: npt.NDArray[np.bool_]
 ) -> DistinctSolutions:
     """
-    Return isolated solutions, those that are one made one, with the multiplicity of each.
+    Return isolated solutions, coinciding ones merged, with the multiplicity of each.
 
-    `singular` says of which J has lost a motion; the others are simple.
+    `singular` marks solutions at which J has lost a motion; all others are simple.
     """
     if not np.any(singular):
         return found
@@ -65,7 +71,7 @@ def with_multiplicities(
     for one, error in zip(found.q[singular], found.errors[singular]):
         for multiple in _multiples(problem, one, float(error)):
             ways = (apart(plan, other.q, multiple.q) / plan.scales for other in kept)
-            if all(np.max(np.abs(way)) >= SAME for way in ways):
+            if all(np.max(np.abs(way)) >= SAME_SOLUTION_DISTANCE for way in ways):
                 kept.append(multiple)
     simple = map(Multiple, found.q[~singular], found.errors[~singular], itertools.repeat(1))
     q, errors, multiplicities = zip(*simple, *kept)
@@ -73,7 +79,7 @@ def with_multiplicities(
 
 
 def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
-    # What a singular solution really is: one of a multiplicity, or several next to each other.
+    # Returns the solutions at a singular one: one multiple solution, or several beside each other.
     robot, target, plan, *_ = problem
     unknown, n = [Multiple(q, error, 0)], robot.dof
     if n > target.equations:
@@ -83,7 +89,7 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
         return unknown
     along, across = right[n - 1], right[: n - 1]
     kept, lost = left[:, : n - 1], left[:, n - 1 :]
-    at = SPAN * np.cos(np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
+    at = SAMPLED_SPAN * np.cos(np.pi * (np.arange(SAMPLE_COUNT) + 0.5) / SAMPLE_COUNT)
     ways = []
     for s in at:
         way = _way(problem, q, s, (along, across, kept))
@@ -92,11 +98,13 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
         ways.append(way)
     rests = np.array([_linearised(problem, q + w * plan.scales)[0] @ lost for w in ways])
     direction = np.linalg.svd(rests)[2][0]
-    g = np.polynomial.Polynomial.fit(at, rests @ direction, DEGREE, domain=[-SPAN, SPAN])
-    nothing = ROUND_OFF * max(robot.singularity.task.length, robot.singularity.task.reach)
+    g = np.polynomial.Polynomial.fit(
+        at, rests @ direction, POLYNOMIAL_DEGREE, domain=[-SAMPLED_SPAN, SAMPLED_SPAN]
+    )
+    nothing = REDUCED_ROUND_OFF * max(robot.singularity.task.length, robot.singularity.task.reach)
     found = []
     for order, s in _roots(np.array(g.coef), nothing):
-        way = _way(problem, q, SPAN * s, (along, across, kept))
+        way = _way(problem, q, SAMPLED_SPAN * s, (along, across, kept))
         if way is None:
             return unknown
         place = q + way * plan.scales
@@ -108,48 +116,42 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
 
 
 def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
-    # Orders and places of the roots next to 0: the one of the highest order, or all simple ones.
+    # Orders and positions of the roots near 0: the root of the highest order, or all simple roots.
     order, at = _root(coefficients, nothing)
     if order != 1:
         return [(order, at)] if order else []
     roots = np.polynomial.polynomial.polyroots(coefficients)
-    near = roots[(np.abs(roots) < NEXT) & (np.abs(roots.imag) < 1e-9)].real
+    near = roots[(np.abs(roots) < SIMPLE_ROOT_RANGE) & (np.abs(roots.imag) < 1e-9)].real
     return [(1, float(root)) for root in near]
 
 
 def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
-    # The highest order of a root next to 0, and where it is: that of a derivative that is simple.
-    for order in range(MOST, 0, -1):
-        derivative = coefficients
-        for _ in range(order - 1):
-            derivative = np.asarray(np.polynomial.polynomial.polyder(derivative), np.float64)
-        roots = np.polynomial.polynomial.polyroots(derivative)
-        if not len(roots):
-            continue
-        root = roots[int(np.argmin(np.abs(roots)))]
+    # The highest order m of a root near 0, and its position: the simple root of derivative m - 1.
+    derivatives = [np.polynomial.Polynomial(coefficients)]
+    for _ in range(MAX_ORDER):
+        derivatives.append(derivatives[-1].deriv())
+    for order in range(MAX_ORDER, 0, -1):
+        root: complex = min(derivatives[order - 1].roots().tolist(), key=abs, default=math.inf)
         if abs(root) > 0.5 or abs(root.imag) > 1e-3:
             continue
-        # Taylor's coefficients at it: all below the order are round-off.
-        terms, factor = coefficients, 1.0
-        sizes = []
-        for k in range(order + 1):
-            sizes.append(abs(float(np.polynomial.polynomial.polyval(root.real, terms))) / factor)
-            terms = np.asarray(np.polynomial.polynomial.polyder(terms), np.float64)
-            factor *= k + 1
+        # Taylor coefficients at the root: all below the order must be round-off.
+        at_root = (abs(one(root.real)) for one in derivatives[: order + 1])
+        sizes = [size / math.factorial(k) for k, size in enumerate(at_root)]
         if max(sizes[:order]) <= nothing < sizes[order]:
-            return order, float(root.real)
+            return order, root.real
     return 0, 0.0
 
 
 def _way(
     problem: IkProblem, q: Floats, s: float, parts: tuple[Floats, Floats, Floats]
 ) -> Floats | None:
-    # The scaled way from q with s along the lost motion that solves the equations not lost.
+    # The scaled step from q with component s along the lost motion, by Newton's method for the
+    # equations that are not lost. None if it diverges.
     along, across, kept = parts
     y = np.zeros(len(across))
-    for _ in range(STEPS):
+    for _ in range(MAX_NEWTON_STEPS):
         error, J = _linearised(problem, q + (s * along + y @ across) * problem.plan.scales)
-        if not np.isfinite(error).all():  # a loop does not close there
+        if not np.isfinite(error).all():  # a closed loop of the arm does not close
             return None
         step = np.asarray(np.linalg.lstsq(kept.T @ J @ across.T, kept.T @ error, rcond=None)[0])
         y = np.asarray(y + step)

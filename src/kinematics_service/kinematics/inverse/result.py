@@ -1,6 +1,6 @@
 """The result of inverse kinematics: solutions, families of them, or the nearest pose."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, overload
 
@@ -14,15 +14,15 @@ from .self_motion.arcs import IkArc
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
 Complete = Literal['proved', 'found', 'partial']
-# What a line says of the solutions that are not there.
+# Words about missing solutions.
 OTHERS: dict[Complete, str] = {
     'proved': 'there are no others',
     'found': 'there may be others',
     'partial': 'others were not looked for',
 }
 
-# Tolerance of angles that belong to a family (rad).
-ON_FAMILY = 1e-6
+# Largest distance of joint positions on a family, rad.
+FAMILY_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,8 @@ class IkSolution(FrozenArrays):
     q : shape (n,), rad or m
         Read-only.
     residual
-        The remaining error by forward kinematics: norm of the position error (m) and of the
-        rotation vector times the arm's length, over the wanted rows. Where it is not
-        `exact`, the target is met to within the tolerance only.
+        The error by forward kinematics: norm of the position error (m) and of the rotation vector
+        times the arm's length, over the wanted rows. If not `exact`, it is within the tolerance.
     feasible
         Whether every joint is inside its limits.
     beyond
@@ -70,12 +69,11 @@ class IkSolution(FrozenArrays):
     margin
         Distance to the nearest limit, rad or m; negative beyond one; infinite without any.
     posture
-        Which of the arm's postures it is.
+        The arm's posture.
     multiplicity
-        How many solutions have become this one: 1 but at singular positions; 0 where that is not
-        known.
+        Number of solutions that coincide here: 1 unless the position is singular; 0 if unknown.
     exact
-        Whether the target is met to round-off, rather than to within the tolerance.
+        Whether the target is met to round-off, not only within the tolerance.
     """
 
     q: Floats
@@ -96,7 +94,7 @@ class IkFamily(FrozenArrays):
     Attributes
     ----------
     q : shape (n,), rad or m
-        One of them: as near to `near`, or to the middle of the limits, as the search came.
+        The nearest posture to `near`, or to the middle of the limits, that was found.
     motions : shape (k, n)
         Orthonormal joint motions (prismatic ones divided by the arm's length) along the family at
         `q`; k is its dimension there.
@@ -106,13 +104,13 @@ class IkFamily(FrozenArrays):
     joints
         Names of the joints that move along it.
     residual, feasible, beyond, margin, posture
-        Of `q`, as in `IkSolution`.
+        Properties of `q`, as in `IkSolution`.
     intervals
-        Of an arm with one joint more than the target asks for: the parts of the family inside the
-        limits, each an arc. Otherwise empty.
+        The arcs of the family inside the limits, for an arm with one joint more than the target
+        has equations. Otherwise empty.
     closed
-        Whether the family, limits left aside, is a closed curve; not where it passes a pose at
-        which it could not be followed.
+        Whether the family without limits is a closed curve. False if it passes a pose where it
+        could not be followed.
     """
 
     q: Floats
@@ -133,12 +131,12 @@ class IkFamily(FrozenArrays):
         """
         Return whether joint positions (n,) lie on a straight family, modulo full turns.
 
-        A curved family is known at its representative only: there this is whether q is that one.
+        Only `q` of a curved family counts as on it.
         """
-        return self.distance(q) < ON_FAMILY
+        return self.distance(q) < FAMILY_TOLERANCE
 
     def distance(self, q: Floats) -> float:
-        """Return how far joint positions (n,) are from the family, in rad; see `contains`."""
+        """Return the distance of joint positions (n,) from the family, rad; see `contains`."""
         away = np.asarray(q) - self.q
         if self.straight:
             away = off_motions(away, self.motions * self.scales)
@@ -147,9 +145,9 @@ class IkFamily(FrozenArrays):
 
 def off_motions(away: Floats, motions: Floats) -> Floats:
     """
-    Return a way (n,) without some multiples of motions (k, n), so that k joints are not on it.
+    Return a difference (n,) minus multiples of motions (k, n), such that k joints are 0 in it.
 
-    A full turn of one of those changes nothing; the others are compared after it.
+    Full turns of these k joints then change nothing.
     """
     left = motions.copy()
     for i in range(len(left)):
@@ -169,7 +167,7 @@ def _wrapped(away: Floats, periods: Floats) -> Floats:
 @dataclass(frozen=True, eq=False)
 class NearestPose(FrozenArrays):
     """
-    Joint positions inside the limits that come as near to the target as any that were found.
+    The joint positions inside the limits with the least residual that was found.
 
     Attributes
     ----------
@@ -178,7 +176,7 @@ class NearestPose(FrozenArrays):
     residual
         As in `IkSolution`.
     position_error, rotation_error
-        Its parts, over the wanted rows: m, rad.
+        The position error (m) and the rotation error (rad), over the wanted rows.
     """
 
     q: Floats
@@ -195,38 +193,35 @@ class IkResult(Sequence[IkSolution]):
     Attributes
     ----------
     solutions
-        The sequence itself.
+        The isolated solutions, which are also the items of the sequence.
     families
-        Continua of solutions; empty for most targets. A curved one may be listed at several of
-        its poses. Of an arm with one joint more than the target asks for each is a whole curve,
-        once, with its `intervals` inside the limits.
+        Continua of solutions; empty for most targets. A curved family may be listed at several of
+        its poses. If the arm has one joint more than the target has equations, each family is a
+        whole curve, listed once, with its `intervals` inside the limits.
     status
-        `solved`: there is an isolated solution inside the limits, or a family whose intervals
-        inside them are known. `family`: only families are, known at a pose of them.
-        `outside_limits`: the target can be reached, but not inside the limits. `unreachable`.
+        `solved`: an isolated solution, or an interval of a family, is inside the limits. `family`:
+        only poses of families are. `outside_limits`: the target can be reached only outside the
+        limits. `unreachable`.
     reason
-        The same in a sentence.
+        The status in a sentence.
     method
-        `closed form` and `algebraic`: all there are (the latter counts the complex solutions of
-        six joints, too, until none is missing; an arm with a closed form has them so where that is
-        in doubt). `search`: all that many starts found. Five joints are six that hold an added
-        turn at 0.
+        `closed form`, `algebraic` or `search`. `algebraic` counts the complex solutions of six
+        joints; an arm with a closed form is solved so if the closed form is in doubt. `search`
+        refines many starts. Five joints are solved as six whose added turn is held at 0.
     nearest
-        The nearest pose, where no solution is inside the limits; of a family its representative.
+        The nearest pose if no solution is inside the limits; for a family, its `q`.
     complete
-        Whether there are others of what was asked for (with or without those outside the limits).
-        `proved`: there are none, each step that led to the solutions having been farther from
-        singular than it may be off by. `found`: a search ended; it may have missed some, above all
-        of six joints within 1e-6 rad of a singular pose, where postures run together. `partial`:
-        others were not looked for, as with `all_solutions=False`, with `curves=False`, and for
-        arms with two joints more than the target asks for. Curves are searched for, with one joint
-        more: never `proved`. If postures form a surface at a singular one, `reason` says so, and
-        the search does not follow the surface.
+        Whether other solutions may exist (with `respect_limits`, inside the limits). `proved`: no.
+        Each step of the solution was farther from singular than its error bound. `found`: a search
+        may have missed some, above all for six joints within 1e-6 rad of a singular pose.
+        `partial`: others were not searched for, as with `all_solutions=False`, `curves=False`, and
+        for arms with two redundant joints or more. Curves are found by search, so they are never
+        `proved`. The search does not follow a
+        surface of postures.
     roots
-        How many complex solutions were found and certified, and how many there can be, each
-        counted as often as it is a solution; None where they were not counted. Fewer than there
-        can be are a proof, too, where each root that is real, or may be, has led to its solution:
-        the others may be infinitely far away.
+        The number of certified complex solutions and the largest possible number, both with
+        multiplicity; None if they were not counted. A smaller number is a proof, too, if every
+        root that may be real has led to a solution: the missing ones may be at infinity.
     """
 
     solutions: tuple[IkSolution, ...]
@@ -248,9 +243,6 @@ class IkResult(Sequence[IkSolution]):
 
     def __len__(self) -> int:
         return len(self.solutions)
-
-    def __iter__(self) -> Iterator[IkSolution]:
-        return iter(self.solutions)
 
     @overload
     def __getitem__(self, index: int) -> IkSolution: ...

@@ -1,4 +1,8 @@
-"""Solutions by search: many starts, each refined by the kernel, until all have been seen often."""
+"""
+Search for solutions by multistart: refine random starts until every solution was met four times.
+
+The rule follows Good (1953): solutions met once hint at solutions not met.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +17,14 @@ from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
 
+# Number of starts that are refined in one call.
 BATCH = 48
-# The search ends when every solution has been met this often (Good 1953: solutions met once hint
-# at others not met), or after this many starts, fewer if no start arrives.
-MET, MOST_STARTS, HOPELESS = 4, 1920, 384
+# The search ends when every solution was met this often.
+MIN_MEETINGS = 4
+# Largest number of starts.
+MAX_STARTS = 1920
+# Number of starts after which the search ends if none led to a solution.
+MAX_FAILED_STARTS = 384
 
 
 class DistinctSolutions(NamedTuple):
@@ -30,7 +38,7 @@ class DistinctSolutions(NamedTuple):
     errors : shape (m,), m
         Residual of each.
     multiplicities
-        How many solutions each stands for; empty: each for itself.
+        Number of coinciding solutions at each; empty: 1 each.
     """
 
     q: Floats
@@ -38,21 +46,14 @@ class DistinctSolutions(NamedTuple):
     multiplicities: tuple[int, ...] = ()
 
     def joined(self, others: DistinctSolutions) -> DistinctSolutions:
-        """Return these and others."""
+        """Return these solutions followed by others."""
         errors = np.concatenate([self.errors, others.errors])
         return DistinctSolutions(np.concatenate([self.q, others.q]), errors)
 
 
 def no_solutions(robot: Robot) -> DistinctSolutions:
-    """Return none."""
+    """Return an empty set of solutions."""
     return DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
-
-
-class LeastError(NamedTuple):
-    """The least error of a search, and where: shape (n,), rad or m."""
-
-    q: Floats
-    error: float
 
 
 def refinement(
@@ -62,8 +63,9 @@ def refinement(
     limits: Floats | None = None,
     held: bool = False,
 ) -> kernel.Refinement:
-    """Return the refinement that leads to a target: see `refined`."""
-    damping, steps = (kernel.FAR_DAMPING, kernel.FAR_STEPS) if far else (0.0, kernel.NEAR_STEPS)
+    """Return the refinement toward a target: see `refined`."""
+    damping = kernel.SEARCH_DAMPING if far else 0.0
+    steps = kernel.MAX_SEARCH_STEPS if far else kernel.MAX_CANDIDATE_STEPS
     return kernel.Refinement(
         target.residual,
         plan.held if held else plan.scales,
@@ -82,7 +84,7 @@ def refined(
     held: bool = False,
 ) -> DistinctSolutions:
     """
-    Return joint positions (m, n) moved to where they miss the target least.
+    Return joint positions (m, n) moved to a local minimum of the residual.
 
     Parameters
     ----------
@@ -91,17 +93,17 @@ def refined(
     q : shape (m, n), rad or m
         Starts.
     far
-        Whether they are starts from anywhere, rather than candidates.
+        Whether they are arbitrary starts (damped steps) instead of candidates near solutions.
     limits : shape (n, 2), rad or m
-        The range where the joints must stay; default: no limits.
+        Range of the joints; default: no limits.
     held
-        Whether the joints that the plan holds stay where they are.
+        Whether the joints that the plan holds do not move.
     """
     return _refined(refinement(target, plan, far, limits, held), q)
 
 
 def errors_at(target: IkTarget, plan: InversePlan, q: Floats) -> Floats:
-    """Return by how much the tool misses the target at joint positions (m, n), shape (m,), m."""
+    """Return the residuals (m,) at joint positions (m, n), m."""
     still = kernel.Refinement(target.residual, plan.scales, plan.unlimited, 0.0, 0)
     return _refined(still, q).errors
 
@@ -114,7 +116,7 @@ def _refined(refinement: kernel.Refinement, q: Floats) -> DistinctSolutions:
 
 
 def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
-    """Return b - a (..., n), full turns left out."""
+    """Return b - a (..., n) without full turns."""
     away = b - a
     turning = np.isfinite(plan.periods)
     if np.any(turning):
@@ -126,7 +128,7 @@ def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
 def distinct(
     target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
-    """Return the proved solutions, each once, and how often each was met."""
+    """Return the proved solutions, each once, and the number of times each was met."""
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
@@ -136,79 +138,58 @@ def distinct(
 
 
 def reached(target: IkTarget, found: DistinctSolutions) -> DistinctSolutions:
-    """Return those of what was found that are within the tolerance."""
+    """Return the solutions that are within the tolerance."""
     which = [target.is_reached_at(q, error) for q, error in zip(found.q, found.errors)]
     return DistinctSolutions(found.q[which], found.errors[which])
 
 
 def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: int) -> Floats:
     """
-    Return random joint positions (count, n): full periods, or the limits of a joint without one.
+    Return random joint positions (count, n) within a full period of each joint.
 
-    A joint that slides without limits starts within twice the arm's reach.
+    Joints without a period are drawn inside their limits; without limits, from -pi to pi, or
+    within twice the arm's reach.
     """
-    low, high = np.array(robot.limits.T)
-    far = 2.0 * max(robot.singularity.task.reach, 1e-6)
-    for j in range(robot.dof):
-        if np.isfinite(plan.periods[j]):
-            low[j], high[j] = -0.5 * plan.periods[j], 0.5 * plan.periods[j]
-            continue
-        span = far if robot.prismatic[j] else np.pi
-        if np.isinf(low[j]) and np.isinf(high[j]):
-            low[j], high[j] = -span, span
-        elif np.isinf(low[j]):
-            low[j] = high[j] - 2 * span
-        elif np.isinf(high[j]):
-            high[j] = low[j] + 2 * span
+    lower, upper = robot.limits.T
+    span = np.where(robot.prismatic, 2.0 * max(robot.singularity.task.reach, 1e-6), np.pi)
+    span = np.where(np.isfinite(plan.periods), 0.5 * plan.periods, span)
+    free = np.isfinite(plan.periods) | (np.isinf(lower) & np.isinf(upper))
+    low = np.where(np.isinf(lower), upper - 2 * span, lower)
+    high = np.where(np.isinf(upper), lower + 2 * span, upper)
+    low, high = np.where(free, -span, low), np.where(free, span, high)
     return random.uniform(low, high, (count, robot.dof))
 
 
 def search(
     problem: IkProblem, limits: Floats, known: DistinctSolutions | None = None
-) -> tuple[DistinctSolutions, LeastError]:
+) -> tuple[DistinctSolutions, Floats]:
     """
-    Return all solutions met, limits left aside, and the least error.
+    Return all solutions found, also outside the limits, and the joint positions (n,) of the least
+    residual.
 
-    Solutions known before are among them, as if each had been met once. Once there is one within
-    `limits` (n, 2), the search does not go on for others that are not.
+    Each `known` solution counts as met once. If a solution is within `limits` (n, 2), only those
+    within the limits must be met often.
     """
     robot, target, plan, near, *_ = problem
-    random, everything = problem.random(), known or no_solutions(robot)
-    all_met = [1] * len(everything.q)
-    best = LeastError(near, np.inf)
+    random, arrivals, best, least = problem.random(), known or no_solutions(robot), near, np.inf
     # Held joints stay at their position in `near`.
     frozen = plan.held == 0.0
-    tried = 0
-    while tried < MOST_STARTS:
+    for tried in range(BATCH, MAX_STARTS + 1, BATCH):
         q = starts(robot, plan, random, BATCH)
-        if tried == 0:
+        if tried == BATCH:
             q[0] = near
         q[:, frozen] = near[frozen]
-        tried += BATCH
         arrived = refined(target, plan, q, far=True, held=True)
         k = int(np.argmin(arrived.errors))
-        if arrived.errors[k] < best.error:
-            best = LeastError(arrived.q[k], float(arrived.errors[k]))
-        new, met = distinct(target, plan, arrived)
-        merged, counts = everything.joined(new), [*all_met, *met.tolist()]
-        everything, all_met = _merged(target, plan, merged, counts)
-        if not all_met and tried >= HOPELESS:
+        if arrived.errors[k] < least:
+            best, least = arrived.q[k], arrived.errors[k]
+        arrivals = arrivals.joined(arrived)
+        found, met = distinct(target, plan, arrivals)
+        # Many distinct solutions are points of a continuum.
+        if (not len(met) and tried >= MAX_FAILED_STARTS) or len(met) > MAX_STARTS // 40:
             break
-        if len(all_met) > MOST_STARTS // 40:  # not points but a continuum
+        inside = np.all((found.q >= limits[:, 0]) & (found.q <= limits[:, 1]), axis=1)
+        wanted = met[inside] if np.any(inside) else met
+        if len(wanted) and wanted.min() >= MIN_MEETINGS and tried >= 2 * BATCH:
             break
-        inside = np.all((everything.q >= limits[:, 0]) & (everything.q <= limits[:, 1]), axis=1)
-        wanted = np.array(all_met)[inside] if np.any(inside) else all_met
-        if len(wanted) and min(wanted) >= MET and tried >= 2 * BATCH:
-            break
-    return everything, best
-
-
-def _merged(
-    target: IkTarget, plan: InversePlan, found: DistinctSolutions, met: list[int]
-) -> tuple[DistinctSolutions, list[int]]:
-    result, _ = distinct(target, plan, found)
-    counts = [0] * len(result.q)
-    for q, count in zip(found.q, met):
-        away = np.max(np.abs(apart(plan, result.q, q[None, :])) / plan.scales, axis=1)
-        counts[int(np.argmin(away))] += count
-    return result, counts
+    return found, best

@@ -1,12 +1,11 @@
 """
-Servo: joint velocities for a wanted twist of the tool, bounded wherever the arm stands.
+Joint velocities for a wanted twist of the tool, by damped least squares with limits.
 
-The least squares of J_t qdot = twist, J_t the rows of the arm's task made comparable by its
-characteristic length. Directions that the arm is about to lose are damped, the more the nearer it
-is to losing them (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988: each singular value for
-itself, so the other directions stay exact). Then the velocities are shortened alike until none
-exceeds its limit, and joints that would run into a limit of their position are held back while the
-others make up for it.
+It solves J_t qdot = twist, with the rows of the arm's task scaled by its characteristic length.
+Only small singular values are damped, the smaller the more, so all other directions stay exact
+(Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Then all velocities are scaled down by
+one factor until none exceeds its limit. Joints near a position limit are slowed, and the other
+joints compensate.
 """
 
 from __future__ import annotations
@@ -28,31 +27,31 @@ from ..arguments import check_positive, numbers_of, refused, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
-# Of a twist that is lost less than this share is made.
-HARDLY = 0.05
-# Of a twist that is followed no more than this share is missing.
-ROUND_OFF = 1e-9
+# A twist is lost if the arm makes at most 5 % of it.
+LOST_FRACTION = 0.05
+# A twist is followed if at most this fraction of it is missing: round-off of the least squares.
+FOLLOWED_ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
 class ServoSettings:
     """
-    How a twist becomes joint velocities.
+    Settings of the step from a twist to joint velocities.
 
     Attributes
     ----------
     damping
-        The damping at a singular pose, as a share of the arm's characteristic length.
+        The damping at a singular pose, relative to the arm's characteristic length.
     damped_below
-        Singular values of the scaled J_t below this share of the length are damped. With half of
-        it as damping no joint motion per tool motion exceeds 1.16 / damped_below.
+        Singular values of the scaled J_t below this bound are damped, relative to the length. If
+        `damping` is half of it, no joint motion per tool motion exceeds 1.16 / damped_below.
     horizon
-        In s: no joint nears its limit faster than what is left of the way over this time. It must
-        not be less than the time until the next step.
+        Time in s: no joint approaches its limit faster than its distance divided by this time. It
+        must be at least the time until the next step.
     default_rate, default_speed
-        Velocity limits, rad/s and m/s, of joints the robot file gives none for.
+        Velocity limits, rad/s and m/s, of joints without a limit in the robot file.
     rows
-        Which of x y z rx ry rz (axes of the table's frame 0) are wanted; None: the arm's task.
+        Some of x y z rx ry rz (axes of the table's frame 0); None: the arm's task.
 
     Raises
     ------
@@ -78,27 +77,27 @@ class ServoSettings:
 @dataclass(frozen=True, eq=False)
 class ServoStep(FrozenArrays):
     """
-    Joint velocities, and the limits that kept them from the whole twist.
+    Joint velocities, and the limits that acted on them.
 
     Attributes
     ----------
     qdot : shape (n,), rad/s or m/s
         Always finite and inside the velocity limits; read-only.
     twist : shape (6,), m/s and rad/s
-        The tool's twist from them, J qdot: vx vy vz wx wy wz in base axes; read-only.
+        The tool's twist J qdot: vx vy vz wx wy wz in base axes; read-only.
     scale
-        The share to which the velocities were shortened for their limits, in (0, 1].
+        Factor of the velocities for the velocity limits, in (0, 1].
     slowest
-        Name of the joint whose velocity limit asked for that; empty for none.
+        Name of the joint whose velocity limit gave the factor; empty if `scale` is 1.
     held
-        Names of the joints slowed or stopped by a limit of their position.
+        Names of the joints slowed or stopped by a position limit.
     damping
-        Of the largest damping the share in use: 0 away from singular poses, 1 at one.
+        The damping in use, relative to the largest: 0 away from singular poses, 1 at one.
     smallest_singular_value
-        Of the scaled J_t, as a share of the length.
+        Smallest singular value of the scaled J_t, relative to the length.
     followed
-        The share of the wanted twist, along itself and in the rows of the task, that the arm can
-        make before limits: 1 unless directions are damped, or lost at every pose.
+        Component of the made twist along the wanted one, relative to it, in the rows of the task
+        and before limits: 1 unless directions are damped, or lost at every pose.
     """
 
     qdot: Floats
@@ -112,12 +111,12 @@ class ServoStep(FrozenArrays):
 
     @property
     def lost(self) -> bool:
-        """Return whether the twist asks for hardly more than what a singular pose has lost."""
-        return self.damping > 0.0 and self.followed < HARDLY
+        """Return whether a singular pose has lost at least 95 % of the twist."""
+        return self.damping > 0.0 and self.followed < LOST_FRACTION
 
     @property
     def limited_by(self) -> tuple[str, ...]:
-        """Return what limited the step, some of `singularity`, `velocity`, `position`."""
+        """Return the causes of a limit, some of `singularity`, `velocity`, `position`."""
         causes = (
             ('singularity', self.damping > 0.0),
             ('velocity', bool(self.slowest)),
@@ -162,7 +161,7 @@ def joint_velocity(
     state
         The state of one pose, with its Jacobian, or joint positions (n,), rad or m.
     twist : shape (6,), m/s and rad/s
-        Wanted: vx vy vz wx wy wz at the tool's origin. Rows outside the task are free.
+        The wanted twist vx vy vz wx wy wz at the tool's origin. Rows outside the task are free.
     settings
         Damping, limits, rows.
     axes
@@ -188,7 +187,14 @@ def joint_velocity(
             [(robot.dof,)],
             state.q.shape,
         )
-    wanted = _twist(twist)
+    wanted = numbers_of('twist', twist, TwistError, [(6,)])
+    if wanted.shape != (6,) or not np.all(np.isfinite(wanted)):
+        raise TwistError(
+            f'twist must be six finite numbers, vx vy vz wx wy wz, not {wanted.tolist()}',
+            'twist',
+            [(6,)],
+            wanted.shape,
+        )
     if str(axes) == 'tool':
         turn = state.pose[:3, :3]
         wanted = np.concatenate([turn @ wanted[:3], turn @ wanted[3:]])
@@ -209,15 +215,3 @@ def joint_velocity(
         smallest_singular_value=step.least_singular_value,
         followed=step.followed,
     )
-
-
-def _twist(twist: npt.ArrayLike) -> Floats:
-    wanted = numbers_of('twist', twist, TwistError, [(6,)])
-    if wanted.shape != (6,) or not np.all(np.isfinite(wanted)):
-        raise TwistError(
-            f'twist must be six finite numbers, vx vy vz wx wy wz, not {wanted.tolist()}',
-            'twist',
-            [(6,)],
-            wanted.shape,
-        )
-    return wanted

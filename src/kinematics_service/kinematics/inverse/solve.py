@@ -1,6 +1,7 @@
 """
-Inverse kinematics: candidates, each proved by forward kinematics, sorted into solutions and
-families.
+Inverse kinematics by closed form, elimination or search.
+
+Forward kinematics proves each candidate. Solutions are isolated, or belong to families.
 """
 
 from __future__ import annotations
@@ -43,16 +44,15 @@ from .elimination import (
     eliminated_solutions,
     solutions_beside,
 )
-from .families import SUSPECT, isolated_or_not, tangent
+from .families import SUSPECT_PIVOT_RATIO, isolated_or_not, tangent
 from .multiple import with_multiplicities
 from .problem.plan import as_six, elimination_of, plan_for
 from .problem.problem import IkProblem, near_or_middle
 from .problem.target import ik_target_of, poses_of
 from .redundant import into_limits, redundant_result
-from .result import IkFamily, IkResult, Method
+from .result import Complete, IkFamily, IkResult, Method
 from .search import (
     DistinctSolutions,
-    LeastError,
     distinct,
     no_solutions,
     reached,
@@ -62,13 +62,14 @@ from .search import (
     starts,
 )
 
-# How far off a target is reached (m, rad): what a person types has seven digits.
+# Default tolerance of a target, m and rad: typed numbers have seven digits.
 TOLERANCE = 1e-6
-# Number of starts tried for one solution before the search for all.
+# Number of starts for one solution before the search for all.
 STARTS = 256
-# Candidates less far from solutions (rad) lead each to its own, as in kernel/inverse/solving.py.
+# Within this distance of a solution (rad) refinement converges to it, as in
+# kernel/inverse/solving.py.
 CANDIDATE_ERROR = 1e-2
-# How five joints are solved, in this order.
+# Methods for five joints, in this order.
 FIVE_JOINTS: tuple[Method, ...] = ('closed form', 'algebraic')
 
 
@@ -87,8 +88,8 @@ def inverse_kinematics(
     """
     Return all joint positions that bring the tool to a target in the base frame.
 
-    A target that cannot be reached is no error: the result is empty, says why, and carries the
-    nearest pose found.
+    A target out of reach is not an error: the result is empty, with the reason and the nearest
+    pose found.
 
     Parameters
     ----------
@@ -97,37 +98,37 @@ def inverse_kinematics(
     target : shape (4, 4) or (3,)
         Pose of the tool, or its position (m), in the base frame.
     near : shape (n,), rad or m
-        Of positions that differ by full turns the nearest to this is returned, and the nearest
-        solutions first (root of the sum of squares, prismatic joints divided by the arm's length);
-        default: the middle of the limits, 0 where there are none.
+        Preferred joint positions. Solutions are on the full turns nearest to it, and the nearest
+        solution is first (root of the sum of squares, prismatic joints divided by the arm's
+        length). Default: the middle of the limits, 0 without limits.
     respect_limits
         Whether to leave out solutions outside the limits.
     rows
-        Which of x y z rx ry rz count (axes of the table's frame 0; rx ry rz: the rotation vector
-        from pose to target); default: all of a pose, x y z of a position.
+        The rows that count, some of x y z rx ry rz (axes of the table's frame 0; rx ry rz: the
+        rotation vector from pose to target); default: all of a pose, x y z of a position.
     seed
-        Of the search, where neither a closed form nor elimination finds all: the same seed, the
-        same answer.
+        Seed of the search, if neither a closed form nor elimination finds all solutions. Equal
+        seeds give equal results.
     all_solutions
-        False: the first solution inside the limits is enough, in a fraction of the time. In closed
-        form it is the nearest to `near`, otherwise what refinement from `near` leads to. A
-        redundant arm's is the representative of its family (`families[0].q`). If no start leads
-        inside the limits, all are searched for.
+        False: return one solution inside the limits, in a fraction of the time. With a closed form
+        it is the nearest to `near`, otherwise the result of refinement from `near`. For a
+        redundant arm it is a posture of a family (`families[0].q`). If no start leads inside the
+        limits, all solutions are searched for.
     axis
-        Of a pose as target, the axis of the tool, x, y or z, whose direction counts instead of the
-        whole rotation: the tool may turn about it. `rows` are some of x y z then.
+        The axis x, y or z of the tool whose direction counts instead of the whole rotation, for a
+        pose as target: the tool may turn about it. `rows` are some of x y z then.
     tolerance
-        How far off the tool may be, m and rad. A solution that is exact comes first: where an arm
-        can be exact, one that is not is looked for only if no exact one is inside the limits. Arms
-        that move the tool in fewer ways than count meet no rounded target exactly; of those all
-        solutions within the tolerance are returned. Each is where its residual is least. 0: only
-        exact ones (to 1e-10 m; of arms smaller than 1 mm, to 1e-7 of their reach).
+        Largest position error (m) and rotation error (rad). Inexact solutions are searched for
+        only if no exact one is inside the limits. An arm with fewer independent rows than count
+        does not meet a rounded target exactly: all its solutions within the tolerance are
+        returned, each with the least residual. 0: only exact solutions (to 1e-10 m; for arms
+        smaller than 1 mm, to 1e-7 of their reach).
 
     Raises
     ------
     TargetError
         The target is neither a pose nor a position, or not finite; rows, axis or tolerance are
-        not as above.
+        wrong.
     JointVectorError
         `near` is not n finite numbers.
     """
@@ -137,19 +138,17 @@ def inverse_kinematics(
     if plan.overdetermined:
         checked = checked.within_tolerance()
     seed_of(seed)  # refuses what is none
-    problem = IkProblem(robot, checked, plan, near_or_middle(robot, plan, near), seed, curves)
-    if not all_solutions:
-        proved = _first_solution(problem)
-        if proved.count and checked.is_reached_at(proved.q[0], proved.miss(0)):
-            return _one(problem, proved)
-        result = _exact_or_near(problem, respect_limits)
-        return replace(
-            result,
-            solutions=result.solutions[:1],
-            families=result.families[:1],
-            complete='partial' if result.solutions or result.families else result.complete,
-        )
-    return _exact_or_near(problem, respect_limits)
+    near = near_or_middle(robot, plan, near)
+    problem = IkProblem(robot, checked, plan, near, seed, curves, respect_limits)
+    if all_solutions:
+        return _exact_or_near(problem)
+    proved = _first_solution(problem)
+    if proved.count and checked.is_reached_at(proved.q[0], proved.miss(0)):
+        return _one(problem, proved)
+    result = _exact_or_near(problem)
+    solutions, families = result.solutions[:1], result.families[:1]
+    complete: Complete = 'partial' if solutions or families else result.complete
+    return replace(result, solutions=solutions, families=families, complete=complete)
 
 
 def inverse_kinematics_of_each(
@@ -160,21 +159,21 @@ def inverse_kinematics_of_each(
     tolerance: float = TOLERANCE,
 ) -> tuple[IkResult, ...]:
     """
-    Return the result of `inverse_kinematics` of each of many poses of the tool.
+    Return the result of `inverse_kinematics` for each of many poses of the tool.
 
-    Those of an arm with a closed form are found in one call of the kernel, and stand in one array.
+    An arm with a closed form is solved in one call of the kernel.
 
     Parameters
     ----------
     robot, near, respect_limits, tolerance
-        As there.
+        As in `inverse_kinematics`.
     targets : shape (N, 4, 4)
         Poses of the tool in the base frame.
 
     Raises
     ------
     TargetError
-        The targets are no poses, or not finite; the tolerance is not as there.
+        A target is not a pose, or not finite; the tolerance is wrong.
     JointVectorError
         `near` is not n finite numbers.
     """
@@ -184,74 +183,65 @@ def inverse_kinematics_of_each(
         return ()
     checked = ik_target_of(robot, poses[0], tolerance=tolerance)
     plan = plan_for(robot, checked.rows)
-    problem = IkProblem(robot, checked, plan, near_or_middle(robot, plan, near), 0)
+    near = near_or_middle(robot, plan, near)
+    problem = IkProblem(robot, checked, plan, near, 0, True, respect_limits)
 
     def singly(pose: Floats) -> IkResult:
-        return inverse_kinematics(robot, pose, problem.near, respect_limits, tolerance=tolerance)
+        return inverse_kinematics(robot, pose, near, respect_limits, tolerance=tolerance)
 
     if plan.closed is None:
-        return tuple(singly(pose) for pose in poses)
-    proved, counts = closed_solutions_of_each(problem, plan.closed, respect_limits, poses)
+        return tuple(map(singly, poses))
+    proved, counts = closed_solutions_of_each(problem, plan.closed, poses)
     results, first = [], 0
-    for k, (count, sure) in enumerate(counts.tolist()):
+    for pose, (count, sure) in zip(poses, counts.tolist()):
         which = range(first, first + count)
         first += count
-        solved = _solved(problem, proved, 'closed form', respect_limits, which) if sure else None
-        results.append(solved or singly(poses[k]))
+        solved = _solved(problem, proved, which) if sure else None
+        results.append(solved or singly(pose))
     return tuple(results)
 
 
-def _exact_or_near(problem: IkProblem, respect_limits: bool) -> IkResult:
-    result = _within_tolerance(problem, respect_limits)
+def _exact_or_near(problem: IkProblem) -> IkResult:
+    robot, target, plan, *_ = problem
+    result = _all(problem)
+    nearest = result.nearest
+    if nearest is not None and result.status != 'family' and target.is_near_at(nearest.q):
+        # The target is just out of reach, or just out of reach inside the limits.
+        near = problem._replace(target=target.within_tolerance())
+        result = (_all if plan.redundant else _searched)(near)
     if result.status != 'unreachable':
         return result
     # Joints that slide reach less far inside their limits.
-    plan = problem.plan
-    reach = plan.reach_inside if respect_limits else plan.reach
-    said = beyond(problem.target, problem.robot, reach)
-    return replace(result, reason=said, complete='proved') if said else result
+    reach = plan.reach_inside if problem.respect_limits else plan.reach
+    sentence = beyond(target, robot, reach)
+    return replace(result, reason=sentence, complete='proved') if sentence else result
 
 
-def _within_tolerance(problem: IkProblem, respect_limits: bool) -> IkResult:
-    result = _all(problem, respect_limits)
-    nearest, target = result.nearest, problem.target
-    if nearest is None or result.status == 'family' or not target.is_near_at(nearest.q):
-        return result
-    # Just beyond what the arm reaches, or reaches inside its limits.
-    near = problem._replace(target=target.within_tolerance())
-    return (_all if problem.plan.redundant else _searched)(near, respect_limits)
-
-
-def _all(problem: IkProblem, respect_limits: bool) -> IkResult:
+def _all(problem: IkProblem) -> IkResult:
     plan = problem.plan
     if plan.redundant:
         out = _beyond_reach(problem)
-        if out is not None:
-            return out
-        return redundant_result(problem, respect_limits)
+        return redundant_result(problem) if out is None else out
     if plan.closed is not None:
-        if respect_limits:
+        if problem.respect_limits:
             inside = closed_solutions(problem, plan.closed, False, True)
-            which = range(inside.count)
-            solved = _solved(problem, inside, 'closed form', True, which) if inside.sure else None
+            solved = _solved(problem, inside, range(inside.count)) if inside.sure else None
             if solved is not None:
                 return solved
         closed = closed_solutions(problem, plan.closed, False, False)
-        if closed.sure:
-            return _proved(problem, closed, 'closed form', respect_limits)
-        return _unsure(problem, closed, respect_limits)
+        return _proved(problem, closed) if closed.sure else _unsure(problem, closed)
     if plan.six_joints is None:
-        five = _result_of_five(problem, respect_limits)
-        return _searched(problem, respect_limits) if five is None else five
+        five = _result_of_five(problem)
+        return _searched(problem) if five is None else five
     eliminated = eliminated_solutions(problem, plan.six_joints)
-    if not eliminated.all_found:
-        return _degenerate(problem, plan.six_joints, eliminated, respect_limits)
-    return _all_eliminated(problem, plan.six_joints, eliminated, respect_limits)
+    if eliminated.all_found:
+        return _proved(problem, eliminated.solutions, eliminated.roots)
+    return _degenerate(problem, plan.six_joints, eliminated)
 
 
-def _result_of_five(problem: IkProblem, respect_limits: bool) -> IkResult | None:
-    # Five joints are six that hold an added turn at 0. The proof is of the pose nearest to the
-    # target that the arm has; without a proof it returns None.
+def _result_of_five(problem: IkProblem) -> IkResult | None:
+    # Five joints are solved as six whose added turn is held at 0. The target is replaced by the
+    # nearest pose of the arm, for which the number of solutions is proved. None without a proof.
     robot, target, plan, *_ = problem
     known = target.rows == ROW_NAMES and not plan.redundant and not len(plan.idle)
     if not known or target.tolerance > CANDIDATE_ERROR**2:
@@ -268,14 +258,13 @@ def _result_of_five(problem: IkProblem, respect_limits: bool) -> IkResult | None
         beside = [arm.candidates(one) for one in _poses_beside(pose, target.tolerance)]
         regular = all(len(one) == len(q) for one, _ in beside)
         if regular and off < CANDIDATE_ERROR and len(found.q) == np.count_nonzero(held):
-            best = LeastError(problem.near, np.inf)
-            return answer(problem, reached(target, found), way, best, respect_limits)
+            return answer(problem, reached(target, found), way)
     return None
 
 
 def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
-    # A border within the tolerance in some direction is within sqrt(6) times it in one of six: the
-    # number of solutions differs there.
+    # If the number of solutions changes within the tolerance in some direction, it changes within
+    # sqrt(6) times the tolerance along one of six axes.
     for way in np.vstack([np.eye(6), -np.eye(6)]) * math.sqrt(6.0) * tolerance:
         moved = pose.copy()
         moved[:3, 3] += way[:3]
@@ -283,122 +272,101 @@ def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
         yield moved
 
 
-def _all_eliminated(
-    problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated, respect_limits: bool
-) -> IkResult:
-    method = _method_of(arm)
-    return _proved(problem, eliminated.solutions, method, respect_limits, eliminated.roots)
+def _method_of(roots: tuple[int, int] | None) -> Method:
+    # Three prismatic joints have two roots, of a quadratic equation.
+    return 'algebraic' if roots and roots[1] > 2 else 'closed form'
 
 
 def _proved(
-    problem: IkProblem,
-    proved: kernel.Solutions,
-    method: Method,
-    respect_limits: bool,
-    roots: tuple[int, int] | None = None,
+    problem: IkProblem, proved: kernel.Solutions, roots: tuple[int, int] | None = None
 ) -> IkResult:
-    # All there are, unless some that are nearly singular turn out to be families.
-    simple = proved.sure or all(proved.share(k) >= SUSPECT for k in range(proved.count))
+    # These are all solutions, unless some nearly singular ones belong to families.
     which = range(proved.count)
-    solved = _solved(problem, proved, method, respect_limits, which, roots) if simple else None
-    if solved is not None:
-        return solved
-    best = LeastError(problem.near, np.inf)
-    return answer(problem, _found(proved), method, best, respect_limits, roots)
+    simple = proved.sure or all(proved.share(k) >= SUSPECT_PIVOT_RATIO for k in which)
+    solved = _solved(problem, proved, which, roots) if simple else None
+    return answer(problem, _found(proved), _method_of(roots), roots) if solved is None else solved
 
 
 def _solved(
     problem: IkProblem,
     proved: kernel.Solutions,
-    method: Method,
-    respect_limits: bool,
     which: range,
     roots: tuple[int, int] | None = None,
 ) -> IkResult | None:
-    # The result of simple solutions, all there are; None where none of them is inside the limits.
-    wanted = solutions_of(problem, proved, respect_limits, which)
-    inside = len(wanted) if respect_limits else sum(one.feasible for one in wanted)
+    # The result of simple solutions that are complete; None if all are outside the limits.
+    wanted = solutions_of(problem, proved, problem.respect_limits, which)
+    inside = sum(one.feasible for one in wanted)
     if not inside:
         return None
     result = IkResult.__new__(IkResult)
-    # Its constructor sets field by field, as that of a frozen dataclass: a twentieth of a call.
-    fields = result.__dict__
-    fields['solutions'] = wanted
-    fields['families'] = ()
-    fields['status'] = 'solved'
-    fields['reason'] = inside_limits(inside, 0)
-    fields['method'] = method
-    fields['nearest'] = None
-    fields['complete'] = 'proved'
-    fields['roots'] = roots
+    # The constructor of a frozen dataclass takes 5 % of the time of a call.
+    result.__dict__.update(
+        solutions=wanted,
+        families=(),
+        status='solved',
+        reason=inside_limits(inside, 0),
+        method=_method_of(roots),
+        nearest=None,
+        complete='proved',
+        roots=roots,
+    )
     return result
 
 
-def _unsure(problem: IkProblem, closed: kernel.Solutions, respect_limits: bool) -> IkResult:
-    # Solutions may be missing: a step of the closed form is singular but for its errors, or these
-    # are large, which elimination need not mind.
-    known, best = _found(closed), LeastError(problem.near, np.inf)
+def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
+    # Solutions may be missing: a step of the closed form is nearly singular, or its errors are
+    # large. Elimination may be regular there.
+    known = _found(closed)
     if closed.count:
-        result = answer(problem, known, 'closed form', best, respect_limits)
+        result = answer(problem, known, 'closed form')
         if result.families:
             return result
     arm = elimination_of(problem.robot) if closed.regular else None
     if arm is not None:
         eliminated = eliminated_solutions(problem, arm)
         if eliminated.all_found:
-            return _all_eliminated(problem, arm, eliminated, respect_limits)
+            return _proved(problem, eliminated.solutions, eliminated.roots)
         known = known.joined(_found(eliminated.solutions))
-    return _searched(problem, respect_limits, known)
+    return _searched(problem, known)
 
 
-def _degenerate(
-    problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated, respect_limits: bool
-) -> IkResult:
-    # Where solutions have become one, or every determinant vanishes, at the target itself.
-    _, checked, plan, near, *_ = problem
-    completed, best = completed_solutions(problem, arm), LeastError(near, np.inf)
+def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated) -> IkResult:
+    # At this target solutions coincide, or every determinant of the elimination vanishes.
+    every = arm.bound, arm.bound
+    completed = completed_solutions(problem, arm)
     if completed is not None:
-        every = (arm.bound, arm.bound)
-        return answer(problem, completed, _method_of(arm), best, respect_limits, every)
+        return answer(problem, completed, _method_of(every), every)
     beside = solutions_beside(problem, arm)
     certified, real = max(beside.simple, (eliminated.roots[0], eliminated.real))
-    known, _ = distinct(checked, plan, _found(eliminated.solutions).joined(beside.found))
+    known = _found(eliminated.solutions).joined(beside.found)
+    known, _ = distinct(problem.target, problem.plan, known)
     isolated, singular, families = isolated_or_not(problem, known)
     if not families and np.count_nonzero(~singular) == real:
         found = with_multiplicities(problem, isolated, singular)
-        # A multiplicity of 0 is unknown; a singular one of 1 may be among the certified ones.
+        # A multiplicity of 0 is unknown. A singular solution of multiplicity 1 may be certified.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
-            roots = (arm.bound, arm.bound)
-            return result_of(problem, found, (), _method_of(arm), best, respect_limits, roots)
-    return _searched(problem, respect_limits, known)
+            return result_of(problem, found, (), _method_of(every), every)
+    return _searched(problem, known)
 
 
-def _method_of(arm: kernel.SixJoints) -> Method:
-    # The two roots of three prismatic joints are those of a quadratic equation.
-    return 'algebraic' if arm.bound > 2 else 'closed form'
-
-
-def _searched(
-    problem: IkProblem, respect_limits: bool, known: DistinctSolutions | None = None
-) -> IkResult:
+def _searched(problem: IkProblem, known: DistinctSolutions | None = None) -> IkResult:
     robot, checked, plan, *_ = problem
     out = _beyond_reach(problem)
     if out is not None:
         return out
-    # Beyond the limits of a machine with loops these close seldom, and its turns are no periods:
-    # what is there would be met once in many starts, of which each takes long.
-    inside = plan.limits if respect_limits and robot.chain.loops else plan.unlimited
+    # Beyond the limits of an arm with loops, loops seldom close, and full turns are not periods. A
+    # solution there would be met once in many slow starts.
+    inside = plan.limits if problem.respect_limits and robot.chain.loops else plan.unlimited
     found, best = search(problem, inside, known)
-    return answer(problem, reached(checked, found), 'search', best, respect_limits)
+    return answer(problem, reached(checked, found), 'search', best=best)
 
 
 def _beyond_reach(problem: IkProblem) -> IkResult | None:
-    # The answer to a target farther away than the lengths of the arm let the tool be; None if not.
+    # The result of a target beyond the arm's reach; None if the target is within reach.
     if not beyond(problem.target, problem.robot, problem.plan.reach):
         return None
-    nothing, best = no_solutions(problem.robot), LeastError(problem.near, np.inf)
-    return result_of(problem, nothing, (), 'closed form', best, True)
+    return result_of(problem, no_solutions(problem.robot), (), 'closed form')
 
 
 def _found(proved: kernel.Solutions) -> DistinctSolutions:
@@ -407,10 +375,9 @@ def _found(proved: kernel.Solutions) -> DistinctSolutions:
 
 
 def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
-    robot, target, plan, near, *_ = problem
+    robot, target, plan, *_ = problem
     method: Method = 'search' if plan.closed is None else 'closed form'
-    error = proved.miss(0)
-    motions = plan.idle
+    error, motions = proved.miss(0), plan.idle
     if plan.redundant:
         motions = tangent(problem, proved.q[0], plan.freedom)
     if len(motions):
@@ -428,26 +395,20 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
             periods=plan.periods.copy(),
         )
         nearest = nearest_pose(problem, continuum.q, error)
-        joints = ', '.join(continuum.joints)
-        reason = LEFT_FREE + joints + not_exact(target, error)
+        reason = LEFT_FREE + ', '.join(continuum.joints) + not_exact(target, error)
         return IkResult((), (continuum,), 'family', reason, method, nearest, 'partial')
-    if proved.share(0) < SUSPECT:
-        # Perhaps not isolated.
-        result = answer(problem, _found(proved), method, LeastError(near, np.inf), True)
-        return replace(result, complete='partial')
+    if proved.share(0) < SUSPECT_PIVOT_RATIO:
+        # The solution may not be isolated.
+        inside = problem._replace(respect_limits=True)
+        return replace(answer(inside, _found(proved), method), complete='partial')
     reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
-    return IkResult(
-        solutions_of(problem, proved, True), (), 'solved', reason, method, None, 'partial'
-    )
+    solutions = solutions_of(problem, proved, True, range(1))
+    return IkResult(solutions, (), 'solved', reason, method, None, 'partial')
 
 
 def _first_solution(problem: IkProblem) -> kernel.Solutions:
-    """
-    Return the first solution inside the limits, nothing if none was met.
-
-    In closed form it is the nearest to `near`; by refinement from there, or from seeded starts if
-    that leads nowhere, it is one near by.
-    """
+    # The first solution inside the limits that was found, or none. With a closed form it is the
+    # nearest to `near`, otherwise the result of refinement from `near` or from seeded starts.
     plan = problem.plan
     if plan.closed is not None:
         return closed_solutions(problem, plan.closed, True, False)

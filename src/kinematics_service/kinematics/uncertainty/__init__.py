@@ -1,1 +1,1 @@
-"""How far an arm may be off, and what that makes of pose and twist of its tool."""
+"""Uncertainty of an arm's parameters, and the covariances of pose and twist that follow."""

@@ -1,11 +1,17 @@
-"""What may be off in an arm: its joints, and the numbers of its table, by its file."""
+"""
+Errors of an arm as screws, and the covariances of pose and twist that follow to first order.
 
+The robot file gives standard deviations of joint positions, velocities and table parameters.
+"""
+
+import math
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from ... import kernel
 from ...errors import CalibrationError
 from ...kernel import Floats, Integers, PoseErrors, PoseErrorTable
 from ...rigid_motion import inverse
@@ -18,29 +24,31 @@ from ...robot.file.parts.parameters import (
     end_parameters,
     gear_parameters,
 )
+from ...robot.points import TOOL
 from ...robot.robot import Robot
-from ..forward import link_frames
+from ..forward import BASE, link_frames
+from ..tool_state import ToolState
 from .corrected_chain import CorrectedChain, error_screws, seen_from
 from .parameters import every_parameter_of, parameters_of, placement
 
-# Robots whose errors are kept: a node has one.
-KEPT = 8
+# Number of robots whose errors are cached: a node has one.
+CACHE_SIZE = 8
 
 
 class TableErrors(NamedTuple):
     """
-    Numbers of a table that may be off, as the kernel takes them.
+    Uncertain parameters of a table in the form of the kernel.
 
     Attributes
     ----------
     frames : shape (P,)
-        The frame of the table in which each moves the tool along a screw that stands still.
+        The frame of the table in which the screw of each parameter is constant.
     screws : shape (P, 6)
-        In that frame: linear velocity of its origin, angular velocity.
+        The screw in that frame: linear velocity of the frame's origin, angular velocity.
     gears : shape (P,)
-        The joint that moves along it by a share more; -1: none.
+        The joint whose motion the parameter, a gear error, multiplies; -1: none.
     factor : shape (P, causes)
-        F of their covariance F F^T, rad, m and shares.
+        F of the covariance F F^T of the parameters, in rad, m and 1.
     """
 
     frames: Integers
@@ -51,9 +59,9 @@ class TableErrors(NamedTuple):
 
 class NamedErrors(NamedTuple):
     """
-    The numbers of an arm by name, with their screws as `TableErrors` has them.
+    The parameters of an arm by name, with screws as in `TableErrors`.
 
-    `of` (P,) is the parameter of each screw: a joint that moves several rows has as many.
+    `of` (P,) is the parameter of each screw: a joint that moves several rows has several screws.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -73,12 +81,12 @@ def screws_in_frames(
     robot: Robot, chain: CorrectedChain, values: Floats
 ) -> tuple[Integers, Floats]:
     """
-    Return frames of the table (P,) and screws (P, 6) in them, of the corrections of a chain.
+    Return frames of the table (P,) and the screws (P, 6) of a chain's corrections in them.
 
     Parameters
     ----------
     robot
-        An arm of the poses that the chain has with these corrections.
+        An arm with the poses of the chain at these corrections.
     """
     found = error_screws(chain, values)
     if len(found.starts) != robot.chain.elements + 1:
@@ -92,7 +100,7 @@ def screws_in_frames(
 
 
 def named_errors(robot: Robot) -> NamedErrors:
-    """Return every number of an arm that its file may name; gears come last."""
+    """Return all parameters that a robot file may name; gears come last."""
     arm = every_parameter_of(robot.description)
     description, count = robot.description, len(arm.table)
     base, tool = description.base.motion.matrix, description.tool.motion.matrix
@@ -117,7 +125,7 @@ def named_errors(robot: Robot) -> NamedErrors:
 
 
 class JointScrews(NamedTuple):
-    """How joints move the tool, entry by entry of the chain: joints (E,), the rest as above."""
+    """Screws of the chain's entries: joints (E,); frames and screws as in `TableErrors`."""
 
     joints: Integers
     frames: Integers
@@ -141,7 +149,7 @@ def joint_screws(robot: Robot) -> JointScrews:
 
 
 def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
-    # By name, those of groups included.
+    # Standard deviations by parameter; groups are expanded.
     groups = {name: value for name, value in given.items() if name in GROUPS}
     found = {}
     if groups:
@@ -152,7 +160,7 @@ def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
 
 
 def table_errors_of(robot: Robot, uncertainty: Uncertainty | None) -> TableErrors:
-    """Return what a robot file says of its table."""
+    """Return the uncertain parameters of a robot file's table."""
     rows = uncertainty.factor if uncertainty else ()
     deviations = _deviations(robot, dict(uncertainty.parameters) if uncertainty else {})
     names = [*deviations, *(name for name, _ in rows)]
@@ -179,14 +187,14 @@ def pose_errors(
     floor: tuple[float, float] = (0.0, 0.0),
 ) -> PoseErrors:
     """
-    Return what may be off in an arm as the kernel takes it.
+    Return the errors of an arm in the form of the kernel.
 
     Parameters
     ----------
     joints, velocities : shape (n,)
-        Standard deviations of joint positions and velocities, which are independent.
+        Standard deviations of joint positions and velocities, all independent.
     floor : m, rad
-        Standard deviations that the pose has besides.
+        Additional standard deviations of the pose.
     """
     of_joints = joint_screws(robot)
     count = len(of_joints.joints)
@@ -210,9 +218,9 @@ def pose_errors(
     )
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHE_SIZE)
 def errors_of_file(robot: Robot) -> PoseErrors | None:
-    """Return what the file of an arm says may be off; None where it says nothing."""
+    """Return the errors that a robot file gives; None if it has no uncertainty."""
     said = robot.description.uncertainty
     if said is None:
         return None
@@ -224,3 +232,20 @@ def errors_of_file(robot: Robot) -> PoseErrors | None:
         np.array(velocities),
         (said.floor_xyz, said.floor_rpy),
     )
+
+
+def covariances(errors: PoseErrors, state: ToolState, axes: str = BASE) -> Floats:
+    """
+    Return the covariances of pose and twist, shape (..., 2, 6, 6), of a state with all frames.
+
+    The covariance of the twist is in `axes`, `base` or `tool`.
+    """
+    qdot = np.zeros_like(state.q) if state.qdot is None else state.qdot
+    count = math.prod(state.row.shape[:-1])
+    rows, positions, rates = (
+        np.ascontiguousarray(table).reshape(count, table.shape[-1])
+        for table in (state.row, state.q, qdot)
+    )
+    found = np.empty((count, 2, 6, 6))
+    kernel.covariances(errors, rows, positions, rates, axes == TOOL, found)
+    return found.reshape(*state.row.shape[:-1], 2, 6, 6)

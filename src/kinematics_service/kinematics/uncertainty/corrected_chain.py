@@ -1,9 +1,8 @@
 """
-A chain whose constants carry corrections: small elementary motions at named places of the product.
+A chain with corrections of its constants, and the exact derivatives of poses by them.
 
-Every correction is a turn about, or a translation along, one axis of a frame that stands between
-two joints. So a pose's derivative with respect to it is a screw about that axis: exact, and for
-all poses at once.
+Each correction is a turn about, or a translation along, one axis of a frame between two joints. So
+the derivative of a pose by it is a screw about that axis, for all poses at once.
 """
 
 from dataclasses import dataclass
@@ -26,7 +25,7 @@ class CorrectingMotion(NamedTuple):
 
 
 class GearMotion(NamedTuple):
-    """A joint, counted from 0, that moves by a share more than it says; its correction."""
+    """The relative error of a joint's gear ratio: index of the joint, column of the correction."""
 
     joint: int
     column: int
@@ -35,18 +34,22 @@ class GearMotion(NamedTuple):
 Part: TypeAlias = Floats | CorrectingMotion
 
 
-class JointScrew(NamedTuple):
-    """Rz(theta) Tz(d), theta = theta_0 + by_theta q, d = d_0 + by_d q; by_theta, by_d (n,)."""
+class MovingScrews(NamedTuple):
+    """
+    Screws Rz(theta) Tz(d) between still parts, theta = theta_0 + by_theta q, d = d_0 + by_d q.
 
-    theta_0: float
-    d_0: float
+    Shapes (elements,) and (elements, n).
+    """
+
+    theta_0: Floats
+    d_0: Floats
     by_theta: Floats
     by_d: Floats
 
 
 class _PartPlaces(NamedTuple):
-    # Where what stands between the joints is, the products side by side: their constant parts
-    # (levels, elements + 1, 4, 4), and of each correction its level, product, axis and column.
+    # The products between the joints, side by side: constant parts (levels, elements + 1, 4, 4),
+    # and level, product, kind, axis and column of each correction.
     parts: Floats
     depths: Integers
     places: Integers
@@ -58,20 +61,20 @@ class _PartPlaces(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class CorrectedChain:
     """
-    The product of an arm: still parts, a screw, still parts, and so on.
+    The product of an arm: constant parts, a screw, constant parts, and so on.
 
     Attributes
     ----------
     still : elements + 1 sequences of parts
         Constant motions (4, 4) and corrections, from left to right.
-    screws : elements
-        One between each two of them.
+    screws
+        The screws between them.
     gears
         Joints whose gear ratio has a correction.
     """
 
     still: tuple[tuple[Part, ...], ...]
-    screws: tuple[JointScrew, ...]
+    screws: MovingScrews
     gears: tuple[GearMotion, ...] = ()
 
     @cached_property
@@ -88,24 +91,12 @@ class CorrectedChain:
         depths, places, turning, along, columns = np.reshape(found, (-1, 5)).T.astype(np.int64)
         return _PartPlaces(parts, depths, places, turning > 0, along, columns)
 
-    @cached_property
-    def _zeros(self) -> Floats:
-        # Angle and way (elements, 2) of the screws where the joints are at zero.
-        return np.array([(one.theta_0, one.d_0) for one in self.screws])
-
-    @cached_property
-    def _rates(self) -> tuple[Floats, Floats]:
-        # How these move with the joints, (elements, n) each.
-        turning, sliding = zip(*((one.by_theta, one.by_d) for one in self.screws))
-        return np.array(turning), np.array(sliding)
-
 
 class PoseChange(NamedTuple):
     """
-    Poses (N, 4, 4), and how they move with each correction: (N, 6, P), linear rows first.
+    Poses (N, 4, 4), and their Jacobian (N, 6, P) by the corrections.
 
-    The rows are those of a Jacobian: the linear velocity of the tool's origin, the angular
-    velocity, in the axes that the poses are given in.
+    Rows: linear velocity of the tool's origin, angular velocity, in the axes of the poses.
     """
 
     pose: Floats
@@ -113,8 +104,8 @@ class PoseChange(NamedTuple):
 
 
 class _Stills(NamedTuple):
-    # The constant products (elements + 1, 4, 4); of each correction the product it is in, its
-    # column, and its axis and origin in the frame where that product begins.
+    # The constant products (elements + 1, 4, 4), and product and column of each correction, with
+    # its axis and origin in the frame where the product begins.
     motions: Floats
     places: Integers
     columns: Integers
@@ -129,7 +120,7 @@ def small_motion(turns: bool, axis: int, value: float) -> Floats:
 
 
 def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
-    # All products side by side, their first parts first.
+    # Multiplies all products side by side, level by level.
     parts, depths, places, turns, along, columns = chain._layout
     parts, by = parts.copy(), values[columns]
     parts[depths[~turns], places[~turns], along[~turns], 3] = by[~turns]
@@ -148,9 +139,9 @@ def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
 
 
 def _screws(chain: CorrectedChain, q: Floats) -> Floats:
-    # All of them, (elements, N, 4, 4).
-    zeros, (by_theta, by_d) = chain._zeros, chain._rates
-    theta, d = zeros[:, :1] + by_theta @ q.T, zeros[:, 1:] + by_d @ q.T
+    # The motions (elements, N, 4, 4) of all screws.
+    theta_0, d_0, by_theta, by_d = chain.screws
+    theta, d = theta_0[:, None] + by_theta @ q.T, d_0[:, None] + by_d @ q.T
     T = np.zeros((*theta.shape, 4, 4))
     T[..., 0, 0] = T[..., 1, 1] = np.cos(theta)
     T[..., 1, 0] = np.sin(theta)
@@ -161,7 +152,7 @@ def _screws(chain: CorrectedChain, q: Floats) -> Floats:
 
 
 def _driven(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
-    # Where the joints are, by their gears.
+    # Joint positions (N, n) with the corrections of the gears.
     if not chain.gears:
         return q
     driven = np.array(q)
@@ -213,8 +204,8 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
         jacobian[:, i] = np.where(turns, turned, axes[:, i])
     jacobian[:, 3:] = np.where(turns, axes, 0.0)
     for gear in chain.gears:
-        for screw, before in zip(chain.screws, joints):
-            by_theta, by_d = screw.by_theta[gear.joint], screw.by_d[gear.joint]
+        _, _, thetas, ds = chain.screws
+        for by_theta, by_d, before in zip(thetas[:, gear.joint], ds[:, gear.joint], joints):
             z, arm = before[:, :3, 2], frame[:, :3, 3] - before[:, :3, 3]
             linear = by_theta * np.cross(z, arm) + by_d * z
             moved = np.concatenate([linear, by_theta * z], axis=1)
@@ -224,17 +215,17 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
 
 class ErrorScrews(NamedTuple):
     """
-    How each correction moves what is behind it, from frames that stand still to it.
+    Corrections as screws in frames in which they are constant.
 
     Attributes
     ----------
     after : shape (P,)
-        Number of joint screws before it.
+        Number of joint screws before each correction.
     screws : shape (P, 6)
-        Linear velocity of the frame's origin and angular velocity, in the axes of the frame that
-        the last of these screws leads to.
+        Linear velocity of the frame's origin and angular velocity, in the frame behind these joint
+        screws.
     starts : shape (elements + 1, 4, 4)
-        These frames with all joints at zero.
+        The frames with all joints at zero.
     """
 
     after: Integers
@@ -249,7 +240,7 @@ def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
     after[still.columns], turns = still.places, still.turns[:, None]
     screws[still.columns, :3] = np.where(turns, np.cross(still.origins, still.axes), still.axes)
     screws[still.columns, 3:] = np.where(turns, still.axes, 0.0)
-    zero = np.zeros((1, len(chain.screws[0].by_theta)))
+    zero = np.zeros((1, chain.screws.by_theta.shape[1]))
     starts = [np.eye(4)]
     for motion, screw in zip(still.motions, _screws(chain, zero)):
         starts.append(starts[-1] @ motion @ screw[0])
@@ -257,6 +248,6 @@ def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
 
 
 def seen_from(T: Floats, screws: Floats) -> Floats:
-    """Return screws (P, 6) of a frame as those of another one, in which its pose is T (4, 4)."""
+    """Return screws (P, 6) of a frame in another frame, where its pose is T (4, 4)."""
     linear, angular = screws[:, :3] @ T[:3, :3].T, screws[:, 3:] @ T[:3, :3].T
     return np.concatenate([linear + np.cross(T[:3, 3], angular), angular], axis=1)

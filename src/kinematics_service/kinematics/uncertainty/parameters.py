@@ -1,8 +1,8 @@
 """
-The numbers of an arm that may be off, with its chain.
+The identifiable parameters of an arm, with its corrected chain.
 
-Extra angles and lengths are taken only where, over random poses, they move the tool as no number
-of the table can.
+Extra angles and lengths are added only if, over random poses, they move the tool as no parameter
+of the table does (linear independence by projection).
 """
 
 from collections.abc import Sequence
@@ -25,27 +25,28 @@ from ...robot.file.parts.parameters import (
     gear_parameters,
     placed_rows,
 )
-from ...robot.file.text.expressions import Affine
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 from .corrected_chain import (
     CorrectedChain,
     CorrectingMotion,
     GearMotion,
-    JointScrew,
+    MovingScrews,
     Part,
     pose_change,
     small_motion,
 )
 from .triangle import triangle_of
 
-# An extra correction is taken if it moves the tool by this share of LENGTH as nothing else does;
-# directions that move it less than the second share count as no way to do so.
-EXTRA, WEAK = 0.1, 0.02
-# Number of random poses by which that is judged, and of those that tell the rank.
+# An extra parameter is added if its component independent of all others moves the tool by at least
+# this times LENGTH.
+MIN_EXTRA_MOTION = 0.1
+# Singular directions that move the tool by less than 2 % of LENGTH are left out of the span.
+MIN_SPAN_MOTION = 0.02
+# Number of random poses.
 POSES = 60
 
-# Where in a row of a table the extra corrections are.
+# Places of the extra corrections in a row of a table.
 EXTRA_PLACES = ('Ry', 'Ty')
 
 
@@ -57,9 +58,9 @@ class ArmParameters:
     Attributes
     ----------
     table
-        Those of the table, extra ones included.
+        The parameters of the table and the extra ones.
     chain
-        From frame 0 to the frame of the last row; corrections are counted as in `table`.
+        The chain from frame 0 to the frame of the last row; its columns are those of `table`.
     """
 
     table: tuple[ArmParameter, ...]
@@ -77,8 +78,8 @@ def placement(
     base, tool : shape (4, 4)
         Frame 0 in the frame of the poses; the tool in the frame of the last row.
     first
-        Number of the first correction of the base, and of the tool; x y z rx ry rz follow. They
-        are about the axes of frame 0, and of the frame of the last row.
+        Column of the first correction of the base, and of the tool. Each has six, x y z rx ry rz,
+        along and about the axes of frame 0, and of the frame of the last row.
     """
     begin, end = (
         tuple(CorrectingMotion(k > 2, k % 3, index + k) for k in range(6)) for index in first
@@ -128,13 +129,14 @@ def _of_rows(robot: Robot) -> ArmParameters:
     ends = [one for end in ENDS for one in end_parameters(end, 0)]
     J = scaled_jacobian(robot, chain, [*every.table, *ends])
     own = [k for k, one in enumerate(every.table) if one.name not in extra]
-    span = _span(J[:, [*own, *range(count, count + 12)]])
+    U, values, _ = np.linalg.svd(J[:, [*own, *range(count, count + 12)]], full_matrices=False)
+    span = U[:, values > MIN_SPAN_MOTION]
     taken = set()
     for k, one in enumerate(every.table):
         if one.name in extra:
             rest = J[:, k] - span @ (span.T @ J[:, k])
             size = float(np.linalg.norm(rest))
-            if size > EXTRA:
+            if size > MIN_EXTRA_MOTION:
                 span = np.column_stack([span, rest / size])
                 taken.add(one.name)
     return _built(description, taken)
@@ -147,10 +149,10 @@ def scaled_jacobian(
     positions: bool = False,
 ) -> Floats:
     """
-    Return how random poses move with usual errors of parameters, as the chain counts them.
+    Return the triangle (P, P) of the Jacobian of random poses by parameters, times usual errors.
 
-    In units of LENGTH, RMS over the poses; angles of the tool count by the characteristic length.
-    With `positions`, of the tool's origin alone. Of the rows of all poses their triangle (P, P).
+    Unit LENGTH, RMS over the poses. Angles of the tool are multiplied by the characteristic
+    length. With `positions` it is the Jacobian of the tool's origin only.
     """
     q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
     scales = np.array([one.scale for one in parameters])
@@ -161,16 +163,10 @@ def scaled_jacobian(
     return triangle_of(J.reshape(-1, len(scales)) / (LENGTH * np.sqrt(len(q))))
 
 
-def _span(J: Floats) -> Floats:
-    U, values, _ = np.linalg.svd(J, full_matrices=False)
-    return np.asarray(U[:, values > WEAK])
-
-
 def _built(description: RobotDescription, extra: set[str] | None) -> ArmParameters:
-    # With the extra corrections of these names; None: with all of them.
-    variables = tuple(joint.variable for joint in description.joints)
+    # `extra`: names of the extra parameters; None: all of them.
     still: list[list[Part]] = [[]]
-    screws: list[JointScrew] = []
+    moving: list[Row] = []
     table: list[ArmParameter] = []
     rows = table_rows(description)
     for link, row, placed in zip(
@@ -190,12 +186,13 @@ def _built(description: RobotDescription, extra: set[str] | None) -> ArmParamete
         before, after = _arranged(description.convention, link, row, kept, motions)
         still[-1] += before
         if row.theta.coefficients or row.d.coefficients:
-            screws.append(_joint_screw(row, variables))
+            moving.append(row)
             still.append([])
         else:
             still[-1].append(screw_z(row.theta.constant, row.d.constant))
         still[-1] += after
-    return ArmParameters(tuple(table), CorrectedChain(tuple(map(tuple, still)), tuple(screws)))
+    screws = _screws_of(moving, [joint.variable for joint in description.joints])
+    return ArmParameters(tuple(table), CorrectedChain(tuple(map(tuple, still)), screws))
 
 
 def _arranged(
@@ -221,8 +218,9 @@ def _arranged(
     if isinstance(link, ShapeRow):
         if link.joint is None:
             return [row.before], [row.after]
-        # The corrections stand between the matrix `in` and the joint, in the joint's own axes.
-        return [link.inner.matrix, *motions.values(), _from(link.inner.matrix, row)], [row.after]
+        # The corrections are between the matrix `in` and the joint, in the joint's own axes.
+        rest = np.asarray(np.linalg.solve(link.inner.matrix, row.before), np.float64)
+        return [link.inner.matrix, *motions.values(), rest], [row.after]
     return [*motions.values(), row.before], [row.after]
 
 
@@ -235,20 +233,11 @@ def _constant(
     return still, at[motion.quantity]
 
 
-def _from(inner: Floats, row: Row) -> Floats:
-    # The rest of a row's constant behind the matrix `in`.
-    return np.asarray(np.linalg.solve(inner, row.before))
-
-
-def _joint_screw(row: Row, variables: Sequence[str]) -> JointScrew:
-    return JointScrew(
-        row.theta.constant,
-        row.d.constant,
-        _coefficients(row.theta, variables),
-        _coefficients(row.d, variables),
+def _screws_of(rows: Sequence[Row], variables: Sequence[str]) -> MovingScrews:
+    thetas, ds = [row.theta for row in rows], [row.d for row in rows]
+    theta_0, d_0 = (np.array([one.constant for one in motions]) for motions in (thetas, ds))
+    by_theta, by_d = (
+        np.array([[dict(one.coefficients).get(key, 0.0) for key in variables] for one in motions])
+        for motions in (thetas, ds)
     )
-
-
-def _coefficients(affine: Affine, variables: Sequence[str]) -> Floats:
-    factors = dict(affine.coefficients)
-    return np.array([factors.get(variable, 0.0) for variable in variables])
+    return MovingScrews(theta_0, d_0, by_theta, by_d)

@@ -1,19 +1,19 @@
-"""Many equations made as few as there are unknowns, which tell the same of these."""
+"""Reduce many linear equations to as many as there are unknowns, by QR in blocks."""
 
 import numpy as np
 
 from ...kernel import Floats
 
-# Rows of a block, by columns: twice as many of 45 columns are below what OpenBLAS gives to several
-# threads, which wait for each other (a sixth of the processor time).
+# Rows of a block, in numbers of columns. For 45 columns OpenBLAS then uses one thread; several
+# threads wait for each other and take six times the processor time.
 BLOCK = 2
 
 
 def triangle_of(rows: Floats) -> Floats:
     """
-    Return R (k, k) of the QR factorisation of rows (m, k), of blocks of rows first.
+    Return R (k, k) of the QR factorisation of rows (m, k), computed block by block.
 
-    Products of its columns are those of the columns of the rows.
+    R^T R is the product of the transposed rows and the rows.
     """
     width = rows.shape[1]
     block = BLOCK * width

@@ -1,4 +1,4 @@
-"""Features of the screws of an arm: parallel axes, axes that meet, links in a plane."""
+"""Recognise geometry in the screws of an arm: parallel axes, axes that meet, links in a plane."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,23 +8,23 @@ import numpy as np
 from ....kernel import Floats
 from .screws import Screws
 
-# Axes are parallel, or meet, within this share of the arm's size: the round-off of ten digits in a
-# table, and far more than that of a product of matrices.
-SAME = 1e-9
-# A size that stands for none at all, m.
-SMALLEST = 1e-300
-# Sums of ratios that are equal but for round-off.
-EQUAL = 1e-14
+# Tolerance of parallel axes (rad) and of axes that meet (relative to the arm's size): tables have
+# ten digits.
+GEOMETRY_TOLERANCE = 1e-9
+# Size of an arm without lengths, m: not 0, because distances are divided by it.
+MIN_SIZE = 1e-300
+# Tolerance of equal sums of ratios: 45 machine epsilons.
+RATIO_TOLERANCE = 1e-14
 
 
 def size_of(screws: Screws) -> float:
     """Return the largest distance between the points of the arm, in m."""
     points = np.vstack([screws.points, screws.tool])
-    return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), SMALLEST)
+    return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), MIN_SIZE)
 
 
 def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
-    """Return the screws with axes, points and coupling a little changed, which counts as error."""
+    """Return the screws with axes, points and coupling replaced; the change is added to `off`."""
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
     ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
     ways[np.array(screws.slides)] = 0.0
@@ -34,38 +34,41 @@ def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -
 
 def parallel(a: Floats, b: Floats) -> bool:
     """Return whether two unit vectors are parallel or opposite."""
-    return float(np.linalg.norm(np.cross(a, b))) < SAME
+    return float(np.linalg.norm(np.cross(a, b))) < GEOMETRY_TOLERANCE
 
 
 def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
     """
-    Return the point (3,) in which rotation axes meet at rest, m; None if they do not.
+    Return the point (3,) where rotation axes meet at rest, m; None if they do not.
 
-    Neighbours among them must not be parallel: they would share an axis, or miss each other.
+    Neighbours must not be parallel: parallel axes are one axis, or do not meet.
     """
     if any(screws.slides[k] for k in which):
         return None
     if any(parallel(screws.axes[i], screws.axes[j]) for i, j in zip(which, which[1:])):
         return None
-    # Least squares over the distances across each axis.
+    # The point with the least sum of squared distances from the axes.
     across = [np.eye(3) - np.outer(screws.axes[k], screws.axes[k]) for k in which]
     rows = np.vstack(across)
     right = np.concatenate([P @ screws.points[k] for P, k in zip(across, which)])
     point = np.linalg.lstsq(rows, right, rcond=None)[0]
     miss = float(np.max(np.abs(rows @ point - right)))
-    return np.asarray(point) if miss < SAME * size_of(screws) else None
+    return np.asarray(point) if miss < GEOMETRY_TOLERANCE * size_of(screws) else None
 
 
 def all_parallel(screws: Screws, which: Sequence[int]) -> bool:
-    """Return whether these are rotations about parallel axes."""
+    """Return whether these screws are rotations about parallel axes."""
     first = screws.axes[which[0]]
     return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in which)
 
 
 def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
     """
-    Return the screws of six turning joints whose axes 2 to 4 are parallel, and not to their
-    neighbours, and the point (3,) in which axes 5 and 6 meet, m; None where they are not such.
+    Return six screws with parallel axes 2 to 4, made exactly so, and the point (3,) where axes 5
+    and 6 meet, m.
+
+    None if a neighbour is parallel to axes 2 to 4 too, a screw slides, or axes 5 and 6 do not
+    meet.
     """
     point = meeting_point(screws, (4, 5))
     neighbours = any(parallel(screws.axes[1], screws.axes[k]) for k in (0, 4))
@@ -75,14 +78,14 @@ def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
 
 
 def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
-    """Return the screws with some axes through the point in which they meet."""
+    """Return the screws with some axes exactly through the point where they meet."""
     points = screws.points.copy()
     points[list(which)] = point
     return made_exact(screws, screws.axes, points, screws.coupling)
 
 
 def in_one_direction(screws: Screws, which: Sequence[int]) -> Screws:
-    """Return the screws with some parallel axes in the direction of the first of them."""
+    """Return the screws with some parallel axes exactly in the direction of the first."""
     axes, coupling = screws.axes.copy(), screws.coupling.copy()
     first = axes[which[0]]
     for k in which[1:]:
@@ -95,7 +98,7 @@ def with_feet(screws: Screws) -> Screws:
     """
     Return the screws with the points of axes 1 and 2 at the feet of their common perpendicular.
 
-    Axes that are parallel, or meet, up to the last digits do so exactly then.
+    Axes that nearly are parallel, or nearly meet, do so exactly in the result.
     """
     if parallel(*screws.axes[:2]):
         screws = in_one_direction(screws, (0, 1))
@@ -110,7 +113,7 @@ def with_feet(screws: Screws) -> Screws:
         between = points[1] - points[0]
         points[0] = points[0] + (np.cross(between, z2) @ normal) * z1
         points[1] = points[1] + (np.cross(between, z1) @ normal) * z2
-    if np.linalg.norm(points[1] - points[0]) < SAME * size_of(screws):
+    if np.linalg.norm(points[1] - points[0]) < GEOMETRY_TOLERANCE * size_of(screws):
         points[1] = points[0]
     return made_exact(screws, screws.axes, points, screws.coupling)
 
@@ -127,7 +130,7 @@ def reversed_screws(screws: Screws) -> Screws:
 
 
 def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
-    """Return the screws with one more, which turns about an axis (3,) and is its own joint."""
+    """Return the screws with one more at the end: a joint that turns about an axis (3,)."""
     n = len(screws.axes)
     coupling = np.eye(n + 1)
     coupling[:n, :n] = screws.coupling
@@ -142,11 +145,11 @@ def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
 
 def with_links_merged(screws: Screws) -> Screws:
     """
-    Return screws that move the tool's origin alike, its last parallel rotations made two.
+    Return screws with the same motion of the tool's origin and only two last parallel rotations.
 
-    In a plane each link is a vector turned by the sum of the angles before it. Links that turn
-    together, as in a parallelogram, are one link; links that do not turn come before the others.
-    If more than two remain, the screws are returned unchanged.
+    In a plane each link is a vector that turns by the sum of the angles before it. Links that turn
+    together, as in a parallelogram, are merged. Links that never turn are moved to the front. If
+    more than two rotations remain, the screws are returned unchanged.
     """
     k = len(screws.axes)
     start = k
@@ -164,27 +167,24 @@ def with_links_merged(screws: Screws) -> Screws:
     for j in range(start, k):
         total = total + screws.coupling[j]
         link = ends[j - start] - screws.points[j]
-        if not np.any(np.abs(total) > EQUAL):
+        if not np.any(np.abs(total) > RATIO_TOLERANCE):
             still = still + link
             continue
-        for i, turn in enumerate(turns):
-            if np.allclose(turn, total, rtol=0.0, atol=EQUAL):
-                links[i] = links[i] + link
-                break
+        alike = [np.allclose(turn, total, rtol=0.0, atol=RATIO_TOLERANCE) for turn in turns]
+        if any(alike):
+            links[alike.index(True)] = links[alike.index(True)] + link
         else:
             turns.append(total)
             links.append(link)
     if len(turns) != 2:
         return given
-    points = [still, still + links[0]]
-    coupling = [turns[0], turns[1] - turns[0]]
     home = screws.home.copy()
     home[:3, 3] = still + links[0] + links[1]
-    return Screws(
+    return replace(
+        screws,
         axes=np.vstack([screws.axes[:start], z, z]),
-        points=np.vstack([screws.points[:start], *points]),
+        points=np.vstack([screws.points[:start], still, still + links[0]]),
         slides=(*screws.slides[:start], False, False),
-        coupling=np.vstack([screws.coupling[:start], *coupling]),
+        coupling=np.vstack([screws.coupling[:start], turns[0], turns[1] - turns[0]]),
         home=home,
-        off=screws.off,
     )

@@ -1,16 +1,17 @@
 """
-The plan of an arm's inverse: recognised once from its screws, then the same for every target.
+The plan of an arm's inverse: how to solve it, recognised once from its screws.
 """
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from .... import kernel
 from ....kernel import Floats
@@ -34,55 +35,56 @@ from .screws import Screws, screws_of
 from .six_joints import six_joints_of
 from .target import IDENTITY, residual_of
 
-# Number of poses for the rank, and the largest singular value that counts as zero.
-POSES = 50
-RANK = 1e-9
-WHOLE = 1e-12
-# What products of some ten matrices, and the steps of a closed form, are off by as a share.
-ROUND_OFF = 2e-15
-# Imaginary parts (rad or m) that no real solution has, which refinement then proves.
-NOT_REAL = 1e-6
-# Screws that a joint moves by ratios of no such whole numbers never come back together.
-MOST_TURNS = 1000
-# Axes of turns added to five joints, unit vectors that are parallel to no axis of usual arms. At a
-# pose where one makes the six joints singular, the other does not.
+# Number of random poses at which the rank of J is computed.
+RANK_POSES = 50
+# Singular values below this ratio to the largest count as zero.
+RANK_RATIO = 1e-9
+# Tolerance of whole numbers: turns of screws per turn of a joint.
+WHOLE_TOLERANCE = 1e-12
+# Relative round-off of a product of ten matrices and of a closed form: 9 machine epsilons.
+CLOSED_FORM_ROUND_OFF = 2e-15
+# A complex solution with imaginary parts below this may be real, rad or m; refinement proves it.
+IMAGINARY_TOLERANCE = 1e-6
+# Largest number of turns after which the screws that a joint moves may all be back.
+MAX_TURNS = 1000
+# Axes of the turn added to five joints: unit vectors parallel to no axis of usual arms. If the six
+# joints are singular with one axis, they are regular with the other.
 ADDED_AXES = np.array([[0.48, 0.6, 0.64], [0.64, -0.48, 0.6]])
 
 
 @dataclass(frozen=True, eq=False)
 class InversePlan(FrozenArrays):
     """
-    The properties of an arm and the wanted rows that no target changes.
+    Properties of an arm and the wanted rows, the same for every target.
 
     Attributes
     ----------
     closed
-        Its closed form, if it has one.
+        The closed form, or None.
     six_joints
-        How all solutions of six joints are found otherwise, if they can be.
+        The elimination for six joints without a closed form, or None.
     joints
-        The joints for the kernel: their scales, periods and limits.
+        The joints for the kernel: scales, periods and limits.
     scales : shape (n,)
         Weight of a unit of each joint (the length for prismatic ones).
     held : shape (n,)
-        The same, 0 for a joint that is held, so that solutions are isolated.
+        The scales, but 0 for joints that are held so that solutions are isolated.
     idle : shape (k, n)
         Scaled joint motions that never move the rows; two joints on one axis have one.
     redundant
-        Whether solutions come in families even with those joints held.
+        Whether solutions form families even if the joints of `held` stay.
     freedom
-        Dimension of the null space of the rows at most poses, and of a family.
+        Dimension of the null space of the rows at most poses, and so of a family.
     overdetermined
-        Whether the joints move the tool in fewer ways than count: then no target that was rounded
-        is met exactly.
+        Whether J has fewer independent rows than count: rounded targets are not met exactly.
     periods : shape (n,)
-        Turn after which a joint is back: 2 pi, more or less behind a gear, or infinite.
+        Motion after which a joint is back: 2 pi, another number behind a gear, or infinite.
     middle : shape (n,), rad or m
-        The middle of the limits, 0 if there are none.
+        The middle of the limits, 0 without limits.
     limits, unlimited : shape (n, 2), rad or m
-        The limits, and none.
+        The limits, and infinite ones.
     reach, reach_inside
-        What the tool never leaves, whatever the joint positions, and inside the limits.
+        Balls that the tool never leaves: at any joint positions, and inside the limits.
     """
 
     closed: kernel.ClosedForm | None
@@ -105,7 +107,7 @@ class InversePlan(FrozenArrays):
 @functools.lru_cache(maxsize=128)
 def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan:
     """Return the plan of an arm for the wanted rows and, with `axis`, the tool's direction."""
-    # What is recognised in screws is not there where loops bend the arm: the search is left.
+    # An arm with closed loops has no screws: only the search solves it.
     screws = None if robot.chain.loops else screws_of(robot.chain)
     scales = np.array(robot.singularity.task.column_scales)
     idle, rank = _idle_motions(robot, rows, axis, scales)
@@ -113,21 +115,17 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
     for j in _pivots(idle):
         held[j] = 0.0
     redundant = rank + len(idle) < robot.dof
-    whole = rows == ROW_NAMES
-    closed = None
+    isolated, whole = not redundant and not len(idle), rows == ROW_NAMES
+    closed = six_joints = None
     position = rows == ROW_NAMES[:3] and not axis
-    if screws is not None and not redundant and not len(idle) and (whole or position):
+    if screws is not None and isolated and (whole or position):
         closed = _closed_form(screws, robot, whole)
-    six_joints = None
-    isolated = whole and robot.dof == 6 and not redundant and not len(idle)
-    if closed is None and isolated:
+    if closed is None and isolated and whole:
         six_joints = elimination_of(robot)
-    low, high = robot.limits.T
-    bounded = np.isfinite(low) & np.isfinite(high)
-    middle = np.where(bounded, (np.where(bounded, low, 0.0) + np.where(bounded, high, 0.0)) / 2, 0)
-    middle = np.clip(middle, low, high)
-    periods = _periods(screws, robot) if screws is not None else _periods_of_loops(robot)
     limits = np.array(robot.limits)
+    middle, bounded = np.clip(0.0, *limits.T), np.isfinite(limits).all(axis=1)
+    middle[bounded] = limits[bounded].sum(axis=1) / 2
+    periods = _periods(screws, robot) if screws is not None else _periods_of_loops(robot)
     unlimited = np.repeat([[-np.inf, np.inf]], robot.dof, axis=0)
     return InversePlan(
         closed=closed,
@@ -153,33 +151,33 @@ def _idle_motions(
 ) -> tuple[Floats, int]:
     # Returns the motions in the null space of every J, and the rank of J at most poses.
     poses = generic_poses(robot.chain, robot.limits, robot.prismatic)
-    q = np.ascontiguousarray(poses[:POSES])
+    q = np.ascontiguousarray(poses[:RANK_POSES])
     n = robot.dof
     sigma, motions = np.zeros((len(q), n)), np.zeros((len(q), n, n))
-    # Of any pose: only what counts of it matters.
+    # The pose is arbitrary: J depends on the rows only.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
-    # Where the joints do not move the rows at all, all of it is round-off.
+    # If the joints do not move the rows at all, J is round-off.
     least = least_motion(robot.chain)
-    rank = int(np.max(np.sum(sigma > np.maximum(RANK * sigma[:, :1], least), axis=1)))
-    # sigma V are the rows of J^T J's root: their common null space is that of all of them.
+    rank = int(np.max(np.sum(sigma > np.maximum(RANK_RATIO * sigma[:, :1], least), axis=1)))
+    # The rows of sigma V are a root of J^T J: their null space is common to all poses.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
     _, size, right = np.linalg.svd(moving, full_matrices=False)
-    return signed(right[size <= max(RANK * size[0], least)]), rank
+    return signed(right[size <= max(RANK_RATIO * size[0], least)]), rank
 
 
 def signed(motions: Floats) -> Floats:
     """
-    Return unit motions (k, n) with the first large number of each positive, and no negative zero.
+    Return unit motions (k, n), the first large number of each positive, without negative zeros.
 
-    So they are the same on each machine.
+    So they are the same on every machine.
     """
     signs = np.sign(motions[np.arange(len(motions)), np.argmax(np.abs(motions) > 0.1, axis=1)])
     return np.asarray(np.where(np.abs(motions) < 1e-9, 0.0, motions) * signs[:, None])
 
 
 def _pivots(idle: Floats) -> list[int]:
-    # Returns a joint to hold for each idle motion: the last one it moves most, by elimination.
+    # Returns a joint to hold for each idle motion, the last of those it moves most (elimination).
     left, pivots = idle.copy(), []
     for k in range(len(left)):
         j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
@@ -190,52 +188,57 @@ def _pivots(idle: Floats) -> list[int]:
 
 
 def _periods(screws: Screws, robot: Robot) -> Floats:
-    periods = np.full(robot.dof, np.inf)
     slides = np.array(screws.slides)
-    for j, kind in enumerate(robot.joint_types):
-        ratios = screws.coupling[:, j]
-        if kind == 'revolute' and not np.any(ratios[slides]):
-            periods[j] = 2 * math.pi * _turns(ratios[~slides])
-    return periods
+    turning, sliding = screws.coupling[~slides].T, screws.coupling[slides].any(axis=0)
+    return _periods_by(robot, turning, ~sliding)
 
 
 def _periods_of_loops(robot: Robot) -> Floats:
-    chain, periods = robot.chain, np.full(robot.dof, np.inf)
-    for j, ends in enumerate(chain.closure.is_periodic()):
-        ratios = chain.table.by_theta[chain.table.joint == j]
-        slides = np.any(chain.table.by_d[chain.table.joint == j])
-        if ends and not slides and robot.joint_types[j] == 'revolute':
-            periods[j] = 2 * math.pi * _turns(ratios)
-    return periods
+    chain, table = robot.chain, robot.chain.table
+    own = [table.joint == j for j in range(robot.dof)]
+    sliding = np.array([table.by_d[entries].any() for entries in own])
+    periodic = ~sliding & np.array(chain.closure.is_periodic(), dtype=bool)
+    return _periods_by(robot, [table.by_theta[entries] for entries in own], periodic)
+
+
+def _periods_by(robot: Robot, ratios: Iterable[Floats], periodic: npt.NDArray[np.bool_]) -> Floats:
+    turns = zip(robot.joint_types, periodic, ratios)
+    return (
+        2
+        * math.pi
+        * np.array(
+            [_turns(own) if ends and kind == 'revolute' else math.inf for kind, ends, own in turns]
+        )
+    )
 
 
 def _turns(ratios: Floats) -> float:
-    # The least number of turns of a joint after which all screws it moves have made whole ones.
+    # The least number of turns of a joint after which all its screws have made whole turns.
     moving = np.abs(ratios[ratios != 0.0])
     if not len(moving):
         return 1.0
-    # Turns of the slowest of them, in which the others make whole ones, too.
+    # Try whole turns of the slowest screw: all others must make whole turns, too.
     slowest = float(np.min(moving))
-    for turns in range(1, MOST_TURNS + 1):
+    for turns in range(1, MAX_TURNS + 1):
         if _whole(turns * moving / slowest):
             return turns / slowest
     return math.inf
 
 
 def _whole(numbers: Floats) -> bool:
-    return bool(np.all(np.abs(numbers - np.round(numbers)) < WHOLE))
+    return bool(np.all(np.abs(numbers - np.round(numbers)) < WHOLE_TOLERANCE))
 
 
 def one_to_one(screws: Screws, robot: Robot) -> bool:
     """Return whether positions of the screws, modulo full turns, are positions of the joints."""
     C = screws.coupling
-    if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE:
+    if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE_TOLERANCE:
         return False
     slides = np.array(screws.slides)
     turns = ~robot.prismatic
     if np.any(C[np.ix_(slides, turns)]) or np.any(C[np.ix_(~slides, ~turns)]):
         return False
-    # Full turns of each screw are full periods of the joints, and the other way round.
+    # Full turns of the screws must be full periods of the joints, and vice versa.
     periods = _periods(screws, robot)[turns]
     if not np.all(np.isfinite(periods)):
         return False
@@ -250,20 +253,8 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
                 return _closed(kernel.POSITION_3, with_feet(form), form.tool, False)
     if robot.dof != 6 or not whole or not one_to_one(screws, robot):
         return None
-    for backwards in (False, True):
-        form = reversed_screws(screws) if backwards else screws
-        if found := _geometry_of_six(form):
-            return _closed(*found, backwards)
-    return None
-
-
-def _geometry_of_six(form: Screws) -> tuple[int, Screws, Floats] | None:
-    # The way to a closed form, the screws made exact, and the point that is solved first.
-    wrist = meeting_point(form, (3, 4, 5))
-    if wrist is not None and _solvable(form):
-        return kernel.SPHERICAL_WRIST, with_feet(through(form, (3, 4, 5), wrist)), wrist
-    found = with_parallel_axes(form)
-    return found and (kernel.PARALLEL_AXES, *found)
+    solver = next(closed_solvers(screws), None)
+    return None if solver is None else cast(kernel.ClosedForm, solver.form)
 
 
 class SixSolver(NamedTuple):
@@ -273,7 +264,7 @@ class SixSolver(NamedTuple):
     Attributes
     ----------
     form
-        The closed form, or how the solutions are found by elimination.
+        The closed form, or the elimination.
     to_joints : shape (6, 6)
         Joint positions from those of the screws.
     home_inverse : shape (4, 4)
@@ -288,13 +279,13 @@ class SixSolver(NamedTuple):
     backwards: bool = False
 
     def candidates(self, pose: Floats) -> tuple[Floats, float]:
-        """Return candidates (m, 6) for a pose (4, 4), and how far they are from solutions, rad."""
+        """Return candidates (m, 6) for a pose (4, 4), and their distance from solutions, rad."""
         motion = pose @ self.home_inverse
         motion = np.ascontiguousarray(inverse(motion) if self.backwards else motion)
         if isinstance(self.form, kernel.SixJoints):
             roots, said = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
             roots = roots[: kernel.complex_solutions(self.form, motion, roots, said)]
-            psi = roots[np.all(np.abs(roots[:, :, 1]) < NOT_REAL, axis=1), :, 0]
+            psi = roots[np.all(np.abs(roots[:, :, 1]) < IMAGINARY_TOLERANCE, axis=1), :, 0]
             return psi @ self.to_joints.T, 0.0 if said[2] else math.inf
         psi, off = np.empty((kernel.MOST_CANDIDATES, 6)), np.empty(1)
         psi = psi[: kernel.inverse_candidates(self.form, motion, np.zeros(6), psi, off)]
@@ -303,10 +294,19 @@ class SixSolver(NamedTuple):
 
 def closed_solvers(screws: Screws) -> Iterator[SixSolver]:
     """Yield the closed forms of six screws, from base to tool and from tool to base."""
-    for backwards in (False, True):
-        given = reversed_screws(screws) if backwards else screws
-        if geometry := _geometry_of_six(given):
-            yield _solver(_closed(*geometry, backwards), geometry[1], backwards)
+    ways = _closed_solver(screws, False), _closed_solver(reversed_screws(screws), True)
+    return (solver for solver in ways if solver is not None)
+
+
+def _closed_solver(given: Screws, backwards: bool) -> SixSolver | None:
+    point = meeting_point(given, (3, 4, 5))
+    if point is not None and _solvable(given):
+        way, exact = kernel.SPHERICAL_WRIST, with_feet(through(given, (3, 4, 5), point))
+    elif found := with_parallel_axes(given):
+        way, (exact, point) = kernel.PARALLEL_AXES, found
+    else:
+        return None
+    return _solver(_closed(way, exact, point, backwards), exact, backwards)
 
 
 def eliminating_solver(screws: Screws, poses: Floats) -> SixSolver | None:
@@ -336,35 +336,33 @@ def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
     if not one_to_one(screws, robot):
         return ()
     if eliminated:
-        q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:POSES])
+        q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:RANK_POSES])
         solver = eliminating_solver(with_turn(screws, *ADDED_AXES), forward_kinematics(robot, q))
         return () if solver is None else (solver,)
-    found = []
+    found: list[SixSolver | None] = []
     for backwards in (False, True):
         given = reversed_screws(screws) if backwards else screws
         wrist = meeting_point(given, (3, 4))
-        for axis in ADDED_AXES:
-            six = with_turn(given, axis, given.points[4] if wrist is None else wrist)
-            if geometry := _geometry_of_six(six):
-                found.append(_solver(_closed(*geometry, backwards), geometry[1], backwards))
-    return tuple(found)
+        point = given.points[4] if wrist is None else wrist
+        found += [_closed_solver(with_turn(given, axis, point), backwards) for axis in ADDED_AXES]
+    return tuple(solver for solver in found if solver is not None)
 
 
 @functools.lru_cache(maxsize=128)
 def elimination_of(robot: Robot) -> kernel.SixJoints | None:
-    """Return how all solutions of six joints are found by elimination, if they can be."""
+    """Return the elimination for six joints, or None."""
     if robot.chain.loops or robot.dof != 6:
         return None
     screws = screws_of(robot.chain)
     if not one_to_one(screws, robot):
         return None
-    q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:POSES])
+    q = np.ascontiguousarray(seeded_poses(robot.limits, robot.prismatic)[:RANK_POSES])
     return six_joints_of(screws, forward_kinematics(robot, q))
 
 
 def _solvable(screws: Screws) -> bool:
-    # Three joints for three coordinates, unless the first two share an axis, or all are parallel;
-    # the search solves those.
+    # Three joints have a closed form for a position, unless the first two share an axis, or slide
+    # alike, or all three are parallel. The search solves these cases.
     first = with_feet(screws)
     z1, z2, z3 = first.axes[:3]
     both_turn = not first.slides[0] and not first.slides[1]
@@ -385,5 +383,5 @@ def _closed(way: int, form: Screws, point: Floats, backwards: bool) -> kernel.Cl
         backwards=backwards,
         to_joints=np.ascontiguousarray(np.linalg.inv(form.coupling)),
         to_screws=np.ascontiguousarray(form.coupling),
-        error=form.off + ROUND_OFF,
+        error=form.off + CLOSED_FORM_ROUND_OFF,
     )

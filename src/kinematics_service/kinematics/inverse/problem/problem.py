@@ -22,11 +22,13 @@ class IkProblem(NamedTuple):
     robot, target, plan
         The arm, its target, and the plan for the wanted rows.
     near : shape (n,), rad or m
-        Joint positions that solutions should be near.
+        Joint positions; solutions are sorted by their distance from it.
     seed
         Seed of the starts of a search.
     curves
         Whether all solutions of an arm with one joint more than the target asks for are wanted.
+    respect_limits
+        Whether solutions outside the limits are left out.
     """
 
     robot: Robot
@@ -35,20 +37,21 @@ class IkProblem(NamedTuple):
     near: Floats
     seed: int
     curves: bool = True
+    respect_limits: bool = True
 
     def random(self) -> np.random.Generator:
-        """Return the generator of the seed, from its beginning."""
+        """Return a new generator of random numbers with the seed."""
         return random_from(self.seed)
 
 
 def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) -> Floats:
     """
-    Return `near` as n finite numbers; None: the middle of the limits.
+    Return `near` as n finite numbers, or the middle of the limits for None.
 
     Raises
     ------
     JointVectorError
-        It is something else.
+        `near` is not n finite numbers.
     """
     if near is None:
         return plan.middle

@@ -30,8 +30,8 @@ class Screws(FrozenArrays):
     home : shape (4, 4)
         The tool's pose with every joint at zero.
     off
-        How far they are from those of the arm at most: rad, and as a share of its size. More than
-        round-off where what was nearly so was made exactly so.
+        Largest difference from the arm's own screws: rad, or relative to the arm's size. It is
+        above round-off if nearly parallel or meeting axes were made exactly so.
     """
 
     axes: Floats
@@ -51,7 +51,7 @@ def screws_of(chain: Chain) -> Screws:
     """
     Return the screws of a chain.
 
-    An element that turns and slides is two of them, one after the other on the same axis.
+    An element that turns and slides is two screws on the same axis.
     """
     table = chain.table
     axes, points, slides, coupling = [], [], [], []

@@ -1,8 +1,8 @@
-"""Six joints in any order: by which eliminations all their solutions are found, ranked once."""
+"""Choose the eliminations (Raghavan and Roth 1993) that find all solutions of six joints."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
 
@@ -14,34 +14,30 @@ from .screws import Screws
 # Isolated complex solutions a target has at most, by the number of prismatic joints (Raghavan and
 # Roth 1993; with two or three of them kernel/six_joints/spherical_linkage.py has the reason).
 BOUNDS = {0: 16, 1: 16, 2: 8, 3: 2}
-# Poses the options are tried at, and how many options are kept.
-TRIED, KEPT = 4, 4
+# Number of poses at which the options are tried.
+POSE_COUNT = 4
+# Number of options that are kept.
+OPTION_COUNT = 4
 
 
-class _Rank(NamedTuple):
-    # At how many poses an option proved nothing, how many solutions it lacks of all that there can
-    # be, and how far off its candidates were.
-    unproved: int
-    missing: int
-    worst: float
-    option: tuple[int, int, int]
+Option: TypeAlias = tuple[int, int, int]
 
 
 def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
     """
-    Return the form of six joints with the best options first, None where no option finds them.
+    Return the form of six joints with the best options first, or None if every option fails.
 
     Parameters
     ----------
     screws
-        Of the arm: six, their positions one to one with those of six joints.
+        Six screws, their positions one to one with those of six joints.
     targets : shape (m, 4, 4)
-        Poses of the tool that the arm can have; the options are tried at the first ones.
+        Poses of the tool that the arm can have; the options are tried at the first four.
     """
     bound = BOUNDS.get(sum(screws.slides))
     if bound is None:
         return None
-    motions = [T @ inverse(screws.home) for T in targets[:TRIED]]
+    motions = [T @ inverse(screws.home) for T in targets[:POSE_COUNT]]
     ranks = sorted(
         rank
         for option in _options(screws.slides)
@@ -49,13 +45,14 @@ def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
     )
     if not ranks:
         return None
-    return _form(screws, np.array([rank.option for rank in ranks[:KEPT]]), bound)
+    return _form(screws, np.array([option for *_, option in ranks[:OPTION_COUNT]]), bound)
 
 
 def _rank_of(
-    form: kernel.SixJoints, motions: list[Floats], option: tuple[int, int, int]
-) -> _Rank | None:
-    # None where it is singular at one of the targets, and so at most of them.
+    form: kernel.SixJoints, motions: list[Floats], option: Option
+) -> tuple[int, int, float, Option] | None:
+    # Returns the number of poses without a proof, the number of missing solutions, and the largest
+    # error of a candidate: the smaller the better. None if the option is singular at a target.
     psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     unproved, missing, worst = 0, 0, 0.0
     for T in motions:
@@ -66,20 +63,20 @@ def _rank_of(
         unproved += not proved
         missing += max(form.bound - found, 0)
         worst = max(worst, step)
-    return _Rank(unproved, missing, worst, option)
+    return unproved, missing, worst, option
 
 
-def _options(slides: tuple[bool, ...]) -> list[tuple[int, int, int]]:
+def _options(slides: tuple[bool, ...]) -> list[Option]:
     options = []
     for backwards in (0, 1):
         ordered = slides[::-1] if backwards else slides
         for first in range(6):
             turned = ordered[first:] + ordered[:first]
             if sum(slides) < 2:
-                # The joint that is hidden and the one that is eliminated first must turn.
+                # The hidden joint and the joint that is eliminated first must turn.
                 allowed = not turned[2] and not turned[5]
             else:
-                # One that slides begins, and at most two that turn are before another.
+                # A sliding joint is first, and at most two turning joints precede the next one.
                 allowed = turned[0] and any(turned[1:4])
             if allowed:
                 options += [(first, backwards, swapped) for swapped in (0, 1)]

@@ -1,4 +1,4 @@
-"""A target, its rows that count, and how far off it is reached: checked."""
+"""A checked target: its pose, the rows that count, and the tolerance."""
 
 import functools
 import math
@@ -18,12 +18,15 @@ from ...arguments import number_or_nan, numbers_of, rows_in_order
 IDENTITY = np.eye(4)
 
 
-# Of a pose and of a position.
+# Shapes of a pose and of a position.
 SHAPES = ((4, 4), (3,))
 TOOL_AXES = ('x', 'y', 'z')
-# Largest error of a solution that is exact: forward kinematics meets the target to round-off (m);
-# of very small and very large arms so much of their reach at most, and at least.
-PROVED, OF_SMALL, OF_LARGE = 1e-10, 1e-7, 1e-13
+# Largest residual of an exact solution, m: round-off of forward kinematics for usual arms.
+EXACT_ERROR = 1e-10
+# The residual is at most this times the reach (arms smaller than 1 mm) ...
+SMALL_ARM_ERROR_RATIO = 1e-7
+# ... and at least this times the reach (arms larger than 1 km).
+LARGE_ARM_ERROR_RATIO = 1e-13
 
 
 class IkTarget(NamedTuple):
@@ -37,13 +40,13 @@ class IkTarget(NamedTuple):
     axis
         The axis of the tool, x, y or z, whose direction counts; empty for none.
     pose : shape (4, 4)
-        The tool in the base frame; for a position its rotation is the identity.
+        The tool in the base frame; the rotation of a position is the identity.
     residual
         The residual of the tool against the target.
     tolerance
-        How far off the tool may be, m and rad.
+        Largest position error (m) and largest rotation error (rad).
     bound
-        The residual of a tool so far off in both, m.
+        The residual of a tool with both errors equal to the tolerance, m.
     exact
         Largest residual of a solution that is exact, m.
     proved
@@ -61,12 +64,12 @@ class IkTarget(NamedTuple):
 
     @property
     def equations(self) -> int:
-        """Return how many joints the target asks for; a direction asks for two."""
+        """Return the number of equations of the target; a direction has two."""
         return len(self.rows) + (2 if self.axis else 0)
 
     @property
     def words(self) -> str:
-        """Return what counts, as `x y z, direction of tool axis z`."""
+        """Return the rows that count, as `x y z, direction of tool axis z`."""
         return ' '.join(self.rows) + (f', direction of tool axis {self.axis}' if self.axis else '')
 
     def is_reached_at(self, q: Floats, residual: float) -> bool:
@@ -80,7 +83,7 @@ class IkTarget(NamedTuple):
         return max(kernel.parts_of_error(self.residual, np.array(q))) <= self.tolerance
 
     def within_tolerance(self) -> 'IkTarget':
-        """Return the target with solutions that meet it to within the tolerance."""
+        """Return the target with solutions that meet it within the tolerance."""
         return self._replace(proved=max(self.bound, self.exact))
 
 
@@ -105,13 +108,13 @@ def ik_target_of(
     axis
         The axis of the tool, x, y or z, whose direction counts instead of the whole rotation.
     tolerance
-        How far off the tool may be, m and rad.
+        Largest position error (m) and rotation error (rad).
 
     Raises
     ------
     TargetError
-        The target is of another shape, not finite or no rigid motion; a row or an axis does not
-        exist, or they do not go together; the tolerance is negative or not finite.
+        The target has another shape, is not finite or not a rigid motion; a row or an axis does
+        not exist, or both do not go together; the tolerance is negative or not finite.
     """
     if not 0.0 <= number_or_nan(tolerance) < math.inf:
         raise TargetError(
@@ -135,7 +138,7 @@ def ik_target_of(
             TOOL_AXES,
             axis,
         )
-    # A direction takes the place of the three rows of a rotation.
+    # A direction replaces the three rows of a rotation.
     known = ROW_NAMES if axis is None and shape == (4, 4) else ROW_NAMES[:3]
     ordered = known if rows is None else rows_in_order(TargetError, rows, known)
     counted = _counted(robot, ordered, axis or '')
@@ -152,7 +155,7 @@ def poses_of(targets: npt.ArrayLike) -> Floats:
     Raises
     ------
     TargetError
-        They are no poses, or not finite.
+        A target is not a pose, or not finite.
     """
     given = numbers_of('targets', targets, TargetError, [('N', 4, 4)])
     if given.ndim != 3 or given.shape[1:] != (4, 4):
@@ -183,8 +186,8 @@ def _rigid(given: Floats) -> Floats:
 
 
 class _Counted(NamedTuple):
-    # What counts of any target, in this order for the residual; besides the residual of a tool
-    # that is off by 1 m and 1 rad, and how far off an exact solution is at most, m.
+    # Weights of the rows, axis of the tool or -1, and reach: arguments of the residual. Then the
+    # residual of errors of 1 m and 1 rad, and the largest residual of an exact solution, m.
     weights: Floats
     tool_axis: int
     reach: float
@@ -194,7 +197,7 @@ class _Counted(NamedTuple):
 
 @functools.lru_cache(maxsize=128)
 def _counted(robot: Robot, rows: tuple[str, ...], axis: str) -> _Counted:
-    # Where the tool never leaves frame 0 the length is that of a unit.
+    # If the tool never leaves frame 0, its reach is 0 and the length takes its place.
     length = robot.singularity.task.length
     reach = max(robot.singularity.task.reach, length)
     names = rows + ROW_NAMES[3:] if axis else rows
@@ -204,14 +207,14 @@ def _counted(robot: Robot, rows: tuple[str, ...], axis: str) -> _Counted:
         TOOL_AXES.index(axis) if axis else -1,
         reach,
         math.hypot(1.0, length),
-        min(max(PROVED, OF_LARGE * reach), OF_SMALL * reach),
+        min(max(EXACT_ERROR, LARGE_ARM_ERROR_RATIO * reach), SMALL_ARM_ERROR_RATIO * reach),
     )
 
 
 def residual_of(
     robot: Robot, pose: Floats, rows: tuple[str, ...], axis: str = ''
 ) -> kernel.Residual:
-    """Return the residual of the tool against a pose (4, 4), in what counts of it."""
+    """Return the residual of the tool against a pose (4, 4) in the rows that count."""
     return _residual(robot, pose, _counted(robot, rows, axis))
 
 

@@ -1,4 +1,4 @@
-"""The arcs of a curve of solutions that are inside the joint limits, full turns told apart."""
+"""An arc: the part of a solution curve inside the joint limits, on certain full turns."""
 
 import math
 from collections.abc import Callable
@@ -14,20 +14,22 @@ from ...clearance import clearances
 from .curve import SolutionCurve
 
 SIDES = ('lower', 'upper')
-# Golden sections to the best pose of an arc: a tenth of a rad becomes 1e-9.
-GOLDEN, SECTIONS = 0.6180339887498949, 38
+# Inverse golden ratio, (sqrt(5) - 1) / 2.
+INVERSE_GOLDEN_RATIO = 0.6180339887498949
+# Number of golden sections: they narrow 0.1 rad to 1e-9 rad.
+SECTION_COUNT = 38
 
 
 class IkArcEnd(NamedTuple):
     """
-    Where an arc ends.
+    One end of an arc.
 
     Attributes
     ----------
     joint
-        The joint that is at a limit there, by name; empty where none is.
+        Name of the joint at a limit; empty at a singular pose.
     limit
-        `lower` or `upper`; `singular` where the arc cannot be followed farther.
+        `lower`, `upper`, or `singular` if the curve could not be followed farther.
     """
 
     joint: str
@@ -42,22 +44,21 @@ class IkArc(FrozenArrays):
     Attributes
     ----------
     q : shape (m, n), rad or m
-        Joint positions along it, not farther apart than a tenth of a rad; among them all where a
-        joint turns round.
+        Samples along the arc, at most 0.1 rad apart, among them every reversal of a joint.
     s : shape (m,), rad
-        How long the arc is up to each: prismatic joints divided by the arm's length.
+        Length of the arc up to each sample, prismatic joints divided by the arm's length.
     closed
-        Whether the last one is the first one again, but for full turns.
+        Whether the last sample is the first one, except for full turns.
     ends
-        Of one that is not closed: where it begins and ends.
+        Beginning and end of an arc that is not closed.
     windings
-        How many arcs are this one but for full turns of some joints, each inside the limits.
+        Number of arcs inside the limits that differ from this one only by full turns, with it.
     curve
-        What it is a part of.
+        The curve of which it is a part.
     places : shape (m,)
-        Where on the curve `q` are.
+        Places of the samples on the curve.
     turn_offset : shape (n,), rad or m
-        The full turns, in rad, by which the arc's joint positions exceed those of its curve.
+        Full turns, in rad, of the arc's joint positions beyond those of its curve.
     """
 
     q: Floats
@@ -76,7 +77,7 @@ class IkArc(FrozenArrays):
 
     @property
     def scales(self) -> Floats:
-        """Return what a rad of each joint counts, shape (n,): the length for prismatic ones."""
+        """Return the weight of a unit of each joint, shape (n,): the length for prismatic ones."""
         return self.curve.plan.scales
 
     @property
@@ -93,7 +94,7 @@ class IkArc(FrozenArrays):
         """
         Return the joint positions (n,) at a length from 0 to `length` (rad), to round-off.
 
-        A closed arc goes on before and behind, lap by lap.
+        A closed arc continues before 0 and beyond `length`, lap by lap.
         """
         laps = math.floor(s / self.length) if self.closed else 0
         place = np.interp([s - laps * self.length], self.s, self.places)
@@ -129,7 +130,7 @@ class IkArc(FrozenArrays):
         return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
     def _with_neighbours(self, values: Floats) -> Floats:
-        # Values of the samples, and of those before and behind them on a closed arc.
+        # Values at the samples, and at one more sample before and behind them on a closed arc.
         before, behind = values[:1], values[-1:]
         if self.closed:
             lap = behind - before
@@ -137,21 +138,19 @@ class IkArc(FrozenArrays):
         return np.concatenate([before, values, behind])
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
-        """Return the joint positions (n,) of `q` with the largest proved radius free of singular
-        poses.
-        """
+        """Return the sample (n,) with the largest proved radius free of singular poses."""
         return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
 
     def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
         """Return the length (rad) at which positions (..., n) cost least, by golden sections."""
         k = int(np.argmin(cost(self.q)))
         a, at_sample, b = self._with_neighbours(self.s)[k : k + 3].tolist()
-        for _ in range(SECTIONS):
-            x, y = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+        for _ in range(SECTION_COUNT):
+            x, y = b - INVERSE_GOLDEN_RATIO * (b - a), a + INVERSE_GOLDEN_RATIO * (b - a)
             a, b = (a, y) if cost(self.at(x)) < cost(self.at(y)) else (x, b)
         return float(min((at_sample, 0.5 * (a + b)), key=lambda s: cost(self.at(s))))
 
 
 def squares_of(ways: Floats) -> Floats:
-    """Return the square of each of ways (m, n): a third of the time of their norms."""
+    """Return the squared norms of rows (m, n), in a third of the time of norms."""
     return np.asarray(np.einsum('ij,ij->i', ways, ways))

@@ -1,4 +1,4 @@
-"""The best posture of a redundant arm on the arc of its postures that it is on, by a criterion."""
+"""Find the best posture on the arc of a redundant arm's posture: largest margin or clearance."""
 
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -20,28 +20,29 @@ Cost = Callable[[Floats], Floats]
 
 # Largest distance between samples of an arc, rad (prismatic joints divided by the arm's length).
 SAMPLE_DISTANCE = 0.2
-# A posture is on an arc if it is not farther from it, rad.
+# Largest distance of a posture that is on an arc, rad.
 ON_ARC = 1e-6
-# Number of postures of an arc whose clearance is computed first, a tenth of a millisecond each.
+# Number of samples whose clearance is computed first, 0.1 ms each.
 CLEARANCE_SAMPLES = 48
-# A posture that is 1 rad farther away must be better by this, rad: otherwise the answer jumps
-# between postures that are equally good.
+# A posture 1 rad farther away must be better by this, rad: otherwise the result jumps between
+# equally good postures.
 COST_OF_DISTANCE = 1e-3
-# Number of corrections of a step that is too long by 0.1 %: each divides the error by 1000.
+# Number of corrections of a step that is 0.1 % too long: each divides the error by 1000.
 CORRECTIONS = 3
 
 
 class BestPosture(NamedTuple):
     """
-    A posture that an arc leads to from another one.
+    A posture reached from another one along an arc.
 
     Attributes
     ----------
     q : shape (n,), rad or m
+        The posture.
     arc
-        Inside the limits, on the turns of the other posture.
+        The arc inside the limits, on the turns of the other posture.
     left : rad
-        How far along the arc the best posture is from this one.
+        Distance along the arc from this posture to the best one.
     """
 
     q: Floats
@@ -50,7 +51,7 @@ class BestPosture(NamedTuple):
 
 
 def _of_largest_clearance(arc: IkArc, robot: Robot, away: Cost) -> float:
-    # Of samples far apart, and then of those next to the best.
+    # Searches 48 samples, and then all samples beside the best one.
     ways = COST_OF_DISTANCE * away(arc.q)
 
     def best(places: Integers) -> int:
@@ -66,7 +67,7 @@ def _of_largest_margin(arc: IkArc, robot: Robot, away: Cost) -> float:
     return arc.place_of_least(lambda q: COST_OF_DISTANCE * away(q) - arc.margin(q))
 
 
-# Where on an arc the best posture is (rad), by what is to be large.
+# Position of the best posture on an arc (rad), by criterion.
 CRITERIA = {'clearance': _of_largest_clearance, 'margin': _of_largest_margin}
 
 
@@ -74,10 +75,10 @@ def best_posture(
     robot: Robot, target: IkTarget, q: Floats, criterion: str, farthest: float
 ) -> BestPosture | None:
     """
-    Return the best posture on the arc through another one, as near to it as asked.
+    Return the best posture on the arc through q, or the nearest posture to it within a distance.
 
-    None if no arc was followed: the posture is singular, or on none, or the arm has not one joint
-    more than the target asks for.
+    None without an arc: the posture is singular or not a solution, or the arm does not have one
+    joint more than the target has equations.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ def best_posture(
     criterion
         One of `CRITERIA`.
     farthest : rad
-        How far along the arc the posture may be from `q`.
+        Largest distance along the arc from `q`.
     """
     place = place_on_arc(robot, target, q)
     if place is None:
@@ -97,7 +98,7 @@ def best_posture(
         way -= arc.length * round(way / arc.length)
     step = min(max(way, -farthest), farthest)
     if step != way:
-        # Lengths along an arc are exact at its samples, and to 0.1 % between them.
+        # Lengths along an arc are exact at samples, and have errors of 0.1 % between them.
         for _ in range(CORRECTIONS):
             far = float(np.linalg.norm((arc.at(here + step) - q) / arc.scales))
             step *= min(1.0, farthest / far) if far > 0.0 else 1.0
@@ -105,19 +106,19 @@ def best_posture(
 
 
 def has_arcs(robot: Robot, rows: tuple[str, ...], axis: str) -> bool:
-    """Return whether an arm has one joint more than targets of these rows and axis ask for."""
+    """Return whether an arm has one joint more than targets of these rows and axis need."""
     return sliced_arm_of(robot, rows, axis) is not None
 
 
 class ArcPlace(NamedTuple):
-    """An arc inside the limits, full turns told apart, and the length (rad) at a place of it."""
+    """An arc inside the limits, and the length (rad) up to a place on it."""
 
     arc: IkArc
     s: float
 
 
 def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
-    """Return where a posture (n,) is on the arc through it; None if none was followed."""
+    """Return the arc through a posture (n,) and the place on it; None without an arc."""
     if not has_arcs(robot, target.rows, target.axis):
         return None
     plan = plan_for(robot, target.rows, target.axis)
@@ -138,7 +139,7 @@ def shifted_past(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     """
     Yield copies of an arc, shifted by full turns, that are inside the limits and pass near q (n,).
 
-    Joints at whose limits it ends stay: a turn farther the arc would not end there.
+    Joints at whose limits the arc ends are not shifted: the arc would end elsewhere.
     """
     turns = np.round((q - arc.q) / plan.periods)
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)

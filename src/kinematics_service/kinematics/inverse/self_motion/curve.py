@@ -1,8 +1,8 @@
 """
-A curve of solutions of an arm with one joint more than its target asks for, as it is traced.
+A solution curve of an arm with one redundant joint, traced by numerical continuation.
 
-Numerical continuation (Allgower and Georg; `kernel.trace`) gives samples; between them Newton's
-method gives the solutions (`kernel.CurvePath`).
+Continuation (Allgower and Georg; `kernel.trace`) gives samples. Newton's method gives the
+solutions between them (`kernel.CurvePath`).
 """
 
 import math
@@ -14,10 +14,10 @@ from ....kernel import Floats
 from ..problem.problem import IkProblem
 from ..problem.target import TOOL_AXES
 
-# Most samples of a curve, six times those of the longest seen: where lengths are far apart, or
-# where all postures are singular, a curve has no end.
-MOST = 1 << 12
-# The period of a joint that has none, rad or m: farther than a joint moves.
+# Largest number of samples of a curve, 6 times that of the longest curve seen. A curve may not end
+# if the arm's lengths are very different, or if all postures are singular.
+MAX_SAMPLES = 1 << 12
+# Period of a joint without one, rad or m: more than a joint moves.
 NO_PERIOD = 1e12
 
 
@@ -25,17 +25,18 @@ class SolutionCurve:
     """
     A curve of solutions.
 
-    A closed one goes on beyond its last sample: its places are counted on, lap after lap.
+    Places are numbers of samples, with fractions between them. On a closed curve they continue
+    beyond the last sample, lap after lap.
 
     Parameters
     ----------
     problem, point
-        Whose arm, plan and target they are.
+        The arm, plan and target.
     samples : shape (m, 2 n), rad or m
         Joint positions, and the unit tangents there. The last sample of a closed curve is the
         first one, full turns added.
     closed
-        Whether it closes; otherwise it ends at singular poses.
+        Whether it is closed; otherwise it ends at singular poses.
 
     Attributes
     ----------
@@ -44,7 +45,7 @@ class SolutionCurve:
     last
         The place of the last sample.
     lap : shape (n,), rad or m
-        How the joints of a closed curve have moved after a lap.
+        Motion of the joints of a closed curve in a lap.
     """
 
     def __init__(
@@ -64,18 +65,18 @@ class SolutionCurve:
         return np.asarray(q + laps[:, None] * self.lap)
 
     def nearest(self, begin: float, end: float, q: Floats) -> float:
-        """Return the place nearest to joint positions (n,) between two next to each other."""
+        """Return the place nearest to joint positions (n,) between two neighbouring places."""
         laps = math.floor(0.5 * (begin + end) / self.last) * self.closed
         goal, before = np.array([q - laps * self.lap, self.plan.scales**-2]), laps * self.last
         return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
 
 
 def point_of(problem: IkProblem) -> kernel.CurvePoint:
-    """Return room for the solutions of a target that asks for one joint less than the arm has."""
+    """Return the kernel's equations of a target with one equation less than the arm has joints."""
     robot, target, plan, *_ = problem
     residual = target.residual
     if target.axis:
-        # In axes of the target the turn about the tool's axis is a row, which does not count.
+        # In axes of the target, the turn about the tool's axis is one row. Its weight is 0.
         k = TOOL_AXES.index(target.axis)
         weights = np.array([1.0] * 3 + [robot.singularity.task.length] * 3)
         weights[3 + k] = 0.0
@@ -86,17 +87,17 @@ def point_of(problem: IkProblem) -> kernel.CurvePoint:
 
 
 def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> SolutionCurve | None:
-    """Return the curve through a solution (n,), or None if that is singular."""
-    n, samples = len(start), np.empty((2, MOST, 2 * len(start)))
+    """Return the curve through a solution (n,), or None if the solution is singular."""
+    n, samples = len(start), np.empty((2, MAX_SAMPLES, 2 * len(start)))
     samples[:, 0, :n] = start
     count = kernel.trace(point, 1.0, samples[0])
     if count < 0:
         return SolutionCurve(problem, point, samples[0, :-count].copy(), True)
     behind = kernel.trace(point, -1.0, samples[1])
-    # Backwards: the tangents point the other way.
+    # The samples backwards; their tangents point the other way.
     rows = samples[1, : abs(behind)][::-1] * np.repeat([1.0, -1.0], n)
     if behind < 0:
-        # Near a singular pose it may be followed all round in one direction alone.
+        # Near a singular pose a closed curve may be followed in one direction only.
         return SolutionCurve(problem, point, rows, True)
     both = np.vstack([rows[:-1], samples[0, :count]])
     return SolutionCurve(problem, point, both, False) if len(both) > 1 else None

@@ -1,13 +1,13 @@
 """
-A curve of solutions cut by the joint limits into arcs.
+Cut a solution curve into arcs at the joint limits.
 
-Samples, and places where a joint turns round, divide the curve into parts along which each joint
-rises or falls, so that it passes a limit at most once in each. The places where joints pass
-limits divide it into pieces, and the posture in the middle of a piece tells by which full turns
-it is inside. Runs of pieces inside are arcs (`turns.py`).
+Samples and reversals of joints divide the curve into steps. In each step every joint rises or
+falls, so it passes a limit at most once. These passages divide the curve into pieces. The posture
+in the middle of a piece shows with which full turns the piece is inside. Runs of pieces inside are
+arcs (`turns.py`).
 
-Steps along which a joint is far beyond its limits are skipped: an arc ends where a joint passes a
-limit while all others are inside theirs, so no arc ends in such a step.
+Steps with a joint far beyond its limits are skipped: an arc ends where one joint passes a limit
+while all others are inside, so no arc ends in such a step.
 """
 
 import functools
@@ -24,25 +24,25 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# A joint leaves its limits where it is this far beyond one, rad or m, so that one that rests at a
-# limit, with round-off, stays inside. It is half of what a solution may be beyond (AT_LIMIT).
+# A joint passes a limit at this distance beyond it, rad or m, so that a joint at rest at a limit
+# stays inside despite round-off. It is half of kernel.AT_LIMIT.
 EXIT_MARGIN = 5e-10
-# A joint turns round between two samples if the product of its slopes is below this: otherwise it
-# stands still, or turns round at a sample.
-TURNS = -1e-18
-# Places that differ by less are one, in ways between samples: 2e-10 rad for 0.1 rad.
+# A joint reverses between two samples if the product of its slopes is below this. Otherwise it
+# rests, or reverses at a sample.
+MAX_SLOPE_PRODUCT = -1e-18
+# Places that differ by less are equal, in steps between samples: 2e-10 rad for a step of 0.1 rad.
 PLACE_TOLERANCE = 2e-9
-# A limit that is infinite, rad or m: less than NO_PERIOD, and farther than a joint moves.
+# Replaces an infinite limit, rad or m: less than NO_PERIOD, and more than a joint moves.
 NO_LIMIT = 1e9
 
 
-# The side of a place at which no joint passes a limit.
+# Side of a place where no joint passes a limit.
 NO_SIDE = len(SIDES)
 
 
 @functools.lru_cache(maxsize=128)
 def _counted(plan: InversePlan) -> tuple[Floats, Floats, Floats]:
-    # Limits (2, n) and periods (n,) by which turns are counted: of joints with two limits. A turn
+    # Limits (2, n), periods (n,) and turns (n,) of joints with two limits and a period. The turn
     # of any other joint is 0.
     limited = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
     limits = np.clip(plan.limits.T, -NO_LIMIT, NO_LIMIT)
@@ -51,7 +51,7 @@ def _counted(plan: InversePlan) -> tuple[Floats, Floats, Floats]:
 
 
 def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
-    """Return the arcs inside the limits; those that differ by full turns once."""
+    """Return the arcs inside the limits; arcs that differ only by full turns are one arc."""
     near = _is_near(curve)
     if not near.any():
         return ()
@@ -60,8 +60,8 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 
 def _is_near(curve: SolutionCurve) -> Flags:
-    # Of each step between samples: whether no joint is far beyond its limits at both ends. A joint
-    # that is beyond by the way of all joints in the step cannot come back inside in it.
+    # Whether no joint is far beyond its limits, for each step between samples. A joint that is
+    # farther beyond than all joints move in the step cannot come inside in it.
     q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
@@ -70,10 +70,10 @@ def _is_near(curve: SolutionCurve) -> Flags:
 
 
 class _CutCurve:
-    # `table`: rows of place, joint positions (n), length up to there (rad), and the joint and the
-    # side of a limit that is passed there, in the order of places: samples, limits and places
-    # where a joint turns round. `lap`: what a lap of a closed curve adds to a row. `begins`: the
-    # rows at which pieces begin, and of a curve that is not closed where the last one ends.
+    # `table`: one row for each sample, passage of a limit, and reversal of a joint, sorted by
+    # places. A row is place, joint positions (n), length up to there (rad), and joint and side of
+    # the limit. `lap` is the increment of a row in a lap of a closed curve. `begins` are the first
+    # rows of the pieces, and the last row of a curve that is not closed.
 
     def __init__(self, curve: SolutionCurve, near: Flags) -> None:
         self.curve, self.near = curve, near
@@ -97,12 +97,12 @@ class _CutCurve:
 
     def _add_turning_places(self) -> None:
         slopes = self.curve.samples[:, self.curve.point.n :]
-        k, joint = np.nonzero((slopes[:-1] * slopes[1:] < TURNS) & self.near[:, None])
+        k, joint = np.nonzero((slopes[:-1] * slopes[1:] < MAX_SLOPE_PRODUCT) & self.near[:, None])
         none = np.full(len(k), np.nan)
         self._add(k, (joint, none, slopes[k, joint], slopes[k + 1, joint]), NO_SIDE)
 
     def _add_limits(self) -> None:
-        # Turns (rows, 2, n) by which joints are beyond limits: a change is a limit that is passed.
+        # Number of turns (rows, 2, n) beyond each limit. If it changes, a limit is passed.
         places, q = self.table[:, 0], self.table[:, 1:-3]
         beyond = self.limits + [[-EXIT_MARGIN], [EXIT_MARGIN]]
         turns = np.floor((q[:, None] - beyond) / self.periods)
@@ -110,13 +110,13 @@ class _CutCurve:
         k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
         turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
         before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
-        # A joint that begins or ends the step within EXIT_MARGIN of the limit passes it there.
+        # A joint within EXIT_MARGIN of the limit at an end of the step passes it at that end.
         level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
         self._add(k, (joint, level, before - level, after - level), side)
 
     def _add(self, k: Integers, roots: Sequence[Floats | Integers], side: Integers | int) -> None:
-        # Adds rows where joints are at levels or turn round, after rows k: `roots` are joint,
-        # level, and the function at both ends of the step.
+        # Adds rows behind rows k where a joint is at a level or reverses. `roots` are joint,
+        # level, and the values of the function at both ends of the step.
         joint, level, low, high = roots
         rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
         rows[:, -2], rows[:, -1] = joint, side
@@ -126,12 +126,12 @@ class _CutCurve:
         self.table = table[table[:, 0].argsort(kind='stable')]
 
     def _rows(self, rows: Integers) -> Floats:
-        # Rows of the table, counted on lap after lap.
+        # Rows of the table; their numbers continue lap after lap.
         laps, k = np.divmod(rows, len(self.table))
         return np.asarray(self.table[k] + laps[:, None] * self.lap)
 
     def _begin(self, piece: int) -> int:
-        # The row at which a piece begins, counted on lap after lap.
+        # First row of a piece; the numbers of pieces and rows continue lap after lap.
         laps, k = divmod(piece, len(self.begins))
         return self.begins[k] + laps * len(self.table)
 
@@ -164,8 +164,8 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # The turns of an arc tell which limit ends it: a turn farther, the joint of the cut may be
-        # inside its limits while another one, at a limit at the same place, is not.
+        # On other turns the joint of this row may be inside its limits, and another joint at a
+        # limit in the same place ends the arc.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())

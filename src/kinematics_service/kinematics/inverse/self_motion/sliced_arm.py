@@ -1,9 +1,9 @@
 """
-An arm with one joint more than its target asks for, and its slices: that joint held.
+Slices of an arm with one redundant joint: hold a joint at an end and solve the other six.
 
-Held at the arm's end, it leaves six joints whose geometry is the same at every position of it:
-only their target moves. Where only the direction of a tool's axis counts, a joint about that axis
-is added; where only the position counts, three about the tool's origin, which slices alone have.
+The geometry of the six joints does not depend on the held joint: only their target moves. If only
+the direction of a tool axis counts, a joint about that axis is added. If only the position counts,
+slices have three added joints about the tool's origin.
 """
 
 from __future__ import annotations
@@ -23,29 +23,28 @@ from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to
 from ..problem.screws import Screws, screws_of
 from ..problem.target import TOOL_AXES
 
-# The tool's rotation at which slices for a position are solved: any at which the three joints that
-# are added about the tool's origin are regular.
+# The tool's rotation in slices for a position: any at which the three added joints are regular.
 ADDED_ROTATION = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
 
 class SlicedArm(NamedTuple):
     """
-    An arm with one joint more than its target asks for.
+    An arm with one joint more than its target has equations.
 
     Attributes
     ----------
     robot
         The arm.
     screws
-        Of the arm, and of the joint that is added for a direction.
+        Screws of the arm, and of the added joint for a direction.
     to_joints : shape (k, joints)
-        Positions of the screws times this are those of the joints.
+        Matrix from positions of the screws to positions of the joints (row vectors).
     whole
         Whether the rotation counts.
     held
-        Which of the screws is held in its slices.
+        Index of the screw that is held.
     six
-        The others, and for a position three about the tool's origin; None if they have no solver.
+        Solver of the other screws, for a position with three more; None if not available.
     """
 
     robot: Robot
@@ -56,7 +55,7 @@ class SlicedArm(NamedTuple):
     six: SixSolver | None = None
 
     def solutions(self, pose: Floats, position: float) -> Floats:
-        """Return joint positions (m, n) of solutions, the screw that is held at a position."""
+        """Return joint positions (m, n) of solutions with the held screw at a position."""
         if self.six is None:
             return np.empty((0, self.robot.dof))
         psi, _ = self.six.candidates(self.motion_of_six(pose, position))
@@ -65,7 +64,7 @@ class SlicedArm(NamedTuple):
         return np.asarray(psi @ self.to_joints)
 
     def motion_of_six(self, pose: Floats, position: float) -> Floats:
-        """Return the motion (4, 4) from rest that is left to six screws, the other one held."""
+        """Return the motion (4, 4) from rest of six screws, with the held screw at a position."""
         screws, turn = self.screws, np.eye(4)
         turn[:3, :3] = turn_about(screws.axes[self.held], -position)
         turn[:3, 3] = screws.points[self.held] - turn[:3, :3] @ screws.points[self.held]
@@ -80,13 +79,13 @@ class SlicedArm(NamedTuple):
 
 @functools.lru_cache(maxsize=128)
 def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm | None:
-    """Return the arm for the rows that count; None where it is not one whose curves are known."""
+    """Return the arm for the rows that count; None without exactly one redundant joint."""
     screws = None if robot.chain.loops else screws_of(robot.chain)
     position, whole = rows == ROW_NAMES[:3], bool(axis) or rows == ROW_NAMES
     if screws is None or not one_to_one(screws, robot) or not (position or rows == ROW_NAMES):
         return None
     if plan_for(robot, rows, axis).overdetermined:
-        # A plane arm: more than one of its joints are left.
+        # A plane arm has more than one redundant joint.
         return None
     if axis:
         screws = with_turn(screws, screws.home[:3, TOOL_AXES.index(axis)], screws.tool)
@@ -99,7 +98,7 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
 
 
 def sliced(arm: SlicedArm, held: int) -> SlicedArm:
-    """Return an arm with a screw at an end held, if that turns, and the solver of the others."""
+    """Return an arm with a screw at an end held, if it turns, and the solver of the others."""
     robot, screws = arm.robot, arm.screws
     if screws.slides[held]:
         return arm

@@ -1,11 +1,11 @@
 """
-Maximal runs of pieces of a curve inside the joint limits, with full turns counted as intervals.
+Find maximal runs of pieces of a curve inside the joint limits, by intersection of boxes.
 
-The full turns by which a piece is inside all limits are a box of integers, one interval a joint.
-A run of pieces is followed with every vector of turns in the intersection of its boxes. For some
-of them the piece before the run is inside, too, for some the piece after it, for some both: by
-inclusion and exclusion the sizes of these four boxes give the number of vectors for which the run
-can be extended at neither end.
+The full turns with which a piece is inside all limits are a box of integers: one interval for each
+joint. A run of pieces is inside with every vector of turns in the intersection of its boxes. With
+some vectors the piece before the run is inside, too, with some the piece after it, with some both.
+Inclusion and exclusion of these four boxes gives the number of vectors with which the run is
+maximal.
 """
 
 import functools
@@ -21,18 +21,18 @@ Box = list[list[int]]
 
 class PieceRun(NamedTuple):
     """
-    Pieces that follow each other with the same turns, and nothing before or after them.
+    A maximal run of pieces inside the limits with the same turns.
 
     Attributes
     ----------
     first, pieces
         The first piece, and the number of pieces, lap after lap.
     turns
-        Turns of the first piece for which this is so, one number a joint.
+        A vector of turns with which the run is maximal, one number for each joint.
     closed
         Whether the last piece leads to the first one with the same turns.
     windings
-        The number of vectors of turns for which this is so.
+        The number of vectors of turns with which the run is maximal.
     """
 
     first: int
@@ -49,11 +49,11 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
     Parameters
     ----------
     boxes
-        The turns by which each piece is inside.
+        The turns with which each piece is inside.
     closed
         Whether the first piece follows the last one.
     lap
-        The turns that each joint has moved then.
+        Number of turns of each joint in a lap.
     """
 
     def box(k: int) -> Box:
@@ -87,8 +87,8 @@ def _size(box: Box) -> int:
 
 
 def _outside(box: Box, *others: Box) -> Turns:
-    # A vector of a box that is in none of the others. Each of its numbers is the least of the box,
-    # or the first one beyond another box.
+    # A vector of a box that is in none of the others. Each of its numbers is the smallest of the
+    # box, or the first number beyond another box.
     ways = [
         sorted({low, *(end + 1 for _, end in beside if low <= end < high)})
         for (low, high), *beside in zip(box, *others)
