@@ -5,7 +5,7 @@ from array import array
 
 import numpy as np
 
-from kinematics_service.node.messages.content import Built, flat
+from kinematics_service.node.messages.content import Built
 from kinematics_service.node.messages.message_layout import MessageLayout
 
 
@@ -18,7 +18,7 @@ def built(topic, report):
     if numbers is None:
         return None
     layout = MessageLayout(topic.blank(report.settings))
-    return layout.message(report.answer.stamp, flat(numbers))
+    return layout.message(report.answer.stamp, np.ravel(numbers).astype(float))
 
 
 def bits(value):

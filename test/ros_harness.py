@@ -206,7 +206,7 @@ class Arm(Peer):
             self.node.settings.estimator.joint_prefix + name for name in self.robot.joint_names
         ]
         self.stamp = START
-        self._topic = self.node._input.topic_name
+        self._topic = self.node._input.subscription.topic_name
         self._publisher: Any = None
         self._poses: list[Any] | None = None
         self._diagnostics: list[DiagnosticArray] | None = None

@@ -7,8 +7,9 @@ import select
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
 # Shortest time for a clean-up after the first signal, even if a second one comes (s): one press of
@@ -91,15 +92,8 @@ def stop_signals() -> Iterator[StopSignal]:
     both after the block.
     """
     stop = StopSignal()
-    signals, told = os.pipe()
-    os.set_blocking(told, False)
-    signal.set_wakeup_fd(told, warn_on_full_buffer=False)
-    from .kernel import end_in_time
-
-    for number in NUMBERS:
-        signal.signal(number, lambda number, frame: None)  # the descriptor reports it
-        end_in_time(number, DEAF)
-    threading.Thread(target=stop.follow, args=(signals,), daemon=True).start()
+    # The descriptor reports it.
+    told = _watched(NUMBERS, lambda number, frame: None, stop.follow)
     try:
         yield stop
     finally:
@@ -122,18 +116,29 @@ def interruptible() -> Iterator[None]:
         # A shell starts its background processes with it ignored.
         yield
         return
+    _watched((signal.SIGINT,), signal.default_int_handler, _end_in_time)
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(-1)
+
+
+def _watched(
+    numbers: Iterable[int],
+    handler: Callable[[int, FrameType | None], object],
+    follow: Callable[[int], None],
+) -> int:
+    # Handle signals, follow them in a thread, and return the descriptor they are written to.
     from .kernel import end_in_time
 
     signals, told = os.pipe()
     os.set_blocking(told, False)
     signal.set_wakeup_fd(told, warn_on_full_buffer=False)
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    end_in_time(signal.SIGINT, DEAF)
-    threading.Thread(target=_end_in_time, args=(signals,), daemon=True).start()
-    try:
-        yield
-    finally:
-        signal.set_wakeup_fd(-1)
+    for number in numbers:
+        signal.signal(number, handler)
+        end_in_time(number, DEAF)
+    threading.Thread(target=follow, args=(signals,), daemon=True).start()
+    return told
 
 
 def _end_in_time(signals: int) -> None:

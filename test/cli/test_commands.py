@@ -171,25 +171,6 @@ def test_robots_stand_in_groups_below_their_titles(capsys, monkeypatch):
     assert [row.split()[0] for row in last[1:]] == sorted(names[0] for names in GROUPS.values())
 
 
-def test_a_terminal_shows_the_machines_and_says_how_many_more_there_are(
-    capsys, monkeypatch, narrow
-):
-    monkeypatch.setattr('sys.stdout.isatty', lambda: True)
-    monkeypatch.setenv('NO_COLOR', '1')
-    monkeypatch.setenv('TERM', 'dumb')
-    *machines, more = answer(capsys, 'robots').splitlines()
-    assert 'Textbook and course arms' not in machines
-    assert {'Industrial and research arms', 'Machines with closed loops'} <= set(machines)
-    assert more == '16 more with --all: arms of textbooks and courses'
-    assert max(map(len, machines)) <= NARROW
-    everything = answer(capsys, 'robots', '--all')
-    assert sorted(set(ROBOTS) & set(everything.split())) == list(ROBOTS)
-    assert '--all' not in everything
-    # A group that somebody adds is shown.
-    monkeypatch.setattr('kinematics_service.robot.bundled.GROUPS', {})
-    assert 'planar_2r' in answer(capsys, 'robots')
-
-
 def test_robots_for_a_program(capsys):
     found = {one['name']: one for one in json.loads(answer(capsys, 'robots', '--json'))['robots']}
     assert sorted(found) == list(ROBOTS)

@@ -9,7 +9,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2')
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from kinematics_service.node import best_subscription
-from kinematics_service.node.best_subscription import _Numbered
+from kinematics_service.node.best_subscription import _CountedSubscription
 from kinematics_service.node.process import passed_over
 
 
@@ -19,7 +19,7 @@ def test_the_executor_lets_go_of_a_subscription_before_it_is_destroyed():
     executor = SimpleNamespace(wake=lambda: done.append('woken'), create_task=tasks.append)
     node = SimpleNamespace(_subscriptions=[subscription], executor=executor)
     one = SimpleNamespace(_node=node, subscription=subscription)
-    _Numbered.end(one, lambda: done.append('then'))
+    _CountedSubscription.end(one, lambda: done.append('then'))
     assert node._subscriptions == []
     # It is woken to look at the node anew; only its next tasks destroy and go on.
     assert done == ['woken']
@@ -81,8 +81,8 @@ def test_messages_that_are_passed_over_are_not_kept(monkeypatch):
         one._callback(b'large')
     while tasks:
         tasks.pop(0)()
-    assert (len(answered), left_out) == (passed_over.KEPT, [2])
+    assert (len(answered), left_out) == (passed_over.KEPT_OF_FULLEST, [2])
     assert node.subscriptions == [stays]
     assert [len(one._newest) for one in kept] == [0, 0]
     ends._callback(b'to what listened before')
-    assert len(answered) == passed_over.KEPT + 1
+    assert len(answered) == passed_over.KEPT_OF_FULLEST + 1

@@ -19,7 +19,7 @@ MS = 1_000_000  # ns
 
 def heard(one, numbers, since=0):
     for k, number in enumerate(numbers):
-        one.heard(number, (since + k) * MS)
+        one.take(number, (since + k) * MS)
     return one.count
 
 
@@ -75,17 +75,17 @@ def test_gaps_of_several_publishers_add_up_however_their_numbers_mix(seed, count
     last = draw.sample(range(1, draw.choice([2 * count + 2, 40, 4_000]), 2), count)
     one, lost = losses(count), 0
     for number in draw.sample(last, count) if seed % 2 else last:
-        one.heard(number, number * MS)
+        one.take(number, number * MS)
     for _ in range(3_000):
         k = draw.randrange(count)
         gap = draw.choice([0] * 30 + [1, 2, 30])
         last[k] += 1 + gap
         lost += gap
-        one.heard(last[k], last[k] * MS)  # each at 1 kHz, by its own clock
+        one.take(last[k], last[k] * MS)  # each at 1 kHz, by its own clock
     # Each is heard once more, the highest number first: no gap is left open.
     for k in sorted(range(count), key=last.__getitem__, reverse=True):
         last[k] += 1
-        one.heard(last[k], last[k] * MS)
+        one.take(last[k], last[k] * MS)
     assert one.count == lost
 
 
@@ -115,7 +115,7 @@ def test_publishers_of_other_rates_that_join_later_are_counted_within_two_percen
         before, there = there, sum(1e9 * joins <= stamp)
         if there != before:
             one.publishers_changed()
-        one.heard(number, stamp)
+        one.take(number, stamp)
     lost = sum(missing for _, missing in every)
     # Where publishers join, a gap of each may be taken for the first message of the one that does.
     hidden = count * 2 / (1 - share)
@@ -139,7 +139,7 @@ def test_nine_tenths_of_eight_publishers_are_counted_within_five_percent_or_as_a
         lost += int(kept[-1] - kept[0] + 1 - len(kept))
     one = losses(8)
     for stamp, number in sorted(sent):
-        one.heard(number, stamp)
+        one.take(number, stamp)
     assert one.count <= 1.05 * lost
     assert one.count >= 0.95 * lost or one.is_lower_bound
 
@@ -148,7 +148,7 @@ def test_a_gap_that_no_publisher_explains_makes_a_lower_bound():
     one = losses(2)
     heard(one, [k for number in range(100) for k in (number, 5_000 + number)])
     assert not one.is_lower_bound
-    one.heard(3_000, 201 * MS)  # 2,900 messages in 3 ms
+    one.take(3_000, 201 * MS)  # 2,900 messages in 3 ms
     assert one.is_lower_bound
 
 
@@ -157,5 +157,5 @@ def test_publishers_that_lose_nothing_make_no_lower_bound(count):
     one = losses(count)
     for number in range(500):
         for k in range(count):
-            one.heard(1_000_000 * k + number, (10 * number + k) * MS)
+            one.take(1_000_000 * k + number, (10 * number + k) * MS)
     assert (one.count, one.is_lower_bound) == (0, False)

@@ -207,8 +207,8 @@ def test_a_wrong_description_changes_nothing(described, capfd, wrong, sentence):
 def test_the_same_description_again_is_nothing_new(described):
     one, publisher = described(urdf())
     reads = []
-    take = one.node._own.take
-    one.node._own.take = lambda read: (reads.append(read), take(read))[1]
+    take = one.node._own_parameters.take
+    one.node._own_parameters.take = lambda read: (reads.append(read), take(read))[1]
     for text in (urdf(), urdf(), urdf(L1=0.7)):
         publisher.publish(String(data=text))
     one.spin_until(lambda: one.node.settings.robot.description.links[0]['a'].text == '0.7', 'L1')
@@ -231,7 +231,7 @@ def test_descriptions_that_change_all_the_time_are_said_once(described, capfd):
         publisher.publish(String(data=urdf(L1=0.1 * k)))
         settings = one.node.settings
         one.spin_until(lambda before=settings: one.node.settings is not before, 'new robot')
-    pause, heard = one.node._reload._pause, []
+    pause, heard = one.node._reload._log_pause, []
     pause.timer_period_ns = 100_000_000  # 0.1 s from now on
     pause.reset()
 
@@ -266,7 +266,7 @@ def test_a_bad_first_description_is_told_and_a_right_one_awaited(process, peer):
 
 def waiting_sentence(peer, capfd, monkeypatch, topic=TOPIC):
     """Return what a node says that waits and has heard nothing."""
-    monkeypatch.setattr(description_topic, 'SILENCE', 1.0)
+    monkeypatch.setattr(description_topic, 'LOG_PERIOD', 1.0)
     node = peer.other('waiting')
     peer.executor.remove_node(node)
     waiting = description_topic.DescriptionTopic(node, f'topic:{topic}')

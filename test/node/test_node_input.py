@@ -605,11 +605,11 @@ def test_a_stamp_that_is_nonsense_is_answered_and_the_next_good_one_too(arm, sec
 def test_a_timer_that_makes_up_for_its_calls_says_the_diagnostics_once(arm, monkeypatch):
     health, said = arm().node._health, []
     monkeypatch.setattr(health, 'say', lambda: said.append(None))
-    health._said = time.monotonic()
+    health._published_at = time.monotonic()
     for _ in range(3):
         health.say_when_due()
     assert not said
-    health._said -= 0.6  # more than half of the timer's period ago
+    health._published_at -= 0.6  # more than half of the timer's period ago
     health.say_when_due()
     assert len(said) == 1
 

@@ -17,6 +17,7 @@ from std_msgs.msg import Float64, Float64MultiArray
 from tolerances import ROUND_OFF
 
 import kinematics_service as ks
+from kinematics_service.node.process.runner import arms_from
 
 CONFIGS = json.loads((GOLDEN / 's000b_x_general_loop.json').read_text())['configs']
 KINDS = {
@@ -123,32 +124,10 @@ arms:
 """
 
 
-def test_a_delta_as_another_arm_sees_it_through_the_node(arm, tmp_path):
+def test_a_cell_with_a_delta_has_a_node_for_each_arm_and_none_between(tmp_path):
     file = tmp_path / 'cell.yaml'
     file.write_text(CELL)
-    one = arm(str(file))
-    poses, twists = one.hear('pose', PoseStamped), one.hear('twist', TwistStamped)
-    rates, hanging = np.array([0.4, -0.3, 0.3, -0.2, 0.5]), np.array([0.5, 0.4, 1.5])
-    for k, place in enumerate(np.array([[0.0, 0.0, -0.9], [0.3, 0.5, -1.1], [-0.2, 0.1, -1.0]])):
-        first, bend = 0.3 + 0.4 * k, -0.8
-        q = machines.delta_joints(place)
-        one.send([first, bend, *q], rates.tolist())
-        one.spin_until(lambda n=k + 1: len(poses) == len(twists) == n, str(place))
-        # The left arm's two links of 1 m, by hand.
-        turn, both = first + bend, rates[0] + rates[1]
-        tool = np.array([np.cos(first) + np.cos(turn), np.sin(first) + np.sin(turn), 0.0])
-        moving = rates[0] * np.array([-tool[1], tool[0], 0.0])
-        moving += rates[1] * np.array([-np.sin(turn), np.cos(turn), 0.0])
-        R = np.array(
-            [[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]]
-        )
-        apart = hanging + place - tool
-        found = xyz(poses[k].pose.position)
-        np.testing.assert_allclose(found, R.T @ apart, rtol=0, atol=10 * ROUND_OFF)
-        speed = machines.delta_jacobian(place, q) @ rates[2:] - moving
-        speed -= np.cross([0.0, 0.0, both], apart)
-        found = xyz(twists[k].twist.linear)
-        np.testing.assert_allclose(found, R.T @ speed, rtol=0, atol=20 * ROUND_OFF)
+    assert [arm.namespace for arm in arms_from([str(file)])] == ['/left', '/delta']
 
 
 def test_positions_at_which_the_loop_does_not_close_are_refused(arm, tmp_path):

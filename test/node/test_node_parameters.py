@@ -491,7 +491,7 @@ def test_an_error_of_our_own_at_a_parameter_is_a_refusal(arm, capfd, monkeypatch
         raise ZeroDivisionError('made for the test')
 
     # Of this very node: another one of its name would answer a request as well.
-    monkeypatch.setitem(one.node._own._judge.__globals__, 'settings_from', broken)
+    monkeypatch.setitem(one.node._own_parameters._judge.__globals__, 'settings_from', broken)
     result = change(one, publish_rate=7.0)
     assert not result.successful
     assert 'made for the test' in result.reason

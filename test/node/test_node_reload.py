@@ -479,7 +479,7 @@ def test_half_a_file_that_just_changed_may_be_being_written(file, age):
 
 def test_a_file_that_is_written_for_too_long_is_refused(arm, file, monkeypatch):
     one = arm(str(file))
-    monkeypatch.setattr(settled_file, 'PATIENCE', 0.3)
+    monkeypatch.setattr(settled_file, 'SETTLING_TIMEOUT', 0.3)
     writer = Writer(file, 10_000)
     writer.start()
     assert writer.began.wait(10.0)

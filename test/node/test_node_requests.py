@@ -97,7 +97,7 @@ def test_a_refusal_names_its_reason(arm, told, words, sentence):
 
 
 def test_a_node_that_is_not_there_is_answered_with_those_that_are(arm, told, monkeypatch):
-    monkeypatch.setattr(node_requests, 'DEADLINE', 3.0)
+    monkeypatch.setattr(node_requests, 'DISCOVERY_TIMEOUT', 3.0)
     one, other = arm('craig_3r', namespace='/right'), arm('planar_2r', namespace='/left')
     with turned(one), turned(other):
         code, _, errors = told('reload')

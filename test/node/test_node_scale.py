@@ -271,7 +271,7 @@ def test_noise_at_a_threshold_is_no_chatter(threshold, level, constraints):
     for noise in random.normal(0.0, 0.0055, 5_000).clip(-0.02, 0.02).tolist():
         value, other = threshold + noise, threshold - noise
         found = SimpleNamespace(values=np.array([[value, other][:constraints]]))
-        reason = Scaling._judged(scaling, found)
+        reason = Scaling._reason_for(scaling, found)
         changes += reason != scaling._reason
         scaling._reason = reason
     # The first sample, perhaps, and the first one below.

@@ -547,7 +547,7 @@ def test_the_log_says_once_where_joint_states_are_if_none_comes(arm, capfd):
     one.node._health.say()
     assert not said()
     one.node._health._answered -= 5.0
-    one.node._health._said -= 2.1  # it was not turned: nothing could come
+    one.node._health._published_at -= 2.1  # it was not turned: nothing could come
     one.node._health.say()
     assert not said()
     one.node._health._answered -= 5.0

@@ -16,7 +16,7 @@ from ros_harness import Peer  # noqa: E402
 from std_msgs.msg import Int32  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
-from kinematics_service.node.process.passed_over import KEPT  # noqa: E402
+from kinematics_service.node.process.passed_over import KEPT_OF_FULLEST  # noqa: E402
 from kinematics_service.node.process.spin import Spinner  # noqa: E402
 
 # A second of messages of 240 kB has 240 MB; what is left of a flood is far less (MiB).
@@ -65,8 +65,8 @@ def test_messages_are_left_out_of_a_queue_and_nothing_else(ros_domain):
             publisher.publish(Int32(data=number))
         assert publisher.wait_for_all_acked(Duration(seconds=10))
         spinner.catch_up(10.0)
-        assert numbers == list(sent[-KEPT:])  # in the order in which they came
-        assert left_out == [50 - KEPT]  # others the middleware does not keep
+        assert numbers == list(sent[-KEPT_OF_FULLEST:])  # in the order in which they came
+        assert left_out == [50 - KEPT_OF_FULLEST]  # others the middleware does not keep
         one.spin_until(lambda: all(future.done() for future in futures), 'answers')
         assert len(calls) == 5
         # Nothing is one message or one call late.
@@ -76,7 +76,7 @@ def test_messages_are_left_out_of_a_queue_and_nothing_else(ros_domain):
             while numbers[-1] != number and time.monotonic() < end:
                 spinner.spin_once(0.1)
             assert numbers[-1] == number
-        assert len(numbers) == KEPT + 2
+        assert len(numbers) == KEPT_OF_FULLEST + 2
         spinner.close()
         busy.destroy_node()
 
@@ -101,8 +101,8 @@ def test_messages_are_left_out_of_the_subscription_that_is_behind_alone(ros_doma
             assert publisher.wait_for_all_acked(Duration(seconds=10))
         spinner.catch_up(10.0)
         assert heard['quiet'] == list(range(0, 400, 4))
-        assert heard['flood'] == list(range(400 - KEPT, 400))
-        assert left_out == [400 - KEPT]
+        assert heard['flood'] == list(range(400 - KEPT_OF_FULLEST, 400))
+        assert left_out == [400 - KEPT_OF_FULLEST]
         spinner.close()
         busy.destroy_node()
 

@@ -23,7 +23,7 @@ from node_process import NodeProcess
 
 import kinematics_service as ks
 from kinematics_service import kernel
-from kinematics_service.node.process.session import TIME_OUT
+from kinematics_service.node.process.session import CLEAN_UP_TIMEOUT
 from kinematics_service.stop_signals import SHOW_CURSOR
 
 # The contract's second, and what a busy machine adds to it.
@@ -253,7 +253,7 @@ session.run_session([], work)
 def test_time_ends_a_session_whose_clean_up_is_stuck_at_one_signal(ros_domain):
     code, seconds, output = program_ends(HANGING_SESSION, signal.SIGINT)
     assert (code, output) == (0, '')
-    assert TIME_OUT <= seconds < HARD_END
+    assert CLEAN_UP_TIMEOUT <= seconds < HARD_END
 
 
 # As where a participant of another process goes while this one does: the middleware waits, with
@@ -281,7 +281,7 @@ session.run_session([], work)
 def test_time_ends_a_node_that_hangs_with_the_lock_of_the_interpreter(ros_domain):
     code, seconds, output = program_ends(HANGING_NODE, signal.SIGINT)
     assert (code, output) == (128 + signal.SIGINT, '')
-    assert TIME_OUT <= seconds < HARD_END
+    assert CLEAN_UP_TIMEOUT <= seconds < HARD_END
 
 
 # One call of C that takes minutes, and keeps the interpreter's lock.
@@ -302,11 +302,11 @@ with {block}():
 def test_time_ends_a_process_whose_python_does_not_run(block, number):
     code, seconds, output = program_ends(DEAF.format(block=block), number)
     assert (code, output) == (128 + number, '')
-    assert TIME_OUT <= seconds < HARD_END
+    assert CLEAN_UP_TIMEOUT <= seconds < HARD_END
 
 
 def test_a_clean_up_that_may_take_its_time_is_not_cut_off():
-    hang = f"time.sleep({TIME_OUT + 1.0}); print('done')"
+    hang = f"time.sleep({CLEAN_UP_TIMEOUT + 1.0}); print('done')"
     code, _, output = program_ends(HANGING.format(hang=hang), signal.SIGINT)
     assert (code, output) == (0, 'done\n')
 

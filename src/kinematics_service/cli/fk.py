@@ -63,21 +63,16 @@ def fk(
     state = evaluate(arm, given_positions(arm, q, deg))
     singularity = singularity_of(state)
     if json:
-        print(_document(state, singularity))
-    else:
-        _print_pose(Output(), state, singularity)
-
-
-def _document(state: ToolState, singularity: Singularity) -> str:
-    return json_text(
-        {
+        document = {
             **state_json(state),
             **attributes(state, 'position', 'quaternion_xyzw'),
             'roll_pitch_yaw': roll_pitch_yaw(state.pose[:3, :3]),
             'matrix': state.pose,
-            'singularity': singularity_json(state.robot, singularity),
+            'singularity': singularity_json(arm, singularity),
         }
-    )
+        print(json_text(document))
+    else:
+        _print_pose(Output(), state, singularity)
 
 
 def _print_pose(out: Output, state: ToolState, singularity: Singularity) -> None:

@@ -11,7 +11,6 @@ from ..app_modules import app_module
 from ..output_file import say_written
 from ..robot.bundled import find_robot
 from ..robot.file.reader import robot_file_text
-from ..robot.urdf.cell_text import urdf_cell_text
 from ..robot.urdf.importer import import_urdf as imported
 from .export import write_document
 from .options import ROBOT, WrongUsage, doubt_text, flag, given_robot, option
@@ -35,9 +34,6 @@ def import_urdf(
         default='',
         shown='the hand, or the end of the longest chain',
     ),
-    tips: Optional[str] = option(
-        'The tools of several arms, with commas: a cell is made of them.', 'LINKS'
-    ),
     ur_calibration: Optional[Path] = option('A factory calibration of Universal Robots.', 'FILE'),
     robot: Optional[str] = option('The nominal arm of a factory calibration.', ROBOT),
     name: str = option('Name of the robot.', 'NAME', default='', shown="the URDF's"),
@@ -48,7 +44,6 @@ def import_urdf(
     round_angles: bool = flag(
         '--round-angles', 'Read 1.5708 as pi/2, and an axis without the noise of CAD programs.'
     ),
-    point: Optional[list[str]] = option('A link that becomes a point; repeatable.', 'LINK'),
 ) -> None:
     """
     Make a robot file from a chain of a URDF, or from a factory calibration, and prove it.
@@ -59,17 +54,12 @@ def import_urdf(
       kinematics_service import --urdf arm.urdf --base base_link --tip tool0
       kinematics_service import --urdf a.urdf --base b --tip t --out a.yaml
       kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
-      kinematics_service import --urdf a.urdf --base b --tip t --point camera_link
-      kinematics_service import --urdf a.urdf --tips left_tool,right_tool --out cell.yaml
       kinematics_service import --ur-calibration calibration.conf --robot ur5e --out my_ur5e.yaml
 
     Names, limits, velocities, accelerations and joints that mimic are kept. The robot file is
     compared with the plain product of the URDF's joints over 1000 random configurations; the worst
     error is printed and written into the file. xacro files are expanded first: xacro FILE >
     arm.urdf
-
-    --tips makes the file of a cell, whose arms are chains of the URDF with a common base. Joints
-    that move several of them, such as that of a torso, are named there.
 
     --ur-calibration is the controller's calibration.conf, or the YAML of ur_calibration; --robot
     the nominal arm. Its numbers get corrections of millimetres and an extra angle between parallel
@@ -84,13 +74,7 @@ def import_urdf(
         return
     if urdf is None:
         raise WrongUsage('give --urdf FILE, or --ur-calibration FILE with --robot NAME')
-    if tips is not None:
-        if tip or point or round_angles:
-            raise WrongUsage('--tips: a cell is made without --tip, --point and --round-angles')
-        folder = Path.cwd() if out == '-' else Path(out).parent
-        _write(out, urdf_cell_text(urdf, tips.split(','), base, name, folder), f'a cell of {tips}')
-        return
-    found = imported(urdf, base, tip, name, convention.value, round_angles, point or ())
+    found = imported(urdf, base, tip, name, convention.value, round_angles)
     _write(out, found.text, f'{found.robot.name}: {found.certificate}')
     for doubt in found.doubts:
         print(doubt_text(doubt), file=sys.stderr)

@@ -7,8 +7,8 @@ import typer
 from ..errors import PointError
 from ..kernel import Floats
 from ..kinematics.forward import BASE, in_axes_of, pose_of_axes
-from ..kinematics.singularity import Singularity, singularity_of
-from ..kinematics.tool_state import ToolState, evaluate
+from ..kinematics.singularity import singularity_of
+from ..kinematics.tool_state import evaluate
 from ..printing import Output, broken_name, heading, json_text, number, plain, table
 from ..robot.points import TOOL
 from ..robot.robot import Robot
@@ -92,41 +92,30 @@ def jacobian(
     state = evaluate(arm, given_positions(arm, q, deg), rates)
     J, twist = state.jacobian, None if qdot is None else state.twist
     if axes != BASE:
-        pose = _pose_of_axes(whole, axes, state)
+        try:
+            pose = pose_of_axes(whole, given_point(axes), state.q)
+        except PointError as error:
+            raise WrongUsage(f'--axes: {error}') from None
         J = in_axes_of(pose, J)
         twist = None if twist is None else in_axes_of(pose, twist[:, None])[:, 0]
     singularity = singularity_of(state)
     if json:
-        print(_document(state, singularity, axes, J, twist))
-        return
-    out = Output()
-    _print_jacobian(out, arm, at, _axes_name(whole, axes), J)
-    if twist is not None:
-        _print_twist(out, arm, at, _axes_name(whole, axes), twist)
-    print_singularity(out, state, singularity)
-
-
-def _pose_of_axes(robot: Robot, axes: str, state: ToolState) -> Floats:
-    try:
-        return pose_of_axes(robot, given_point(axes), state.q)
-    except PointError as error:
-        raise WrongUsage(f'--axes: {error}') from None
-
-
-def _document(
-    state: ToolState, singularity: Singularity, axes: str, J: Floats, twist: Floats | None
-) -> str:
-    return json_text(
-        {
+        document = {
             **state_json(state),
             'frame': axes,
             'rows': ROWS,
             'jacobian': J,
             'qdot': state.qdot,
             'twist': twist,
-            'singularity': singularity_json(state.robot, singularity),
+            'singularity': singularity_json(arm, singularity),
         }
-    )
+        print(json_text(document))
+        return
+    out = Output()
+    _print_jacobian(out, arm, at, _axes_name(whole, axes), J)
+    if twist is not None:
+        _print_twist(out, arm, at, _axes_name(whole, axes), twist)
+    print_singularity(out, state, singularity)
 
 
 def _axes_name(robot: Robot, axes: str) -> str:

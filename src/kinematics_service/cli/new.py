@@ -14,7 +14,7 @@ from ..errors import RobotNotFoundError
 from ..robot.bundled import bundled_robots, find_robot_file
 from ..robot.file.parts.description import AngleUnit, LengthUnit
 from ..robot.file.parts.quantities import Units
-from ..robot.file.writing.new_robot import MOST_JOINTS, NEW_CONVENTIONS, new_robot_text
+from ..robot.file.writing.new_robot import MAX_JOINTS, NEW_CONVENTIONS, new_robot_text
 from ..robot.tables.robot_table import read_table
 from .export import write_document
 from .options import WrongUsage, flag, given_text, option, refuse_unwritable
@@ -94,14 +94,16 @@ def new(
         text = _copy(name, source)
     else:
         dof = DEFAULT_DOF if dof is None else dof
-        if not 1 <= dof <= MOST_JOINTS:
-            raise WrongUsage(f'--dof: {dof} joints; write a number from 1 to {MOST_JOINTS}')
+        if not 1 <= dof <= MAX_JOINTS:
+            raise WrongUsage(f'--dof: {dof} joints; write a number from 1 to {MAX_JOINTS}')
         text = new_robot_text(
             name, dof, convention.value if convention else DEFAULT_CONVENTION, _units(units or '')
         )
     file = out or f'{name}.yaml'
     if file != '-':
-        _refuse_path(Path(file), force)
+        refuse_unwritable('--out', Path(file))
+        if Path(file).is_file() and not force:
+            raise WrongUsage(f'{file} exists already: give another name, --out, or --force')
     write_document(file, text)
     if file == '-':
         return
@@ -158,9 +160,3 @@ def _units(text: str) -> Units:
         next((unit for unit in get_args(AngleUnit) if unit in found), default.angle),
         next((unit for unit in get_args(LengthUnit) if unit in found), default.length),
     )
-
-
-def _refuse_path(path: Path, force: bool) -> None:
-    refuse_unwritable('--out', path)
-    if path.is_file() and not force:
-        raise WrongUsage(f'{path} exists already: give another name, --out, or --force')

@@ -1,6 +1,5 @@
 """The command `robots`: the robots that come with the package."""
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -8,14 +7,8 @@ from ..printing import Output, attributes, heading, json_text, plain
 from ..robot.bundled import grouped_robots
 from ..robot.file.parts.description import JointDescription, RobotDescription
 from ..robot.file.reader import read_robot_file
-from .options import JsonOption, flag
+from .options import JsonOption
 
-# The groups that a terminal shows with --all only.
-COURSE = (
-    'Textbook and course arms',
-    'The same arm in several tables',
-    'Course arms with closed loops',
-)
 HEADER = ('robot', 'dof', 'joints', 'convention', 'source')
 LETTERS = {'revolute': 'R', 'prismatic': 'P', 'helical': 'H'}
 
@@ -26,15 +19,11 @@ def joint_letters(joints: tuple[JointDescription, ...]) -> str:
 
 
 def robots(
-    everything: bool = flag('--all', 'Also list the arms of textbooks and courses.'),
     json: JsonOption = False,
 ) -> None:
     """
     List the robots that come with the package, one per line. Every command takes their names, and
     'new NAME --from ROBOT' makes a file of one.
-
-    In a terminal it lists the machines, and --all adds the arms of textbooks and courses. In a
-    file or a pipe it lists all of them.
 
     \b
     Joints: R revolute, P prismatic, H helical, base to tool.
@@ -42,7 +31,6 @@ def robots(
     \b
     Examples:
       kinematics_service robots
-      kinematics_service robots --all
       kinematics_service robots --json
 
     \b
@@ -61,17 +49,11 @@ def robots(
         return
     out = Output()
     groups = {title: [_row(name, about) for name, _, about in found[title]] for title in found}
-    listed = [*groups]
-    if sys.stdout.isatty() and not everything:
-        listed = [title for title in groups if title not in COURSE]
-    table = [HEADER, *(row for title in listed for row in groups[title])]
+    table = [HEADER, *(row for rows in groups.values() for row in rows)]
     widths = [max(map(len, column)) for column in zip(*table)]
     out.print(heading(_line(HEADER, widths, out.width)))
-    for title in listed:
-        lines = (_line(row, widths, out.width) for row in groups[title])
-        out.print('', heading(title), *lines)
-    if more := sum(len(rows) for title, rows in groups.items() if title not in listed):
-        out.print('', f'{more} more with --all: arms of textbooks and courses')
+    for title, rows in groups.items():
+        out.print('', heading(title), *(_line(row, widths, out.width) for row in rows))
 
 
 def _entry(title: str, name: str, file: Path, about: RobotDescription) -> dict[str, Any]:
@@ -86,8 +68,9 @@ def _entry(title: str, name: str, file: Path, about: RobotDescription) -> dict[s
 
 
 def _row(name: str, about: RobotDescription) -> tuple[str, ...]:
+    # The first part of a source names the origin of the numbers; the others are their history.
     letters = joint_letters(about.joints)
-    return name, str(len(about.joints)), letters, about.convention, _first(about.source)
+    return name, str(len(about.joints)), letters, about.convention, about.source.partition(';')[0]
 
 
 def _line(row: tuple[str, ...], widths: list[int], width: int) -> str:
@@ -98,8 +81,3 @@ def _line(row: tuple[str, ...], widths: list[int], width: int) -> str:
     if len(source) > room:
         source = source[: room + 1].rpartition(', ')[0] or f'{source[: room - 3]}...'
     return known + plain(source)
-
-
-def _first(source: str) -> str:
-    # The first part of a source names the origin of the numbers; the others are their history.
-    return source.partition(';')[0]

@@ -130,13 +130,7 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
     out.print(
         joints,
         '',
-        *(
-            [f'  singular: where {_end_words(robot, singularity)} was found nearest']
-            if robot.loop_names and nearest is not None
-            else ['  singular: where the nearest singular pose was found']
-            if nearest is not None
-            else []
-        ),
+        *(f'  {name}: where {_end_words(robot, singularity)} was found nearest' for name in found),
         f'  way out: the joint motion that leads away fastest{either}',
         '  weakest motion: the joint motion that moves the tool least',
     )

@@ -1,1 +1,1 @@
-"""The ROS 2 node: topics, parameters, process; and what is drawn of its arm."""
+"""The ROS 2 node: its topics, parameters and process, and the picture of its arm."""

@@ -1,9 +1,8 @@
 """
-A subscription that is reliable if every publisher offers that, and receives from the others, too,
-and whose queue is bounded in bytes.
+A subscription whose reliability follows the publishers, and whose queue is bounded in bytes.
 
-`ReliabilityPolicy.BEST_AVAILABLE` is settled when a subscription is created, by the publishers
-known then: messages of one that comes later and offers less would never be received.
+rclpy fixes `ReliabilityPolicy.BEST_AVAILABLE` when a subscription is created, by the publishers at
+that time. If a publisher with best effort started later, its messages would never be received.
 """
 
 import contextlib
@@ -12,6 +11,7 @@ import ctypes
 import inspect
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -31,22 +31,22 @@ from .losses import Losses
 from .waiting_messages import take_waiting
 
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
-# Number of messages remembered while two subscriptions receive the same ones, so that each is
-# taken once.
-REMEMBERED = 4096
-# The former one ends this time (s) after the new one is connected to every publisher.
-OVERLAP = 1.0
-# Messages that wait in the middleware take no more than this (bytes), or there is but one. It is
-# half a second's reading: a message of ten thousand joints takes 16 ms.
-MOST_WAITING = 1 << 23
-# A message is large if a thousand of them take more.
-LARGE = MOST_WAITING // 1000
-# The queue has its full depth again when no large message came for this long (s).
-QUIET = 10.0
+# Number of remembered messages while two subscriptions receive the same messages. A message that
+# is remembered is not taken again.
+MAX_REMEMBERED = 4096
+# Time that the former subscription stays after the new one is connected to every publisher (s).
+OVERLAP_TIME = 1.0
+# Largest queue in the middleware (bytes), unless one message is larger. To read it takes 0.5 s: a
+# message of 10,000 joints takes 16 ms.
+MAX_QUEUE_SIZE = 1 << 23
+# Larger messages (bytes) do not fit into a queue of 1000.
+LARGE_SIZE = MAX_QUEUE_SIZE // 1000
+# Time without large messages after which the queue has its full depth again (s).
+DEPTH_RECOVERY_TIME = 10.0
 
 Take = Callable[[bytes], None]
 Info = Mapping[str, Any]
-# Numbers of messages with the times at which they were sent.
+# Keys are the number and the send time of a message; it keeps their order.
 Recent = dict[tuple[int | None, int], None]
 
 
@@ -54,25 +54,25 @@ class BestSubscription:
     """
     Subscribes to a topic as bytes, as reliably as its publishers offer, and counts lost messages.
 
-    It begins with best effort, which every publisher matches: a reliable one would make the
-    middleware of a publisher that offers less log an error, and discovery takes up to 1.8 s. When
-    all publishers offer reliability, and were the same at two calls of `settle`, a reliable
-    subscription replaces the first one. When one comes that offers less, or none is left, one with
-    best effort replaces that. While there are two, each message is taken once.
+    The first subscription has best effort, which every publisher matches. A reliable subscription
+    would make the middleware of a best-effort publisher log an error. If all publishers offer
+    reliability, and were the same at two calls of `settle`, a reliable subscription replaces it.
+    If a best-effort publisher starts, or the last publisher ends, a best-effort subscription
+    replaces the reliable one. While there are two subscriptions, each message is taken once.
 
-    The middleware bounds a queue by the number of its messages, and keeps the memory that they
-    took. So when messages are large, a subscription with a shorter queue replaces the one that is.
+    The middleware bounds a queue by the number of its messages, and keeps their memory. If
+    messages are large, a subscription with a shorter queue replaces the present one.
 
     Parameters
     ----------
     node, kind, topic
         As for `Node.create_subscription`.
     qos
-        With `ReliabilityPolicy.BEST_AVAILABLE`. A user's override by parameter is final.
+        With `ReliabilityPolicy.BEST_AVAILABLE`. If a parameter overrides it, it stays fixed.
     take
         Called with each message.
     size
-        Returns the size (bytes) of the messages for which `fit` is not called any more.
+        Returns the size (bytes) of messages whose form is known: `fit` is not called for them.
     """
 
     def __init__(
@@ -84,44 +84,35 @@ class BestSubscription:
         take: Take,
         size: Callable[[], int] = lambda: 0,
     ) -> None:
-        self._node, self._kind, self.given_topic, self._take = node, kind, topic, take
+        self._node, self.given_topic, self._take = node, topic, take
         self._size = size
         self._adapts = False
-        # Messages that were lost before `_counting` counted them, and whether they are more.
+        # Number of messages that earlier subscriptions lost, and whether it is a lower bound.
         self._lost: int | None = 0
         self._lost_more = False
-        # The messages taken recently, while some of them may come once more.
+        # The last messages; None if no message can arrive twice.
         self._recent: Recent | None = None
-        self._former: _Numbered | None = None
-        self._all_heard_since = 0.0  # time since which all publishers are connected, s
-        self._large = 0.0  # time of the last message that asked for a shorter queue, s
-        self._qos = copy.copy(qos)  # overrides are written into it
-        self._current = self._open(
-            self._qos,
-            QoSOverridingOptions.with_default_policies(callback=self._settle_reliability),
+        self._former: _CountedSubscription | None = None
+        self._all_connected_since = 0.0  # start of the time with all publishers connected, s
+        self._large_message_time = (
+            0.0  # time of the last message that was too large for the queue, s
         )
-        self._counting = self._current  # while there are two, one counts what is lost
+        self._qos = copy.copy(qos)  # overrides are written into it
+        self._open = partial(_CountedSubscription, node, kind, topic, self._on_message)
+        overrides = QoSOverridingOptions.with_default_policies(callback=self._settle_reliability)
+        self._current = self._open(self._qos, overrides)
+        self._counting = self._current  # the subscription whose losses are counted
         self._wanted = self._qos
         self._full_depth = self._qos.depth
-        self._known: set[tuple[int, ...]] = set()  # publishers
-        self._is_ending = False  # whether events of a subscription may wait that has ended
+        self._known_publishers: set[tuple[int, ...]] = set()  # their ids
+        self._is_ending = False  # whether events of an ended subscription may wait
 
     def _settle_reliability(self, qos: QoSProfile) -> SetParametersResult:
-        # After a user's overrides.
+        # rclpy calls it after the overrides of a user.
         if qos.reliability is ReliabilityPolicy.BEST_AVAILABLE:
             self._adapts = True
             qos.reliability = BEST_EFFORT
         return SetParametersResult(successful=True)
-
-    def _open(self, qos: QoSProfile, overrides: QoSOverridingOptions | None = None) -> '_Numbered':
-        return _Numbered(
-            self._node,
-            self._kind,
-            self.given_topic,
-            qos,
-            self._heard,
-            overrides,
-        )
 
     @property
     def topic_name(self) -> str:
@@ -153,33 +144,36 @@ class BestSubscription:
         """Adapt to the publishers of the topic; the node calls it periodically."""
         now = time.monotonic()
         self.fit(self._size())
-        self._look_at(publishers)
+        self._follow_publishers(publishers)
         if self.publisher_count < len(publishers):
-            self._all_heard_since = now
-        elif now - self._all_heard_since < OVERLAP:
+            self._all_connected_since = now
+        elif now - self._all_connected_since < OVERLAP_TIME:
             pass
         elif self._former is not None:
-            self._take_of(self._former)
+            self._take_waiting(self._former)
             self._end(self._former)
-            self._all_heard_since = now
+            self._all_connected_since = now
         elif not self._is_ending:
             self._recent = None
-            if self._qos.depth < self._full_depth and now - self._large > QUIET:
+            if (
+                self._qos.depth < self._full_depth
+                and now - self._large_message_time > DEPTH_RECOVERY_TIME
+            ):
                 self._want(depth=self._full_depth)
         if self._wanted is not self._qos:
             self._replace()
 
     def fit(self, size: int) -> None:
         """Shorten the queue if many messages of this size (bytes) would take too much memory."""
-        if size * self._full_depth <= MOST_WAITING:
+        if size * self._full_depth <= MAX_QUEUE_SIZE:
             return
-        self._large = time.monotonic()
-        depth = 1 << max(MOST_WAITING // size, 1).bit_length() - 1  # few depths: few changes
+        self._large_message_time = time.monotonic()
+        depth = 1 << max(MAX_QUEUE_SIZE // size, 1).bit_length() - 1  # few depths: few changes
         if depth < self._wanted.depth:
             self._want(depth=depth)
 
     def _want(self, **policies: Any) -> None:
-        # The present subscription is replaced when no message is being handled.
+        # Notes the wanted policies; `_replace` applies them between two messages.
         wanted = copy.copy(self._wanted)
         for policy, value in policies.items():
             setattr(wanted, policy, value)
@@ -188,9 +182,9 @@ class BestSubscription:
     def _replace(self) -> None:
         former = self._former
         if former is not None:
-            self._take_of(former)  # first: it is older than the present one
+            self._take_waiting(former)  # its messages are older
             if former is not self._former or former.qos != self._wanted:
-                self._end(former)  # and the present one later
+                self._end(former)  # the present subscription is replaced later
                 return
             self._current, self._former = former, self._current
         elif self._is_ending:
@@ -199,11 +193,11 @@ class BestSubscription:
             self._former, self._recent = self._current, {}
             self._current = self._open(self._wanted)
         self._qos = self._wanted
-        self._all_heard_since = time.monotonic()
+        self._all_connected_since = time.monotonic()
 
-    def _end(self, former: '_Numbered') -> None:
+    def _end(self, former: '_CountedSubscription') -> None:
         if former is not self._former or former.subscription not in self._node.subscriptions:
-            return  # it has ended, or is being passed over by the executor
+            return  # it has ended, or the executor passes over it
         self._former = None
         if self._counting is former:
             lost, now = self.lost, self._current.losses.count
@@ -217,22 +211,20 @@ class BestSubscription:
         self._is_ending = False
         _give_back_memory()
 
-    def _heard(self, one: '_Numbered', data: bytes, info: Info) -> None:
+    def _on_message(self, subscription: '_CountedSubscription', data: bytes, info: Info) -> None:
         former = self._former
         if self._recent is None:
             self._take(data)
-        elif self._is_ending and (len(data) > LARGE or one is not self._current):
-            return  # until the memory of the one that ends is free
-        elif former is None:
-            self._take_once(self._recent, data, info)
+        elif self._is_ending and (len(data) > LARGE_SIZE or subscription is not self._current):
+            return  # until the memory of the ending subscription is free
         else:
-            if one is not former:
-                self._take_of(former)  # which is older
+            if former is not None and subscription is not former:
+                self._take_waiting(former)  # its messages are older
             self._take_once(self._recent, data, info)
-            if former.qos.depth > self._qos.depth:
-                # Nothing must wait in a queue that is too long.
-                self._take_of(former)
-                if one is self._current:
+            if former is not None and former.qos.depth > self._qos.depth:
+                # No message may wait in a queue that is too long.
+                self._take_waiting(former)
+                if subscription is self._current:
                     self._end(former)
         if self._wanted is not self._qos:
             self._replace()
@@ -242,70 +234,67 @@ class BestSubscription:
         if key in recent:
             return
         recent[key] = None
-        if len(recent) > REMEMBERED:
+        if len(recent) > MAX_REMEMBERED:
             del recent[next(iter(recent))]
         self._take(data)
 
-    def _take_of(self, former: '_Numbered') -> None:
+    def _take_waiting(self, former: '_CountedSubscription') -> None:
         recent = self._recent
         if former is not self._former or recent is None:
             return  # it has ended
         newest, count = take_waiting(former.subscription, self._qos.depth)
-        # Where more wait than the present queue has room for, the former one ends.
+        # If more messages wait than the present queue can hold, the former subscription ends.
         is_full = count > len(newest)
         for data, info in (newest[-1],) if is_full else newest:
-            former.losses.heard(info['publication_sequence_number'], info['source_timestamp'])
+            former.losses.take(info['publication_sequence_number'], info['source_timestamp'])
             self._take_once(recent, data, info)
         if is_full:
             self._end(former)
 
-    def _look_at(self, publishers: Sequence[TopicEndpointInfo]) -> None:
-        # Not by the middleware's events: one of them in the queue of `EventsExecutor` ends the
-        # process if its subscription is destroyed meanwhile.
-        known, self._known = self._known, {tuple(info.endpoint_gid) for info in publishers}
-        if known != self._known:
-            for one in {self._counting, self._current}:
-                one.losses.publishers_changed()
-        offered = {info.qos_profile.reliability for info in publishers}
-        reliability = RELIABLE if offered == {RELIABLE} else BEST_EFFORT
-        if self._adapts and (reliability is BEST_EFFORT or known == self._known):
-            self._want(reliability=reliability)
-        for info in publishers:
-            if tuple(info.endpoint_gid) not in known:
-                self._warn_of(info.qos_profile)
-
-    def _warn_of(self, offered: QoSProfile) -> None:
-        compatibility, reason = qos_check_compatible(offered, self._wanted)
-        if compatibility == QoSCompatibility.ERROR:
-            self._node.get_logger().warning(
-                f'messages of a publisher of {self.topic_name} are not received: its quality of '
-                f'service does not match ({reason})'
-            )
+    def _follow_publishers(self, publishers: Sequence[TopicEndpointInfo]) -> None:
+        # Events of the middleware are not used: `EventsExecutor` would end the process if it found
+        # an event of a destroyed subscription in its queue.
+        offered = {tuple(info.endpoint_gid): info.qos_profile for info in publishers}
+        before, self._known_publishers = self._known_publishers, set(offered)
+        has_changed = before != self._known_publishers
+        if has_changed:
+            for subscription in {self._counting, self._current}:
+                subscription.losses.publishers_changed()
+        is_reliable = {qos.reliability for qos in offered.values()} == {RELIABLE}
+        if self._adapts and not (is_reliable and has_changed):
+            self._want(reliability=RELIABLE if is_reliable else BEST_EFFORT)
+        for publisher in self._known_publishers - before:
+            compatibility, reason = qos_check_compatible(offered[publisher], self._wanted)
+            if compatibility == QoSCompatibility.ERROR:
+                self._node.get_logger().warning(
+                    f'messages of a publisher of {self.topic_name} are not received: its quality '
+                    f'of service does not match ({reason})'
+                )
 
 
-class _Numbered:
-    # One subscription of rclpy, with the numbers of its messages looked at.
+class _CountedSubscription:
+    # A subscription of rclpy, and its losses.
 
     def __init__(
         self,
         node: Node,
         kind: Any,
         topic: str,
+        take: Callable[['_CountedSubscription', bytes, Info], None],
         qos: QoSProfile,
-        take: Callable[['_Numbered', bytes, Info], None],
-        overrides: QoSOverridingOptions | None,
+        overrides: QoSOverridingOptions | None = None,
     ) -> None:
         self._node, self.qos = node, qos
         self.losses = losses = Losses(self._publishers)
-        heard = losses.heard
+        count = losses.take
 
         def taken(*arguments: Any) -> None:
             # `EventsExecutor` of Jazzy hands over message and information as one tuple.
             data, info = arguments if len(arguments) == 2 else arguments[0]
-            heard(info['publication_sequence_number'], info['source_timestamp'])
+            count(info['publication_sequence_number'], info['source_timestamp'])
             take(self, data, info)
 
-        # rclpy looks at this to see whether the information is wanted.
+        # rclpy reads the signature to find out whether the callback takes the information.
         setattr(taken, '__signature__', inspect.signature(lambda data, info: None))  # noqa: B010
         self.subscription = node.create_subscription(
             kind,
@@ -320,16 +309,16 @@ class _Numbered:
     def _publishers(self) -> int:
         try:
             return int(self.subscription.get_publisher_count())
-        except InvalidHandle:  # it has ended while a message of it was handled
+        except InvalidHandle:  # it ended while one of its messages was handled
             return 0
 
     def end(self, then: Callable[[], None]) -> None:
         """
-        Destroy the subscription when the executor has no more to do with it, then call `then`.
+        Destroy the subscription when the executor has released it, then call `then`.
 
-        The executor's events name a subscription by its address. So it is destroyed when the
-        executor has let go of it, and another one may be made at the same address when its events
-        have gone from the queue.
+        Events in the queue of the executor name a subscription by its address. It is destroyed
+        after the executor has released it. A new subscription may have the same address, and must
+        not be made before the old events have left the queue.
         """
         node, subscription = self._node, self.subscription
         node._subscriptions.remove(subscription)
@@ -348,6 +337,6 @@ class _Numbered:
 
 
 def _give_back_memory() -> None:
-    # What messages took is free, but not given back by itself: 200 MiB after large ones.
+    # The allocator keeps freed memory of messages: 200 MiB after large messages.
     with contextlib.suppress(OSError, AttributeError):  # it is glibc's
         ctypes.CDLL(None).malloc_trim(0)

@@ -1,4 +1,4 @@
-"""The robot and the node's conventions as plain data, for `~/describe`."""
+"""The robot and the conventions of the node as plain data, for `~/describe`."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -20,8 +20,8 @@ def description_of(
     topics: Sequence[str],
     resolve: Callable[[str], str],
 ) -> dict[str, Any]:
-    """Return what a program needs to read the node's topics; limits that do not exist are null."""
-    # Imported here: what it needs loads for 15 ms.
+    """Return the data that a program needs to read the topics; a missing limit is null."""
+    # Imported here, because it takes 15 ms.
     from ..version import __version__
 
     robot = settings.robot
@@ -42,7 +42,7 @@ def description_of(
         'source': robot.source,
         'convention': robot.convention,
         'dof': robot.dof,
-        'joints': [dict(zip(joints, one)) for one in zip(*joints.values())],
+        'joints': [dict(zip(joints, row)) for row in zip(*joints.values())],
         'frames': {'base': settings.base_frame, 'tool': settings.tool_frame},
         'tool': {'xyz': tool[:3, 3].tolist(), 'rpy': list(exact_rpy(tool[:3, :3]))},
         'points': {name: point.tool_frame for name, point in settings.points.items()},

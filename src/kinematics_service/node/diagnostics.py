@@ -1,11 +1,10 @@
 """
-The state of the input as a DiagnosticArray: the messages received, their outcomes, missing joints.
+The status of the input: received messages, their outcomes, and missing joints.
 """
 
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -28,65 +27,44 @@ REJECTED = (
     estimator.NOT_CLOSED,
     estimator.TOO_FAST,
 )
-# Shown only if counted: reasons of few arms or settings.
+# Reasons that few arms or settings can have; shown only if they were counted.
 RARE = (estimator.NOT_CLOSED, estimator.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
-# Time for which a loss is warned of, s.
-RECENT = 10.0
-# More steps back of stamps within `RECENT` are a fault: a recording restarts less often.
-RESET_LIMIT = 3
+# Time for which losses and resets are reported, s.
+REPORTED_TIME = 10.0
+# Largest number of resets within `REPORTED_TIME` that a recording in a loop causes.
+MAX_RESETS = 3
 LEFT_OUT = 'left out'
-
-
-@dataclass
-class Work:
-    """Processing times since the last diagnostics, in ns."""
-
-    count: int = 0
-    total: int = 0
-    longest: int = 0
-
-    def add(self, nanoseconds: int) -> None:
-        """Count one message."""
-        self.count += 1
-        self.total += nanoseconds
-        if nanoseconds > self.longest:
-            self.longest = nanoseconds
-
-    @property
-    def mean(self) -> float:
-        """Return the mean time, 0 if nothing was processed."""
-        return self.total / self.count if self.count else 0.0
 
 
 class InputState(NamedTuple):
     """
-    What was heard since the last diagnostics.
+    The messages received, and their outcomes since the last diagnostics.
 
     Attributes
     ----------
     counts, news
-        Messages by outcome: all, and those since the last diagnostics.
+        Number of messages by outcome: since the start, and since the last diagnostics.
     interval : s
         Time since the last diagnostics.
     arrival : ns
-        Now, steady clock.
+        The present time by the steady clock.
     publishers
         Full names of the nodes that publish joint states.
-    lost_of_late, resets_of_late
-        Messages lost, and resets, within `RECENT`.
+    recent_losses, recent_resets
+        Number of lost messages, and of resets, within `REPORTED_TIME`.
     at_least
-        `at least `, to be put before the numbers of lost messages; empty if they are exact.
-    work
-        Processing times.
+        `at least ` if the numbers of lost messages are lower bounds; otherwise empty.
+    work : ns
+        Processing times of messages since the last diagnostics.
     velocity_source
         Source of the velocities of the last state.
     silent
-        Why nothing is answered; empty if it is.
+        Why the node answers nothing; empty if it answers.
     messages
-        The last ones, those of the same names together.
+        The last messages, grouped by their joint names.
     simulated : ns
-        The simulated time, 0 before any was received; None if time is not simulated.
+        The simulated time, 0 before the first; None if time is not simulated.
     """
 
     counts: Counter[str]
@@ -94,10 +72,10 @@ class InputState(NamedTuple):
     interval: float
     arrival: int
     publishers: Sequence[str]
-    lost_of_late: int
-    resets_of_late: int
+    recent_losses: int
+    recent_resets: int
     at_least: str
-    work: Work
+    work: Sequence[int]
     velocity_source: str
     silent: str
     messages: Sequence[JointMessages]
@@ -107,28 +85,28 @@ class InputState(NamedTuple):
 def input_status(
     arm: estimator.Estimator,
     subscription: BestSubscription,
-    heard: InputState,
+    state: InputState,
     warnings: Sequence[str],
 ) -> StatusText:
-    """Return level, sentence and values of the input of an arm."""
-    level, sentence = _verdict(arm, subscription.topic_name, heard, warnings)
-    counts, work, delay = heard.counts, heard.work, arm.quantity(JointAccelerations).delay
-    rate = heard.news[estimator.ACCEPTED] / heard.interval if heard.interval > 0.0 else 0.0
+    """Return the status of the input of an arm."""
+    level, sentence = _verdict(arm, subscription.topic_name, state, warnings)
+    counts, work, delay = state.counts, state.work, arm.quantity(JointAccelerations).delay
+    rate = state.news[estimator.ACCEPTED] / state.interval if state.interval > 0.0 else 0.0
     rejected = sum(counts[reason] for reason in REJECTED)
-    age, lost = arm.age(heard.arrival), subscription.lost
+    age, lost = arm.age(state.arrival), subscription.lost
     values = [
         ('robot', arm.robot.name),
         ('topic', subscription.topic_name),
         ('input rate', f'{rate:.1f} Hz'),
         ('age', 'never heard' if math.isinf(age) else f'{age:.3f} s'),
-        ('publishers', f'{len(heard.publishers)}'),
-        ('publisher names', ', '.join(heard.publishers)),
+        ('publishers', f'{len(state.publishers)}'),
+        ('publisher names', ', '.join(state.publishers)),
         ('reliability', 'reliable' if subscription.is_reliable else 'best effort'),
-        ('lost', 'not known' if lost is None else f'{heard.at_least}{lost}'),
-        ('missing joints', ', '.join(arm.missing(heard.arrival))),
+        ('lost', 'not known' if lost is None else f'{state.at_least}{lost}'),
+        ('missing joints', ', '.join(arm.missing(state.arrival))),
         ('joints beyond their limits', ', '.join(arm.beyond_limits())),
-        ('joints that publishers disagree about', ', '.join(_disputed(arm, heard))),
-        ('velocity source', heard.velocity_source),
+        ('joints that publishers disagree about', ', '.join(_disputed(arm, state))),
+        ('velocity source', state.velocity_source),
         *([('acceleration delay', f'{delay:.3g} s')] if delay else []),
         ('accepted', f'{counts[estimator.ACCEPTED]}'),
         ('ignored: none of our joints', f'{counts[estimator.NOT_OURS]}'),
@@ -145,98 +123,88 @@ def input_status(
         ),
         ('left out: came faster than answered', f'{counts[LEFT_OUT]}'),
         ('internal errors', f'{counts[INTERNAL_ERROR]}'),
-        ('processing time, mean', f'{work.mean * 1e-3:.0f} us'),
-        ('processing time, longest', f'{work.longest * 1e-3:.0f} us'),
+        ('processing time, mean', f'{sum(work) / max(len(work), 1) * 1e-3:.0f} us'),
+        ('processing time, longest', f'{max(work, default=0) * 1e-3:.0f} us'),
     ]
     return StatusText(level, sentence, tuple(values))
 
 
-def _disputed(arm: estimator.Estimator, heard: InputState) -> Sequence[str]:
-    return arm.disputed(heard.arrival) if len(heard.publishers) > 1 else ()
+def _disputed(arm: estimator.Estimator, state: InputState) -> Sequence[str]:
+    return arm.disputed(state.arrival) if len(state.publishers) > 1 else ()
 
 
 def _verdict(
-    arm: estimator.Estimator, topic: str, heard: InputState, warnings: Sequence[str]
+    arm: estimator.Estimator, topic: str, state: InputState, warnings: Sequence[str]
 ) -> tuple[Level, str]:
-    if heard.silent:
-        return Level.OK, heard.silent
-    if incomplete := incomplete_in_words(arm, topic, heard, warnings):
+    if state.silent:
+        return Level.OK, state.silent
+    if incomplete := incomplete_in_words(arm, topic, state, warnings):
         return Level.ERROR, incomplete
     if warnings:
         return Level.WARN, '; '.join(warnings)
-    unstamped = ''.join(f'; {text}' for text in [unstamped_in_words(arm, heard)] if text)
-    if heard.velocity_source == 'difference':
+    unstamped = ''.join(f'; {text}' for text in [unstamped_in_words(arm, state)] if text)
+    if state.velocity_source == 'difference':
         return Level.OK, f'fine; velocities are differences of positions{unstamped}'
-    if heard.velocity_source == 'none':
+    if state.velocity_source == 'none':
         return Level.OK, f'fine, but without velocities: no twist{unstamped}'
     return Level.OK, 'fine'
 
 
 def incomplete_in_words(
-    arm: estimator.Estimator, topic: str, heard: InputState, warnings: Sequence[str]
+    arm: estimator.Estimator, topic: str, state: InputState, warnings: Sequence[str]
 ) -> str:
-    """Return which joints have no position, and why; empty if all have one."""
-    missing = ', '.join(arm.missing(heard.arrival))
+    """Return which joints have no position, and why; empty if all joints have a position."""
+    missing = ', '.join(arm.missing(state.arrival))
     if not missing:
         return ''
     if unmatched := unmatched_in_words(arm, topic):
         return unmatched
-    if not heard.counts:
-        count = len(heard.publishers)
+    if not state.counts:
+        count = len(state.publishers)
         why = counted(count, 'publisher') if count else 'no publisher'
         return f'no joint state was received on {topic} ({why}): missing {missing}'
     text = f'joint states are stale: missing {missing}'
-    if math.isinf(arm.age(heard.arrival)) and not heard.counts[estimator.ACCEPTED]:
-        why = ', '.join(f'{reason}: {count}' for reason, count in heard.counts.items())
+    if math.isinf(arm.age(state.arrival)) and not state.counts[estimator.ACCEPTED]:
+        why = ', '.join(f'{reason}: {count}' for reason, count in state.counts.items())
         text = f'no complete joint state was received on {topic} ({why}): missing {missing}'
-    known = {*arm.names, *(one.name for one in arm.robot.description.mimics)}
-    if unknown := {name for one in heard.messages for name in one.names if name not in known}:
+    expected = {*arm.names, *(mimic.name for mimic in arm.robot.description.mimics)}
+    if unknown := {
+        name for group in state.messages for name in group.names if name not in expected
+    }:
         text += f'; messages name {shown(sorted(unknown))}, too: joint_names maps other names'
-    if heard.counts[estimator.NO_POSITION]:
+    if state.counts[estimator.NO_POSITION]:
         text += '; messages have no position: integrate_velocities counts on from velocities'
     return '; '.join([text, *warnings])
 
 
-def unstamped_in_words(arm: estimator.Estimator, heard: InputState) -> str:
-    """Return what speeds mean if messages have neither stamps nor velocities; '' if they have."""
-    if not heard.news[estimator.NOT_STAMPED] or heard.velocity_source == 'message':
+def unstamped_in_words(arm: estimator.Estimator, state: InputState) -> str:
+    """Return how noisy speeds are if messages have neither stamps nor velocities; else ''."""
+    if not state.news[estimator.NOT_STAMPED] or state.velocity_source == 'message':
         return ''
-    return arrival_jitter(heard.messages, arm.names)
+    return arrival_jitter(state.messages, arm.names)
 
 
-def input_warnings(arm: estimator.Estimator, heard: InputState) -> list[str]:
-    """Return what is wrong with the input, in sentences."""
-    settings, robot, disputed = arm.settings, arm.robot, _disputed(arm, heard)
-    names = {one.name: one.name for one in robot.description.mimics}
-    joints = zip(robot.joint_names, arm.names)
-    names |= {joint: name for joint, name in joints if name not in disputed}
-    reported = settings.velocity_source != 'difference'
-    simulated = heard.simulated is not None
-    return [
-        *_warnings(arm, heard),
-        *input_faults(heard.messages, robot, names, settings.timeout, simulated, reported),
-    ]
-
-
-def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
-    if disputed := _disputed(arm, heard):
-        zeros, total = zeros_of(heard.messages, disputed)
+def input_warnings(arm: estimator.Estimator, state: InputState) -> Iterator[str]:
+    """Yield a sentence for each fault of the input."""
+    disputed = _disputed(arm, state)
+    if disputed:
+        zeros, total = zeros_of(state.messages, disputed)
         yield (
             f'publishers disagree about {", ".join(disputed)}: '
-            f'{" and ".join(dict.fromkeys(heard.publishers))}'
+            f'{" and ".join(dict.fromkeys(state.publishers))}'
             f'{f"; {zeros} of {total} messages report 0 for these joints" if zeros else ""}'
         )
     if beyond := arm.beyond_limits():
         yield f'beyond the limits: {", ".join(beyond)}'
-    if heard.lost_of_late:
-        yield f'{heard.at_least}{heard.lost_of_late} messages lost within {RECENT:g} s'
-    if heard.resets_of_late > RESET_LIMIT:
+    if state.recent_losses:
+        yield f'{state.at_least}{state.recent_losses} messages lost within {REPORTED_TIME:g} s'
+    if state.recent_resets > MAX_RESETS:
         yield (
-            f'stamps stepped back by more than joint_state_timeout {heard.resets_of_late} times '
-            f'within {RECENT:g} s: two clocks, or a recording in a loop; synchronize the clocks '
-            'of all that publish joint states'
+            f'stamps stepped back by more than joint_state_timeout {state.recent_resets} times '
+            f'within {REPORTED_TIME:g} s: two clocks, or a recording in a loop; synchronize the '
+            'clocks of all that publish joint states'
         )
-    for group in heard.messages:
+    for group in state.messages:
         every = 1e-9 * float(np.median(np.diff(group.arrivals))) if len(group.q) > 1 else 0.0
         timeout = 1e-9 * arm.settings.timeout
         if every > timeout and not set(arm.names).isdisjoint(group.names):
@@ -244,7 +212,7 @@ def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
                 f'a joint state comes every {every:.3g} s, but joint_state_timeout is '
                 f'{timeout:.3g} s: set it to {2.0 * every:.2g}'
             )
-    if heard.simulated == 0 and heard.news[estimator.NOT_STAMPED]:
+    if state.simulated == 0 and state.news[estimator.NOT_STAMPED]:
         yield 'no twist without stamps: no /clock was received; publish it or unset use_sim_time'
     if arm.integration.seconds:
         off = 'how far is not known: the robot file has no velocity_noise'
@@ -253,13 +221,19 @@ def _warnings(arm: estimator.Estimator, heard: InputState) -> Iterator[str]:
             off = f'{deviation:.2g} rad or m (one standard deviation), and more by offsets'
         since = f'positions are counted on from velocities for {arm.integration.seconds:.1f} s'
         yield f'{since}; off by: {off}'
+    robot, settings = arm.robot, arm.settings
+    names = {mimic.name: mimic.name for mimic in robot.description.mimics}
+    joints = zip(robot.joint_names, arm.names)
+    names |= {joint: name for joint, name in joints if name not in disputed}
+    reported, simulated = settings.velocity_source != 'difference', state.simulated is not None
+    yield from input_faults(state.messages, robot, names, settings.timeout, simulated, reported)
 
 
-def message_warnings(heard: InputState) -> Iterator[str]:
-    """Return what happened to single messages, in sentences; each was logged at once."""
-    if rejected := [reason for reason in REJECTED if heard.news[reason]]:
+def message_warnings(state: InputState) -> Iterator[str]:
+    """Yield a sentence for each cause of unanswered messages; the log had it at once."""
+    if rejected := [reason for reason in REJECTED if state.news[reason]]:
         yield f'messages rejected: {", ".join(rejected)}'
-    if left_out := heard.news[LEFT_OUT]:
+    if left_out := state.news[LEFT_OUT]:
         yield f'messages come faster than they can be answered: {left_out} left out'
-    if heard.news[INTERNAL_ERROR]:
+    if state.news[INTERNAL_ERROR]:
         yield 'messages caused an internal error; see the log'

@@ -1,4 +1,4 @@
-"""The node's diagnostics: once a second, its input and the outcome of each message."""
+"""The diagnostics of a node, once a second: its input and the outcomes of messages."""
 
 import math
 import re
@@ -15,9 +15,8 @@ from ..estimation.estimator import RESETS, Estimator
 from ..estimation.input_checks import messages_of
 from ..estimation.status_text import StatusText
 from .diagnostics import (
-    RECENT,
+    REPORTED_TIME,
     InputState,
-    Work,
     incomplete_in_words,
     input_status,
     input_warnings,
@@ -30,41 +29,39 @@ from .messages.messages import full_name, status_message
 from .messages.topics import DIAGNOSTICS, DIAGNOSTICS_QOS, POSE
 from .steady_time import Throttle, steady_timer
 
-PERIOD = 1.0
-# After a stall the timer makes up for its calls, some at once: a rate over a shorter time means
-# nothing, so nothing is said.
-SHORTEST = 0.5 * PERIOD
-# A node that was not turned for longer (s) cannot have heard a message.
-STALL = 2.0 * PERIOD
-# The log says why no joint state comes after this time, s, and again after the other.
-PATIENCE, AGAIN = 5.0, 60.0
+# Period of the diagnostics, s.
+DIAGNOSTICS_PERIOD = 1.0
+# Shortest time for which a rate is computed, s. After a stall the timer makes up for its calls,
+# some at once.
+MIN_INTERVAL = 0.5 * DIAGNOSTICS_PERIOD
+# After a longer interval (s) the process did not run, and cannot have received messages.
+STALL_INTERVAL = 2.0 * DIAGNOSTICS_PERIOD
+# Time without joint states after which the log has the reason, s.
+SILENCE_TIMEOUT = 5.0
+# Shortest time between two log lines with the same cause, s.
+LOG_PERIOD = 60.0
 JOINT_STATES = 'sensor_msgs/msg/JointState'
-# The node of a publisher that was discovered before its node.
+# Node name of a publisher whose node is not yet discovered.
 UNKNOWN = '_NODE_NAME_UNKNOWN_'
 
 
 def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     """
-    Return that no joint state comes on a topic, and the topics on which others publish some.
+    Return why no joint state arrives on a topic, and the topics that have joint states.
 
-    `given`: its name before names are remapped.
+    `given` is the name of the topic before remapping.
     """
-    kinds = {
-        kind
-        for name, kinds in node.get_topic_names_and_types()
-        if name == topic
-        for kind in kinds
-        if kind != JOINT_STATES
-    }
+    topics = dict(node.get_topic_names_and_types())
+    kinds = set(topics.get(topic, ())) - {JOINT_STATES}
     who = 'its publishers are silent' if node.count_publishers(topic) else 'nobody publishes it'
     if kinds:
         who = f'it is published as {", ".join(sorted(kinds))}, not as {JOINT_STATES}'
-    # The joint states that a kinematics node publishes are goals.
+    # Joint states that a kinematics node publishes are answers to targets.
     nodes = tuple(f'{name}/' for name in kinematics_nodes(node))
     own = {topic, *(publisher.topic_name for publisher in node.publishers)}
     others = sorted(
         name
-        for name, types in node.get_topic_names_and_types()
+        for name, types in topics.items()
         if JOINT_STATES in types and name not in own and not name.startswith(nodes)
         # Unlike get_publishers_info_by_topic, this does not remap the name.
         if node.count_publishers(name)
@@ -77,7 +74,7 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
 
 
 def namesakes_in_words(node: Node) -> str:
-    """Return that other nodes publish the node's poses, too; empty if none does."""
+    """Return which other nodes publish the same topic of poses; empty if there are none."""
     publishers = node.get_publishers_info_by_topic(POSE)
     names = [_name_of(info) for info in publishers if info.node_name != UNKNOWN]
     if (own := f'/{full_name(node)}') in names:
@@ -93,7 +90,7 @@ def _name_of(info: TopicEndpointInfo) -> str:
 
 
 def without_numbers(sentence: str) -> str:
-    """Return the cause: sentences that differ in numbers or behind their colon have the same."""
+    """Return the text before the first colon without numbers, which identifies the cause."""
     return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
 
 
@@ -112,14 +109,14 @@ def publish_statuses(node: Node, publisher: Publisher, statuses: Mapping[str, St
 
 class Health:
     """
-    Counts work and publishes the state of the input once a second.
+    Checks the input and publishes its status once a second.
 
     Attributes
     ----------
-    work
+    work : ns
         Processing times of messages since the last diagnostics.
     warnings
-        The warnings about the input of the last diagnostics.
+        The faults of the input in the last diagnostics.
     """
 
     def __init__(
@@ -132,35 +129,35 @@ class Health:
         velocity_source: Callable[[], str],
         silent: Callable[[], str],
     ) -> None:
-        self.work = Work()
+        self.work: list[int] = []
         self._node, self._publisher, self._estimator = node, publisher, estimator
         self._subscription, self._recent = joint_states.subscription, joint_states.recent
         self._others = others
         self._velocity_source, self._silent = velocity_source, silent
-        self._counts_said: Counter[str] = Counter()
-        self._said = self._answered = time.monotonic()
-        self._throttle, self._once = Throttle(AGAIN), Throttle(math.inf)
+        self._published_counts: Counter[str] = Counter()
+        self._published_at = self._answered = time.monotonic()
+        self._throttle, self._first_time = Throttle(LOG_PERIOD), Throttle(math.inf)
         self.warnings: list[str] = []
-        # Times of diagnostics, s, and the numbers of messages lost and of resets by then.
-        self._losses: deque[tuple[float, int, int]] = deque([(self._said, 0, 0)])
-        steady_timer(node, PERIOD, self.say_when_due)
+        # For each of the last diagnostics: time (s), number of lost messages, number of resets.
+        self._losses: deque[tuple[float, int, int]] = deque([(self._published_at, 0, 0)])
+        steady_timer(node, DIAGNOSTICS_PERIOD, self.say_when_due)
 
-    def _of_late(self, now: float, lost: int, resets: int) -> tuple[int, int]:
-        # Messages lost and resets within `RECENT`.
+    def _recent_counts(self, now: float, lost: int, resets: int) -> tuple[int, int]:
+        # Returns the numbers of lost messages and of resets within `REPORTED_TIME`.
         losses = self._losses
         losses.append((now, lost, resets))
-        while now - losses[0][0] > RECENT:
+        while now - losses[0][0] > REPORTED_TIME:
             losses.popleft()
         return lost - losses[0][1], resets - losses[0][2]
 
-    def _explain_silence(self, now: float, heard: InputState) -> None:
-        # The node's own terminal is where people look.
+    def _explain_silence(self, now: float, state: InputState) -> None:
+        # Users look at the terminal of the node first.
         topic = self._subscription.topic_name
-        why = heard.silent or incomplete_in_words(self._estimator, topic, heard, self.warnings)
-        if heard.silent or not why or heard.interval > STALL:
+        why = state.silent or incomplete_in_words(self._estimator, topic, state, self.warnings)
+        if state.silent or not why or state.interval > STALL_INTERVAL:
             self._answered = now
-        elif now - self._answered >= PATIENCE:
-            if not heard.counts:
+        elif now - self._answered >= SILENCE_TIMEOUT:
+            if not state.counts:
                 given = self._subscription.given_topic
                 why = why_no_joint_states(self._node, topic, given)
             if self._throttle.passes(without_numbers(why)):
@@ -168,41 +165,41 @@ class Health:
 
     def _log(self, unstamped: str, logged: Sequence[str]) -> None:
         logger = self._node.get_logger()
-        if unstamped and self._once.passes('unstamped'):
+        if unstamped and self._first_time.passes('unstamped'):
             logger.info(f'joint states: {unstamped}')
         for sentence in self.warnings:
             if sentence not in logged and self._throttle.passes(without_numbers(sentence)):
                 logger.warning(f'joint states: {sentence}')
 
     def say_when_due(self) -> None:
-        """Say it, but not where the timer makes up for a call soon after another."""
-        if time.monotonic() - self._said >= SHORTEST:
+        """Publish the status unless the timer makes up for calls after a stall."""
+        if time.monotonic() - self._published_at >= MIN_INTERVAL:
             self.say()
 
     def say(self) -> None:
-        """Check the input since the last diagnostics; publish its state if anybody listens."""
+        """Check the input since the last diagnostics; publish its status to subscribers."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         publishers = node.get_publishers_info_by_topic(subscription.given_topic)
         subscription.settle(publishers)
         lost = subscription.lost or 0
         counts, work = Counter(estimator.counts), self.work
-        lost_of_late, resets_of_late = self._of_late(now, lost, counts[RESETS])
+        recent_losses, recent_resets = self._recent_counts(now, lost, counts[RESETS])
         namesakes = namesakes_in_words(node)
         if namesakes and self._throttle.passes('namesakes'):
             node.get_logger().warning(namesakes)
-        interval, news = now - self._said, counts - self._counts_said
-        self.work, self._counts_said, self._said = Work(), counts, now
+        interval, news = now - self._published_at, counts - self._published_counts
+        self.work, self._published_counts, self._published_at = [], counts, now
         silent, clock = self._silent(), node.get_clock()
         names = sorted(map(_name_of, publishers))
-        heard = InputState(
+        state = InputState(
             counts,
             news,
             interval,
             arrival,
             names,
-            lost_of_late,
-            resets_of_late,
+            recent_losses,
+            recent_resets,
             'at least ' if lost and subscription.lost_is_lower_bound else '',
             work,
             self._velocity_source(),
@@ -210,12 +207,12 @@ class Health:
             [] if silent else messages_of(self._recent, arrival),
             clock.now().nanoseconds if clock.ros_time_is_active else None,
         )
-        logged = list(message_warnings(heard))
-        self.warnings = [*input_warnings(estimator, heard), *logged]
-        self._log(unstamped_in_words(estimator, heard), logged)
-        self._explain_silence(now, heard)
+        logged = list(message_warnings(state))
+        self.warnings = [*input_warnings(estimator, state), *logged]
+        self._log(unstamped_in_words(estimator, state), logged)
+        self._explain_silence(now, state)
         if not self._publisher.get_subscription_count():
             return
         warnings = [namesakes, *self.warnings] if namesakes else self.warnings
-        text = input_status(estimator, subscription, heard, warnings)
+        text = input_status(estimator, subscription, state, warnings)
         publish_statuses(node, self._publisher, {'input': text, **self._others()})

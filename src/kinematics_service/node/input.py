@@ -1,4 +1,4 @@
-"""The input of joint states: as bytes, or as messages of rclpy."""
+"""The input of joint states, as bytes or as messages of rclpy."""
 
 import time
 from collections import deque
@@ -24,23 +24,24 @@ class Input:
     Parameters
     ----------
     node
-        The node it belongs to.
+        The node that subscribes.
     topic
-        Of the joint states.
+        The topic of the joint states.
     transport
         `bytes` or `messages`.
     take
-        Called with each message: if its form is known, with its bytes, which it may leave to be
-        read into a sample; returns whether it took the message.
+        Called with each message and returns whether it took the message. If the form of the
+        message is remembered, it gets the bytes; if it does not take them, it gets the decoded
+        message.
     refuse
-        Called with a sentence if bytes are no JointState.
+        Called with a sentence if bytes are not a JointState.
 
     Attributes
     ----------
     subscription
-        The subscription, which knows how reliable it is, and how many messages are lost.
+        The subscription; it has the reliability and the number of lost messages.
     recent
-        Times of arrival (steady clock, ns) and bytes of the last messages, for their checks.
+        Times of arrival (steady clock, ns) and bytes of the last messages, for the diagnostics.
     """
 
     def __init__(
@@ -64,11 +65,6 @@ class Input:
             self._on_bytes if transport == 'bytes' else self._on_message,
             lambda: self._form.size if self._form is not None else 0,
         )
-
-    @property
-    def topic_name(self) -> str:
-        """Return the full name of the topic."""
-        return self.subscription.topic_name
 
     def _keep(self, data: bytes, arrival: int) -> None:
         if len(data) <= SIZE_LIMIT:

@@ -1,4 +1,4 @@
-"""The lines that a node logs when it starts."""
+"""The log lines at the start of a node."""
 
 from rclpy.node import Node
 
@@ -10,12 +10,12 @@ from ..robot.robot import Robot
 from ..typography import counted, listed
 from .parameters.node_parameters import NodeParameters
 
-# Number of unknown parameters that are named.
-NAMED = 5
+# Largest number of unknown parameters in a log line.
+MAX_NAMES = 5
 
 
 def tool_in_words(robot: Robot) -> str:
-    """Return the sentence on another tool."""
+    """Return the tool in a sentence."""
     motion = robot.description.tool.motion.matrix
     xyz, rpy = (
         ', '.join(f'{number:.6g}' for number in numbers)
@@ -25,7 +25,7 @@ def tool_in_words(robot: Robot) -> str:
 
 
 def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
-    """Log the arm, the topic of the subscription, and unknown parameters."""
+    """Log the arm, the topic of the joint states, doubts, and unknown parameters."""
     settings, logger = parameters.settings, node.get_logger()
     if notice := kernel.notice():
         logger.warning(notice)
@@ -38,7 +38,7 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
     for doubt in (*robot.description.warnings, *settings.doubts):
         logger.warning(str(doubt))
     if unknown := parameters.unknown():
-        logger.warning(f'unknown parameters have no effect: {listed(unknown, NAMED)}')
+        logger.warning(f'unknown parameters have no effect: {listed(unknown, MAX_NAMES)}')
     if unsearched := why_unsearched(robot.dof):
         logger.warning(f'{unsearched}: the warning watches {robot.singularity.thresholds.measure}')
     if robot.singularity.task.structurally_deficient:

@@ -1,76 +1,78 @@
-"""How many messages of a topic were lost, by the numbers that the middleware gives them."""
+"""Count lost messages of a topic by the sequence numbers of the middleware."""
 
 from collections.abc import Callable
 
-S = 1e-9  # s in a nanosecond
-# A rate is that of so many messages at least. It is of no more than five times as many: two
-# publishers whose numbers meet may have changed their places.
-FEWEST = 20
-# Publishers wait and hurry by so much (s), and by as many messages as they send meanwhile.
-UNEVEN = 0.02
-# Messages that may be missing whatever the rate.
-FEW = 3
-# A publisher whose rate is not known yet sends this many messages a second at most; one whose rate
-# is known, this many times as many.
-FASTEST = 20_000.0
-HURRY = 2.0
+NANOSECOND = 1e-9  # s
+# Smallest number of messages for a rate. After four times as many messages a rate gets a later
+# start, because publishers whose numbers meet may be mistaken for each other.
+MIN_RATE_MESSAGES = 20
+# A message may be early or late by this time (s).
+SEND_TIME_TOLERANCE = 0.02
+# A gap of this many messages is accepted at any rate.
+MAX_GAP_AT_ANY_RATE = 3
+# Largest rate of a publisher whose rate is not known yet (messages per s).
+MAX_RATE = 20_000.0
+# Largest rate of a publisher, divided by the largest measured rate.
+MAX_RATE_RATIO = 2.0
 
 
 class _Publisher:
-    # The number and the time (ns) of the message of one publisher that was heard last, and of two
-    # before it, whose distance gives its rate.
-
-    __slots__ = ('_from', '_later', 'number', 'stamp')
+    # Number and send time (ns) of the last message of a publisher, and of two earlier messages,
+    # which give its rate.
 
     def __init__(self, number: int, stamp: int) -> None:
         self.number, self.stamp = number, stamp
-        self._from = self._later = number, stamp
+        self._from = self._between = number, stamp
 
     def take(self, number: int, stamp: int) -> None:
-        """Take its next message."""
+        """Note the last message."""
         self.number, self.stamp = number, stamp
 
     def look_back(self) -> None:
-        """Let the rate be that of late."""
-        if self.number - self._later[0] >= 4 * FEWEST:
-            self._from, self._later = self._later, (self.number, self.stamp)
+        """Move the start of the rate to a later message, if there are enough messages since."""
+        if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
+            self._from, self._between = self._between, (self.number, self.stamp)
 
     def rate(self) -> float:
-        """Return the number of messages a second of late, 0 where it is not known."""
+        """Return the recent rate (messages per s), 0 if it is unknown."""
         number, stamp = self._from
-        count, time = self.number - number, S * (self.stamp - stamp)
-        return count / time if count >= FEWEST and time > 0.0 else 0.0
+        count, time = self.number - number, NANOSECOND * (self.stamp - stamp)
+        return count / time if count >= MIN_RATE_MESSAGES and time > 0.0 else 0.0
 
-    def silent(self, stamp: int) -> float:
-        """Return how long it has been silent (s)."""
-        return max(S * (stamp - self.stamp), 0.0)
+    def time_since(self, stamp: int) -> float:
+        """Return the time from the last message to `stamp` (s)."""
+        return max(NANOSECOND * (stamp - self.stamp), 0.0)
 
     def is_due(self, number: int, stamp: int) -> bool:
-        """Return whether its rate tells of this number now."""
+        """Return whether a message with this number is expected at this time."""
         rate = self.rate()
-        expected = self.number + rate * self.silent(stamp)
-        return rate > 0.0 and abs(number - expected) <= FEW + UNEVEN * rate
+        expected = self.number + rate * self.time_since(stamp)
+        return (
+            rate > 0.0
+            and abs(number - expected) <= MAX_GAP_AT_ANY_RATE + SEND_TIME_TOLERANCE * rate
+        )
 
 
 class Losses:
     """
-    Counts the gaps in the numbers of messages; each publisher counts its own by one.
+    Counts the gaps in the sequence numbers of messages; each publisher numbers its messages.
 
-    A message does not name its publisher. It follows the nearest number below its own, if as many
-    messages as lie between can have been sent in the time between. If two publishers have similar
-    numbers, a message may be taken for the other's, which does not change the sum of all gaps.
+    A message does not name its publisher. It is attributed to the publisher with the nearest
+    smaller number, if that publisher can have sent the missing messages in the time between. If
+    two publishers have similar numbers, a message may be attributed to the wrong publisher, which
+    does not change the sum of all gaps.
 
     Parameters
     ----------
     publishers
-        Returns the number of publishers; called when a number follows no other.
+        Returns the number of publishers; called if a number does not follow a known number.
 
     Attributes
     ----------
     count
         Messages lost since the start, None if the middleware does not number them.
     is_lower_bound
-        Whether more may be lost: a gap of one of several publishers could not be attributed.
+        Whether more messages may be lost: a gap could not be attributed to a publisher.
     """
 
     def __init__(self, publishers: Callable[[], int]) -> None:
@@ -78,60 +80,62 @@ class Losses:
         self.is_lower_bound = False
         self._count_publishers = publishers
         self._have_changed = False
-        self._heard: list[_Publisher] = []  # the one heard last is the last
+        self._publishers: list[_Publisher] = []  # in the order of their last messages
 
     def publishers_changed(self) -> None:
-        """Publishers have come or gone: one that is alone may be another."""
+        """Note that publishers started or ended: the next gap may be a change of publisher."""
         self._have_changed = True
 
-    def heard(self, number: int | None, stamp: int) -> None:
-        """Take the number of a message, and the time (ns) at which it was sent."""
-        heard = self._heard
+    def take(self, number: int | None, stamp: int) -> None:
+        """Take the number and the send time (ns) of a received message."""
+        known = self._publishers
         if number is None:
             self.count = None
             return
-        if heard and heard[-1].number + 1 == number:
-            heard[-1].take(number, stamp)
+        if known and known[-1].number + 1 == number:
+            known[-1].take(number, stamp)
             return
-        for k, one in enumerate(heard):
-            if one.number + 1 == number:
-                one.take(number, stamp)
-                heard.append(heard.pop(k))
+        for k, publisher in enumerate(known):
+            if publisher.number + 1 == number:
+                publisher.take(number, stamp)
+                known.append(known.pop(k))
                 return
-        self._take_another(number, stamp)
+        self._take_after_gap(number, stamp)
 
-    def _take_another(self, number: int, stamp: int) -> None:
-        heard, publishers = self._heard, max(self._count_publishers(), 1)
-        del heard[: max(len(heard) - publishers, 0)]
-        for one in heard:
-            one.look_back()
-        before = self._before(number, stamp, publishers)
-        if before is None:
-            # The first message of a publisher. It replaces one that is gone, or one whose gap is
-            # too long for its rate and is not counted.
-            self.is_lower_bound |= len(heard) >= publishers > 1 and not self._have_changed
-            del heard[: max(len(heard) + 1 - publishers, 0)]
-            before = _Publisher(number, stamp)
+    def _take_after_gap(self, number: int, stamp: int) -> None:
+        known, count = self._publishers, max(self._count_publishers(), 1)
+        del known[: max(len(known) - count, 0)]
+        for known_publisher in known:
+            known_publisher.look_back()
+        publisher = self._publisher_of(number, stamp, count)
+        if publisher is None:
+            # The first message of a publisher. It replaces a publisher that has ended, or a
+            # publisher whose gap is too long for its rate and is not counted.
+            self.is_lower_bound |= len(known) >= count > 1 and not self._have_changed
+            del known[: max(len(known) + 1 - count, 0)]
+            publisher = _Publisher(number, stamp)
         else:
-            heard.remove(before)
-            self.count = (self.count or 0) + number - before.number - 1
-            before.take(number, stamp)
-        heard.append(before)
+            known.remove(publisher)
+            self.count = (self.count or 0) + number - publisher.number - 1
+            publisher.take(number, stamp)
+        known.append(publisher)
         self._have_changed = False
 
-    def _before(self, number: int, stamp: int, publishers: int) -> _Publisher | None:
-        # The publisher whose messages before this one are missing, None for a first message.
-        below = [one for one in self._heard if one.number < number]
-        rate = HURRY * max((one.rate() for one in self._heard), default=0.0) or FASTEST
-        fitting = [
-            one
-            for one in below
-            if number - one.number <= FEW + rate * (UNEVEN + one.silent(stamp))
-        ]
-        if len(self._heard) < publishers:
-            # It is another's, unless it comes when it has to.
-            below = [one for one in below if one.is_due(number, stamp)]
+    def _publisher_of(self, number: int, stamp: int, publishers: int) -> _Publisher | None:
+        # Returns the publisher that has lost messages before this message, None for a first one.
+        below = [publisher for publisher in self._publishers if publisher.number < number]
+        largest_rate = max((publisher.rate() for publisher in self._publishers), default=0.0)
+        rate = MAX_RATE_RATIO * largest_rate or MAX_RATE
+
+        def fits(publisher: _Publisher) -> bool:
+            time = SEND_TIME_TOLERANCE + publisher.time_since(stamp)
+            return number - publisher.number <= MAX_GAP_AT_ANY_RATE + rate * time
+
+        fitting = [*filter(fits, below)]
+        if len(self._publishers) < publishers:
+            # It is of an unknown publisher, unless a known publisher was due to send it.
+            below = [publisher for publisher in below if publisher.is_due(number, stamp)]
             self.is_lower_bound |= len(fitting) > 0 and not below
         elif publishers > 1 or self._have_changed:
             below = fitting
-        return max(below, key=lambda one: one.number, default=None)
+        return max(below, key=lambda publisher: publisher.number, default=None)

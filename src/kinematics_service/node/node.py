@@ -47,13 +47,16 @@ from .wrench import WrenchBias
 
 NODE_NAME = 'kinematics'
 
-# Period of the watchdog as a share of the timeout, and its shortest and longest value (s).
-WATCHDOG_SHARE, WATCHDOG_SHORTEST, WATCHDOG_LONGEST = 0.25, 0.02, 0.25
+# Period of the check for stale joints: a quarter of `joint_state_timeout`, between two bounds.
+# A stale state is thus reported at most a quarter of the time-out late.
+WATCHDOG_TIMEOUT_RATIO = 0.25
+MIN_WATCHDOG_PERIOD = 0.02  # s
+MAX_WATCHDOG_PERIOD = 0.25  # s
 
 
 class KinematicsNode(Node):
     """
-    Answers JointState messages about one arm; all decisions are the estimator's.
+    Answers JointState messages of one arm; the estimator makes all decisions.
 
     Parameters
     ----------
@@ -61,27 +64,29 @@ class KinematicsNode(Node):
         File, bundled name or topic, as given on the command line; None to take the parameter
         `robot`.
     stopped
-        Whether to wait no longer for a description on a topic.
+        Returns whether to end the wait for a description on a topic.
     node_name
-        Of the node, unless it is remapped.
+        The name of the node, unless it is remapped.
     topic
-        Of the joint states, likewise.
+        The topic of the joint states, unless it is remapped.
     **options
         As rclpy.node.Node takes them: `context`, `namespace`, `parameter_overrides`, ...
 
     Raises
     ------
     KinematicsError
-        The robot or a parameter is bad; one sentence, to be shown to the user.
+        The robot or a parameter is wrong; its text is one sentence for the user.
     StoppedWaiting
         No description came on a topic before `stopped()` was true.
 
     Attributes
     ----------
     is_started
-        Whether its topics are there.
+        Whether the topics of the node exist.
     silent
-        Why it answers nothing; empty where it answers.
+        Why it answers nothing; empty if it answers.
+    settings
+        The settings in force.
     """
 
     def __init__(
@@ -94,7 +99,7 @@ class KinematicsNode(Node):
     ) -> None:
         self._throttle = Throttle(5.0)  # rclpy subscribes to /clock at once
         super().__init__(node_name, **options)
-        self.is_started = False
+        self.is_started = self._in_order = False
         self.silent = ''
         try:
             self._begin(lambda: self._start(robot, stopped, topic))
@@ -112,13 +117,20 @@ class KinematicsNode(Node):
         def report(sentence: str) -> None:
             publish_statuses(self, statuses, {'input': StatusText(Level.WARN, sentence, ())})
 
-        self._own = NodeParameters(self, robot, stopped, report)
-        settings = self._settings = self._own.settings
+        self._own_parameters = NodeParameters(self, robot, stopped, report)
+        settings = self.settings = self._own_parameters.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
         self._resets = 0  # the estimator's resets that are handled here
         self._grid = StampGrid()
-        self._open_topics(topic)
+        transport = self._own_parameters.transport
+        self._outputs = Outputs(self, settings, transport)
+        self._outputs.events_in_order = self._in_order
+        self._description = DescriptionPublisher(self, settings)
+        self._targets = Targets(self, settings, self._present)
+        self._scaling = Scaling(self, settings, self._present)
+        self._input = Input(self, topic, transport, self._take, self._refuse)
+        self.create_service(Trigger, DESCRIBE, self._describe, qos_profile=SERVICE_QOS)
         self._watchdog = steady_timer(self, self._watchdog_period(), self._watch)
         self._reference = Reference(
             self, lambda: self.settings.robot, lambda: self.settings.reference
@@ -132,32 +144,23 @@ class KinematicsNode(Node):
             lambda: self._latest.velocity_source if self._latest else 'none',
             lambda: self.silent,
         )
-        self._wrench = WrenchBias(self, self._estimator, self._hears_efforts)
-        self._own.listen(self._take_settings)
-        self._reload = Reload(self, self._own, self._take_settings)
-        if self._own.description is not None:
-            self._own.description.then = self._reload.read
+        self._wrench = WrenchBias(self, self._estimator, self._needs_efforts)
+        self._own_parameters.listen(self._take_settings)
+        self._reload = Reload(self, self._own_parameters, self._take_settings)
+        if self._own_parameters.description is not None:
+            self._own_parameters.description.then = self._reload.read
         self._jump = self.get_clock().create_jump_callback(
             JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1)),
             post_callback=self._on_clock_jump,
         )
         self._started = time.monotonic_ns()
         self.is_started = True
-        introduce(self, self._own, self._input.topic_name)
-
-    def _open_topics(self, topic: str) -> None:
-        transport = self._own.transport
-        self._outputs = Outputs(self, self.settings, transport)
-        self._description = DescriptionPublisher(self, self.settings)
-        self._targets = Targets(self, self.settings, self._present)
-        self._scaling = Scaling(self, self.settings, self._present)
-        self._input = Input(self, topic, transport, self._take, self._refuse)
-        self.create_service(Trigger, DESCRIBE, self._describe, qos_profile=SERVICE_QOS)
+        introduce(self, self._own_parameters, self._input.subscription.topic_name)
 
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Callable[..., None], *args: Any, **options: Any
     ) -> Any:
-        """As of rclpy; of /clock a negative time is ignored, which rclpy raises an error for."""
+        """As in rclpy, but ignore a negative time on /clock, which makes rclpy raise an error."""
 
         def set_clock(message: Any) -> None:
             if message.clock.sec >= 0:
@@ -167,23 +170,29 @@ class KinematicsNode(Node):
                     f'the time {message.clock.sec} s on {CLOCK_TOPIC} is negative: it is ignored'
                 )
 
-        heard = set_clock if topic == CLOCK_TOPIC else callback
-        return super().create_subscription(msg_type, topic, heard, *args, **options)
+        checked = set_clock if topic == CLOCK_TOPIC else callback
+        return super().create_subscription(msg_type, topic, checked, *args, **options)
 
     def set_parameters_atomically(self, parameter_list: Any) -> Any:
-        """As of rclpy; the reason of a success is what is doubtful in it, which clients print."""
+        """As in rclpy; if values are accepted but doubtful, the reason says why."""
         result = super().set_parameters_atomically(parameter_list)
         if result.successful and self.is_started:
             own = tuple(f'parameter {parameter.name}:' for parameter in parameter_list)
-            result.reason = '; '.join(one for one in self.settings.doubts if one.startswith(own))
+            result.reason = '; '.join(
+                doubt for doubt in self.settings.doubts if doubt.startswith(own)
+            )
         return result
 
     def trust_the_order_of_events(self) -> None:
         """Note that the executor handles events in the order of their arrival."""
-        self._outputs.events_in_order = True
+        self._in_order = True
+        if self.is_started:
+            self._outputs.events_in_order = True
 
     def events_were_left_out(self, messages: int) -> None:
-        """Note that messages were passed over, of which the process had received this many."""
+        """Count messages that the process received and threw away unanswered."""
+        if not self.is_started:
+            return
         self._estimator.counts[LEFT_OUT] += messages
         if self._throttle.passes(LEFT_OUT):
             self.get_logger().warning(
@@ -191,21 +200,22 @@ class KinematicsNode(Node):
             )
 
     def end_motion(self) -> None:
-        """Stop the motion of the last target twist; called before the node ends."""
-        self._targets.stop()
+        """Stop the motion of the last target twist, before the node ends."""
+        if self.is_started:
+            self._targets.stop()
 
     def destroy_node(self) -> None:
-        """Release what the node has; its targets get no more answers."""
+        """Destroy the node; targets get no more answers."""
         if self.is_started:
             self._targets.close()
         super().destroy_node()
 
     def fall_silent(self, reason: str) -> None:
-        """Answer nothing from now on, and say why."""
+        """Answer nothing from now on, and publish the reason as a STALE warning."""
         self.silent = reason
+        self.end_motion()
         if self.is_started:
-            self.end_motion()
-            self._say(stale_status(self.settings.robot, reason))
+            self._publish_warning(stale_status(self.settings.robot, reason))
 
     def forget_joints(self) -> None:
         """Forget the state of the joints, as if no message had come."""
@@ -220,14 +230,9 @@ class KinematicsNode(Node):
         Raises
         ------
         KinematicsError
-            It has faults; the one before stays in force.
+            The file has faults; the robot before stays in force.
         """
-        self._take_settings(self._own.take(self._own.reading_again()()))
-
-    @property
-    def settings(self) -> NodeSettings:
-        """Return the settings in force."""
-        return self._settings
+        self._take_settings(self._own_parameters.take(self._own_parameters.reading_again()()))
 
     # Messages
 
@@ -236,7 +241,7 @@ class KinematicsNode(Node):
         self._reject(RefusedMessage(UNREADABLE, sentence))
 
     def _take(self, message: JointMessage) -> bool:
-        # Answers a message; returns whether it was taken, which bytes are not by every reader.
+        # Answers a message. Returns False if its bytes do not have the form they were read by.
         if self.silent:
             return True
         try:
@@ -247,85 +252,81 @@ class KinematicsNode(Node):
             if outcome is None:
                 return False
             if self._estimator.counts.get(RESETS, 0) != self._resets:
-                self._start_anew()
+                self._follow_reset()
+                if self._throttle.passes(RESETS):
+                    self.get_logger().info(
+                        'stamps stepped back by more than joint_state_timeout: the state starts '
+                        'again'
+                    )
             if isinstance(outcome, RefusedMessage):
                 self._reject(outcome)
             else:
                 self._follow(outcome, message, active)
         except Exception as error:  # no message of a robot may stop the node
-            self._internal_error(error)
-        self._health.work.add(time.monotonic_ns() - message.arrival)
+            self._estimator.counts[INTERNAL_ERROR] += 1
+            self._throttle.internal_error(self, 'a message', error)
+        self._health.work.append(time.monotonic_ns() - message.arrival)
         return True
 
     def _reject(self, refused: RefusedMessage) -> None:
         if refused.sentence and self._throttle.passes(refused.reason):
             self.get_logger().warning(f'joint state rejected: {refused.sentence}')
 
-    def _internal_error(self, error: Exception) -> None:
-        self._estimator.counts[INTERNAL_ERROR] += 1
-        self._throttle.internal_error(self, 'a message', error)
-
     def _follow(
         self, outcome: EstimatorOutput, message: JointMessage, active: ActiveTopics
     ) -> None:
-        # Publishes the consequences of a message.
+        # Publishes the answer to a message.
         arrival = message.arrival
         self._latest = outcome
         self._reference.note(outcome)
-        # Publishing wakes subscribers, who take this core: other work is cheaper before it. A
-        # warning comes after the pose it is about.
+        # Publishing wakes subscribers, which take this core: other work is cheaper before it. The
+        # warning follows its pose.
         warned = None
         if not self._estimator.is_settled(outcome.state, arrival):
             singularity = singularity_of(outcome.state)
-            level, say = self._estimator.judge(singularity, arrival)
-            warned = (singularity, level) if say else None
+            level, is_due = self._estimator.judge(singularity, arrival)
+            warned = (singularity, level) if is_due else None
             if self._watchdog.is_canceled():  # the state was stale
                 self._watchdog.reset()
-        wanted = active.channels or self._settings.publish_tf
+        wanted = active.channels or self.settings.publish_tf
         try:
-            if wanted and self._grid.passes(outcome.stamp, self._settings.period):
+            if wanted and self._grid.passes(outcome.stamp, self.settings.period):
                 self._outputs.publish(outcome, active, isinstance(message, SerializedSample))
         finally:
-            if warned is not None:  # the alarm counts it as published
-                self._warn(*warned)
+            if warned is not None:  # the estimator takes it for published
+                self._publish_singularity(*warned)
 
     def _follow_reset(self) -> None:
         self._resets = self._estimator.counts.get(RESETS, 0)
         self._grid.forget()
         self._reference.forget()
 
-    def _start_anew(self) -> None:
-        # The estimator has started again: a stamp stepped back.
-        self._follow_reset()
-        if self._throttle.passes(RESETS):
-            self.get_logger().info(
-                'stamps stepped back by more than joint_state_timeout: the state starts again'
-            )
-
     def _present(self) -> EstimatorOutput:
-        # Returns the arm's present state, which a target needs.
+        # Returns the present state of the arm for a target.
         missing, latest = self._estimator.missing(time.monotonic_ns()), self._latest
         if self.silent or missing or latest is None:
-            names = missing or self._settings.joint_names
+            names = missing or self.settings.joint_names
             reason = self.silent or self._missing_text(names)
             raise RefusedTargetError(f'the joint positions are not known: {reason}')
         return latest
 
-    def _warn(self, singularity: Singularity, level: Level) -> None:
-        settings = self._settings
-        self._say(singularity_status(settings.robot, singularity, level, settings.base_frame))
+    def _publish_singularity(self, singularity: Singularity, level: Level) -> None:
+        settings = self.settings
+        self._publish_warning(
+            singularity_status(settings.robot, singularity, level, settings.base_frame)
+        )
 
-    def _say(self, status_text: StatusText) -> None:
+    def _publish_warning(self, status_text: StatusText) -> None:
         self._warning.publish(status_message(f'{full_name(self)}: singularity', status_text))
 
     # Clocks and watches
 
     def _watchdog_period(self) -> float:
-        period = self.settings.estimator.timeout * 1e-9 * WATCHDOG_SHARE
-        return min(max(period, WATCHDOG_SHORTEST), WATCHDOG_LONGEST)
+        period = self.settings.estimator.timeout * 1e-9 * WATCHDOG_TIMEOUT_RATIO
+        return min(max(period, MIN_WATCHDOG_PERIOD), MAX_WATCHDOG_PERIOD)
 
     def _missing_text(self, missing: tuple[str, ...]) -> str:
-        return f'no joint state of {", ".join(missing)} on {self._input.topic_name}'
+        return f'no joint state of {", ".join(missing)} on {self._input.subscription.topic_name}'
 
     def _watch(self) -> None:
         now = time.monotonic_ns()
@@ -336,8 +337,8 @@ class KinematicsNode(Node):
             return
         if self._estimator.go_stale(now):
             sentence = '; '.join([self._missing_text(missing), *self._health.warnings])
-            self._say(stale_status(self.settings.robot, sentence))
-        self._watchdog.cancel()  # stale it stays until the next state, which sets the timer again
+            self._publish_warning(stale_status(self.settings.robot, sentence))
+        self._watchdog.cancel()  # the next state starts the timer again
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         back = -jump.delta.nanoseconds
@@ -350,17 +351,17 @@ class KinematicsNode(Node):
     # Diagnostics
 
     def _statuses(self) -> dict[str, StatusText]:
-        # Those beside the state of the input.
-        found, frames = dict[str, StatusText](), self._reference.status_text()
+        # Returns the statuses besides that of the input.
+        statuses, frames = dict[str, StatusText](), self._reference.status_text()
         if frames is not None:
-            found['frames'] = frames
-        if doubts := self._settings.doubts:
-            found['parameters'] = StatusText(Level.WARN, '; '.join(doubts), ())
-        if self._hears_efforts() and self._latest is not None:
-            found['wrench'] = self._wrench.status(StateReport(self._latest, self._settings))
-        return found
+            statuses['frames'] = frames
+        if doubts := self.settings.doubts:
+            statuses['parameters'] = StatusText(Level.WARN, '; '.join(doubts), ())
+        if self._needs_efforts() and self._latest is not None:
+            statuses['wrench'] = self._wrench.status(StateReport(self._latest, self.settings))
+        return statuses
 
-    def _hears_efforts(self) -> bool:
+    def _needs_efforts(self) -> bool:
         return JointEfforts in self._outputs.active().quantities
 
     # Parameters
@@ -370,12 +371,12 @@ class KinematicsNode(Node):
             self._put_into_force(settings)
 
     def _put_into_force(self, settings: NodeSettings) -> None:
-        before = self._settings.robot
+        before = self.settings.robot
         moves_alike = settings.robot.chain is before.chain
         for doubt in settings.doubts:
-            if doubt not in self._settings.doubts:
+            if doubt not in self.settings.doubts:
                 self.get_logger().warning(doubt)
-        self._settings = settings
+        self.settings = settings
         self._estimator.configure(settings.robot, settings.estimator)
         self._grid.forget()
         self._watchdog.timer_period_ns = round(self._watchdog_period() * 1e9)
@@ -386,7 +387,7 @@ class KinematicsNode(Node):
         if not moves_alike:
             self._reference.forget()
             self._latest = self._latest and self._estimator.anew(self._latest)
-            self._watchdog.reset()  # what is stale may be other joints now
+            self._watchdog.reset()  # other joints may be stale now
             if settings.robot.description.tool.motion != before.description.tool.motion:
                 self.get_logger().info(tool_in_words(settings.robot))
 
@@ -395,6 +396,8 @@ class KinematicsNode(Node):
     def _describe(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         response.success = True
         topics, resolve = self._outputs.names, self.resolve_topic_name
-        described = description_of(self.settings, self._input.topic_name, topics, resolve)
+        described = description_of(
+            self.settings, self._input.subscription.topic_name, topics, resolve
+        )
         response.message = json.dumps(described)
         return response

@@ -1,5 +1,5 @@
 """
-The topics of a node that answer every accepted message: subscribers, and the messages for them.
+The topics that answer every accepted message: their publishers, and what subscribers need.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,7 +14,7 @@ from .. import kernel
 from ..estimation.estimator import EstimatorOutput, StreamQuantity
 from ..kernel import OutgoingMessages, OutgoingTable
 from ..kinematics.singularity import measured
-from .messages.content import SILENT, Built, Content, Copied, WithCovariance, flat
+from .messages.content import SILENT, Built, Content, Copied, WithCovariance
 from .messages.message_layout import MessageLayout
 from .messages.messages import StateReport, transform_message
 from .messages.output_topics import OutputTopic, topics_of
@@ -37,11 +37,12 @@ class Channel(NamedTuple):
     publisher, topic
         The publisher, and the row of the topic.
     grid
-        Thins out a topic that not every report goes to.
+        Limits the rate of a topic whose content has a period.
     content, layout
-        The content of its messages and its place; no layout if messages are built as a whole.
+        The content of its messages, and its offsets in them. A content that builds whole messages
+        has no layout.
     as_bytes
-        Whether its messages go out as bytes that are filled here.
+        Whether messages are published as bytes that are filled here.
     """
 
     listeners: Callable[[], int]
@@ -54,7 +55,7 @@ class Channel(NamedTuple):
     as_bytes: bool = False
 
     def send(self, report: StateReport) -> None:
-        """Publish a report's message on this topic, if it has one."""
+        """Publish the message of a report on this topic, if the report has one."""
         content, layout, stamp = self.content, self.layout, report.answer.stamp
         if isinstance(content, Built):
             if self.grid.passes(stamp, content.period):
@@ -63,28 +64,29 @@ class Channel(NamedTuple):
         numbers = content.of(report)
         if numbers is None or layout is None:
             return
+        flat = np.asarray(numbers, dtype=np.float64).ravel()
         if self.as_bytes:
-            self.publish_bytes(layout.bytes_of(stamp, flat(numbers)))
+            self.publish_bytes(layout.bytes_of(stamp, flat))
         else:
-            self.publisher.publish(layout.message(stamp, flat(numbers)))
+            self.publisher.publish(layout.message(stamp, flat))
 
 
 class ActiveTopics(NamedTuple):
     """
-    The channels with subscribers, and what the kernel must compute for them.
+    The channels with subscribers, and the numbers that they need.
 
     Attributes
     ----------
     channels
-        In the order they are published.
+        The channels in the order of publication.
     depth
-        What the kernel must have computed.
+        How much of the state the kernel must compute.
     messages
-        The messages that the kernel fills; None for none.
+        The messages that the kernel fills, or None.
     filled
-        For each channel its message among them, or None.
+        For each channel, its message among `messages`, or None.
     quantities
-        The kinds of quantities that every answer needs besides.
+        The kinds of additional quantities that an answer must have.
     """
 
     channels: tuple[Channel, ...]
@@ -98,25 +100,21 @@ def filled_by_the_kernel(
     channels: Sequence[Channel], settings: NodeSettings, depth: int
 ) -> tuple[OutgoingMessages | None, tuple[memoryview | None, ...]]:
     """
-    Return the messages whose numbers the kernel copies, and for each channel its own, or None.
+    Return the messages that the kernel fills, and for each channel its message or None.
     """
-    row, measures = (
-        settings.robot.chain.single_widths[depth],
-        settings.robot.singularity.measure_places.width,
-    )
-    data, filled = bytearray(), list[slice | None]()
+    row = settings.robot.chain.single_widths[depth]
+    measures = settings.robot.singularity.measure_places.width
+    data, filled, uncertain = bytearray(), list[slice | None](), list[WithCovariance]()
     stamps, targets, sources = [], [], []
-    uncertain = []
     for channel in channels:
         layout, content = channel.layout, channel.content
         by_the_kernel = not channel.topic.of and channel.as_bytes
         if not (by_the_kernel and layout and isinstance(content, (Copied, WithCovariance))):
             filled.append(None)
             continue
-        begin = len(data)
+        filled.append(slice(len(data), len(data) + len(layout.data)))
+        of_stamp, of_numbers = layout.offsets(len(data))
         data += layout.data
-        filled.append(slice(begin, len(data)))
-        of_stamp, of_numbers = layout.offsets(begin)
         stamps.append(of_stamp)
         targets.append(of_numbers)
         sources.append(content.sources(row, measures))
@@ -129,29 +127,27 @@ def filled_by_the_kernel(
     )
     views = tuple(None if place is None else table.data[place].data for place in filled)
     errors = uncertain[0].errors if uncertain else None
-    of_twist = any(one.of_motion for one in uncertain)
-    of_pose = not all(one.of_motion for one in uncertain)
+    of_twist = any(content.of_motion for content in uncertain)
+    of_pose = not all(content.of_motion for content in uncertain)
     return OutgoingMessages(table, errors, of_pose, of_twist), views
 
 
 class Outputs:
     """
-    Publishes reports to subscribers; a topic without subscribers costs one look.
+    Publishes reports to subscribers; a topic without subscribers costs one check.
 
     Attributes
     ----------
     events_in_order
-        Whether the executor handles events in the order of their arrival: then a new subscriber is
-        known before the next joint state, and the node need not ask at every message.
+        Whether the executor handles events in the order of their arrival. If so, a new subscriber
+        is noted before the next joint state, and need not be looked for at every message.
     """
 
     def __init__(self, node: Node, settings: NodeSettings, transport: str) -> None:
         self._node = node
         self._transport = transport
         self.events_in_order = False
-        self._told_of_listeners = True
-        # Topics whose layout differs from that of ROS's serializer.
-        self._told_of: set[str] = set()
+        self._has_matched_events = True
         self._settings = settings
         self._active: ActiveTopics | None = None
         self._points = PointStates()
@@ -162,10 +158,9 @@ class Outputs:
     def configure(self, settings: NodeSettings) -> None:
         """Apply other settings: frames and labels are part of the messages."""
         self._settings, self._active = settings, None
-        self._official: dict[tuple[Any, bytes], bool] = {}
         self.channels = [self._configured(channel) for channel in self._offered(settings)]
         if settings.publish_tf and self._tf is None:
-            # The wheels lack it: imported only if it is asked for.
+            # Imported only if needed: the wheels lack it.
             from tf2_msgs.msg import TFMessage
 
             self._tf = self._node.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
@@ -178,7 +173,7 @@ class Outputs:
     def active(self) -> ActiveTopics:
         """Return the channels with subscribers."""
         active = self._active
-        if active is None or not (self.events_in_order and self._told_of_listeners):
+        if active is None or not (self.events_in_order and self._has_matched_events):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
             if active is None or channels != active.channels:
                 active = self._active = self._subscribed(channels)
@@ -193,7 +188,7 @@ class Outputs:
 
     def publish(self, answer: EstimatorOutput, active: ActiveTopics, is_filled: bool) -> None:
         """
-        Publish an answer on channels, pose first, and on /tf if that is set.
+        Publish an answer on channels, pose first, and on /tf if `publish_tf` is set.
 
         Parameters
         ----------
@@ -215,8 +210,9 @@ class Outputs:
             if of not in reports:
                 reports[of] = self._report(of, answer)
             channel.send(reports[of])
-        if self._settings.publish_tf:
-            self._publish_tf(reports.get('') or self._report('', answer))
+        if self._settings.publish_tf and self._tf is not None:
+            transform = transform_message(reports.get('') or self._report('', answer))
+            self._tf.publish(self._tf.msg_type(transforms=[transform]))
 
     def _report(self, of: str, answer: EstimatorOutput) -> StateReport:
         settings = self._settings
@@ -228,7 +224,7 @@ class Outputs:
         return StateReport(answer, settings)
 
     def _configured(self, channel: Channel) -> Channel:
-        # Adds the layout for the settings in force, which is checked if messages go out as bytes.
+        # Adds content and layout for the settings. A layout for bytes is checked against ROS.
         topic = channel.topic
         settings = self._settings.points[topic.of] if topic.of else self._settings
         content = topic.content(settings) or SILENT
@@ -236,31 +232,22 @@ class Outputs:
             return channel._replace(content=content)
         layout = MessageLayout(topic.blank(settings))
         if channel.layout is not None and channel.layout.data == layout.data:
-            return channel._replace(content=content)  # it has been checked
-        as_bytes = self._transport == 'bytes'
-        if as_bytes and not self._is_official(topic.type, layout):
-            as_bytes = False
-            if topic.name not in self._told_of:
-                self._told_of.add(topic.name)
-                self._node.get_logger().warning(
-                    f'{channel.publisher.topic_name}: the serializer of ROS writes other bytes '
-                    'than expected; messages are serialized one by one, which is slower'
-                )
+            return channel._replace(content=content)  # it is checked already
+        as_bytes = self._transport == 'bytes' and layout.is_official()
+        if self._transport == 'bytes' and not as_bytes and channel.layout is None:
+            self._node.get_logger().warning(
+                f'{channel.publisher.topic_name}: the serializer of ROS writes other bytes than '
+                'expected; messages are serialized one by one, which is slower'
+            )
         return channel._replace(content=content, layout=layout, as_bytes=as_bytes)
 
-    def _is_official(self, kind: Any, layout: MessageLayout) -> bool:
-        form = kind, layout.data  # all scalars have the same
-        if form not in self._official:
-            self._official[form] = layout.is_official()
-        return self._official[form]
-
     def _offered(self, settings: NodeSettings) -> list[Channel]:
-        # Another robot file may offer other topics; publishers of those that stay are kept.
-        known = {channel.topic.name: channel for channel in self.channels}
+        # Another robot file may offer other topics; publishers of common topics are kept.
+        present = {channel.topic.name: channel for channel in self.channels}
         topics = topics_of(settings)
-        for name in known.keys() - {topic.name for topic in topics}:
-            self._node.destroy_publisher(known[name].publisher)
-        return [known.get(topic.name) or self._channel(topic) for topic in topics]
+        for name in present.keys() - {topic.name for topic in topics}:
+            self._node.destroy_publisher(present[name].publisher)
+        return [present.get(topic.name) or self._channel(topic) for topic in topics]
 
     def _channel(self, topic: OutputTopic) -> Channel:
         def publisher_with(callbacks: PublisherEventCallbacks | None) -> Publisher:
@@ -270,22 +257,15 @@ class Outputs:
 
         try:
             publisher = publisher_with(PublisherEventCallbacks(matched=self._on_listener))
-        except UnsupportedEventTypeError:  # another middleware: ask at every message
-            self._told_of_listeners = False
+        except UnsupportedEventTypeError:  # of another middleware: count at every message
+            self._has_matched_events = False
             publisher = publisher_with(None)
-        # The method of the handle: that of the publisher checks each message's type once more.
+        # The methods of the handle: those of the publisher check the type of each message again.
         handle = publisher.handle
         return Channel(
             handle.get_subscription_count, handle.publish_raw, publisher, topic, StampGrid()
         )
 
-    def ask_who_listens(self) -> None:
-        """Count subscribers at the next message: one may have come or gone."""
-        self._active = None
-
     def _on_listener(self, event: Any) -> None:
-        self.ask_who_listens()
-
-    def _publish_tf(self, report: StateReport) -> None:
-        assert self._tf is not None
-        self._tf.publish(self._tf.msg_type(transforms=[transform_message(report)]))
+        # Subscribers are counted at the next message.
+        self._active = None

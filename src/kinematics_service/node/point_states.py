@@ -1,22 +1,22 @@
-"""The states of points at the joint positions of an answer; computed where somebody listens."""
+"""The states of points at the joint positions of an answer, computed for subscribers."""
 
 import numpy as np
 
 from ..estimation.estimator import EstimatorOutput
 from ..kernel import Floats
-from ..kinematics.tool_state import evaluate_point
+from ..kinematics.tool_state import evaluate
 from ..robot.robot import Robot
 
 
 class PointStates:
-    """Makes of an answer about the tool that about a point; remembers signs of quaternions."""
+    """Computes the answer for a point from that for the tool, with continuous quaternions."""
 
     def __init__(self) -> None:
         self._last: dict[str, Floats] = {}
 
     def answer(self, of: str, robot: Robot, answer: EstimatorOutput) -> EstimatorOutput:
         """
-        Return the same answer with a point in the place of the tool.
+        Return the answer for a point.
 
         Parameters
         ----------
@@ -25,9 +25,10 @@ class PointStates:
         robot
             The arm.
         answer
-            The answer about the tool.
+            The answer for the tool.
         """
-        state = evaluate_point(robot, robot.point(of), answer.state.q, answer.state.qdot)
+        q, qdot = answer.state.q, answer.state.qdot
+        state = evaluate(robot, q, qdot, point=robot.point(of))
         quaternion_xyzw = state.continuous_quaternion_xyzw
         last = self._last.get(of)
         if last is not None and np.dot(last, quaternion_xyzw) < 0.0:

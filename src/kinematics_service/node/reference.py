@@ -20,7 +20,7 @@ from ..robot.robot import Robot
 from .messages.message_check import read_message
 from .messages.messages import stamp_of
 from .messages.target_messages import pose_of
-from .messages.topics import REFERENCE_POSE, TARGET_POSE_QOS, overridable
+from .messages.topics import REFERENCE_POSE, TARGET_POSE_QOS, raw_subscription
 from .parameters.settings import ReferenceLimits
 from .steady_time import Throttle
 
@@ -28,27 +28,27 @@ WITHOUT_APP = (
     'the app calibration, which compares poses, was removed; record both, and run '
     '`kinematics_service audit`'
 )
-# The log repeats that the level rises after this time, s.
-AGAIN = 5.0
+# Shortest time between two log lines about a higher level, s.
+LOG_PERIOD = 5.0
 
 
 class Reference:
     """
-    Gives poses of a second source, and the states of the arm, to the app that compares them.
+    Passes poses of a second source, and the states of the arm, to the app that compares them.
 
-    The log has the first result, and each that is worse.
+    The first result is logged, and each result with a higher level.
 
     Parameters
     ----------
     node
-        The node it belongs to.
+        The node that subscribes.
     robot, limits
-        Return the arm and the limits in force.
+        Return the present arm and limits.
 
     Attributes
     ----------
     watch
-        The app's memory of the second source; None before its first pose.
+        The comparison of the app; None before the first pose.
     """
 
     def __init__(
@@ -60,14 +60,13 @@ class Reference:
         self.watch: Any = None
         self._node, self._robot, self._limits = node, robot, limits
         self._refused = ''
-        self._level, self._throttle = -1, Throttle(AGAIN)
-        subscription = node.create_subscription(
-            PoseStamped, REFERENCE_POSE, self._on_pose, raw=True, **overridable(TARGET_POSE_QOS)
-        )
+        self._level, self._throttle = -1, Throttle(LOG_PERIOD)
+        qos, take = TARGET_POSE_QOS, self._on_pose
+        subscription = raw_subscription(node, PoseStamped, REFERENCE_POSE, take, qos)
         self._topic = str(subscription.topic_name)
 
     def forget(self) -> None:
-        """Start again: the stamps or the arm have changed."""
+        """Forget all poses, because the stamps or the arm have changed."""
         self.watch, self._level = None, -1
 
     def _on_pose(self, data: bytes) -> None:
@@ -86,23 +85,23 @@ class Reference:
         self.watch.note_pose(stamp, pose)
 
     def note(self, answer: EstimatorOutput) -> None:
-        """Take a new state of the arm; a pose is compared once states around it are known."""
+        """Take a new state of the arm; a pose is compared after the next state."""
         if self.watch is not None:
             self.watch.note_state(answer.stamp, answer.state.q)
 
     def status_text(self) -> StatusText | None:
-        """Return the status, None without a source; log the first level and each that is worse."""
+        """Return the status, None without a source; log the first and each higher level."""
         if self.watch is None:
             text = f'pose of {self._topic} refused: {self._refused}'
             return StatusText(Level.WARN, text, ()) if self._refused else None
-        found: StatusText = self.watch.status(self._limits(), self._refused)
-        is_collecting = not self.watch.is_examined and found.level == Level.OK
-        rises, text = found.level > self._level, f'poses of {self._topic}: {found.sentence}'
+        status: StatusText = self.watch.status(self._limits(), self._refused)
+        is_collecting = not self.watch.is_examined and status.level == Level.OK
+        rises, text = status.level > self._level, f'poses of {self._topic}: {status.sentence}'
         if is_collecting or rises and not self._throttle.passes('frames'):
-            return found
-        self._level = found.level
-        if rises and found.level == Level.OK:
+            return status
+        self._level = status.level
+        if rises and status.level == Level.OK:
             self._node.get_logger().info(text)
         elif rises:
             self._node.get_logger().warning(text)
-        return found
+        return status

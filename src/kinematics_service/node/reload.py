@@ -1,8 +1,8 @@
 """
-The robot read again while the node answers: by the service `~/reload`, or since a topic says so.
+Read the robot again while the node answers, for the service `~/reload` or a new description.
 
-Reading and checking a file takes some tens of milliseconds, so it has a thread of its own. What is
-right comes into force between two messages; what is wrong changes nothing.
+Reading and checking a file takes tens of milliseconds, so a second thread does it. A valid robot
+is applied between two messages; a robot with faults changes nothing.
 """
 
 import threading
@@ -15,30 +15,30 @@ from std_srvs.srv import Trigger
 from ..errors import KinematicsError
 from ..typography import counted
 from .messages.topics import RELOAD, SERVICE_QOS
-from .parameters.description_topic import SILENCE, last_of
+from .parameters.description_topic import LOG_PERIOD, last_of
 from .parameters.node_parameters import CheckedArm, NodeParameters
 from .parameters.settings import NodeSettings
 from .steady_time import steady_timer
 
-# Period of the look for the end of the reading, s.
-LOOK = 0.005
+# Period of the check whether the second thread has ended, s.
+CHECK_PERIOD = 0.005
 
 
 class Reload:
     """
-    Answers `~/reload` after the robot is read: with what is in force now, or with its faults.
+    Answers `~/reload` after the robot is read, with the robot in force or with the faults.
 
-    Requests that come meanwhile are answered by one more reading: the robot may have been changed
-    after the present one began.
+    Requests during a reading are answered by another reading, because the robot may have changed
+    after the present reading began.
 
     Parameters
     ----------
     node
-        The node it belongs to.
+        The node with the service.
     parameters
-        The node's parameters, which read the robot.
+        The parameters of the node, which read the robot.
     apply
-        Called with the settings of the arm that has been read.
+        Called with the settings of the new arm.
     """
 
     def __init__(
@@ -46,18 +46,18 @@ class Reload:
     ) -> None:
         self._node, self._parameters, self._apply = node, parameters, apply
         self._asked: list[Any] = []  # headers of requests for the next reading
-        self._answered: list[Any] = []  # of those that the present one answers
-        self._reading = self._again = False  # whether one goes on, and another is to follow
+        self._answered: list[Any] = []  # of requests for the present reading
+        self._reading = self._again = False  # whether a reading runs, and another follows
         self._outcome: CheckedArm | Exception | None = None
-        self._timer = steady_timer(node, LOOK, self._look, autostart=False)
-        # After a line in the log the next one waits, for the last of all robots read meanwhile.
-        self._unsaid, self._outcome_in_words = 0, (True, '')
-        self._pause = steady_timer(node, SILENCE, self._say, autostart=False)
+        self._timer = steady_timer(node, CHECK_PERIOD, self._check_outcome, autostart=False)
+        # After a log line the next line waits, and has the last outcome of all readings meanwhile.
+        self._unlogged, self._outcome_in_words = 0, (True, '')
+        self._log_pause = steady_timer(node, LOG_PERIOD, self._log_outcome, autostart=False)
         self._service = node.create_service(
             Trigger, RELOAD, lambda request, response: response, qos_profile=SERVICE_QOS
         )
-        # The executors send what a service's callback returns at once, and `EventsExecutor` of
-        # Jazzy cannot wait for a coroutine: so this is what they call.
+        # An executor sends the result of a service callback at once, and `EventsExecutor` of Jazzy
+        # cannot wait for a coroutine. So the executor's call of `send_response` is replaced.
         self._send = self._service.send_response
         setattr(self._service, 'send_response', self._on_request)  # noqa: B010
 
@@ -66,7 +66,7 @@ class Reload:
         self.read()
 
     def read(self) -> None:
-        """Read the robot again, after the present reading if there is one."""
+        """Read the robot again, after a present reading has ended."""
         self._again = self._reading
         if self._reading:
             return
@@ -77,35 +77,35 @@ class Reload:
         def work() -> None:
             try:
                 self._outcome = read()
-            except Exception as error:  # whatever it is: the request gets its answer
+            except Exception as error:  # the request must get an answer
                 self._outcome = error
 
         threading.Thread(target=work, daemon=True).start()
         self._timer.reset()
 
-    def _look(self) -> None:
+    def _check_outcome(self) -> None:
         outcome = self._outcome
         if outcome is None:
             return
         self._timer.cancel()
-        self._unsaid += 1
+        self._unlogged += 1
         success, sentence = self._outcome_in_words = self._taken(outcome)
-        if self._answered or self._pause.is_canceled():
-            self._say()
+        if self._answered or self._log_pause.is_canceled():
+            self._log_outcome()
         for header in self._answered:
             self._send(Trigger.Response(success=success, message=sentence), header)
         self._reading = False
         if self._again:
             self.read()
 
-    def _say(self) -> None:
-        if not self._unsaid:
-            self._pause.cancel()
+    def _log_outcome(self) -> None:
+        if not self._unlogged:
+            self._log_pause.cancel()
             return
         logger, (success, sentence) = self._node.get_logger(), self._outcome_in_words
-        sentence += last_of(self._unsaid)
-        self._unsaid = 0
-        self._pause.reset()
+        sentence += last_of(self._unlogged)
+        self._unlogged = 0
+        self._log_pause.reset()
         if success:
             logger.info(sentence)
             for doubt in self._parameters.settings.robot.description.warnings:
@@ -121,7 +121,7 @@ class Reload:
             self._apply(settings)
         except KinematicsError as error:
             return False, str(error)
-        except Exception as error:  # whatever it is: the request gets its answer
+        except Exception as error:  # the request must get an answer
             return False, f'internal error, please report it: {error!a}'
         robot = settings.robot
         return True, (

@@ -11,9 +11,9 @@ from .parameters.settings import NodeSettings
 
 class DescriptionPublisher:
     """
-    Publishes the URDF once for each change of the settings; late subscribers get the last one.
+    Publishes the URDF after each change of the settings; late subscribers get the last URDF.
 
-    It is off by default: a robot with a URDF of its own publishes that on this topic.
+    It is off by default, because a robot with a URDF already has this topic.
     """
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
@@ -22,12 +22,12 @@ class DescriptionPublisher:
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Apply other settings: frames and joints may have other names."""
+        """Apply other settings; the names of frames and joints may differ."""
         if not settings.publish_robot_description:
             self._withdraw()
             return
         from ..robot.urdf.elements import FrameNames
-        from ..robot.urdf.writer import export_urdf  # imported only if it is asked for
+        from ..robot.urdf.writer import export_urdf  # imported only if needed
 
         robot, prefix = settings.robot, settings.frame_prefix
         names = FrameNames(
@@ -39,7 +39,7 @@ class DescriptionPublisher:
             text = export_urdf(robot, names)
         except KinematicsError as error:
             self._node.get_logger().warning(f'robot_description is not published: {error}')
-            self._withdraw()  # that of another arm
+            self._withdraw()  # the URDF of the former arm
             return
         if self._publisher is None:
             self._publisher = self._node.create_publisher(String, ROBOT_DESCRIPTION, WARNING_QOS)

@@ -1,7 +1,8 @@
-"""How much of a commanded motion may be kept, and why not all of it; no safety function."""
+"""The share of a commanded motion that may be kept, and its reason; no safety function."""
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -27,37 +28,44 @@ from .messages.topics import (
     SERVO_STATUS,
     WARNING_QOS,
     overridable,
+    raw_subscription,
 )
 from .parameters.settings import NodeSettings
 from .steady_time import Throttle
 
-# Shares below which a motion is called slowed, and stopped; and above which it no longer is.
-SLOWED, STOPPED = (0.95, 0.99), (0.01, 0.05)
-# Another cause is named when it asks for so much less than the one that was named.
-OTHER_CAUSE = 0.05
+# A command is slowed below the first scale, and no longer slowed above the second (hysteresis).
+SLOWED_SCALES = (0.95, 0.99)
+# A command is stopped below the first scale, and no longer stopped above the second.
+STOPPED_SCALES = (0.01, 0.05)
+# The named cause changes only if another constraint allows a scale that is smaller by this.
+CAUSE_HYSTERESIS = 0.05
 NO_SAFETY = 'no safety function: it knows positions and commands as they are reported'
-# What MoveIt Servo calls these states (moveit_msgs/ServoStatus).
-INVALID, NO_WARNING, APPROACHING, HALTED, MOVING_OFF, JOINT_BOUND = -1, 0, 1, 2, 3, 6
+# Codes of moveit_msgs/ServoStatus.
+INVALID = -1
+NO_WARNING = 0
+HALT_FOR_SINGULARITY = 2
+# DECELERATE_FOR_APPROACHING_SINGULARITY, DECELERATE_FOR_LEAVING_SINGULARITY, JOINT_BOUND.
+SERVO_CODES = {SINGULARITY: 1, LEAVING: 3, POSITION: 6}
 
 
 class _Reason(NamedTuple):
-    # What was said last: level, and the index of the constraint, -1 for none.
+    # The reason published last: level, and index of the constraint, -1 for none.
     level: Level
     k: int = -1
 
 
 class Scaling:
     """
-    Answers each commanded joint velocity with the share of it that may be kept.
+    Answers each commanded joint velocity with its scale, the share that may be kept.
 
     Parameters
     ----------
     node
-        The node that it belongs to.
+        The node with the topics.
     settings
         The settings in force.
     present
-        Returns the arm's present state; RefusedTargetError if it is not known.
+        Returns the present state of the arm; raises RefusedTargetError if it is unknown.
     """
 
     def __init__(
@@ -68,32 +76,29 @@ class Scaling:
         self._scale = node.create_publisher(Float64, SCALE, **overridable(OUTPUT_QOS))
         self._code = node.create_publisher(Int8, SERVO_STATUS, **overridable(OUTPUT_QOS))
         self._why = node.create_publisher(DiagnosticStatus, SCALE_REASON, WARNING_QOS)
-        # Raw: refused here with a reason.
-        node.create_subscription(
-            JointState, COMMAND, self._on_command, raw=True, **overridable(COMMAND_QOS)
-        )
+        raw_subscription(node, JointState, COMMAND, self._on_command, COMMAND_QOS)
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Apply other settings: nothing is remembered of the arm before."""
+        """Apply other settings, and forget the last scale and its reason."""
         self._settings = settings
         self._reason: _Reason | None = None
-        self._last: tuple[float, float] | None = None  # share, and its time (s)
+        self._last: tuple[float, float] | None = None  # scale, and its time (s)
 
     def _on_command(self, data: bytes) -> None:
         try:
-            found = self._found(read_message(data, JointState))
+            scales = self._scales_of(read_message(data, JointState))
         except Exception as error:  # no message may stop the node
             self._refuse(error)
             return
-        value = self._smooth(float(found.value[0]))
-        reason = self._judged(found)
-        self._publish(value, _servo_code(found, reason))
+        value = self._limit_rise(float(scales.value[0]))
+        reason = self._reason_for(scales)
+        self._publish_scale(value, _servo_code(scales, reason))
         if reason != self._reason:
             self._reason = reason
-            self._say(reason.level, *_in_words(found, reason, value))
+            self._publish_reason(_reason_in_words(scales, reason, value))
 
-    def _found(self, message: JointState) -> MotionScales:
+    def _scales_of(self, message: JointState) -> MotionScales:
         settings, present = self._settings, self._present()
         qdot = _velocities(message, settings.joint_names)
         # Both clocks are the robot's: the ROS clock of this process may be another one.
@@ -103,7 +108,7 @@ class Scaling:
                 f'the stamp of the command is {1e-9 * (present.stamp - stamp):.4g} s older than '
                 f'that of the joint states, and joint_state_timeout is {1e-9 * timeout:g} s'
             )
-        # As one pose of a batch, which is searched for less long than a pose asked alone.
+        # A batch of one pose: its search for singular poses is shorter than that of a single pose.
         return scale(
             settings.robot,
             present.state.q[None],
@@ -113,8 +118,8 @@ class Scaling:
             rule=settings.scale_rule,
         )
 
-    def _smooth(self, value: float) -> float:
-        # It falls at once, since a limit does not wait, and rises at a rate.
+    def _limit_rise(self, value: float) -> float:
+        # The scale falls at once and rises by `scale.rise`.
         now = time.monotonic()
         if self._last is not None:
             before, at = self._last
@@ -122,38 +127,38 @@ class Scaling:
         self._last = value, now
         return value
 
-    def _judged(self, found: MotionScales) -> _Reason:
-        # Of what may be kept: what still rises to it has no cause.
-        former, values = self._reason or _Reason(Level.OK), found.values[0]
+    def _reason_for(self, scales: MotionScales) -> _Reason:
+        # Returns level and constraint of the scale before smoothing.
+        former, values = self._reason or _Reason(Level.OK), scales.values[0]
         level, value = Level.OK, float(np.min(values))
-        if value < STOPPED[former.level is Level.ERROR]:
+        if value < STOPPED_SCALES[former.level is Level.ERROR]:
             level = Level.ERROR
-        elif value < SLOWED[former.level is not Level.OK]:
+        elif value < SLOWED_SCALES[former.level is not Level.OK]:
             level = Level.WARN
         if level is Level.OK:
             return _Reason(level)
         k = int(np.argmin(values))
-        if 0 <= former.k < len(values) and values[former.k] <= values[k] + OTHER_CAUSE:
+        if 0 <= former.k < len(values) and values[former.k] <= values[k] + CAUSE_HYSTERESIS:
             k = former.k
         return _Reason(level, k)
 
     def _refuse(self, error: Exception) -> None:
         sentence = self._throttle.reason_of(self._node, 'a command', error)
         self._last = 0.0, time.monotonic()
-        self._publish(0.0, INVALID)
+        self._publish_scale(0.0, INVALID)
         reason = _Reason(Level.STALE)
         if reason != self._reason:
             self._reason = reason
-            self._say(reason.level, f'no scale: {sentence}', ())
+            self._publish_reason(StatusText(reason.level, f'no scale: {sentence}', ()))
 
-    def _publish(self, value: float, code: int) -> None:
+    def _publish_scale(self, value: float, code: int) -> None:
         self._scale.publish(Float64(data=value))
         if self._code.get_subscription_count() > 0:
             self._code.publish(Int8(data=code))
 
-    def _say(self, level: Level, sentence: str, values: tuple[tuple[str, str], ...]) -> None:
+    def _publish_reason(self, text: StatusText) -> None:
         robot = ('robot', self._settings.robot.name)
-        text = StatusText(level, sentence, (robot, *values, ('note', NO_SAFETY)))
+        text = replace(text, values=(robot, *text.values, ('note', NO_SAFETY)))
         self._why.publish(status_message(f'{full_name(self._node)}: scale', text))
 
 
@@ -165,41 +170,42 @@ def _velocities(message: JointState, names: tuple[str, ...]) -> Floats:
     for name in names:
         if message.name.count(name) > 1:
             raise RefusedTargetError(f'the command names joint {name!r} twice')
-    told = dict(zip(message.name, message.velocity))
-    if not told.keys() & set(names):
+    velocities = dict(zip(message.name, message.velocity))
+    if not velocities.keys() & set(names):
         raise RefusedTargetError(f'the command names no joint of {", ".join(names)}')
-    qdot = np.array([told.get(name, 0.0) for name in names])
+    qdot = np.array([velocities.get(name, 0.0) for name in names])
     if not (np.abs(qdot) <= LARGEST).all():
         name = names[int(np.argmax(~(np.abs(qdot) <= LARGEST)))]
-        raise RefusedTargetError(f'the commanded velocity of {name} is {told[name]}')
+        raise RefusedTargetError(f'the commanded velocity of {name} is {velocities[name]}')
     return qdot
 
 
-def _servo_code(found: MotionScales, reason: _Reason) -> int:
+def _servo_code(scales: MotionScales, reason: _Reason) -> int:
     if reason.k < 0:
         return NO_WARNING
-    cause = found.constraints[reason.k].cause
-    if cause == SINGULARITY:
-        return HALTED if reason.level is Level.ERROR else APPROACHING
-    return {LEAVING: MOVING_OFF, POSITION: JOINT_BOUND}.get(cause, NO_WARNING)
+    cause = scales.constraints[reason.k].cause
+    if cause == SINGULARITY and reason.level is Level.ERROR:
+        return HALT_FOR_SINGULARITY
+    return SERVO_CODES.get(cause, NO_WARNING)
 
 
-def _in_words(
-    found: MotionScales, reason: _Reason, value: float
-) -> tuple[str, tuple[tuple[str, str], ...]]:
-    proved = 'proved', 'yes' if found.proved[0] else 'no'
+def _reason_in_words(scales: MotionScales, reason: _Reason, value: float) -> StatusText:
+    proved = 'proved', 'yes' if scales.proved[0] else 'no'
+    share = 'scale', f'{value:.3g}'
     if reason.k < 0:
-        rising = '; the scale rises to it' if value < SLOWED[0] else ''
-        return f'the command may be kept{rising}', (('scale', f'{value:.3g}'), proved)
-    constraint = found.constraints[reason.k]
+        rising = '; the scale rises to it' if value < SLOWED_SCALES[0] else ''
+        return StatusText(reason.level, f'the command may be kept{rising}', (share, proved))
+    constraint = scales.constraints[reason.k]
     cause, of, unit = constraint
-    margin, left = (float(column[0][reason.k]) for column in (found.margins, found.times))
+    margin, left = (float(column[0][reason.k]) for column in (scales.margins, scales.times))
     how = 'stopped' if reason.level is Level.ERROR else f'slowed to {value:.2g}'
-    return f'{how}: {constraint.words}, {margin:.3g} {unit} left', (
-        ('scale', f'{value:.3g}'),
+    values = (
+        share,
         ('cause', cause),
         ('of', of),
         ('margin', f'{margin:.6g} {unit}'),
         ('time left', f'{left:.3g} s'),
         proved,
     )
+    sentence = f'{how}: {constraint.words}, {margin:.3g} {unit} left'
+    return StatusText(reason.level, sentence, values)

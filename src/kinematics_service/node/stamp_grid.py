@@ -1,9 +1,9 @@
-"""Limits the rate of answers by their stamps."""
+"""Limit the rate of answers by their stamps."""
 
 
 class StampGrid:
     """
-    Lets one answer pass in each cell of a fixed grid of stamps, whatever the input's rate is.
+    Passes one answer in each cell of a fixed grid of stamps, at any rate of the input.
     """
 
     def __init__(self) -> None:
@@ -11,7 +11,7 @@ class StampGrid:
 
     def passes(self, stamp: int, period: int) -> bool:
         """
-        Return whether the first answer of its cell has this stamp (ns); a period of 0: always.
+        Return whether this stamp (ns) is the first in its cell; with a period of 0 all pass.
         """
         if period == 0:
             return True
@@ -22,5 +22,5 @@ class StampGrid:
         return True
 
     def forget(self) -> None:
-        """Start again: the next answer passes."""
+        """Let the next answer pass."""
         self._last = None

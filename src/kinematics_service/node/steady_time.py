@@ -1,4 +1,4 @@
-"""Timers and log lines by a time that nobody sets or stops, as the ROS clock can be."""
+"""Timers and log lines by the steady clock; the ROS clock can be set and stopped."""
 
 import time
 from collections.abc import Callable
@@ -20,9 +20,10 @@ def steady_timer(
 
 class Throttle:
     """
-    Lets a log line pass once in a while: it remembers when each of few, fixed kinds last passed.
+    Limits the rate of log lines: it remembers when each kind of line last passed.
 
-    rclpy's own throttle costs 270 us for each line it suppresses, so the node asks here first.
+    The throttle of rclpy takes 270 us for each suppressed line. Kinds must be few, because none is
+    forgotten.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -39,14 +40,14 @@ class Throttle:
         return True
 
     def reason_of(self, node: Node, what: str, error: Exception) -> str:
-        """Return why `what` is refused; an error of our own is logged."""
+        """Return why `what` is refused; log the error if it is internal."""
         if isinstance(error, KinematicsError):
             return str(error)
         self.internal_error(node, what, error)
         return 'internal error'
 
     def internal_error(self, node: Node, what: str, error: Exception) -> None:
-        """Log an error of our own while `what` was handled."""
+        """Log an internal error that occurred while `what` was handled."""
         if self.passes('internal'):
             node.get_logger().error(
                 f'internal error while handling {what}, please report it: {error!a}'

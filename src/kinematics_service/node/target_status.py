@@ -6,22 +6,21 @@ from ..estimation.status_text import StatusText
 from ..kernel import Floats
 from ..kinematics.inverse.result import IkFamily, IkResult
 from ..kinematics.inverse.self_motion.best_posture import BestPosture
-from ..kinematics.inverse.servo import ROUND_OFF, ServoStep
-from ..kinematics.inverse.way_out import WayOut
+from ..kinematics.inverse.servo import FOLLOWED_ROUND_OFF, ServoStep
 from ..robot.measures import Level
 from .messages.target_messages import Choice
 
 
 def pose_status(result: IkResult, choice: Choice, near: Floats, redundancy: str) -> StatusText:
     """
-    Return the outcome of a pose target: OK if the arm can reach it, otherwise ERROR.
+    Return the status of a target pose: OK if the arm can reach it, otherwise ERROR.
 
     Parameters
     ----------
     near : shape (n,)
-        The present joint positions: the distance from them is part of the text.
+        The present joint positions; the status has the distance of the answer from them.
     redundancy
-        What is wanted of a redundant arm.
+        The criterion for the posture of a redundant arm.
     """
     values = [
         ('status', result.status),
@@ -64,11 +63,8 @@ def _on_arc(best: BestPosture | None, redundancy: str) -> list[tuple[str, str]]:
     ]
 
 
-def twist_status(step: ServoStep, way_out: WayOut | None) -> StatusText:
-    """
-    Return the outcome of a twist target: WARN if the tool moves otherwise than asked. `way_out` is
-    that of a lost twist.
-    """
+def twist_status(step: ServoStep) -> StatusText:
+    """Return the status of a target twist: WARN if the twist of the tool differs from it."""
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),
         ('damping', f'{step.damping:.4g}'),
@@ -77,17 +73,16 @@ def twist_status(step: ServoStep, way_out: WayOut | None) -> StatusText:
         ('smallest singular value', f'{step.smallest_singular_value:.6g}'),
         ('held joints', ', '.join(step.held)),
         ('twist', _numbers(step.twist)),
-        ('way out', f'{way_out.joint} {way_out.motion:+.6g}' if way_out else ''),
     )
     reasons = []
     if step.lost:
         reasons.append(
             f'this singular pose has lost the direction asked for: {step.followed:.1%} of the '
-            f'twist is made; the way out: {_way_out(way_out)}'
+            f'twist is made; move the joints by way_out of the singularity warning first'
         )
     elif step.damping > 0.0:
         reasons.append(f'damped near a singularity ({step.damping:.0%} of the maximum)')
-    elif step.followed < 1.0 - ROUND_OFF:
+    elif step.followed < 1.0 - FOLLOWED_ROUND_OFF:
         reasons.append(
             f'{step.followed:.0%} of the twist is made: the arm cannot make the rest at any pose '
             '(ik.rows says what counts)'
@@ -99,12 +94,6 @@ def twist_status(step: ServoStep, way_out: WayOut | None) -> StatusText:
     if reasons:
         return StatusText(Level.WARN, '; '.join(reasons), values)
     return StatusText(Level.OK, 'followed as asked', values)
-
-
-def _way_out(way_out: WayOut | None) -> str:
-    if way_out is None:
-        return 'to another pose by several joints; no single joint within 0.4 rad leads out'
-    return f'move {way_out.joint} by {way_out.motion:+g} first'
 
 
 def _numbers(values: Floats) -> str:

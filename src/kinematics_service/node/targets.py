@@ -1,8 +1,8 @@
 """
-Targets for the tool: poses in, joint positions out; twists in, joint velocities out.
+Targets for the tool: a pose is answered by joint positions, a twist by joint velocities.
 
-An answer to a pose takes up to some 50 ms, so poses have a thread of their own: no joint state
-waits for one. An answer to a twist takes some 0.1 ms, in the thread of the executor.
+An answer to a pose takes up to 50 ms. A second thread computes it, so that no joint state waits.
+An answer to a twist takes 0.1 ms, in the thread of the executor.
 """
 
 import contextlib
@@ -29,7 +29,6 @@ from ..kinematics.inverse.problem.plan import plan_for
 from ..kinematics.inverse.self_motion.best_posture import has_arcs
 from ..kinematics.inverse.servo import joint_velocity
 from ..kinematics.inverse.solve import inverse_kinematics
-from ..kinematics.inverse.way_out import way_out_for
 from ..robot.measures import Level
 from .messages.message_check import read_message
 from .messages.messages import full_name, stamp_of, status_message
@@ -54,40 +53,42 @@ from .messages.topics import (
     TARGET_TWIST,
     TARGET_TWIST_QOS,
     overridable,
+    raw_subscription,
 )
 from .parameters.settings import NodeSettings
 from .steady_time import Throttle, steady_timer
 from .target_status import pose_status, twist_status
 
-# Period of the check that twists still arrive, as a share of their timeout.
-WATCH_SHARE = 0.25
-# Longest time that the end of the node waits for the last message to go out, s.
-LAST_WORD = Duration(seconds=0.2)
-# Longest time that it waits for the answer to a pose, s.
-LAST_ANSWER = 0.5
+# Period of the check that twists still arrive, divided by their time-out. The joints thus stop at
+# most a quarter of the time-out late.
+WATCHDOG_TIMEOUT_RATIO = 0.25
+# Longest wait, while the node ends, for the acknowledgement of the last message (s).
+ACKNOWLEDGEMENT_TIMEOUT = Duration(seconds=0.2)
+# Longest wait for the answer to a pose while the node ends, and for the executor (s).
+ANSWER_TIMEOUT = 0.5
 
 
 class Targets:
     """
-    Answers targets, each with a status; a target that is refused moves nothing.
+    Answers targets and publishes a status for each; a refused target moves nothing.
 
-    A twist is a command for now: if the next one is refused or does not arrive within
-    `ik.target_timeout`, one message of zero velocities stops the motion that the last one began.
+    A twist is valid for `ik.target_timeout`. If the next twist is refused or late, one message of
+    zero velocities stops the motion.
 
     Parameters
     ----------
     node
-        The node they belong to; topics and statuses carry its name.
+        The node with the topics; statuses carry its name.
     settings
         The settings in force.
     present
-        Returns the arm's present state; RefusedTargetError if it is not known.
+        Returns the present state of the arm; raises RefusedTargetError if it is unknown.
 
     Attributes
     ----------
     in_force
-        Held while an answer to a pose goes out, and to be held while settings change: so an answer
-        and the settings and the state that it is of go together.
+        A lock. It is held while an answer to a pose is published; hold it while settings change.
+        An answer thus fits the settings and the state at its publication.
     """
 
     def __init__(
@@ -98,11 +99,11 @@ class Targets:
     ) -> None:
         self._node, self.in_force = node, threading.Lock()
         self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # None ends the thread
-        self._thread: threading.Thread | None = None  # that of the poses, from the first one on
-        self._throttle, self._once = Throttle(5.0), Throttle(math.inf)
-        self._settings = self._planned(settings)
+        self._thread: threading.Thread | None = None  # of the poses, started by the first pose
+        self._throttle, self._first_time = Throttle(5.0), Throttle(math.inf)
+        self._settings = self._prepared(settings)
         self._present = present
-        self._moving_since: float | None = None  # time of the last twist that is in force
+        self._moving_since: float | None = None  # time of the last valid twist
 
         def publisher(kind: Any, name: str) -> Any:
             return node.create_publisher(kind, name, **overridable(OUTPUT_QOS))
@@ -111,37 +112,33 @@ class Targets:
         self._solutions = publisher(Float64MultiArray, IK_SOLUTIONS)
         self._joint_velocity = publisher(JointState, IK_JOINT_VELOCITY)
         self._status = publisher(DiagnosticStatus, IK_STATUS)
-        for kind, name, take, qos in (
-            (PoseStamped, TARGET_POSE, self._on_pose, TARGET_POSE_QOS),
-            (TwistStamped, TARGET_TWIST, self._on_twist, TARGET_TWIST_QOS),
-        ):
-            # Raw: refused here with a reason.
-            node.create_subscription(kind, name, take, raw=True, **overridable(qos))
-        # Runs only while a twist is in force: its thread would wake for nothing otherwise.
+        raw_subscription(node, PoseStamped, TARGET_POSE, self._on_pose, TARGET_POSE_QOS)
+        raw_subscription(node, TwistStamped, TARGET_TWIST, self._on_twist, TARGET_TWIST_QOS)
+        # Runs only while a twist is valid.
         self._timer = steady_timer(node, self._watch_period(), self._watch, autostart=False)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Apply other settings; a motion in force is stopped."""
+        """Apply other settings; stop the motion of the last twist."""
         self._stop()
-        self._settings = self._planned(settings)
+        self._settings = self._prepared(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
     def stop(self) -> None:
-        """End a motion in force; no answer goes out after it unless the state is known again."""
+        """Stop the motion of the last twist, after an answer that is being published."""
         with self.in_force:
-            pass  # an answer that is going out
+            pass
         if self._moving_since is not None:
             self._stop()
-            self._joint_velocity.wait_for_all_acked(LAST_WORD)
+            self._joint_velocity.wait_for_all_acked(ACKNOWLEDGEMENT_TIMEOUT)
 
     def close(self) -> None:
-        """End the thread of the poses, before the node goes."""
+        """End the thread of the poses, before the node is destroyed."""
         self._poses.put(None)
         if self._thread is not None:
-            self._thread.join(LAST_ANSWER)
+            self._thread.join(ANSWER_TIMEOUT)
 
     def _watch_period(self) -> float:
-        return self._settings.target_timeout * 1e-9 * WATCH_SHARE
+        return self._settings.target_timeout * 1e-9 * WATCHDOG_TIMEOUT_RATIO
 
     # Poses
 
@@ -152,7 +149,7 @@ class Targets:
             self._thread.start()
 
     def _take_poses(self) -> None:
-        # Answers the newest pose; it replaces those that came while the last one was answered.
+        # Answers the newest pose. It replaces the poses that came during the last answer.
         waiting = self._poses.get()
         while waiting is not None:
             self._wait_for_executor()
@@ -165,11 +162,11 @@ class Targets:
                 waiting = self._poses.get()
 
     def _wait_for_executor(self) -> None:
-        # An answer shares the interpreter with the executor, which works its queue off first.
+        # The answer needs the interpreter's lock: the executor empties its queue first.
         executor, done = self._node.executor, threading.Event()
         if executor is not None:
             executor.create_task(done.set)
-            done.wait(LAST_ANSWER)
+            done.wait(ANSWER_TIMEOUT)
 
     def _take_pose(self, data: bytes, replaced: int) -> None:
         try:
@@ -177,7 +174,7 @@ class Targets:
         except Exception as error:  # no message may stop the thread
             status_text = self._refused(error)
         values = (*status_text.values, ('replaced', str(replaced)))
-        self._say('target_pose', replace(status_text, values=values))
+        self._publish_status('target_pose', replace(status_text, values=values))
 
     def _answer_pose(self, message: PoseStamped) -> StatusText:
         given = pose_of(message)
@@ -196,7 +193,7 @@ class Targets:
             )
             choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
             with self.in_force:
-                self._present()  # refuses where the node has fallen silent
+                self._present()  # raises if the node has fallen silent
                 if settings is not self._settings:
                     continue
                 if self._solutions.get_subscription_count() > 0:
@@ -217,7 +214,7 @@ class Targets:
         except Exception as error:  # no message may stop the node
             self._stop(stamp)
             status_text = self._refused(error)
-        self._say('target_twist', status_text)
+        self._publish_status('target_twist', status_text)
 
     def _answer_twist(self, message: TwistStamped) -> StatusText:
         settings = self._settings
@@ -234,10 +231,7 @@ class Targets:
         elif not moving:
             self._timer.cancel()
         self._moving_since = time.monotonic() if moving else None
-        way_out = None
-        if step.lost and self._status.get_subscription_count() > 0:
-            way_out = way_out_for(settings.robot, present.q, twist, settings.servo)
-        return twist_status(step, way_out)
+        return twist_status(step)
 
     def _watch(self) -> None:
         since = self._moving_since
@@ -245,11 +239,10 @@ class Targets:
         if since is not None and time.monotonic() - since > timeout:
             self._stop()
             sentence = f'no target_twist for {timeout:g} s: the joints are stopped'
-            self._say('target_twist', StatusText(Level.STALE, sentence, ()))
+            self._publish_status('target_twist', StatusText(Level.STALE, sentence, ()))
 
     def _stop(self, stamp: int | None = None) -> None:
-        # Velocity controllers hold the last command: a motion that was begun must be stopped,
-        # once.
+        # Velocity controllers hold the last command, so it must be replaced by zero once.
         if self._moving_since is None:
             return
         self._moving_since = None
@@ -265,20 +258,19 @@ class Targets:
         reason = self._throttle.reason_of(self._node, 'a target', error)
         return StatusText(Level.ERROR, f'refused: {reason}', ())
 
-    def _say(self, topic: str, status_text: StatusText) -> None:
+    def _publish_status(self, topic: str, status_text: StatusText) -> None:
         if self._status.get_subscription_count() > 0:
             name = full_name(self._node)
             robot = ('robot', self._settings.robot.name)
             status_text = replace(status_text, values=(robot, *status_text.values))
             self._status.publish(status_message(f'{name}: {topic}', status_text))
 
-    def _planned(self, settings: NodeSettings) -> NodeSettings:
-        # What the arm's inverse needs is found now, in some milliseconds, so that no joint state
-        # waits for it later.
+    def _prepared(self, settings: NodeSettings) -> NodeSettings:
+        # Plan the inverse kinematics now (some milliseconds), so that no joint state waits for it.
         robot, rows, axis = settings.robot, settings.target_rows, settings.target_axis or ''
         plan_for(robot, rows, axis)
         has_effect = settings.redundancy == 'near' or has_arcs(robot, rows, axis)
-        if not has_effect and self._once.passes(f'{robot.name} {rows} {axis}'):
+        if not has_effect and self._first_time.passes(f'{robot.name} {rows} {axis}'):
             self._node.get_logger().warning(
                 f'the parameter ik.redundancy, {settings.redundancy}, has no effect: it is for '
                 'arms with one joint more than a pose, a position, or a position and an axis of '

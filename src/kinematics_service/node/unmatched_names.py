@@ -1,4 +1,4 @@
-"""Which parameter maps the joint names in messages to the joints of the arm."""
+"""Suggest parameters that map the joint names in messages to the joints of the arm."""
 
 import difflib
 import re
@@ -10,30 +10,30 @@ from ..robot.bundled import bundled_robots
 from ..robot.robot import Robot
 from ..typography import listed
 
-# Number of names that a sentence lists.
-LISTED = 8
-# No order is guessed for arms with more joints: to compare all pairs of 128 takes 1 s.
-GUESSED_JOINTS = 16
-# A name that is shown, and offered for a command line, as it is; others are quoted.
+# Largest number of names in a sentence.
+MAX_NAMES = 8
+# Largest number of joints for which an order is guessed: 128 joints would take 1 s.
+MAX_GUESSED_JOINTS = 16
+# A name that needs no quotes in a sentence and in a command line.
 PLAIN = re.compile(r'[\w/.:#+-]{1,60}')
-# The name of a joint in a bundled robot file. To parse all files takes 0.6 s, this 2 ms.
+# The name of a joint in a bundled robot file: 2 ms for all files, where a parser takes 0.6 s.
 JOINT = re.compile(r'^ +- \{name: ([^ ,}]+),.*\btype: ', re.MULTILINE)
 
 
 def unmatched_in_words(arm: Estimator, topic: str) -> str:
     """
-    Return that no message on a topic names a joint of the arm, and the parameter that maps names.
+    Return that no message on a topic names a joint of the arm, and suggest parameters.
 
-    Empty before the first message, and after one that names a joint.
+    Return an empty text before the first message, and after a message that names a joint.
     """
     lists, count = arm.unmatched(), arm.counts[NOT_OURS]
-    found = f'{count} messages on {topic} name no joint of {arm.robot.name}: '
-    return found + _in_words(arm.robot, lists) if lists else ''
+    beginning = f'{count} messages on {topic} name no joint of {arm.robot.name}: '
+    return beginning + _in_words(arm.robot, lists) if lists else ''
 
 
 @lru_cache(maxsize=4)
 def _in_words(robot: Robot, lists: tuple[tuple[str, ...], ...]) -> str:
-    names = list(dict.fromkeys(name for one in lists for name in one))
+    names = list(dict.fromkeys(name for message_names in lists for name in message_names))
     remedies = ' or '.join(_remedies(robot, lists, list(filter(PLAIN.fullmatch, names))))
     remedy = f'try {remedies}' if remedies else 'the parameter joint_names maps any names'
     if not remedies and len(names) < robot.dof:
@@ -44,26 +44,27 @@ def _in_words(robot: Robot, lists: tuple[tuple[str, ...], ...]) -> str:
 def shown(names: Sequence[str]) -> str:
     """Return some of the names, quoted if they are not plain."""
     plain = (name if PLAIN.fullmatch(name) else ascii(name[:60]) for name in names)
-    return listed(list(plain), LISTED) or 'nothing'
+    return listed(list(plain), MAX_NAMES) or 'nothing'
 
 
-def _remedies(robot: Robot, lists: Sequence[Sequence[str]], heard: list[str]) -> Iterator[str]:
+def _remedies(robot: Robot, lists: Sequence[Sequence[str]], received: list[str]) -> Iterator[str]:
     own = [joint.name for joint in robot.description.joints]
-    if prefixes := _prefixes(own, heard):
-        for one in prefixes:
-            yield f'-p joint_prefix:={one}' if one else 'without joint_prefix and joint_names'
+    if prefixes := _prefixes(own, received):
+        for prefix in prefixes:
+            option = f'-p joint_prefix:={prefix}'
+            yield option if prefix else 'without joint_prefix and joint_names'
         return
     others = [
         (len(joints), not prefix, f'--robot {name}' + (prefix and f' -p joint_prefix:={prefix}'))
         for name, file in bundled_robots().items()
         for joints in [JOINT.findall(file.read_text('utf-8'))]
-        for prefix in _prefixes(joints, heard)[:1]
+        for prefix in _prefixes(joints, received)[:1]
     ]
     yield from (option for *rank, option in others if rank == list(max(others)[:2]))
     for names in lists:
         if (
-            set(names) <= set(heard)
-            and len(set(names)) == len(names) == len(own) <= GUESSED_JOINTS
+            set(names) <= set(received)
+            and len(set(names)) == len(names) == len(own) <= MAX_GUESSED_JOINTS
         ):
             similar = [difflib.get_close_matches(name, names, 1, 0.0)[0] for name in own]
             is_order = len(set(similar)) == len(own)
@@ -72,7 +73,7 @@ def _remedies(robot: Robot, lists: Sequence[Sequence[str]], heard: list[str]) ->
                 yield f'-p "joint_names:={order}" (this order is a guess: check it)'
 
 
-def _prefixes(joints: Sequence[str], heard: Sequence[str]) -> list[str]:
-    # Returns the prefixes with which all joints are among the names in messages.
-    ends = [name.removesuffix(joints[0]) for name in heard if name.endswith(joints[0])]
-    return [prefix for prefix in ends if all(prefix + joint in heard for joint in joints)]
+def _prefixes(joints: Sequence[str], received: Sequence[str]) -> list[str]:
+    # Returns each prefix that makes all joints names in the messages.
+    ends = [name.removesuffix(joints[0]) for name in received if name.endswith(joints[0])]
+    return [prefix for prefix in ends if all(prefix + joint in received for joint in joints)]

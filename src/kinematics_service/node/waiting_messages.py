@@ -6,28 +6,27 @@ from typing import Any
 from rclpy.exceptions import InvalidHandle
 from rclpy.subscription import Subscription
 
-# A subscription that keeps all messages is taken to keep this many.
-MOST_KEPT = 10_000
+# Assumed queue depth of a subscription that keeps all messages.
+ASSUMED_DEPTH = 10_000
 
 
 def take_waiting(subscription: Subscription, keep: int) -> tuple[deque[Any], int]:
     """
-    Take out all messages that wait for a subscription; return the newest, and the number of all.
+    Take all messages that wait for a subscription; return the newest, and the number of all.
 
-    No more are taken than it keeps: others arrive in the meantime, and each has an event of its
-    own by which an executor takes it.
+    At most one queue depth is taken: an executor takes messages that arrive meanwhile.
 
     Parameters
     ----------
     subscription
-        May have been destroyed: then nothing waits.
+        The subscription; if it was destroyed, no message waits.
     keep
-        Number of the newest messages to be returned, each with its information.
+        Number of messages to return, each with its information.
     """
     handle, newest, count = subscription.handle, deque[Any](maxlen=keep), 0
     try:
         with handle:
-            while count < (subscription.qos_profile.depth or MOST_KEPT):
+            while count < (subscription.qos_profile.depth or ASSUMED_DEPTH):
                 message = handle.take_message(subscription.msg_type, subscription.raw)
                 if message is None:
                     break

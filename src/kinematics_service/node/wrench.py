@@ -1,4 +1,4 @@
-"""What `~/wrench` is: its bias, and what the joints do not feel."""
+"""The bias of `~/wrench`, and the status about its content."""
 
 from collections.abc import Callable
 
@@ -22,20 +22,22 @@ EXTERNAL = 'external, near the pose at which the bias was taken'
 
 class WrenchBias:
     """
-    Takes the bias of the joint efforts when it is asked for, and says what the wrench is.
+    Takes the bias of the joint efforts on request, and returns the status of the wrench.
 
     Parameters
     ----------
     node
-        The node that offers the service.
+        The node with the service.
     estimator
-        It knows the efforts.
-    is_heard
-        Returns whether somebody listens to a wrench: nobody else reads efforts.
+        The estimator; it has the efforts.
+    has_subscriber
+        Returns whether a wrench has a subscriber; only then efforts are read.
     """
 
-    def __init__(self, node: Node, estimator: Estimator, is_heard: Callable[[], bool]) -> None:
-        self._estimator, self._is_heard = estimator, is_heard
+    def __init__(
+        self, node: Node, estimator: Estimator, has_subscriber: Callable[[], bool]
+    ) -> None:
+        self._estimator, self._has_subscriber = estimator, has_subscriber
         node.create_service(Trigger, WRENCH_ZERO, self._zero, qos_profile=SERVICE_QOS)
 
     def _unknown(self) -> str:
@@ -44,7 +46,7 @@ class WrenchBias:
         return ', '.join(names)
 
     def _zero(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if not self._is_heard():
+        if not self._has_subscriber():
             response.message = 'no effort was read: nobody listens to ~/wrench'
             return response
         count = self._estimator.quantity(JointEfforts).take_bias()
@@ -58,21 +60,21 @@ class WrenchBias:
         return response
 
     def status(self, report: StateReport) -> StatusText:
-        """Return what the wrench of a report is, and which part of it the joints do not feel."""
+        """Return the status of a wrench: its kind, and directions without effect on the joints."""
         name, kind = report.settings.robot.name, RAW
         if self._estimator.quantity(JointEfforts).bias is not None:
             kind = EXTERNAL
-        unknown, found = self._unknown(), wrench_estimate(report)
+        unknown, estimate = self._unknown(), wrench_estimate(report)
         values = [('robot', name), ('kind', kind), ('joints without effort', unknown)]
-        if found is None:
+        if estimate is None:
             reason = f'the joint states have no effort of {unknown}' if unknown else 'not finite'
             return StatusText(Level.WARN, f'no wrench: {reason}', tuple(values))
-        hidden, damped = (_in_words(rows) for rows in (found.hidden, found.damped))
+        hidden, damped = (_in_words(rows) for rows in (estimate.hidden, estimate.damped))
         values += [
-            ('directions felt', f'{int(found.rank)} of 6'),
+            ('directions felt', f'{int(estimate.rank)} of 6'),
             ('not felt', hidden),
             ('hardly felt', damped),
-            ('torques unexplained', f'{float(np.linalg.norm(found.residual)):.3g}'),
+            ('torques unexplained', f'{float(np.linalg.norm(estimate.residual)):.3g}'),
         ]
         if damped:
             sentence = f'near a singular pose: {damped} is hardly felt, and said too small'

@@ -1,9 +1,9 @@
 """
-The axes of an arm's moving rows in a pose, for any convention of its table.
+The axes of the moving rows of an arm in a pose, for any convention of its table.
 
-They are read from the screws the kernel has computed: for a row that turns with angular velocity
-w and moves the tool p with v = w x (p - c), the point p + (w x v) / w.w is on its axis; a row that
-slides moves the tool along v. A joint that several rows depend on (a parallelogram) has several.
+They follow from the screws of the kernel. A row that turns with angular velocity w about a point c
+moves the tool p with v = w x (p - c), so the point p + (w x v) / w.w is on its axis. A row that
+slides moves the tool along v. A joint that moves several rows (a parallelogram) has several axes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -40,32 +40,24 @@ class RowAxis(NamedTuple):
     joints: tuple[int, ...]
 
 
-def axes_of(state: ToolState) -> tuple[RowAxis, ...]:
+def axes_of(state: ToolState) -> Iterator[RowAxis]:
     """
-    Return the axes of the moving rows that are links, base to tool, of one pose evaluated with all
+    Yield the axes of the moving rows that are links, base to tool, of one pose evaluated with all
     frames.
     """
     chain = state.robot.chain
     first, joints = chain.table.first_entry, chain.table.joint
     parents = chain.table.frame_parent.tolist()
     screws = state.numbers[chain.screws_at :][: 6 * chain.entries].reshape(6, chain.entries)
-    axes = []
     carried = carried_rows(state.robot)
     for k in range(chain.elements):
         after = parents.index(k)  # the first frame that this row carries
         if carried[after - 1]:
             continue
         beside = state.link_frames[after - 1 : after + 1, :3, 3]
-        entry = int(first[k])
-        axes.append(
-            _axis(
-                screws[:, entry],
-                state.position,
-                beside,
-                tuple(int(j) for j in joints[entry : first[k + 1]]),
-            )
-        )
-    return tuple(axes)
+        begin, end = int(first[k]), int(first[k + 1])
+        moved_by = tuple(joints[begin:end].tolist())
+        yield _axis(screws[:, begin], state.position, beside, moved_by)
 
 
 def motor_axes(robot: Robot, loops: Sequence[LoopLinks]) -> Iterator[RowAxis]:
@@ -83,8 +75,8 @@ def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) 
         return RowAxis(beside[0].copy(), v / np.linalg.norm(v), True, joints)
     direction = w / speed
     point = tool + np.cross(w, v) / speed**2
-    # Of the frames before and after the row, one has its origin on the axis in every convention:
-    # the axis is drawn there.
+    # In every convention the frame before or after the row has its origin on the axis: the axis is
+    # drawn at that origin.
     feet = point + np.outer((beside - point) @ direction, direction)
     return RowAxis(
         feet[int(np.argmin(np.linalg.norm(feet - beside, axis=1)))], direction, False, joints

@@ -1,5 +1,5 @@
 """
-Manipulability ellipsoids: the tool velocities that joint velocities of unit norm can cause.
+Manipulability ellipsoids: the tool velocities of joint velocities with unit norm.
 
 The image of the unit ball of joint velocities under a block of the Jacobian is an ellipsoid, its
 radii the singular values of the block and its axes the left singular vectors (Yoshikawa 1985).
@@ -16,10 +16,10 @@ from ...robot.closed_poses import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 
-# In an ordinary pose the longest radius is drawn as this share of the arm's reach.
-SHARE = {'linear': 0.3, 'angular': 0.15}
-# Number of poses whose median is ordinary.
-POSES = 200
+# Drawn length of the longest radius, as the median over random poses, divided by the arm's size.
+MEDIAN_RADII = {'linear': 0.3, 'angular': 0.15}
+# Number of random poses for the median.
+MEDIAN_POSES = 200
 
 
 class Ellipsoid(NamedTuple):
@@ -39,7 +39,7 @@ class Ellipsoid(NamedTuple):
 
 
 class EllipsoidScales(NamedTuple):
-    """The length in m that a radius of 1 is drawn with, for each block of the Jacobian."""
+    """The drawn length in m of a radius of 1, for each block of the Jacobian."""
 
     linear: float
     angular: float
@@ -58,14 +58,16 @@ def ellipsoid_of(block: Floats) -> Ellipsoid:
 @lru_cache(maxsize=8)
 def ellipsoid_scales(robot: Robot, size: float) -> EllipsoidScales:
     """
-    Return the scales that suit an arm of a size (m): constant, so that changes of size are
-    visible.
+    Return the scales for an arm of a size (m). They are constant, so that the ellipsoids show how
+    the radii change.
     """
-    q = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic)[:POSES])
+    q = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic)[:MEDIAN_POSES])
     J = evaluate(robot, q).jacobian
 
     def scale(block: Floats, share: float) -> float:
         longest = float(np.median(np.linalg.svd(block, compute_uv=False)[:, 0]))
         return share * size / longest if longest > 0.0 else share * size
 
-    return EllipsoidScales(scale(J[:, :3], SHARE['linear']), scale(J[:, 3:], SHARE['angular']))
+    return EllipsoidScales(
+        scale(J[:, :3], MEDIAN_RADII['linear']), scale(J[:, 3:], MEDIAN_RADII['angular'])
+    )

@@ -1,4 +1,4 @@
-"""The observation of an arm at one moment: all data of its picture."""
+"""The observation of an arm at one time: all data of its picture."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from .axes import RowAxis, axes_of, motor_axes
 
 
 class CommandScale(NamedTuple):
-    """The share of the last command that may be kept, what slows it, and how much it does."""
+    """The scale of the last command, what slows it, and the level of the slowdown."""
 
     value: float
     cause: str
@@ -25,7 +25,7 @@ class CommandScale(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Observation:
     """
-    One pose of an arm with its measures, computed here or received from a node.
+    A pose of an arm with its measures, computed or received from a node.
 
     Attributes
     ----------
@@ -44,13 +44,13 @@ class Observation:
     axes
         The axes of the moving rows, and of the motors of closed loops.
     loops : shape (k, 2, 3), m
-        The links of closed loops, some of length 0; their number is that of the arm.
+        The links of closed loops, some of length 0; k is constant for an arm.
     singularity
         The measures.
     level
         OK, WARN, ERROR, or STALE if no new joint states arrive.
     scale
-        What a node says of the commands that it hears; None if it hears none.
+        The scale of the last command to the node; None before the first command.
     """
 
     robot: Robot
@@ -70,7 +70,7 @@ def observation_of(
     state: ToolState, singularity: Singularity, level: Level | None = None
 ) -> Observation:
     """
-    Return the observation of a state evaluated with all frames; its own level unless one is given.
+    Return the observation of a state evaluated with all frames, with its own level or `level`.
     """
     loops = loop_links(state)
     corners = [np.stack([loop.corners[:-1], loop.corners[1:]], axis=1) for loop in loops]

@@ -1,7 +1,7 @@
 """
-The picture of an arm as plain data: segments, arrows, ellipsoids; nothing here draws.
+The picture of an arm as plain data: segments, arrows and ellipsoids.
 
-Both the web page and the node's markers are drawn from it, so they show the same.
+The page of `view` and the markers of a node draw the same scene.
 """
 
 import math
@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.status_text import NEGLIGIBLE, direction_in_words, flat_position
+from ...estimation.status_text import NEGLIGIBLE_RATIO, direction_in_words, flat_position
 from ...kernel import Floats
 from ...kinematics.loop_links import carried_rows, linked_frames
 from ...kinematics.singularity import flat_loop, nearest_factor, none_found
@@ -22,8 +22,7 @@ from .axes import RowAxis
 from .ellipsoids import Ellipsoid, EllipsoidScales, ellipsoid_of, ellipsoid_scales
 from .observation import Observation
 
-# Colours that people with any colour vision can tell apart (after Okabe and Ito); words repeat the
-# meaning of each colour.
+# Colours for any colour vision (after Okabe and Ito); words repeat the meaning of each colour.
 LEVEL_COLOURS = {
     Level.OK: (0, 114, 178),
     Level.WARN: (230, 159, 0),
@@ -41,20 +40,21 @@ ROTATION_COLOUR = (0, 110, 80)
 TRAIL_COLOUR = (150, 120, 210)
 LOST_COLOUR = LEVEL_COLOURS[Level.ERROR]
 
-# Thicknesses and lengths as shares of the arm's size.
-LINK_RADIUS = 0.022
-JOINT_RADIUS, JOINT_LENGTH = 0.034, 0.1
-AXIS_RADIUS, AXIS_LENGTH = 0.005, 0.34
-LOST_LENGTH = 0.42
-RING_RADIUS, RING_SIDES = 0.2, 36
-# An ellipsoid that has lost a direction is drawn this thick, so that it can be seen edge-on.
-THINNEST = 0.003
-# The velocity arrow ends at the tool's position after this time (s); the angular one, along the
-# axis of rotation, has this length (share of the size) for 1 rad/s; neither is longer than
-# LONGEST.
-AHEAD, TURN_LENGTH, LONGEST = 0.5, 0.25, 0.8
-# Arrows shorter than this share of the size are not drawn.
-SHORTEST = 1e-4
+# Radii and lengths, divided by the arm's size.
+LINK_RADIUS = 0.022  # of links
+JOINT_RADIUS = 0.034  # of the cylinder of a joint
+JOINT_LENGTH = 0.1  # of the cylinder of a joint
+AXIS_RADIUS = 0.005  # of the line along an axis
+AXIS_LENGTH = 0.34  # of the line along an axis
+LOST_LENGTH = 0.42  # half of the line along a lost direction
+RING_RADIUS = 0.2  # of the ring about a lost axis of rotation
+MIN_ELLIPSOID_RADIUS = 0.003  # so that a flat ellipsoid is visible from its side
+MAX_ARROW_LENGTH = 0.8  # of the arrows of velocity and rotation
+MIN_ARROW_LENGTH = 1e-4  # shorter arrows and links are not drawn
+ROTATION_ARROW_LENGTH = 0.25  # of the arrow along the axis of rotation, at 1 rad/s
+# The velocity arrow ends at the position of the tool after this time (s).
+VELOCITY_ARROW_TIME = 0.5
+RING_SIDES = 36
 
 
 class LostDirection(NamedTuple):
@@ -64,13 +64,13 @@ class LostDirection(NamedTuple):
     Attributes
     ----------
     linear : shape (2, 3), m, or None
-        Ends of a line through the tool along the lost motion; None if none is lost.
+        Ends of a line through the tool along the lost motion; None if no translation is lost.
     angular : shape (2, 3), m, or None
-        Ends of a line through the tool along the axis of the lost rotation.
+        Ends of a line through the tool along the axis of the lost rotation, if one is lost.
     name
-        Name of the factor that is zero, if the robot file has one; otherwise empty.
+        Name of the singular factor that is zero; empty if the robot file has no factors.
     words
-        Both in words.
+        Both lost motions in words.
     """
 
     linear: Floats | None
@@ -82,15 +82,15 @@ class LostDirection(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Scene:
     """
-    Everything to draw, in the base frame, in m.
+    The picture of an arm, in the base frame, in m.
 
     Attributes
     ----------
     size
         The arm's size, m, the unit of thicknesses.
     links : shape (k, 2, 3)
-        Segments from the base to frame 0, between the frames, to the tool, and of closed loops;
-        some of length 0. Their number is that of the arm.
+        Segments from the base to frame 0, between the frames, to the tool, and of closed loops.
+        Some have length 0; k is constant for an arm.
     frames : shape (m, 4, 4)
         Link frames.
     tool : shape (4, 4)
@@ -102,11 +102,11 @@ class Scene:
     linear, angular
         Ellipsoids of the two blocks of J about the tool.
     scales
-        Length drawn for a radius of 1 of an ellipsoid, m.
+        Lengths (m) of the drawn radii for singular values of 1.
     lost
-        None if the level is OK.
+        The lost motion; None if the level is neither WARN nor ERROR.
     level
-        OK, WARN, ERROR, STALE.
+        OK, WARN, ERROR or STALE.
     """
 
     size: float
@@ -125,12 +125,12 @@ class Scene:
 
     def drawn_radii(self, ellipsoid: Ellipsoid, scale: float) -> Floats:
         """Return the radii to draw, shape (3,), m."""
-        return np.maximum(ellipsoid.radii * scale, THINNEST * self.size)
+        return np.maximum(ellipsoid.radii * scale, MIN_ELLIPSOID_RADIUS * self.size)
 
 
 @lru_cache(maxsize=8)
 def size_of(robot: Robot) -> float:
-    """Return an arm's size in m: its reach, or 1 if the tool does not leave frame 0."""
+    """Return the size of an arm in m: its reach, or 1 if the tool does not leave frame 0."""
     reach = float(robot.singularity.task.reach)
     return reach if reach > 1e-6 else 1.0
 
@@ -146,8 +146,8 @@ def scene_of(seen: Observation) -> Scene:
     tool = seen.pose[:3, 3]
     velocity = rotation = None
     if seen.twist is not None:
-        velocity = _arrow(tool, AHEAD * seen.twist[:3], size)
-        rotation = _arrow(tool, TURN_LENGTH * size * seen.twist[3:], size)
+        velocity = _arrow(tool, VELOCITY_ARROW_TIME * seen.twist[:3], size)
+        rotation = _arrow(tool, ROTATION_ARROW_LENGTH * size * seen.twist[3:], size)
     return Scene(
         size=size,
         links=np.concatenate([links[~rows], seen.loops]),
@@ -167,9 +167,9 @@ def scene_of(seen: Observation) -> Scene:
 
 def _arrow(start: Floats, motion: Floats, size: float) -> Floats | None:
     length = float(np.linalg.norm(motion))
-    if length < SHORTEST * size:
+    if length < MIN_ARROW_LENGTH * size:
         return None
-    return np.stack([start, start + motion * min(1.0, LONGEST * size / length)])
+    return np.stack([start, start + motion * min(1.0, MAX_ARROW_LENGTH * size / length)])
 
 
 def _lost(seen: Observation, size: float) -> LostDirection:
@@ -180,7 +180,7 @@ def _lost(seen: Observation, size: float) -> LostDirection:
 
     def line(part: Floats) -> Floats | None:
         share = float(np.linalg.norm(part))
-        if share < NEGLIGIBLE * float(np.linalg.norm(direction)):
+        if share < NEGLIGIBLE_RATIO * float(np.linalg.norm(direction)):
             return None
         # The square root keeps a small part visible.
         half = LOST_LENGTH * size * part / share**0.5
@@ -192,7 +192,7 @@ def _lost(seen: Observation, size: float) -> LostDirection:
 
 def short_names(names: Sequence[str]) -> tuple[str, ...]:
     """
-    Return joint names without `_joint` at the end, if all of them have it and differ without it.
+    Return joint names without `_joint` at the end, if all names end so and differ without it.
     """
     short = tuple(name.removesuffix('_joint') for name in names)
     fit = all(s and s != name for s, name in zip(short, names)) and len(set(short)) == len(short)
@@ -204,13 +204,13 @@ def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
     x, y, z = direction.tolist()
     if z < -1.0 + 1e-12:
         return 1.0, 0.0, 0.0, 0.0
-    # z x d = (-y, x, 0) and 1 + z.d, to be made a unit quaternion.
+    # (z x d, 1 + z.d) = (-y, x, 0, 1 + z), divided by its norm.
     norm = math.sqrt(2.0 * (1.0 + z))
     return -y / norm, x / norm, 0.0, (1.0 + z) / norm
 
 
 def across(direction: Floats) -> tuple[Floats, Floats]:
-    """Return two unit vectors (3,) that make a right-handed basis with a unit vector."""
+    """Return two unit vectors (3,) that complete a unit vector to a right-handed basis."""
     helper = np.zeros(3)
     helper[int(np.argmin(np.abs(direction)))] = 1.0
     x = np.cross(helper, direction)
@@ -220,7 +220,7 @@ def across(direction: Floats) -> tuple[Floats, Floats]:
 
 def ring(ends: Floats, size: float) -> Floats:
     """
-    Return a circle about the middle of a line, shape (RING_SIDES, 2, 3), m: it shows a rotation.
+    Return a circle about the middle of a line as segments, shape (RING_SIDES, 2, 3), m.
     """
     line = ends[1] - ends[0]
     x, y = across(line / np.linalg.norm(line))
@@ -230,7 +230,7 @@ def ring(ends: Floats, size: float) -> Floats:
 
 
 def factor_name(seen: Observation) -> str:
-    """Return the name of the singular factor that is nearest to zero, empty if there is none."""
+    """Return the name of the singular factor that is nearest to zero; empty without factors."""
     k = nearest_factor(seen.robot, seen.singularity)
     return '' if k is None else seen.robot.singularity.factors.called(k)
 

@@ -1,4 +1,4 @@
-"""The content of a topic: numbers that are copied or computed, or a message built as a whole."""
+"""The content of a topic: copied numbers, computed numbers, or a whole message."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from ...estimation.estimator import StreamQuantity
 from ...kernel import Floats, Integers, PoseErrors
 from ...kinematics.forward import BASE
 from ...kinematics.singularity import measured
-from ...kinematics.uncertainty.covariances import covariances
+from ...kinematics.uncertainty.arm_errors import covariances
 from ..parameters.settings import NodeSettings
 from .messages import StateReport
 
@@ -20,16 +20,16 @@ from .messages import StateReport
 @dataclass(frozen=True, eq=False)  # arrays have no single truth value
 class Copied:
     """
-    Numbers that are copied from a state's row, or from its measures.
+    Numbers that are copied from the row of a state, or from its measures.
 
     Attributes
     ----------
     columns
-        Their columns; negative ones count from the end.
+        The columns to copy; negative columns count from the end.
     of_measures
         Whether these are columns of the measures.
     of_motion
-        Whether there are such numbers only if the velocities are known.
+        Whether the numbers exist only if the velocities are known.
     """
 
     columns: Integers
@@ -40,7 +40,7 @@ class Copied:
     quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
 
     def of(self, report: StateReport) -> Floats | None:
-        """Return the numbers of a report; None if it has none."""
+        """Return the numbers of a report, or None."""
         state = report.answer.state
         if self.of_motion and not state.moving:
             return None
@@ -50,7 +50,7 @@ class Copied:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return their columns in a row of so many numbers and, beyond its end, in the measures.
+        Return the columns in a row of `row` numbers that is followed by the measures.
         """
         return self.columns + row if self.of_measures else self.columns % row
 
@@ -61,15 +61,14 @@ NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # of a message that is a stamp
 @dataclass(frozen=True, eq=False)
 class WithCovariance:
     """
-    Numbers that are copied from a state's row, and the covariance of what they say behind them.
+    Numbers that are copied from the row of a state, and their covariance (36,).
 
     Attributes
     ----------
     copied
-        The numbers. The covariance is that of the twist if they are of the motion; otherwise it
-        is that of the pose.
+        The numbers: the twist if `of_motion` is True, otherwise the pose.
     errors
-        What may be off in the arm.
+        The uncertainty of the arm.
     """
 
     copied: Copied
@@ -80,19 +79,19 @@ class WithCovariance:
 
     @property
     def of_motion(self) -> bool:
-        """Return whether there are such numbers only if the velocities are known."""
+        """Return whether the numbers exist only if the velocities are known."""
         return self.copied.of_motion
 
     def of(self, report: StateReport) -> Floats | None:
-        """Return the numbers of a report; None if it has none."""
+        """Return the numbers of a report, or None."""
         numbers = self.copied.of(report)
         if numbers is None:
             return None
-        found = covariances(self.errors, report.answer.state, BASE)[int(self.of_motion)]
-        return np.concatenate([numbers, found.ravel()])
+        covariance = covariances(self.errors, report.answer.state, BASE)[int(self.of_motion)]
+        return np.concatenate([numbers, covariance.ravel()])
 
     def sources(self, row: int, measures: int) -> Integers:
-        """Return their columns in a row, where the covariances stand beyond the measures."""
+        """Return the columns in a row that is followed by the measures and two covariances."""
         begin = row + measures + (36 if self.of_motion else 0)
         return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])
 
@@ -105,11 +104,11 @@ class Computed:
     Attributes
     ----------
     of
-        Returns the numbers of a report, of any shape; None if it has none.
+        Returns the numbers of a report, of any shape, or None.
     depth
-        How much of the state the kernel must have computed.
+        How much of the state the kernel must compute.
     quantities
-        The kinds of quantities in the answer that it needs.
+        The kinds of quantities that the answer must have.
     """
 
     of: Callable[[StateReport], npt.ArrayLike | None]
@@ -131,7 +130,7 @@ class Built:
     depth
         As in `Computed`.
     period : ns
-        Least difference of stamps between two messages.
+        Smallest difference of stamps between two messages.
     """
 
     message: Callable[[StateReport], Any]
@@ -142,15 +141,10 @@ class Built:
     quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
 
 
-def flat(numbers: npt.ArrayLike) -> Floats:
-    """Return numbers of any shape as a vector."""
-    return np.asarray(numbers, dtype=np.float64).ravel()
-
-
 Content = Copied | WithCovariance | Computed | Built
-# A function of the settings; None if the robot file lacks what the topic needs: it is not offered.
+# Returns the content for some settings; None if the robot lacks it: the topic is not offered.
 ContentOf = Callable[[NodeSettings], Content | None]
-# The topic is offered and nothing is ever published: the arm has no such number.
+# Content of a topic that is offered, but has no number for this arm.
 SILENT = Computed(lambda report: None)
 
 
@@ -159,5 +153,5 @@ def computed(
     *quantities: type[StreamQuantity],
     depth: int = kernel.JACOBIAN,
 ) -> ContentOf:
-    """Return a function of the settings whose content is the same for all: computed numbers."""
+    """Return the computed content `of`, which does not depend on the settings."""
     return lambda settings: Computed(of, depth, quantities)

@@ -1,4 +1,4 @@
-"""The kinematics nodes that the ROS graph shows."""
+"""The kinematics nodes in the ROS graph."""
 
 from rclpy.node import Node
 
@@ -8,7 +8,7 @@ STATUS = 'diagnostic_msgs/msg/DiagnosticStatus'
 
 
 def kinematics_nodes(node: Node) -> list[str]:
-    """Return the full names of the kinematics nodes in the graph, known by their warnings."""
+    """Return the full names of the nodes with a topic `~/singularity/warning`."""
     mark = WARNING.removeprefix('~')
     return sorted(
         topic.removesuffix(mark)

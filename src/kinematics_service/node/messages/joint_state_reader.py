@@ -1,9 +1,6 @@
 """
-JointState messages read straight from their bytes if they are plain CDR, else by ROS's
-deserializer.
+Read JointState messages from their bytes if these are plain CDR, otherwise by ROS's deserializer.
 """
-
-from collections.abc import Iterator
 
 from sensor_msgs.msg import JointState
 
@@ -12,17 +9,17 @@ from ...estimation.joint_state_form import JointStateForm, SerializedSample, dou
 from .message_check import read_message
 from .messages import stamp_of
 
-# Forms known at a time: a few drivers on one topic. Larger messages are read by ROS's
-# deserializer.
-MOST_FORMS = 8
-LARGEST_KEPT = 1 << 16
+# Largest number of remembered forms: a few drivers may publish on one topic.
+MAX_FORMS = 8
+# Largest message whose form is remembered (bytes); ROS's deserializer reads larger messages.
+MAX_FORM_SIZE = 1 << 16
 
 
 class JointStateReader:
     """
-    Reads JointState messages from their bytes, as the official deserializer would, only faster.
+    Reads JointState messages from their bytes, with the result of ROS's deserializer but faster.
 
-    Its memory does not grow with time.
+    It remembers the forms of recent messages: their size, their names, and the offsets of numbers.
     """
 
     def __init__(self) -> None:
@@ -30,15 +27,14 @@ class JointStateReader:
 
     def read(self, data: bytes) -> JointSample:
         """
-        Return the content of a serialized JointState, without the times of its receipt.
+        Return the content of a serialized JointState, without the time of receipt.
 
-        While a form is known, the names are the very same tuple for each of its messages; numbers
-        are read-only arrays.
+        Messages of a remembered form have the same tuple of names. Numbers are read-only arrays.
 
         Raises
         ------
         WireError
-            The official deserializer refuses the bytes.
+            ROS's deserializer refuses the bytes.
         """
         form = self._form(data)
         if form is None:
@@ -47,11 +43,9 @@ class JointStateReader:
         numbers = form.positions, form.velocities, form.efforts
         return _sample(form.names, stamp, *(data[part] for part in numbers))
 
-    def forms(self, size: int) -> Iterator[JointStateForm]:
-        """Yield the known forms of messages of `size` bytes, the most recent first."""
-        for form in self._forms:
-            if form.size == size:
-                yield form
+    def forms(self, size: int) -> list[JointStateForm]:
+        """Return the remembered forms of messages of `size` bytes, the most recent first."""
+        return [form for form in self._forms if form.size == size]
 
     def _form(self, data: bytes) -> JointStateForm | None:
         for age, form in enumerate(self._forms):
@@ -59,13 +53,13 @@ class JointStateReader:
                 if age:
                     self._forms.insert(0, self._forms.pop(age))
                 return form
-        new = form_of(data) if len(data) <= LARGEST_KEPT else None
+        new = form_of(data) if len(data) <= MAX_FORM_SIZE else None
         if new is not None:
-            self._forms = [new, *self._forms][:MOST_FORMS]
+            self._forms = [new, *self._forms][:MAX_FORMS]
         return new
 
     def read_officially(self, data: bytes) -> JointSample:
-        """Return the same by ROS's deserializer, which takes longer."""
+        """Return the same content by ROS's deserializer, which takes longer."""
         message = read_message(data, JointState)
         numbers = message.position, message.velocity, message.effort
         return _sample(

@@ -1,8 +1,8 @@
 """
-Whether bytes can be a message at all: their encapsulation and their lengths.
+Check the encapsulation and the lengths of serialized messages.
 
-ROS's deserializer writes to standard error whenever it refuses, which cannot be switched off; so
-bytes that it would refuse are not given to it. It still reads all bytes that pass here.
+ROS's deserializer writes to standard error if it refuses bytes, and no option disables this. So
+bytes that it would refuse are not given to it. It reads all bytes that pass the check.
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ def _stamped_doubles(count: int) -> Callable[[CdrReader], object]:
 
 
 _Message = TypeVar('_Message')
-# The function that walks over a message of each type.
+# For each message type, a function that reads over a message and raises an error if it is short.
 WALKS: dict[type, Callable[[CdrReader], object]] = {
     JointState: fields_of,
     PoseStamped: _stamped_doubles(7),
@@ -42,11 +42,11 @@ def read_message(data: bytes, kind: type[_Message]) -> _Message:
     Raises
     ------
     WireError
-        The bytes are no message of this type.
+        The bytes are not a message of this type.
     """
     try:
         WALKS[kind](CdrReader(data))
         message: _Message = deserialize_message(data, kind)
-    except Exception:  # of any kind: these bytes are not a message
+    except Exception:  # of any kind: the bytes are not a message
         raise WireError(f'{len(data)} bytes that are no {kind.__name__}') from None
     return message

@@ -1,8 +1,7 @@
 """
-A message that is known except for its stamp and its numbers: as an object, and as bytes.
+A message with constant texts, filled with a stamp and numbers: as an object, and as CDR bytes.
 
-Both are filled from the same numbers, in the order in which the message's type declares its
-fields.
+Both take the same numbers, in the order of the fields in the message type.
 """
 
 import struct
@@ -19,16 +18,16 @@ from ...estimation.cdr import DOUBLE, SECOND, WHOLE, CdrWriter
 from ...kernel import LARGEST_SECOND, Bytes, Floats, OutgoingMessages, OutgoingTable
 from .messages import set_time
 
-# Stamps that show a wrong offset or a forgotten clamp: a usual one, one before the epoch, and
-# those beyond the range of a message.
+# Stamps (ns) that detect a wrong offset or a missing clamp: a usual stamp, a stamp before the
+# epoch, and two stamps beyond the range of a message.
 STAMPS = (
     1_732_000_000_123_456_789,
     -1,
     (LARGEST_SECOND + 7) * SECOND + 5,
     -(LARGEST_SECOND + 7) * SECOND + 5,
 )
-# Numbers that any conversion would change: signed zero, the smallest and largest
-# doubles, infinities, and a NaN with a payload.
+# Numbers that a conversion would change: negative zero, the smallest and largest doubles,
+# infinities, and a NaN with a payload.
 NUMBERS = (
     *(-0.0, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308),
     *(float('inf'), -float('inf'), float('nan'), 1 / 3),
@@ -39,32 +38,32 @@ _NONE = np.empty(0)
 
 class MessageLayout:
     """
-    The positions of a message's stamp and numbers, in the object and in its plain CDR.
+    The offsets of the stamp and the numbers of a message, in the object and in its plain CDR.
 
-    It fills one object and one buffer, so it is not for several threads.
+    It fills one object and one buffer, so only one thread may use it.
 
     Parameters
     ----------
     template
-        The message; its stamp and its numbers are replaced, its texts and lengths stay.
+        The message; its stamp and numbers are replaced, its texts and lengths stay.
 
     Attributes
     ----------
     data
-        Its bytes, with zeros for stamp and numbers.
+        The bytes of the message, with zeros for stamp and numbers.
     written
-        255 for a byte with a meaning, 0 for one skipped for alignment.
+        255 for each byte with a meaning, 0 for a byte of padding.
     count
-        The number of its numbers, which are next to each other.
+        How many numbers the message has; they are adjacent.
     number_at, stamp_at
-        Offsets in the bytes of the numbers and of the stamp; None for a message without a stamp.
+        Offsets of the numbers and of the stamp in the bytes; None for a message without a stamp.
     """
 
     def __init__(self, template: Any) -> None:
         self._template = template
         self._time: Time | None = None
-        self._fields: list[tuple[Any, str, int | None]] = []  # of doubles: owner, name, count
-        self._is_known = True  # False if a field is of another kind, or numbers are apart
+        self._fields: list[tuple[Any, str, int | None]] = []  # with doubles: owner, name, count
+        self._is_known = True  # False if a field has another kind, or numbers are not adjacent
         self.count, self.number_at = 0, 0
         self.stamp_at: int | None = None
         writer = CdrWriter()
@@ -77,8 +76,7 @@ class MessageLayout:
 
     def offsets(self, begin: int) -> tuple[Any, Any]:
         """
-        Return the offsets of stamps and numbers in a buffer in which the message begins at
-        `begin`.
+        Return the offsets of stamp and numbers in a buffer with the message at `begin`.
         """
         stamps = [] if self.stamp_at is None else [begin + self.stamp_at]
         numbers = begin + self.number_at + DOUBLE * np.arange(self.count, dtype=np.int64)
@@ -94,8 +92,8 @@ class MessageLayout:
                 self._write_doubles(writer, message, name, value)
             elif kind.startswith('sequence<') and '/' in kind:
                 writer.whole(len(value))
-                for one in value:
-                    self._write(writer, one)
+                for item in value:
+                    self._write(writer, item)
             elif kind == 'string':
                 writer.text(value)
             elif kind == 'uint32':
@@ -107,7 +105,9 @@ class MessageLayout:
 
     def _write_doubles(self, writer: CdrWriter, owner: Any, name: str, value: Any) -> None:
         many = None if isinstance(value, float) else len(value)
-        if isinstance(value, array):  # the length of one that is always as long is not written
+        if isinstance(
+            value, array
+        ):  # arrays of constant length are ndarrays; they have no length field
             writer.whole(len(value))
         count = 1 if many is None else many
         at = writer.room(DOUBLE, count)
@@ -119,7 +119,7 @@ class MessageLayout:
         self._fields.append((owner, name, many))
 
     def message(self, stamp: int, numbers: Floats) -> Any:
-        """Return the message as an object, which the next call fills again."""
+        """Return the message as an object, which the next call overwrites."""
         if self._time is not None:
             set_time(self._time, stamp)
         values = iter(numbers.tolist())
@@ -137,8 +137,7 @@ class MessageLayout:
 
     def is_official(self) -> bool:
         """
-        Return whether ROS's serializer writes the same bytes, and reads the same message from
-        them.
+        Return whether the serializer of ROS writes the same bytes, and reads them correctly.
         """
         if not self._is_known:
             return False
@@ -147,16 +146,16 @@ class MessageLayout:
             numbers = np.resize(np.roll(NUMBERS, k), self.count)
             official = serialize_message(self.message(stamp, numbers))
             ours = self.bytes_of(stamp, numbers)
-            # Only then: the deserializer complains about bytes that it cannot read.
-            if not self._alike(ours, official):
+            # The deserializer logs errors about other bytes, so compare first.
+            if not self._has_same_fields(ours, official):
                 return False
-            if not self._alike(ours, serialize_message(deserialize_message(ours, kind))):
+            if not self._has_same_fields(ours, serialize_message(deserialize_message(ours, kind))):
                 return False
         return True
 
-    def _alike(self, one: bytes, other: bytes) -> bool:
-        if len(one) != len(other):
+    def _has_same_fields(self, first: bytes, second: bytes) -> bool:
+        if len(first) != len(second):
             return False
         written_bits = np.frombuffer(self.written, np.uint8)
-        differing = np.frombuffer(one, np.uint8) ^ np.frombuffer(other, np.uint8)
+        differing = np.frombuffer(first, np.uint8) ^ np.frombuffer(second, np.uint8)
         return not np.any(differing & written_bits)

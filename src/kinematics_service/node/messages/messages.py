@@ -1,8 +1,7 @@
 """
-From JointState to plain data, and from plain data to messages: no decision is made here.
+Convert JointState to plain data, and plain data to messages.
 
-A scalar field of a message silently accepts any value, so every number passes through float() or
-int().
+A scalar field of a message silently accepts any value, so float() or int() converts every number.
 """
 
 import time
@@ -23,43 +22,36 @@ from ...kernel import LARGEST_SECOND
 from ...kinematics.singularity import Singularity, singularity_of
 from ..parameters.settings import NodeSettings
 
-LEVELS = (
-    DiagnosticStatus.OK,
-    DiagnosticStatus.WARN,
-    DiagnosticStatus.ERROR,
-    DiagnosticStatus.STALE,
-)
-
 
 class StateReport(NamedTuple):
-    """All results of one accepted message, for the builders of messages."""
+    """All results of one accepted message."""
 
     answer: EstimatorOutput
     settings: NodeSettings
 
     @property
     def singularity(self) -> Singularity:
-        """Return what its pose is near to; of the tool alone."""
+        """Return the singularity measures of the pose; for the tool only."""
         return singularity_of(self.answer.state)
 
 
 def stamp_of(message: Any) -> int:
-    """Return the stamp of a message with a header in ns; 0 if it has none."""
+    """Return the stamp of a message with a header, in ns; 0 if it is not set."""
     stamp = message.header.stamp
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
 def sample_of(message: JointState, clock: Clock) -> JointSample:
-    """Return the content of a JointState that is received now, by the clock where it says not."""
+    """Return the content of a JointState received now; a stamp of 0 is replaced by the clock."""
     stamp = stamp_of(message)
     received = stamp or int(clock.now().nanoseconds)
     now = time.monotonic_ns()
-    said = message.name, message.position, message.velocity
-    return JointSample(*said, stamp, received, now, message.effort)
+    content = message.name, message.position, message.velocity
+    return JointSample(*content, stamp, received, now, message.effort)
 
 
 def set_time(message: Time, stamp: int) -> Time:
-    """Set a message to a time in ns, or to the nearest it can hold, and return it."""
+    """Set a message to a time in ns, or to the nearest possible time, and return it."""
     seconds, nanoseconds = divmod(stamp, SECOND)
     message.sec = max(-LARGEST_SECOND - 1, min(LARGEST_SECOND, seconds))
     message.nanosec = int(nanoseconds)
@@ -67,7 +59,7 @@ def set_time(message: Time, stamp: int) -> Time:
 
 
 def time_message(stamp: int) -> Time:
-    """Return a time in ns as a message, or the nearest it can hold."""
+    """Return a time in ns, or the nearest possible time, as a message."""
     return set_time(Time(), stamp)
 
 
@@ -84,14 +76,14 @@ def transform_message(report: StateReport) -> TransformStamped:
 
 
 def full_name(node: Node) -> str:
-    """Return a node's name with its namespace, for statuses: two arms share /diagnostics."""
+    """Return the name of a node with its namespace; statuses of two arms share /diagnostics."""
     return str(node.get_fully_qualified_name()).lstrip('/')
 
 
 def status_message(name: str, status_text: StatusText) -> DiagnosticStatus:
     """Return a status text as a DiagnosticStatus."""
     message = DiagnosticStatus()
-    message.level = LEVELS[status_text.level]
+    message.level = bytes([status_text.level])  # a field of type byte
     message.name = name
     message.message = status_text.sentence
     message.hardware_id = dict(status_text.values).get('robot', '')

@@ -1,7 +1,7 @@
 """
-The topics a node publishes for each accepted message: one row each, in the order they go out.
+The topics that a node publishes for each accepted message, in the order of publication.
 
-A row names the function that returns its content, and one that returns its blank message.
+A row of the table has two functions: of the content, and of a message without stamp and numbers.
 """
 
 import math
@@ -36,8 +36,7 @@ from ...kinematics.forward import BASE, in_axes_of
 from ...kinematics.null_space import self_motion_of
 from ...kinematics.statics import WrenchEstimate, wrench_of
 from ...kinematics.tool_state import ToolState
-from ...kinematics.uncertainty.arm_errors import errors_of_file
-from ...kinematics.uncertainty.covariances import covariances
+from ...kinematics.uncertainty.arm_errors import covariances, errors_of_file
 from ...robot.measures import MEASURES, Measure, why_unsearched
 from ...robot.points import TOOL
 from ..parameters.settings import ROW_LABELS, NodeSettings
@@ -103,32 +102,23 @@ def jacobian_template(settings: NodeSettings) -> Float64MultiArray:
     return matrix_message((ROW_LABELS[settings.row_order], 6), _joints(settings))
 
 
-def null_space_template(settings: NodeSettings) -> Float64MultiArray:
-    """Return a basis of the joint motions that leave the task's rows at rest, row-major n x k."""
-    return matrix_message(_joints(settings), ('self-motions', _self_motions(settings)))
-
-
-def self_motion_template(settings: NodeSettings) -> Float64MultiArray:
-    """Return the self-motion that raises the distance fastest, a number for each joint."""
-    return matrix_message(_joints(settings))
-
-
 def _joints(settings: NodeSettings) -> tuple[str, int]:
     return ','.join(settings.joint_names), settings.robot.dof
 
 
 def pose_numbers(settings: NodeSettings) -> Copied:
     """
-    Return where position (3,) and quaternion (4,) x y z w of the tool in the base frame come from.
+    Return the content with position (3,) and quaternion x y z w (4,) of the tool in the base
+    frame.
     """
-    # The fourth column of the pose, which stands in the row as (3, 4).
+    # The fourth column of the pose, which is (3, 4) in the row.
     position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
 
 def jacobian_numbers(settings: NodeSettings) -> Content:
     """
-    Return where J comes from, row-major, in the axes and row order that are set, shape (6 n,).
+    Return the content with J, row-major, in the axes and row order of the settings, shape (6 n,).
     """
     order = [3, 4, 5, 0, 1, 2] if settings.row_order == 'angular_first' else [0, 1, 2, 3, 4, 5]
     if settings.jacobian_frame == BASE:
@@ -143,7 +133,7 @@ def jacobian_numbers(settings: NodeSettings) -> Content:
 
 
 def twist_numbers(settings: NodeSettings) -> Copied | Computed:
-    """Return where J qdot comes from, in the axes that are set, shape (6,)."""
+    """Return the content with J qdot in the axes of the settings, shape (6,)."""
     if settings.twist_frame == BASE:
         columns = kernel.JACOBIAN_AT + 6 * settings.robot.dof + np.arange(6)
         return Copied(columns, of_motion=True)
@@ -156,35 +146,36 @@ def _twist_in_tool_axes(report: StateReport) -> Floats | None:
 
 
 def acceleration(report: StateReport) -> Floats | None:
-    """Return J qddot + dJ/dt qdot in the axes of the twist, shape (6,); None if not known."""
+    """Return J qddot + dJ/dt qdot in the axes of the twist, shape (6,), or None."""
     settings, state = report.settings, report.answer.state
     qddot = report.answer.quantities.get(JointAccelerations)
     if qddot is None:
         return None
-    found = acceleration_of(state, settings.robot.point(settings.of), qddot)
+    twist_rate = acceleration_of(state, settings.robot.point(settings.of), qddot)
     if settings.twist_frame == TOOL:
-        found = in_axes_of(state.pose, found[:, None])[:, 0]
-    return found if np.isfinite(found).all() else None
+        twist_rate = in_axes_of(state.pose, twist_rate[:, None])[:, 0]
+    return twist_rate if np.isfinite(twist_rate).all() else None
 
 
 def wrench(report: StateReport) -> Floats | None:
-    """Return force and torque, shape (6,), None if joint efforts are not known."""
-    found = wrench_estimate(report)
-    return None if found is None else found.wrench
+    """Return force and torque, shape (6,); None if joint efforts are unknown."""
+    estimate = wrench_estimate(report)
+    return None if estimate is None else estimate.wrench
 
 
 def wrench_estimate(report: StateReport) -> WrenchEstimate | None:
     """
-    Return what the joint efforts of a report say of the wrench, in the axes of the tool and at its
-    origin; None where an effort is not known, or one is too large.
+    Return the wrench from joint efforts, in the axes and at the origin of the tool.
+
+    None if an effort is unknown or too large.
     """
     state, servo = report.answer.state, report.settings.servo
     torques = report.answer.quantities.get(JointEfforts)
     if torques is None:
         return None
     J = in_axes_of(state.pose, state.jacobian)
-    found = wrench_of(state.robot, J, torques, servo.damping, servo.damped_below)
-    return found if np.isfinite(found.wrench).all() else None
+    estimate = wrench_of(state.robot, J, torques, servo.damping, servo.damped_below)
+    return estimate if np.isfinite(estimate.wrench).all() else None
 
 
 def _self_motions(settings: NodeSettings) -> int:
@@ -192,7 +183,7 @@ def _self_motions(settings: NodeSettings) -> int:
 
 
 def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
-    """Return content computed from a basis of the self-motions; none if the arm has none."""
+    """Return content computed from a basis of the self-motions, or None if there are none."""
 
     def numbers(report: StateReport) -> Floats | None:
         basis = report.answer.quantities.get(NullSpaceBasis)
@@ -204,24 +195,24 @@ def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
 
 def pose_with_covariance_numbers(settings: NodeSettings) -> Content | None:
     """
-    Return where position, quaternion x y z w and covariance (36,) of the tool's pose come from.
+    Return the content with position, quaternion x y z w and covariance (36,) of the tool.
 
-    None where the robot file does not say what may be off.
+    None if the robot file has no uncertainty.
     """
-    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
-    if said is None or errors is None or not said.of_pose:
+    uncertainty, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
+    if uncertainty is None or errors is None or not uncertainty.of_pose:
         return None
     return WithCovariance(pose_numbers(settings), errors)
 
 
 def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
     """
-    Return where J qdot and its covariance (36,) come from, in the axes that are set.
+    Return the content with J qdot and its covariance (36,) in the axes of the settings.
 
-    None where the robot file does not say how far velocities may be off.
+    None if the robot file has no `velocity_noise`.
     """
-    said, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
-    if said is None or errors is None or said.velocity_noise is None:
+    uncertainty, errors = settings.robot.description.uncertainty, errors_of_file(settings.robot)
+    if uncertainty is None or errors is None or uncertainty.velocity_noise is None:
         return None
     twist = twist_numbers(settings)
     if isinstance(twist, Copied):
@@ -231,14 +222,14 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
         velocity = twist.of(report)
         if velocity is None:
             return None
-        found = covariances(errors, report.answer.state, TOOL)[1]
-        return np.concatenate([velocity, found.ravel()])
+        covariance = covariances(errors, report.answer.state, TOOL)[1]
+        return np.concatenate([velocity, covariance.ravel()])
 
     return Computed(numbers, kernel.ALL_FRAMES)
 
 
 def measure_numbers(measure: Measure) -> ContentOf:
-    """Return the column of a measure; nothing for an arm that does not have it."""
+    """Return the column of a measure; `SILENT` for an arm without this measure."""
 
     def numbers(settings: NodeSettings) -> Content:
         robot = settings.robot
@@ -276,12 +267,11 @@ class OutputTopic:
     name, type
         Its name and message type.
     content
-        A function of the settings that returns the content; None if the robot file lacks what it
-        needs: then the topic is not offered.
+        A function of the settings that returns the content; None if the topic is not offered.
     template
         A function of the settings that returns the message without stamp and numbers.
     of
-        The point it is about; empty for the tool.
+        The point of the topic; empty for the tool.
     """
 
     name: str
@@ -296,7 +286,7 @@ class OutputTopic:
 
 
 def _markers(report: StateReport) -> Any:
-    # Imported when somebody subscribes: the node itself needs no scene.
+    # Imported for the first subscriber: the node itself needs no scene.
     from .markers import markers_message
 
     return markers_message(report)
@@ -337,15 +327,17 @@ TOPICS = (
         '~/null_space',
         Float64MultiArray,
         of_null_space(lambda state, basis: basis),
-        null_space_template,
+        lambda settings: matrix_message(
+            _joints(settings), ('self-motions', _self_motions(settings))
+        ),
     ),
     OutputTopic(
         '~/null_space/away',
         Float64MultiArray,
         of_null_space(self_motion_of),
-        self_motion_template,
+        lambda settings: matrix_message(_joints(settings)),
     ),
-    # Not among the numbers of a state: it takes ten times as long as all of them.
+    # Computed for subscribers only: it takes ten times as long as the other numbers of a state.
     OutputTopic(
         '~/singularity/clearance', Float64, computed(lambda report: report.singularity.clearance)
     ),
@@ -355,7 +347,7 @@ TOPICS = (
         computed(link_frames, depth=kernel.ALL_FRAMES),
         link_frames_template,
     ),
-    # Markers are for viewers: some fifty of them are a hundred times the work of a pose.
+    # 50 markers take a hundred times as long as a pose, and viewers need 30 a second at most.
     OutputTopic(
         '~/markers',
         MarkerArray,
@@ -364,7 +356,7 @@ TOPICS = (
 )
 
 
-# What there is of a point besides the tool.
+# The topics that a point has.
 OF_POINTS = tuple(
     topic
     for topic in TOPICS

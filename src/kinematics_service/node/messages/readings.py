@@ -1,9 +1,19 @@
-"""The content of the node's messages, as plain data: for the screen and for JSON."""
+"""Read messages of the node into plain data, for the screen and for JSON."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from std_msgs.msg import Header
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import (
+    AccelStamped,
+    Point,
+    Pose,
+    Quaternion,
+    TwistStamped,
+    Vector3,
+    WrenchStamped,
+)
+from std_msgs.msg import Float64, Float64MultiArray, Header
 
 from ...errors import LayoutError
 from ...kernel import Floats
@@ -12,7 +22,7 @@ from ...robot.measures import Level
 
 
 class Stamp(NamedTuple):
-    """A time as messages have it: a double cannot hold the nanoseconds of a present one."""
+    """A time in two integers: a double cannot hold the nanoseconds of the present time."""
 
     sec: int
     nanosec: int
@@ -38,7 +48,7 @@ class JacobianReading(NamedTuple):
 
 
 class VectorReading(NamedTuple):
-    """Two vectors (3,) by their names, in the axes of a frame, and a wrench at its origin."""
+    """Two vectors (3,) by name, in the axes of a frame; a wrench is at its origin."""
 
     stamp: Stamp
     frame: str
@@ -52,15 +62,15 @@ class VectorPair(NamedTuple):
     Parameters
     ----------
     field
-        Where the message has them.
+        The field of the message with both vectors.
     vectors
-        By the name of each its components and its unit, in words.
+        For the name of each vector, its components and its unit in words.
     """
 
     field: str
     vectors: dict[str, tuple[str, str]]
 
-    def of(self, message: Any) -> VectorReading:
+    def of(self, message: TwistStamped | AccelStamped | WrenchStamped) -> VectorReading:
         """Return the vectors of a stamped message."""
         pair = getattr(message, self.field)
         vectors = {name: numbers_of(getattr(pair, name)) for name in self.vectors}
@@ -80,12 +90,12 @@ class WarningReading(NamedTuple):
 
     @property
     def cause(self) -> str:
-        """Return what slows a command: `position limit of elbow`; empty where nothing does."""
+        """Return what slows a command: `position limit of elbow`; empty for nothing."""
         cause, of = (self.values.get(key, '') for key in ('cause', 'of'))
         return f'{cause} of {of}' if of else cause
 
 
-def jacobian_of(message: Any) -> JacobianReading:
+def jacobian_of(message: Float64MultiArray) -> JacobianReading:
     """
     Return the Jacobian that a Float64MultiArray holds, whatever the order of its rows.
 
@@ -110,12 +120,12 @@ def jacobian_of(message: Any) -> JacobianReading:
     return JacobianReading(rows, columns, values)
 
 
-def numbers_of(vector: Any) -> Floats:
+def numbers_of(vector: Point | Vector3 | Quaternion) -> Floats:
     """Return the numbers of a vector or a point, x y z, or of a quaternion, x y z w."""
     return np.array([getattr(vector, name) for name in vector.get_fields_and_field_types()])
 
 
-def matrix_of(pose: Any) -> Floats:
+def matrix_of(pose: Pose) -> Floats:
     """Return the matrix (4, 4) of a pose."""
     T = np.eye(4)
     T[:3, :3] = rotation_of_quaternion(numbers_of(pose.orientation))
@@ -129,12 +139,12 @@ def in_base_axes(six_rows: Floats, tool: Floats) -> Floats:
     return np.concatenate([R @ six_rows[:3], R @ six_rows[3:]])
 
 
-def scale_of(message: Any) -> ScaleReading:
+def scale_of(message: Float64) -> ScaleReading:
     """Return the scale of a Float64."""
     return ScaleReading(float(message.data))
 
 
-def warned_of(message: Any) -> WarningReading:
+def warned_of(message: DiagnosticStatus) -> WarningReading:
     """Return the warning of a DiagnosticStatus."""
     level = ord(message.level)
     name = Level(level).name if level in list(Level) else f'LEVEL {level}'

@@ -1,4 +1,4 @@
-"""From target messages to poses and twists in the base frame, and from answers to messages."""
+"""Convert target messages to poses and twists in the base frame, and answers to messages."""
 
 import math
 from array import array
@@ -23,21 +23,20 @@ from .messages import time_message
 from .output_topics import matrix_message
 from .readings import TWIST, in_base_axes, matrix_of, numbers_of
 
-# A quaternion printed with three digits is still a rotation; (0, 0, 0, 0) is not.
-UNIT = 1e-3
+# Largest deviation of the norm of a quaternion from 1: three printed digits are accepted.
+QUATERNION_NORM_TOLERANCE = 1e-3
 
 
 class Choice(NamedTuple):
     """
-    The feasible answers to a target, the nearest to the present joint positions first.
+    The feasible answers to a target, in order of distance from the present joint positions.
 
     Attributes
     ----------
     answers
         Solutions, and representatives of families.
     best
-        Of a redundant arm that is to do better than to stay near: the posture that the first one
-        has become, on its arc.
+        The best posture on the arc of the first answer, if `ik.redundancy` selects it; else None.
     """
 
     answers: tuple[IkSolution | IkFamily, ...]
@@ -45,7 +44,7 @@ class Choice(NamedTuple):
 
     @property
     def q(self) -> Floats | None:
-        """Return the nearest joint positions, None if no answer is inside the limits."""
+        """Return the nearest joint positions; None if no answer is inside the limits."""
         return self.answers[0].q if self.answers else None
 
 
@@ -55,15 +54,15 @@ def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
     """
     scales = robot.singularity.task.column_scales
 
-    def away(answer: IkSolution | IkFamily) -> float:
+    def distance(answer: IkSolution | IkFamily) -> float:
         return float(np.linalg.norm((answer.q - near) / scales))
 
     answers: list[IkSolution | IkFamily] = [*result.solutions, *result.families]
-    return Choice(tuple(sorted((one for one in answers if one.feasible), key=away)))
+    return Choice(tuple(sorted((answer for answer in answers if answer.feasible), key=distance)))
 
 
 def best_choice(choice: Choice, T: Floats, settings: NodeSettings) -> Choice:
-    """Return a choice whose first family is at the best posture of its arc, if that is wanted."""
+    """Return the choice with its first family moved along its arc, as `ik.redundancy` selects."""
     robot, near = settings.robot, choice.answers[0] if choice.answers else None
     if settings.redundancy == 'near' or not isinstance(near, IkFamily):
         return choice
@@ -89,7 +88,7 @@ def pose_of(message: PoseStamped) -> Floats:
     _check_finite('position', numbers_of(message.pose.position))
     _check_finite('orientation', quaternion)
     norm = math.hypot(*quaternion)
-    if abs(norm - 1.0) > UNIT:
+    if abs(norm - 1.0) > QUATERNION_NORM_TOLERANCE:
         raise RefusedTargetError(
             f'the orientation {_listed(quaternion)} (x y z w) is not a unit quaternion: '
             f'its length is {norm:.4g}'
@@ -114,24 +113,26 @@ def twist_of(message: TwistStamped) -> Floats:
 
 def pose_in_base(T: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
     """
-    Return a pose given in the base or the tool frame in the base frame; `tool` is the tool's pose.
+    Return a pose in the base frame; it is given in the base or the tool frame.
+
+    `tool` is the pose of the tool.
 
     Raises
     ------
     RefusedTargetError
-        The frame is neither.
+        The frame is neither base nor tool.
     """
     return T if _is_base(frame, settings) else tool @ T
 
 
 def twist_in_base(twist: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
     """
-    Return a twist of the tool's origin, given in base or tool axes, in base axes.
+    Return a twist of the origin of the tool in base axes; it is given in base or tool axes.
 
     Raises
     ------
     RefusedTargetError
-        The frame is neither.
+        The frame is neither base nor tool.
     """
     return twist if _is_base(frame, settings) else in_base_axes(twist, tool)
 
@@ -168,7 +169,7 @@ def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArr
     Return all answers, row-major solutions x joints, labelled like the Jacobian.
 
     The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
-    `solution` for arms without postures; a family's representative is marked `family`.
+    `solution` for arms without postures. The representative of a family is marked `family`.
     """
     rows = ','.join(map(_row_label, choice.answers))
     joints = ','.join(settings.joint_names), settings.robot.dof

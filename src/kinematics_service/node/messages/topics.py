@@ -1,13 +1,16 @@
 """The names of the node's topics and services, and their quality of service."""
 
 import copy
+from collections.abc import Callable
 from typing import Any
 
+from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.subscription import Subscription
 
-# Reliable where every publisher offers that; room for a second at 1 kHz in which the process does
-# not run.
+# Reliable if every publisher offers it. The queue holds a second at 1 kHz during which the process
+# does not run.
 JOINT_STATES_QOS = QoSProfile(
     depth=1000,
     reliability=ReliabilityPolicy.BEST_AVAILABLE,
@@ -20,22 +23,33 @@ WARNING_QOS = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 DIAGNOSTICS_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# Each pose is a request that gets its answer; only the newest twist, and command, is still valid.
+# Every pose is answered; of twists and commands only the newest is valid.
 TARGET_POSE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 TARGET_TWIST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 COMMAND_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-# As of a node's parameter services: a busy node keeps more requests than ROS's ten.
+# As of the parameter services of a node: a busy node keeps more requests than the ten of ROS.
 SERVICE_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 
 
 def overridable(qos: QoSProfile) -> dict[str, Any]:
     """
-    Return the arguments of a topic whose quality of service a user may override by parameters.
+    Return arguments for a topic whose quality of service parameters may override.
 
-    Overrides are written into the profile that is given: each topic needs its own.
+    rclpy writes overrides into the profile, so each topic gets a copy.
     """
     overrides = QoSOverridingOptions.with_default_policies()
     return {'qos_profile': copy.copy(qos), 'qos_overriding_options': overrides}
+
+
+def raw_subscription(
+    node: Node, kind: type, name: str, take: Callable[[bytes], None], qos: QoSProfile
+) -> Subscription:
+    """
+    Return a subscription to the bytes of messages, whose quality of service may be overridden.
+
+    The node decodes them: the middleware refuses bytes without telling the node why.
+    """
+    return node.create_subscription(kind, name, take, raw=True, **overridable(qos))
 
 
 JOINT_STATES = 'joint_states'

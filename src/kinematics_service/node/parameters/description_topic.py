@@ -1,4 +1,4 @@
-"""The arm from a topic that its URDF is published on, as robot_state_publisher does."""
+"""The arm from a topic with its URDF, as robot_state_publisher publishes it."""
 
 import math
 import time
@@ -20,26 +20,27 @@ KIND = 'std_msgs/msg/String'
 QOS = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
-# Longest time until a request for the end is seen while no description has come (s).
-TURN = 0.1
-# Time of silence after which the reason is logged (s), and at least between two lines.
-SILENCE = 5.0
+# Period of the check for a stop while no description has arrived (s).
+STOP_CHECK_PERIOD = 0.1
+# Time without a description after which the reason is logged, and shortest time between two lines
+# (s).
+LOG_PERIOD = 5.0
 # Period of the reports on the wait (s).
-PERIOD = 1.0
+REPORT_PERIOD = 1.0
 
 
 def last_of(count: int) -> str:
-    """Return that a line stands for more than one; empty for one."""
-    return f' (the last of {count} in {SILENCE:g} s)' if count > 1 else ''
+    """Return how many outcomes a log line replaces; empty for one."""
+    return f' (the last of {count} in {LOG_PERIOD:g} s)' if count > 1 else ''
 
 
 class StoppedWaiting(Exception):
-    """The process was asked to end before there was a robot."""
+    """A stop was requested before a robot was received."""
 
 
 class DescriptionTopic:
     """
-    The last description that came on a topic.
+    The last description of a topic.
 
     Parameters
     ----------
@@ -51,12 +52,12 @@ class DescriptionTopic:
     Attributes
     ----------
     then
-        Called when another description has come; the same one again is none.
+        Called if a different description has arrived.
 
     Raises
     ------
     SettingsError
-        No topic can have that name.
+        The name is not valid for a topic.
     """
 
     def __init__(self, node: Node, source: str) -> None:
@@ -91,9 +92,9 @@ class DescriptionTopic:
         Raises
         ------
         KinematicsError
-            It is no URDF of an arm.
+            The description is not a URDF of an arm.
         """
-        from ...robot.urdf.importer import urdf_as_robot_file  # only if it is asked for
+        from ...robot.urdf.importer import urdf_as_robot_file  # loads slowly
 
         content = (self._text or '').encode('utf-8', 'replace')
         text = urdf_as_robot_file(content, self._source, self._base, self._tip)
@@ -101,43 +102,43 @@ class DescriptionTopic:
 
     def first_robot(self, stopped: Callable[[], bool], report: Callable[[str], None]) -> Robot:
         """
-        Return the arm of the first description that describes one; wait for it.
+        Wait for a description of an arm, and return the arm.
 
         Parameters
         ----------
         stopped
-            Whether to wait no longer.
+            Returns whether to end the wait.
         report
             Called once a second with the reason for the wait.
 
         Raises
         ------
         StoppedWaiting
-            `stopped()` was true before.
+            `stopped()` was true first.
         """
         self._node.get_logger().info(f'waiting for the robot from {self._topic}')
         executor = SingleThreadedExecutor(context=self._node.context)
         executor.add_node(self._node)
         refused: str | None = None
-        why, unsaid, reporting = '', 0, 0.0
-        saying = time.monotonic() + SILENCE
+        why, unlogged, report_time = '', 0, 0.0
+        log_time = time.monotonic() + LOG_PERIOD
         try:
             while not stopped() and self._node.context.ok():
-                executor.spin_once(timeout_sec=TURN)
+                executor.spin_once(timeout_sec=STOP_CHECK_PERIOD)
                 if self._text != refused:
                     try:
                         return self.robot()
                     except KinematicsError as error:
-                        saying = saying if refused is not None else 0.0
-                        refused, unsaid = self._text, unsaid + 1
+                        log_time = log_time if refused is not None else 0.0
+                        refused, unlogged = self._text, unlogged + 1
                         why = f'the robot is not taken: {error}'
-                if (now := time.monotonic()) > reporting:
-                    reporting = now + PERIOD
+                if (now := time.monotonic()) > report_time:
+                    report_time = now + REPORT_PERIOD
                     why = why if refused is not None else self._why_none()
                     report(f'waits for a robot description on {self._topic}: {why}')
-                if now > saying and (unsaid or refused is None):
-                    self._node.get_logger().warning(f'{why}{last_of(unsaid)}')
-                    saying, unsaid = now + (SILENCE if unsaid else math.inf), 0
+                if now > log_time and (unlogged or refused is None):
+                    self._node.get_logger().warning(f'{why}{last_of(unlogged)}')
+                    log_time, unlogged = now + (LOG_PERIOD if unlogged else math.inf), 0
             raise StoppedWaiting
         finally:
             executor.remove_node(self._node)
@@ -147,7 +148,9 @@ class DescriptionTopic:
         publishers = self._node.get_publishers_info_by_topic(self._topic)
         if publishers:
             lasting = DurabilityPolicy.TRANSIENT_LOCAL
-            late = [one.node_name for one in publishers if one.qos_profile.durability != lasting]
+            late = [
+                info.node_name for info in publishers if info.qos_profile.durability != lasting
+            ]
             if late:
                 return (
                     f'{self._topic} is published by {", ".join(late)} with durability volatile, '
@@ -161,9 +164,9 @@ class DescriptionTopic:
             for topic, kinds in self._node.get_topic_names_and_types()
             if KIND in kinds and name in topic and self._node.count_publishers(topic)
         ]
-        known = (
+        hint = (
             f'others here: {", ".join(others)} (--robot-description {others[0]})'
             if others
             else 'publish it by: ros2 run robot_state_publisher robot_state_publisher arm.urdf'
         )
-        return f'nobody publishes {self._topic} (std_msgs/String, transient_local); {known}'
+        return f'nobody publishes {self._topic} (std_msgs/String, transient_local); {hint}'

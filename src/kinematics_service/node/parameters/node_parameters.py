@@ -1,5 +1,5 @@
 """
-The node's parameters as ROS has them: declared once, checked together, applied when they change.
+The parameters of a node in ROS: declared once, checked together, applied when they change.
 """
 
 import os
@@ -19,7 +19,7 @@ from ...robot.robot import Robot, load_robot
 from .description_topic import DescriptionTopic
 from .settings import NodeSettings, check_value, defaults, settings_from
 from .settled_file import read_settled
-from .table import PARAMETERS, POINTS, ROBOT, TRANSPORT
+from .table import PARAMETERS, POINTS, ROBOT, TRANSPORT, Parameter
 
 MEASURE = 'singularity.measure'
 KINDS = {str: 'a string', bool: 'true or false', float: 'a number with a point'}
@@ -28,16 +28,16 @@ NAMES = frozenset(parameter.name for parameter in PARAMETERS)
 
 class CheckedArm(NamedTuple):
     """
-    An arm that may come into force, with the parameter values and the settings that fit it.
+    An arm with valid parameter values and their settings.
 
     Attributes
     ----------
     robot
-        The arm of its file.
+        The arm of the robot file.
     values
         A value for each parameter.
     settings
-        The settings that follow from both.
+        The settings from arm and values.
     """
 
     robot: Robot
@@ -47,31 +47,32 @@ class CheckedArm(NamedTuple):
 
 class NodeParameters:
     """
-    Declares the parameters of a node and keeps the settings that follow from them.
+    Declares the parameters of a node, and keeps the settings from their values.
 
     Parameters
     ----------
     node
-        The node they belong to.
+        The node that declares them.
     robot
         File, bundled name or topic, as given on the command line; None to take the parameter
         `robot`.
     stopped, report
-        Whether to wait no longer for a description on a topic; called with the reason meanwhile.
+        Returns whether to end the wait for a description on a topic; called with the reason for
+        the wait.
 
     Raises
     ------
     RobotConflictError
         The command line and the parameter differ.
     KinematicsError
-        The robot or a parameter is bad.
+        The robot or a parameter is wrong.
     StoppedWaiting
         No description came on the topic before `stopped()` was true.
 
     Attributes
     ----------
     description
-        The topic that the robot comes from; None where it is a file.
+        The topic of the robot; None if the robot is a file.
     """
 
     def __init__(
@@ -83,15 +84,13 @@ class NodeParameters:
     ) -> None:
         self._node = node
         self._checked: CheckedArm | None = None
-        self._follows = False  # whether a parameter is set to what is in force already
-        name = self._declare(ROBOT.name, robot or ROBOT.default, ROBOT.descriptor())
+        self._follows = False  # whether `take` sets a parameter
+        name = self._declare(ROBOT, robot or ROBOT.default)
         if robot is not None and name != robot:
             raise RobotConflictError(
                 f'--robot {robot} and the parameter robot:={name} differ; give one of them'
             )
-        self.transport = str(
-            self._declare(TRANSPORT.name, TRANSPORT.default, TRANSPORT.descriptor())
-        )
+        self.transport = str(self._declare(TRANSPORT, TRANSPORT.default))
         check_value(TRANSPORT, self.transport)
         self.by_default = robot is None and name == ROBOT.default
         self._load: Callable[[], Robot] = lambda: load_robot(name)
@@ -102,11 +101,10 @@ class NodeParameters:
             robot_of_file = self.description.first_robot(stopped, report)
         else:
             robot_of_file = self._load()
-        # An empty list on a command line arrives as nothing.
-        self._points = self._declare(POINTS.name, POINTS.default, POINTS.descriptor()) or ()
+        # rclpy returns an empty list of a command line as None.
+        self._points = self._declare(POINTS, POINTS.default) or ()
         for parameter in PARAMETERS:
-            default = defaults(robot_of_file)[parameter.name]
-            self._declare(parameter.name, default, parameter.descriptor())
+            self._declare(parameter, defaults(robot_of_file)[parameter.name])
         self._force = self._judge(robot_of_file, self._values())
 
     @property
@@ -115,7 +113,7 @@ class NodeParameters:
         return self._force.settings
 
     def listen(self, apply: Callable[[NodeSettings], None]) -> None:
-        """Check changes from now on before they are made, and call `apply` after each."""
+        """Check each change of parameters from now on, and call `apply` after it."""
 
         def changed(parameters: Sequence[RosParameter]) -> None:
             if self._follows:
@@ -124,7 +122,7 @@ class NodeParameters:
                 self._force = self._judge(self._force.robot, self._values())
                 try:
                     apply(self.settings)
-                except Exception as error:  # the client that set it would get no answer
+                except Exception as error:  # without this the client would get no answer
                     self._internal_error(error)
 
         self._node.add_on_set_parameters_callback(self._check)
@@ -132,9 +130,9 @@ class NodeParameters:
 
     def reading_again(self) -> Callable[[], CheckedArm]:
         """
-        Return a function that reads the robot file again, for another thread: it takes some time.
+        Return a function that reads the robot file again, for a second thread.
 
-        It returns what may come into force, and raises `KinematicsError` if nothing may.
+        The function returns the new arm, and raises `KinematicsError` if the arm has faults.
         """
         values, former = self._values(), self._force.robot
         name = self._node.get_parameter(ROBOT.name).value
@@ -146,12 +144,11 @@ class NodeParameters:
             robot = read_settled(self._load, files)
             fitting = _fitting(values, former, robot)
             settings = settings_from(fitting, robot, self._points)
-            # Prepare the searches for singular poses and joint positions here: the node answers
-            # with the former arm meanwhile.
+            # Prepare the searches for singular poses and joint positions in this thread: the node
+            # still answers with the former arm.
             settings.robot.singularity.arm.atlas()
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
             if settings.robot.description.uncertainty is not None:
-                # So is what may be off in it.
                 errors_of_file(settings.robot)
             return CheckedArm(robot, fitting, settings)
 
@@ -159,12 +156,12 @@ class NodeParameters:
 
     def take(self, read: CheckedArm) -> NodeSettings:
         """
-        Put an arm that was read again into force, with the parameters as they are now.
+        Apply an arm that was read again, with the present parameters.
 
         Raises
         ------
         KinematicsError
-            The parameters that have changed in the meantime do not fit it.
+            Parameters that changed meanwhile contradict the new arm.
         """
         values = _fitting(self._values(), self._force.robot, read.robot)
         self._checked = read
@@ -178,17 +175,18 @@ class NodeParameters:
         return self.settings
 
     def unknown(self) -> tuple[str, ...]:
-        """Return the names of parameters that were given at start and that are not declared."""
+        """Return the names of parameters that were given at start but are not declared."""
         given = getattr(
             self._node, '_parameter_overrides', {}
         )  # rclpy has no public function for it
         return tuple(sorted(name for name in given if not self._node.has_parameter(name)))
 
-    def _declare(self, name: str, default: Any, descriptor: Any) -> Any:
-        if self._node.has_parameter(name):  # by an attempt that failed
+    def _declare(self, parameter: Parameter, default: Any) -> Any:
+        name = parameter.name
+        if self._node.has_parameter(name):  # by an attempt to start that failed
             return self._node.get_parameter(name).value
         try:
-            return self._node.declare_parameter(name, default, descriptor).value
+            return self._node.declare_parameter(name, default, parameter.descriptor()).value
         except InvalidParameterTypeException as error:
             hint = ' (write 1.0, not 1)' if isinstance(default, float) else ''
             raise SettingsError(
@@ -201,7 +199,7 @@ class NodeParameters:
         return {name: self._node.get_parameter(name).value for name in NAMES}
 
     def _judge(self, robot: Robot, values: dict[str, Any]) -> CheckedArm:
-        # What was judged last is not computed again where it comes into force.
+        # The check of a change computes the settings; their application needs the same again.
         last = self._checked
         if last is not None and last.robot is robot and last.values == values:
             return last
@@ -215,8 +213,7 @@ class NodeParameters:
         return self._checked
 
     def _check(self, parameters: Sequence[RosParameter]) -> SetParametersResult:
-        # After an exception here the client that sets the parameter would get no answer, so it is
-        # refused.
+        # An exception would leave the client without an answer: refuse the change instead.
         changes = {p.name: p.value for p in parameters if p.name in NAMES}
         reason = ''
         try:
@@ -238,7 +235,7 @@ class NodeParameters:
 
 
 def _fitting(values: dict[str, Any], former: Robot, robot: Robot) -> dict[str, Any]:
-    # A measure that was the file's is the file's again.
+    # If the measure was that of the former file, it becomes that of the new file.
     if values[MEASURE] != former.singularity.thresholds.measure:
         return values
     return {**values, MEASURE: robot.singularity.thresholds.measure}

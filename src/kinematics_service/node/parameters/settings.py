@@ -1,4 +1,4 @@
-"""The node's parameters: a table, and the frozen settings that follow from their values."""
+"""The settings of a node: frozen values that are computed from its parameters."""
 
 import math
 from array import array
@@ -13,14 +13,14 @@ from ...estimation.estimator import EstimatorSettings
 from ...kinematics.inverse.problem.target import TOOL_AXES
 from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.servo_rule import ServoRule
-from ...robot.file.parts.quantities import LARGEST, LONG, unit_doubt
+from ...robot.file.parts.quantities import LARGEST, LARGEST_USUAL_LENGTH, unit_doubt
 from ...robot.measures import Thresholds, thresholds_for
 from ...robot.points import TOOL
 from ...robot.robot import Robot, with_singularity, with_tool
 from ...robot.task import ROW_NAMES
-from .table import PARAMETERS, Parameter
+from .table import PARAMETERS, SERVO, Parameter
 
-# No roll, pitch or yaw (rad) goes farther: more is in degrees.
+# Largest roll, pitch or yaw (rad); a larger number is most likely in degrees.
 FULL_TURN = 2.0 * math.pi
 
 ROW_LABELS = {
@@ -30,7 +30,7 @@ ROW_LABELS = {
 
 
 class ReferenceLimits(NamedTuple):
-    """From which remainders (rms, m and rad) on a second source is a warning, and an error."""
+    """RMS disagreement (m, rad) with a second source at which the status is WARN, and ERROR."""
 
     position_warn: float
     position_stop: float
@@ -46,54 +46,53 @@ class NodeSettings:
     Attributes
     ----------
     robot
-        The arm, with the joint names, the tool, the task's length and the thresholds that are in
-        force.
+        The arm, with joint names, tool, length and thresholds from the parameters.
     estimator
-        How messages become states.
+        The settings of the estimator.
     base_frame, tool_frame
-        Names, prefix included.
+        Names of the frames, with the prefix.
     frame_prefix
-        The prefix.
+        The prefix of the names of frames.
     jacobian_frame, twist_frame
         `base` or `tool`.
     row_order
         `linear_first` or `angular_first`.
     period : ns
-        Least difference of stamps between answers that are published; 0: publish all.
+        Smallest difference of stamps between published answers; 0: publish all.
     publish_tf
         Whether to publish the tool on /tf.
     publish_robot_description
         Whether to publish a URDF.
     target_rows, target_axis
-        The rows of target poses that count, and the axis of the tool whose direction does, or
-        None.
+        The rows of a target pose that must be reached, and the axis of the tool whose direction
+        must be reached, or None.
     target_tolerance : m, rad
-        How far off a target pose is still reached.
+        Largest error of a pose that counts as reached.
     redundancy, redundancy_step : rad
-        Which posture of a redundant arm answers a target pose, and how far along its arc it may
-        be from the nearest one.
+        The criterion that selects the posture of a redundant arm, and the largest distance along
+        the arc from the nearest posture.
     target_timeout : ns
-        Time for which a target twist is in force.
+        Time for which a target twist is valid.
     servo
-        How target twists become joint velocities.
+        The settings that turn target twists into joint velocities.
     reference
-        How far poses of a second source may be off.
+        Thresholds for poses of a second source.
     scale_horizon : s
-        Reaction time of what is slowed.
+        Reaction time of the controller that the scale slows.
     scale_rise : 1/s
-        How fast the scale may rise.
+        Largest rate at which the scale rises.
     scale_reduced
-        Whether reduced speeds hold.
+        Whether the reduced speeds of the robot file apply.
     scale_rule
-        MoveIt Servo's rule; None for the distance.
+        The rule of MoveIt Servo; None for the distance.
     points
-        For each point with topics of its own the settings whose tool frame it is.
+        For each point with topics, settings with the point as tool frame.
     doubts
         Sentences on parameters whose numbers may be in mm or degrees.
     values
-        The value of each parameter, for what has no field here.
+        The value of each parameter, for topics with parameters of their own.
     of
-        The point they are of; `tool` for the tool.
+        The point of these settings; `tool` for the tool.
     """
 
     robot: Robot
@@ -146,12 +145,12 @@ def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
     names = _listed(values['joint_names'])
     if names == []:
         return tuple(prefix + name for name in robot.joint_names)
-    whole = {
+    valid_names = {
         name
         for name in names or ()
         if isinstance(name, str) and name.strip() and name.isprintable() and ',' not in name
     }
-    if names is None or prefix or not len(whole) == len(names) == robot.dof:
+    if names is None or prefix or not len(valid_names) == len(names) == robot.dof:
         accepted = (
             f'with an empty joint_prefix, {robot.dof} different names without commas, in the '
             f"order of {robot.name}'s {', '.join(robot.joint_names)}"
@@ -161,17 +160,17 @@ def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
 
 
 def _renamed(robot: Robot, names: tuple[str, ...], prefix: str) -> Robot:
-    # Returns the arm with the names of its joints on the topic; mimic joints have the prefix.
+    # Returns the arm with the joint names of the topic; mimic joints get the prefix.
     name_of = dict(zip(robot.joint_names, names))
     mimics = tuple(
-        one._replace(name=prefix + one.name, leader=name_of.get(one.leader, one.leader))
-        for one in robot.description.mimics
+        mimic._replace(name=prefix + mimic.name, leader=name_of.get(mimic.leader, mimic.leader))
+        for mimic in robot.description.mimics
     )
     return replace(robot, joint_names=names, description=replace(robot.description, mimics=mimics))
 
 
 def _listed(value: Any) -> list[Any] | None:
-    # Returns None for other values than lists. At start, ROS hands over an empty list as None.
+    # Returns None if the value is not a list. At start, rclpy returns an empty list as None.
     if value is None:
         return []
     is_list = isinstance(value, (Sequence, array)) and not isinstance(value, (str, bytes))
@@ -204,14 +203,14 @@ def settings_from(
     values
         A value for each of `PARAMETERS`, of its type.
     robot
-        The arm of its file.
+        The arm of the robot file.
     points
-        Names of the points that have topics of their own.
+        Names of the points with topics.
 
     Raises
     ------
     SettingsError
-        A value is refused, alone or together with another.
+        A value is wrong, or two values contradict each other.
     """
     for parameter in PARAMETERS:
         check_value(parameter, values[parameter.name])
@@ -222,7 +221,7 @@ def settings_from(
         raise SettingsError(
             f'parameters base_frame and tool_frame: both are {tool!r}, and must differ'
         )
-    if values['publish_tf'] and find_spec('tf2_msgs') is None:  # the wheels on PyPI lack it
+    if values['publish_tf'] and find_spec('tf2_msgs') is None:  # PyPI has no wheel of it
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
     rate = values['publish_rate']
     judged = _judged(values, _with_tool(values, robot))
@@ -266,8 +265,8 @@ def settings_from(
 
 
 def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
-    # A length of 20 m is doubted, and of an arm that is shorter than 1 m 20 times its reach.
-    longest = LONG * min(robot.singularity.task.length, 1.0)
+    # A length is doubted from 20 m, or 20 times the length of an arm shorter than 1 m.
+    longest = LARGEST_USUAL_LENGTH * min(robot.singularity.task.length, 1.0)
     for parameter in PARAMETERS:
         if parameter.kind == 'number':
             continue
@@ -281,20 +280,20 @@ def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
 
 
 def _points(names: Any, robot: Robot, settings: NodeSettings) -> dict[str, NodeSettings]:
-    known = robot.points[1:]
-    choices = f'some of {", ".join(known)}' if known else f'none: {robot.name} names no points'
+    points = robot.points[1:]
+    choices = f'some of {", ".join(points)}' if points else f'none: {robot.name} names no points'
     listed = isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names)
     if not listed:
         raise _refuse('points', names, f'a list of names, such as [elbow]; {choices}')
-    found: dict[str, NodeSettings] = {}
+    settings_of: dict[str, NodeSettings] = {}
     for name in names:
-        if name not in known or name in found:
-            raise _refuse('points', name, f'{choices}{", each once" if known else ""}')
+        if name not in points or name in settings_of:
+            raise _refuse('points', name, f'{choices}{", each once" if points else ""}')
         frame = settings.frame_prefix + name
         if frame in (settings.base_frame, settings.tool_frame):
             raise _refuse('points', name, f'{frame} is the frame of the base or the tool')
-        found[name] = replace(settings, tool_frame=frame, of=name)
-    return found
+        settings_of[name] = replace(settings, tool_frame=frame, of=name)
+    return settings_of
 
 
 def _rows(text: str, robot: Robot) -> tuple[str, ...]:
@@ -332,9 +331,11 @@ def _check_numbers(parameter: Parameter, value: Any) -> None:
         or not all(abs(number) <= largest for number in listed)
     ):
         accepted = f'empty, or {count} numbers of one kind, none beyond {largest:g}{unit}'
-        found = value if listed is None else listed
-        refused = _refuse(parameter.name, found, f'{accepted}, such as [0.0, 0.0, 0.1]')
-        angles = [one for one in listed or () if kinds <= {float, int} and math.isfinite(one)]
+        shown = value if listed is None else listed
+        refused = _refuse(parameter.name, shown, f'{accepted}, such as [0.0, 0.0, 0.1]')
+        angles = [
+            number for number in listed or () if kinds <= {float, int} and math.isfinite(number)
+        ]
         if unit and max(map(abs, angles), default=0.0) > largest:
             degrees = math.radians(max(angles, key=abs))
             raise SettingsError(f'{refused}; are these degrees? write {degrees:.6g}')
@@ -364,7 +365,7 @@ def _reference(values: Mapping[str, Any]) -> ReferenceLimits:
 
 def _reduced(values: Mapping[str, Any], robot: Robot) -> bool:
     limits = robot.description.speed_limits
-    if values['scale.reduced'] and not any(math.isfinite(one.reduced) for one in limits):
+    if values['scale.reduced'] and not any(math.isfinite(limit.reduced) for limit in limits):
         raise _refuse('scale.reduced', True, f'{robot.name} has no speed_limits with reduced')
     return bool(values['scale.reduced'])
 
@@ -382,24 +383,19 @@ def _scale_rule(values: Mapping[str, Any], robot: Robot) -> ServoRule | None:
 
 def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> ServoSettings:
     try:
-        return ServoSettings(
-            damping=values['ik.damping'],
-            damped_below=values['ik.damped_below'],
-            horizon=values['ik.horizon'],
-            default_rate=values['ik.default_rate'],
-            default_speed=values['ik.default_speed'],
-            rows=None if rows == robot.singularity.task.rows else rows,
-        )
+        task_rows = robot.singularity.task.rows
+        numbers = {name: values[f'ik.{name}'] for name in SERVO}
+        return ServoSettings(**numbers, rows=None if rows == task_rows else rows)
     except KinematicsError as error:
         raise SettingsError(f'parameters ik.*: {error}') from None
 
 
 def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
-    # The parameters override the file; thresholds of the file hold for its own measure only.
-    measure, of_file = values['singularity.measure'], robot.singularity.thresholds
-    holds = measure == of_file.measure
-    warn = values['singularity.warn'] or (of_file.warn if holds else None)
-    stop = values['singularity.stop'] or (of_file.stop if holds else None)
+    # The parameters override the file, whose thresholds apply to its own measure only.
+    measure, file_thresholds = values['singularity.measure'], robot.singularity.thresholds
+    is_measure_of_file = measure == file_thresholds.measure
+    warn = values['singularity.warn'] or (file_thresholds.warn if is_measure_of_file else None)
+    stop = values['singularity.stop'] or (file_thresholds.stop if is_measure_of_file else None)
     try:
         thresholds: Thresholds = thresholds_for(robot.singularity.task, measure, warn, stop)
     except KinematicsError as error:

@@ -1,4 +1,4 @@
-"""Read a file that another program may still be writing, when it is written."""
+"""Read files after other programs have finished writing them."""
 
 import os
 import time
@@ -8,31 +8,31 @@ from typing import TypeVar
 from ...errors import KinematicsError, SettingsError
 from ...robot.robot import file_state
 
-# A file is complete if it did not change for this time, s: programs that write pieces pause less.
-SETTLED = 0.1
-# The longest wait for that, s: longer than an upload of a robot file, shorter than a user waits.
-PATIENCE = 5.0
-# A file with faults that changed within this time may be half of one, ns.
-RECENT = 1_000_000_000
+# A file is complete if it did not change for this time, s. Programs pause less between pieces.
+SETTLING_TIME = 0.1
+# Longest wait for complete files, s: longer than an upload of a robot file.
+SETTLING_TIMEOUT = 5.0
+# A file with faults that changed within this time may be incomplete, ns.
+INCOMPLETE_AGE = 1_000_000_000
 Content = TypeVar('Content')
 
 
 def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[str]]) -> Content:
     """
-    Return what `read` returns while none of the files changes, and `SETTLED` s after they did.
+    Return the result of `read` if no file changed during it and for `SETTLING_TIME` before.
 
     Raises
     ------
     SettingsError
-        They change for longer than `PATIENCE` s.
+        They change for longer than `SETTLING_TIMEOUT` s.
     KinematicsError
-        As `read` raises it, if they do not change; a SettingsError if they just did.
+        The error of `read` if the files do not change; a SettingsError if they changed recently.
     """
-    end = time.monotonic() + PATIENCE
+    end = time.monotonic() + SETTLING_TIMEOUT
     while time.monotonic() < end:
         before = _states(files)
-        if any(time.time_ns() - changed < SETTLED * 1e9 for changed, _, _ in before):
-            time.sleep(SETTLED)
+        if any(time.time_ns() - changed < SETTLING_TIME * 1e9 for changed, _, _ in before):
+            time.sleep(SETTLING_TIME)
             if _states(files) != before:
                 continue
         try:
@@ -41,7 +41,7 @@ def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[
             if _states(files) != before:
                 continue
             age = time.time_ns() - max((changed for changed, _, _ in before), default=0)
-            if age < RECENT:
+            if age < INCOMPLETE_AGE:
                 raise SettingsError(
                     f'{error}; it changed {age / 1e9:.1f} s ago: is it being written?'
                 ) from None
@@ -50,8 +50,8 @@ def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[
             if _states(files) == before:
                 return content
     raise SettingsError(
-        f'{", ".join(map(str, files))}: another program still writes it after {PATIENCE:g} s; '
-        'reload it when it is saved'
+        f'{", ".join(map(str, files))}: another program still writes it after '
+        f'{SETTLING_TIMEOUT:g} s; reload it when it is saved'
     )
 
 

@@ -1,4 +1,4 @@
-"""The node's parameters as a table: names, defaults, what they mean and what is accepted."""
+"""The parameters of a node as a table: names, defaults, descriptions and accepted values."""
 
 import math
 from dataclasses import dataclass
@@ -8,17 +8,18 @@ from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 
 from ...estimation.estimator import VELOCITY_SOURCES
 from ...kinematics.inverse.self_motion.best_posture import CRITERIA
+from ...kinematics.inverse.servo import ServoSettings
 from ...kinematics.servo_rule import ServoRule
 from ...robot.file.parts.quantities import Kind
 from ...robot.measures import MEASURES
 
-# How messages are read and written: as patched bytes, or as rclpy's objects.
+# Messages are read and written as bytes, or as objects of rclpy.
 TRANSPORTS = ('bytes', 'messages')
 AXES = ('base', 'tool')
 SCALE_RULES = ('distance', 'servo')
-# Which posture of a redundant arm answers a target.
+# Criteria that select the posture of a redundant arm.
 REDUNDANCY = ('near', *CRITERIA)
-# The settings of the second, by their names.
+# Descriptions of the settings of the rule `servo`.
 SERVO_RULE = {
     'lower_singularity_threshold': 'Of `scale.rule` servo: condition number from which a motion '
     'is slowed.',
@@ -28,30 +29,69 @@ SERVO_RULE = {
     'singularity_step_scale': 'Likewise: the step, in m and rad, that shows which way the '
     'condition number grows.',
 }
+# Ranges and descriptions of the parameters `ik.*` that are numbers of `ServoSettings`.
+SERVO = {
+    'damping': (
+        (1e-6, 1.0),
+        "Largest damping of joint velocities at a singularity, a share of the arm's length.",
+    ),
+    'damped_below': (
+        (1e-6, 10.0),
+        "Damping begins where the smallest singular value is this share of the arm's length.",
+    ),
+    'horizon': (
+        (1e-3, 3600.0),
+        'A joint approaches its limit no faster than would take it there in this many seconds.',
+    ),
+    'default_rate': (
+        (1e-6, 1e6),
+        'Velocity limit of angles that have none in the robot file, rad/s.',
+    ),
+    'default_speed': (
+        (1e-6, 1e6),
+        'Velocity limit of prismatic joints that have none in the robot file, m/s.',
+    ),
+}
+# Defaults, largest values, kinds and descriptions of the parameters `reference.*`.
+REFERENCE: dict[str, tuple[float, float, Kind, str]] = {
+    'position_warn': (
+        *(4e-3, 1e6, 'length'),
+        'A warning where poses of ~/reference_pose remain this far off (rms), base and tool '
+        'fitted, m.',
+    ),
+    'position_stop': (20e-3, 1e6, 'length', 'An error where they remain this far off, m.'),
+    'angle_warn': (
+        *(math.radians(0.5), 10.0, 'angle'),
+        'A warning where their orientations remain this far off (rms), rad.',
+    ),
+    'angle_stop': (
+        *(math.radians(2.0), 10.0, 'angle'),
+        'An error where their orientations remain this far off, rad.',
+    ),
+}
 ROW_ORDERS = ('linear_first', 'angular_first')
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter: its default, what it means, and what is accepted."""
+    """One parameter: its default, its description, and its accepted values."""
 
     name: str
     default: Any
     description: str
     choices: tuple[str, ...] = ()
     range: tuple[float, float] | None = None
-    least: float = 0.0  # range of values other than 0, if 0 has a meaning of its own
-    numbers: int = 0  # length of a list of numbers that may be empty, too
-    kind: Kind = 'number'  # a length in m or an angle in rad may be given in mm or degrees
+    least: float = 0.0  # smallest value besides 0, if 0 has a special meaning
+    numbers: int = 0  # length of a list of numbers; it may also be empty
+    kind: Kind = 'number'  # lengths and angles are checked for mm and degrees
     read_only: bool = False
-    dynamic_typing: bool = False
 
     def descriptor(self) -> ParameterDescriptor:
         """Return the descriptor that `ros2 param describe` shows."""
         descriptor = ParameterDescriptor()
         descriptor.description = self.description
         descriptor.read_only = self.read_only
-        descriptor.dynamic_typing = self.dynamic_typing
+        descriptor.dynamic_typing = self.default == []  # rclpy takes it for a list of bytes
         if self.choices:
             descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)
         if self.numbers:
@@ -85,7 +125,6 @@ POINTS = Parameter(
     'Points of the robot file that have topics of their own, such as `~/NAME/pose` and '
     '`~/NAME/jacobian`: a list of names; set at start.',
     read_only=True,
-    dynamic_typing=True,  # to rclpy an empty list is one of bytes
 )
 
 PARAMETERS = (
@@ -95,7 +134,6 @@ PARAMETERS = (
         [],
         "Names of the joints on the topics, in the order of the robot's joints, instead of "
         '`joint_prefix`; empty: those of the robot file.',
-        dynamic_typing=True,
     ),
     Parameter('frame_prefix', '', 'Put before the names of the base and tool frames.'),
     Parameter('base_frame', '', "Name of the base frame; empty: the robot file's."),
@@ -106,7 +144,6 @@ PARAMETERS = (
         'Origin of the tool in the frame after the last row, three numbers in m; empty: the robot '
         "file's.",
         numbers=3,
-        dynamic_typing=True,
         kind='length',
     ),
     Parameter(
@@ -115,7 +152,6 @@ PARAMETERS = (
         'Orientation of the tool in that frame, roll pitch yaw in rad, R = Rz(yaw) Ry(pitch) '
         "Rx(roll); empty: the robot file's.",
         numbers=3,
-        dynamic_typing=True,
         kind='angle',
     ),
     Parameter('jacobian_frame', 'base', 'Axes of the Jacobian; its point is the tool.', AXES),
@@ -244,63 +280,12 @@ PARAMETERS = (
         'A twist holds for this many seconds; then the joints are stopped.',
         range=(1e-3, 3600.0),
     ),
-    Parameter(
-        'ik.damping',
-        0.025,
-        "Largest damping of joint velocities at a singularity, a share of the arm's length.",
-        range=(1e-6, 1.0),
+    *(
+        Parameter(f'ik.{name}', getattr(ServoSettings, name), description, range=accepted)
+        for name, (accepted, description) in SERVO.items()
     ),
-    Parameter(
-        'ik.damped_below',
-        0.05,
-        "Damping begins where the smallest singular value is this share of the arm's length.",
-        range=(1e-6, 10.0),
-    ),
-    Parameter(
-        'ik.horizon',
-        0.1,
-        'A joint approaches its limit no faster than would take it there in this many seconds.',
-        range=(1e-3, 3600.0),
-    ),
-    Parameter(
-        'ik.default_rate',
-        math.pi,
-        'Velocity limit of angles that have none in the robot file, rad/s.',
-        range=(1e-6, 1e6),
-    ),
-    Parameter(
-        'ik.default_speed',
-        1.0,
-        'Velocity limit of prismatic joints that have none in the robot file, m/s.',
-        range=(1e-6, 1e6),
-    ),
-    Parameter(
-        'reference.position_warn',
-        4e-3,
-        'A warning where poses of ~/reference_pose remain this far off (rms), base and tool '
-        'fitted, m.',
-        range=(1e-9, 1e6),
-        kind='length',
-    ),
-    Parameter(
-        'reference.position_stop',
-        20e-3,
-        'An error where they remain this far off, m.',
-        range=(1e-9, 1e6),
-        kind='length',
-    ),
-    Parameter(
-        'reference.angle_warn',
-        math.radians(0.5),
-        'A warning where their orientations remain this far off (rms), rad.',
-        range=(1e-9, 10.0),
-        kind='angle',
-    ),
-    Parameter(
-        'reference.angle_stop',
-        math.radians(2.0),
-        'An error where their orientations remain this far off, rad.',
-        range=(1e-9, 10.0),
-        kind='angle',
+    *(
+        Parameter(f'reference.{name}', default, description, range=(1e-9, largest), kind=kind)
+        for name, (default, largest, kind, description) in REFERENCE.items()
     ),
 )

@@ -1,4 +1,4 @@
-"""Reasons why the node must not start in this machine's ROS environment."""
+"""Reasons not to start a node in the present ROS environment."""
 
 import os
 import sys
@@ -6,16 +6,16 @@ from pathlib import Path
 
 import rclpy
 
-# Where ROS writes its log files: folders below what a variable names.
+# The folders of ROS's log files: an environment variable, and a folder below its value.
 LOGS = (('ROS_LOG_DIR', ''), ('ROS_HOME', 'log'), ('HOME', '.ros/log'))
 
 
 def security_refusal() -> str | None:
     """
-    Return why not to start if ROS_SECURITY_ENABLE asks for security that this ROS lacks.
+    Return why not to start if ROS_SECURITY_ENABLE requests security that this ROS lacks.
 
-    The wheels' Fast DDS is built without DDS security, and the default strategy, Permissive, then
-    starts unsecured without a word.
+    Fast DDS in the wheels is built without DDS security. With the default strategy, Permissive, it
+    starts unsecured without a message.
     """
     if os.environ.get('ROS_SECURITY_ENABLE', '').lower() != 'true' or not rclpy_is_a_wheel():
         return None
@@ -32,7 +32,7 @@ def rclpy_is_a_wheel() -> bool:
 
 
 def mixture_refusal() -> str | None:
-    """Return why not to start if the wheels' rclpy and a sourced ROS installation are mixed."""
+    """Return why not to start if rclpy from wheels and a sourced ROS installation are mixed."""
     here = Path(rclpy.__file__).resolve()
     version = f'python{sys.version_info.major}.{sys.version_info.minor}'
     prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
@@ -53,8 +53,10 @@ def mixture_refusal() -> str | None:
 
 def log_refusal() -> str | None:
     """
-    Return why ROS can write no log file, None if it can. It would not start then: on a read-only
-    file system, or if no variable names the home folder.
+    Return why ROS cannot write a log file, None if it can.
+
+    ROS would not start without a log file, for example on a read-only file system, or if no
+    variable names the home folder.
     """
     # The same search as in rcl.
     folders = [Path(os.environ[name], below) for name, below in LOGS if os.environ.get(name)]

@@ -9,22 +9,22 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
-# Rates are taken over this time, s.
-WINDOW = 2.0
+# Time over which a rate is computed, s.
+RATE_WINDOW = 2.0
 
 
 class LatestMessage:
     """
-    A subscription that keeps the last message, as bytes until it is read.
+    A subscription that keeps the last message, and decodes it when it is read.
 
     Parameters
     ----------
     node, topic, type, qos
         As for `Node.create_subscription`.
     then
-        Called after each message, with it as bytes.
+        Called with the bytes of each message.
     wanted
-        Whether a message counts; the others are ignored.
+        Returns whether to keep a message; None: keep every message.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class LatestMessage:
 
     @property
     def message(self) -> Any:
-        """Return the last message, None before the first."""
+        """Return the last message; None before the first message."""
         if self._message is None and self._bytes is not None:
             self._message = deserialize_message(self._bytes, self._type)
         return self._message
@@ -75,10 +75,10 @@ class LatestMessage:
         return time.monotonic() - self._arrival
 
     def rate(self) -> float:
-        """Return messages per second over the last WINDOW, from call to call."""
+        """Return messages per second over the last RATE_WINDOW, from call to call."""
         now = time.monotonic()
         self._marks.append((now, self.count))
-        while len(self._marks) > 2 and now - self._marks[1][0] >= WINDOW:
+        while len(self._marks) > 2 and now - self._marks[1][0] >= RATE_WINDOW:
             self._marks.popleft()
         then, count = self._marks[0]
         return (self.count - count) / (now - then) if now > then else 0.0

@@ -1,4 +1,4 @@
-"""Why no messages arrive on a topic: what the ROS graph shows, and what keeps nodes apart."""
+"""Explain why no messages arrive on a topic, from the ROS graph and the environment."""
 
 import os
 
@@ -26,7 +26,7 @@ def why_no_messages(
     answered
         Kind of messages that the node answers on it.
     report
-        The state of the node's input as /diagnostics has it; empty if it is not known.
+        The status of the node's input on /diagnostics; empty if it is unknown.
     """
     publishers = node.count_publishers(topic)
     if publishers > 0:
@@ -37,11 +37,10 @@ def why_no_messages(
         )
     if report:
         return f'waiting for {topic}: nobody publishes it; its node reports: {report}'
-    found = kinematics_nodes(node)
-    nodes = (
-        f'kinematics nodes here: {", ".join(found)}' if found else 'no kinematics node runs here'
-    )
-    hint = f'try --node {found[0]}' if found else f'is one running, {_environment()}?'
+    running = kinematics_nodes(node)
+    nodes, hint = 'no kinematics node runs here', f'is one running, {_environment()}?'
+    if running:
+        nodes, hint = f'kinematics nodes here: {", ".join(running)}', f'try --node {running[0]}'
     return f'waiting for {topic}: nobody publishes it; {nodes}; {hint}'
 
 

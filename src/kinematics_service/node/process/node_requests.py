@@ -17,16 +17,16 @@ from ...errors import SettingsError
 from ...stop_signals import StopSignal
 from ..messages.graph import kinematics_nodes
 from ..messages.topics import RELOAD
-from ..parameters.settled_file import PATIENCE
+from ..parameters.settled_file import SETTLING_TIMEOUT
 from . import session
-from .service_calls import TRY, call_service
+from .service_calls import CALL_TIMEOUT, call_service
 from .spin import Spinner
 
 # Longest wait for the discovery of a service, s.
-DEADLINE = 5.0
-# Number of similar names that answer an unknown parameter.
-NEAREST = 5
-# Types of rclpy as a user calls them; all others are lists.
+DISCOVERY_TIMEOUT = 5.0
+# Number of similar names in the error about an unknown parameter.
+SUGGESTED_NAMES = 5
+# Types of rclpy in plain words; all other types are lists.
 TYPES = {'BOOL': 'true or false', 'INTEGER': 'a number', 'DOUBLE': 'a number', 'STRING': 'a text'}
 
 Ask = Callable[..., Any]
@@ -34,7 +34,7 @@ Ask = Callable[..., Any]
 
 def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
     """
-    Set a parameter of a node; print its value, or why the node refuses it.
+    Set a parameter of a node; print its value, or the node's reason to refuse it.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
     def request(ask: Ask) -> str:
         names = ask('list_parameters', ListParameters, ListParameters.Request()).result.names
         if name not in names:
-            near = ', '.join(difflib.get_close_matches(name, names, NEAREST, cutoff=0.0))
+            near = ', '.join(difflib.get_close_matches(name, names, SUGGESTED_NAMES, cutoff=0.0))
             raise SettingsError(f'there is no parameter {name!r}; the nearest: {near}')
         change = Parameter(name=name, value=value_from(text))
         done = ask('set_parameters', SetParameters, SetParameters.Request(parameters=[change]))
@@ -67,10 +67,12 @@ def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
 
 
 def run_reload(node: str, ros_args: Sequence[str]) -> int:
-    """Let a node read its robot again, and print its sentence; as `run_set`."""
+    """Let a node read its robot again, and print its answer; exit codes as in `run_set`."""
 
     def request(ask: Ask) -> str:
-        done = ask(RELOAD.removeprefix('~/'), Trigger, Trigger.Request(), TRY + PATIENCE)
+        done = ask(
+            RELOAD.removeprefix('~/'), Trigger, Trigger.Request(), CALL_TIMEOUT + SETTLING_TIMEOUT
+        )
         if not done.success:
             raise SettingsError(f'the robot is refused: {done.message}')
         return str(done.message)
@@ -79,7 +81,7 @@ def run_reload(node: str, ros_args: Sequence[str]) -> int:
 
 
 def value_from(text: str) -> ParameterValue:
-    """Return the value that a text in YAML means; no parameter is an integer, so 1 is 1.0."""
+    """Return the value of a text in YAML; 1 becomes 1.0, because no parameter is an integer."""
     wrong = SettingsError(
         f"{text!r} is no value: type a number, true, a text, or a list such as '[0, 0, 0.15]'"
     )
@@ -92,10 +94,10 @@ def value_from(text: str) -> ParameterValue:
             return ParameterValue(type=kind, double_array_value=numbers)
         return ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=float(text))
     except ValueError:
-        pass  # these are not numbers
+        pass  # not a number
     try:
         return get_parameter_value(text)
-    except Exception:  # of PyYAML, and of fields of messages
+    except Exception:  # from PyYAML, or from a field of a message
         raise wrong from None
 
 
@@ -108,8 +110,8 @@ def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> i
         client = session.helper_node(f'kinematics_request_{os.getpid()}', context)
         spinner = Spinner(context, [client])
 
-        def ask(service: str, kind: Any, content: Any, longest: float = TRY) -> Any:
-            end, name = time.monotonic() + DEADLINE, f'{node}/{service}'
+        def ask(service: str, kind: Any, content: Any, longest: float = CALL_TIMEOUT) -> Any:
+            end, name = time.monotonic() + DISCOVERY_TIMEOUT, f'{node}/{service}'
             answer = call_service(client, spinner, kind, name, content, end, longest)
             if answer is None:
                 here, what = ', '.join(kinematics_nodes(client)), 'there is no node of this name'
@@ -120,7 +122,7 @@ def _run(node: str, ros_args: Sequence[str], request: Callable[[Ask], str]) -> i
 
         try:
             print(f'{node}: {request(ask)}', flush=True)
-            return session.FINE
+            return session.SUCCESS
         except SettingsError as error:
             session.tell(f'{node}: {error}')
             return session.FAULT

@@ -1,7 +1,7 @@
 """
-Messages that are passed over because they come faster than they can be answered.
+Pass over messages that arrive faster than the node can answer them.
 
-Only the subscription that is behind loses some: the one with the most messages in the queue.
+The subscription with the most messages in the queue keeps only its newest messages.
 """
 
 from collections import deque
@@ -13,14 +13,14 @@ from rclpy.subscription import Subscription
 
 from ..waiting_messages import take_waiting
 
-# Number of the newest messages that are answered of the subscription that is behind.
-KEPT = 10
-# Number of the newest messages that are answered of each other one: 2.5 s at 200 Hz.
+# Number of the newest messages that are answered, of the subscription with the most messages.
+KEPT_OF_FULLEST = 10
+# Number of the newest messages that are answered, of each other subscription: 2.5 s at 200 Hz.
 KEPT_OF_OTHERS = 500
 
 
 class _Passed:
-    # A subscription whose messages are kept instead of being answered: the newest of them.
+    # A subscription whose newest messages are kept instead of being answered.
 
     def __init__(
         self, node: Node, subscription: Subscription, at_first: Callable[[], None]
@@ -29,7 +29,7 @@ class _Passed:
         self.received = 0
         self._newest: deque[tuple[Any, ...]] = deque(maxlen=KEPT_OF_OTHERS)
         self._callback = subscription.callback
-        # Not by its property, which is about the form of the arguments, too: that stays.
+        # Its property `callback` would also change the form of the arguments.
         subscription._callback = self.keep
 
     def keep(self, *arguments: Any) -> None:
@@ -41,15 +41,15 @@ class _Passed:
     def take_waiting(self) -> None:
         with_info = self.subscription._callback_type is Subscription.CallbackType.WithMessageInfo
         newest, count = take_waiting(self.subscription, KEPT_OF_OTHERS)
-        for one in newest:
-            # As the executor hands them over: with their information as one tuple.
-            self._newest.append((one if with_info else one[0],))
+        for message in newest:
+            # The executor, too, hands message and information over as one tuple.
+            self._newest.append((message if with_info else message[0],))
         self.received += count
 
     def restore(self) -> list[tuple[Any, ...]]:
         self.subscription._callback = self._callback
         newest = list(self._newest)
-        self._newest.clear()  # now: messages can be large, and this is in a reference cycle
+        self._newest.clear()  # large messages would stay in a reference cycle
         return newest
 
     def answer(self, most: int) -> int:
@@ -61,57 +61,61 @@ class _Passed:
 
 class PassedOver:
     """
-    Empties the queue of an events executor of the messages in it, and of nothing else.
+    Removes the messages, and nothing else, from the queue of an events executor.
 
-    For every message there is an event in the queue. What is in it by now is worked off, messages
-    unanswered. In the meantime others come, perhaps as fast. So the executor is told to let go of
-    the subscriptions, and the events of theirs that are in the queue by then cost it next to
-    nothing. When those have gone it takes the subscriptions up again, without the messages that
-    wait: if there are fewer events than messages, the last message waits for the event of the next
-    one, and so does every later message.
+    The queue has an event for every message. The executor first handles the events in the queue;
+    their messages are kept or thrown away. New messages arrive meanwhile, perhaps as fast. So the
+    executor then releases the subscriptions, which makes their remaining events nearly free. When
+    these events are handled, it takes the subscriptions up again, and the messages that wait in
+    the middleware are taken out. If messages without an event stayed there, every later message
+    would wait for the event of its successor.
 
     Parameters
     ----------
     executor
-        It may be turned by another thread.
+        The executor; another thread may run it.
     nodes
-        Whose messages are passed over.
+        The nodes whose messages are passed over.
     then
-        Called in the end, in the executor's thread, with the number of messages that had been
-        received and were thrown away.
+        Called at the end, in the thread of the executor, with the number of messages that were
+        thrown away.
     """
 
     def __init__(self, executor: Any, nodes: Sequence[Node], then: Callable[[int], None]) -> None:
         self._executor, self._then = executor, then
         self._is_let_go = False
         self._passed = [
-            _Passed(node, one, self._let_go) for node in nodes for one in node.subscriptions
+            _Passed(node, subscription, self._let_go)
+            for node in nodes
+            for subscription in node.subscriptions
         ]
-        executor.create_task(self._let_go)  # at the first message, if there is one in the queue
+        executor.create_task(self._let_go)  # or earlier, at the first message in the queue
 
     def _let_go(self) -> None:
         if self._is_let_go:
             return
         self._is_let_go = True
-        for one in list(self._passed):
-            if one.subscription in one.node.subscriptions:
-                one.node._subscriptions.remove(one.subscription)
-            else:  # the node is destroying it
-                one.restore()
-                self._passed.remove(one)
+        for passed in list(self._passed):
+            if passed.subscription in passed.node.subscriptions:
+                passed.node._subscriptions.remove(passed.subscription)
+            else:  # the node destroys it
+                passed.restore()
+                self._passed.remove(passed)
         self._executor.wake()
         self._executor.create_task(self._take_up)
 
     def _take_up(self) -> None:
-        for one in self._passed:
-            one.take_waiting()
-            one.node._subscriptions.append(one.subscription)
+        for passed in self._passed:
+            passed.take_waiting()
+            passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
-        # Messages that come until it has done so have one event in common. In that one they are
-        # kept, too: nothing else would be done until the last of them is answered.
+        # Messages that arrive before the executor has done so share one event. They are kept, too:
+        # otherwise that event would last until the last of them is answered.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:
-        behind = max((one.received for one in self._passed), default=0)
-        kept = [KEPT if one.received == behind else KEPT_OF_OTHERS for one in self._passed]
-        self._then(sum(one.answer(most) for one, most in zip(self._passed, kept)))
+        largest = max((passed.received for passed in self._passed), default=0)
+        left_out, kept = 0, {largest: KEPT_OF_FULLEST}
+        for passed in self._passed:
+            left_out += passed.answer(kept.get(passed.received, KEPT_OF_OTHERS))
+        self._then(left_out)

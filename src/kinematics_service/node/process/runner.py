@@ -1,4 +1,4 @@
-"""From the command line to a running node and back to an exit code."""
+"""Run the nodes that a command line asks for, and return an exit code."""
 
 import gc
 import inspect
@@ -19,18 +19,18 @@ from ..messages.messages import full_name
 from ..messages.topics import JOINT_STATES
 from ..node import NODE_NAME, KinematicsNode
 from ..parameters.description_topic import StoppedWaiting
-from .session import FAULT, FINE, destroy, first_clause, run_session, tell
+from .session import FAULT, SUCCESS, destroy, first_clause, run_session, tell
 from .spin import Spinner
 
-# rclpy's message about QoS overrides; its constructor only says that it refuses them.
+# Part of rclpy's error about a wrong QoS override.
 QOS_PROFILE = 'rmw_qos_profile_t'
-# The executor of the node runs so long without a look at the end (s): what ends it interrupts it.
-UNDISTURBED = 60.0
-# Longest time for which a thread keeps the interpreter while another one waits (s): threads read
-# robots and answer target poses beside the executor. With Python's 5 ms one wait in ten took more
-# than 5.2 ms, with this 0.35 ms.
+# Period of the check for a stop (s). A signal interrupts the executor at once.
+STOP_CHECK_PERIOD = 60.0
+# Longest time that a thread keeps the interpreter while another thread waits (s). Second threads
+# read robots and answer target poses. The 90th percentile of the wait is 0.35 ms; with Python's
+# default of 5 ms it is 5.2 ms.
 SWITCH_INTERVAL = 1e-4
-# Of the node that answers about the motion of one arm of a cell against another.
+# Name of the node for the motion of one arm of a cell against another.
 RELATIVE = 'relative'
 # A namespace as ROS accepts it, without the leading slash.
 NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
@@ -38,8 +38,9 @@ NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 class ArmChoice(NamedTuple):
     """
-    A node: its robot (file, bundled name, topic, or None for the parameter), namespace, name, and
-    the topic of its joint states.
+    A node to start: its robot, namespace, name, and the topic of its joint states.
+
+    The robot is a file, a bundled name, a topic, or None for the parameter `robot`.
     """
 
     robot: str | None
@@ -50,16 +51,17 @@ class ArmChoice(NamedTuple):
 
 def arms_from(choices: Sequence[str]) -> tuple[ArmChoice, ...]:
     """
-    Return the arms that values of `--robot` name: `ROBOT`, or `NAMESPACE=ROBOT`.
+    Return the nodes for the values of `--robot`, each `ROBOT` or `NAMESPACE=ROBOT`.
 
-    Of several arms each one without a namespace gets the name of its robot. Of a cell each arm is
-    one, in the namespace of its name; the motion of the second against the first is the node
-    `kinematics/relative`. All of them hear the topic `joint_states` of the cell's namespace.
+    If there are several arms, the default namespace of an arm is the name of its robot. Each arm
+    of a cell has a node in the namespace of its name. The node `kinematics/relative` has the
+    motion of the second arm against the first, unless one of them has closed loops. All nodes of
+    a cell subscribe to `joint_states` in the namespace of the cell.
 
     Raises
     ------
     ArmsError
-        A namespace is none, or two arms have the same.
+        A namespace is not valid, or two arms have the same namespace.
     RobotFileError
         The file of a cell has faults.
     """
@@ -87,12 +89,13 @@ def _of_cell(arm: ArmChoice) -> list[ArmChoice]:
     if cell is None:
         return [arm]
     space = arm.namespace or ''
-    topic = f'{space}/{JOINT_STATES}'  # one for all: the motion of two arms needs both
+    topic = f'{space}/{JOINT_STATES}'  # the relative motion needs the joints of both arms
     nodes = [
         ArmChoice(f'{arm.robot}:{cell.frame}:{name}', f'{space}/{name}', topic=topic)
         for name in cell.arms
     ]
-    if len(nodes) > 1:
+    closed = any(one.loops for one in list(cell.arms.values())[:2])
+    if len(nodes) > 1 and not closed:
         nodes.append(ArmChoice(arm.robot, f'{space}/{NODE_NAME}', RELATIVE, topic))
     return nodes
 
@@ -127,16 +130,16 @@ def run_node(
     Parameters
     ----------
     robots
-        Files or bundled names, each with `NAMESPACE=` before it or not: one node for each, all in
-        this process; none for the parameter `robot`.
+        Files or bundled names, each with or without `NAMESPACE=`. Each gets a node in this
+        process. If there are none, the parameter `robot` names it.
     ros_args, allow_unsecured, allow_mixed_ros
-        As of `run_session`.
+        As in `run_session`.
     managed
-        With a life cycle: nothing is answered before the node is configured and activated.
+        Whether the nodes have a life cycle: they answer after they are configured and activated.
 
     Returns
     -------
-    0 after a signal, 1 for a bad robot file or parameter, 2 for wrong usage.
+    0 after a signal, 1 for a wrong robot file or parameter, 2 for wrong usage.
     """
     if managed and any(TOPIC in robot for robot in robots):
         raise ArmsError(
@@ -145,35 +148,32 @@ def run_node(
 
     def work(context: Context, stop: StopSignal) -> int:
         nodes: list[KinematicsNode] = []
-        know_callers()
+        kind = KinematicsNode
+        if managed:
+            from ..managed import ManagedNode  # its messages take time to load
+
+            kind = ManagedNode
+        fill_caller_table()
         try:
-            return _run(arms_from(robots), _kind(managed), context, stop, nodes)
+            return _run(arms_from(robots), kind, context, stop, nodes)
         finally:
             destroy(*nodes)
 
     return run_session(ros_args, work, allow_unsecured, allow_mixed_ros)
 
 
-def know_callers() -> None:
+def fill_caller_table() -> None:
     """
-    Tell `inspect` which file each loaded module came from.
+    Fill the table of `inspect` with the files of all loaded modules.
 
-    rclpy asks it for the caller of every line of the log. At the first line `inspect` resolves the
-    paths of all modules, some 600: 40 ms of processor time, where this takes less than one.
+    rclpy looks up the caller of every log line there. For the first line `inspect` would resolve
+    the paths of 600 modules: 40 ms of processor time, and less than 1 ms with the table filled.
     """
-    # Not documented: where it is not there, the first line costs what it costs.
-    known: dict[str, str] = getattr(inspect, 'modulesbyfile', {})
+    # The table is not documented. Without it, the first log line takes 40 ms.
+    module_of_file: dict[str, str] = getattr(inspect, 'modulesbyfile', {})
     for name, module in sys.modules.copy().items():
         if file := getattr(module, '__file__', None):
-            known.setdefault(file, name)
-
-
-def _kind(managed: bool) -> type[KinematicsNode]:
-    if not managed:
-        return KinematicsNode
-    from ..managed import ManagedNode  # its messages take time to load
-
-    return ManagedNode
+            module_of_file.setdefault(file, name)
 
 
 def _run(
@@ -187,9 +187,9 @@ def _run(
         for arm in arms:
             nodes.append(_node(arm, kind, context, stop, nodes))
     except StoppedWaiting:
-        return FINE
+        return SUCCESS
     except (ParameterException, RuntimeError) as error:
-        # Settings that rclpy itself reads: use_sim_time, QoS overrides, the names of the node.
+        # rclpy reads some settings itself: use_sim_time, QoS overrides, the names of the node.
         tell(f'rclpy cannot start the node: {first_clause(error)}')
         return FAULT
     except TypeError as error:
@@ -206,18 +206,18 @@ def _run(
     if spinner.in_order:
         for node in nodes:
             node.trust_the_order_of_events()
-    # All present objects stay. The garbage collector takes some 80 ms to look through them, which
-    # would fall between two messages, and more at the end.
+    # All present objects stay. The garbage collector would take 80 ms to traverse them, between
+    # two messages and again at the end.
     gc.freeze()
     gc.enable()
     sys.setswitchinterval(SWITCH_INTERVAL)
     spinner.obey(stop)
-    fine = spinner.spin(lambda: stop.came or not context.ok(), UNDISTURBED)
+    is_intact = spinner.spin(lambda: stop.came or not context.ok(), STOP_CHECK_PERIOD)
     for node in nodes:
         if context.ok():
             node.end_motion()
     spinner.close()
-    return FINE if fine else FAULT
+    return SUCCESS if is_intact else FAULT
 
 
 def _node(
@@ -231,7 +231,7 @@ def _node(
     node = kind(arm.robot, lambda: stop.came, arm.name, arm.topic, context=context, **options)
     name = full_name(node)
     if name in [full_name(other) for other in others]:
-        # A remapping of names holds for every node of the process.
+        # A remapping of names applies to every node of the process.
         node.destroy_node()
         raise ArmsError(
             f'two arms are named /{name}: give the namespaces as '

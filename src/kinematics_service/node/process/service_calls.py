@@ -6,8 +6,10 @@ from typing import Any
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-# Number of calls of a service that exists, and time to wait for each answer (s).
-TRIES, TRY = 5, 1.0
+# Largest number of calls of a service.
+MAX_CALLS = 5
+# Longest wait for the answer to a call (s).
+CALL_TIMEOUT = 1.0
 
 
 def call_service(
@@ -17,13 +19,13 @@ def call_service(
     service: str,
     request: Any,
     deadline: float,
-    longest: float = TRY,
+    longest: float = CALL_TIMEOUT,
 ) -> Any:
     """
-    Return the response of a service; None if it is not there at `deadline`, or does not answer.
+    Return the response of a service; None if it is missing at `deadline`, or does not answer.
 
-    A response is lost while the node has not yet discovered its client, so the call is repeated if
-    no answer comes within `longest` (s).
+    A response is lost if the server has not yet discovered the client. So the call is repeated if
+    no answer arrives within `longest` (s).
     """
     client = node.create_client(kind, service)
     try:
@@ -31,7 +33,7 @@ def call_service(
             if time.monotonic() > deadline:
                 return None
             executor.spin_once(timeout_sec=0.05)
-        for _ in range(TRIES):
+        for _ in range(MAX_CALLS):
             future = client.call_async(request)
             end = time.monotonic() + longest
             while not future.done() and time.monotonic() < end:

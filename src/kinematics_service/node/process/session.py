@@ -1,4 +1,4 @@
-"""What talks to ROS, from the start of the process to its end: its context, signals, exit code."""
+"""The context of ROS in a process: its start, signals, end and exit code."""
 
 import contextlib
 import faulthandler
@@ -19,12 +19,15 @@ from ...stop_signals import GRACE, StopSignal, stop_signals
 from .environment import log_refusal, mixture_refusal, security_refusal
 from .middleware import take_profiles
 
-FINE, FAULT, WRONG_USAGE = 0, 1, 2
-# Names of nodes, for a user who gave one that is none.
+# Exit codes.
+SUCCESS = 0
+FAULT = 1
+WRONG_USAGE = 2
+# Examples of node names for an error message.
 NODE_NAMES = '/kinematics or /arm/kinematics'
-# Time for the clean-up after a signal (s): where a publisher was killed inside Fast DDS's shared
-# memory, the end of its subscription may never come back. `ros2 launch` insists after 5 s.
-TIME_OUT = 3.0
+# Longest clean-up after a signal (s). If a publisher was killed inside the shared memory of Fast
+# DDS, the end of its subscription may never return. `ros2 launch` sends the next signal after 5 s.
+CLEAN_UP_TIMEOUT = 3.0
 Result = TypeVar('Result')
 
 
@@ -38,23 +41,24 @@ def run_session(
     work: Callable[[Context, StopSignal], Result],
     allow_unsecured: bool = False,
     allow_mixed_ros: bool = False,
-    time_out: float | None = TIME_OUT,
+    time_out: float | None = CLEAN_UP_TIMEOUT,
 ) -> Result | int:
     """
-    Return what is done with a context of ROS, or the exit code where that cannot be.
+    Return the result of `work` with a context of ROS; an exit code without a context.
 
-    If it is an exit code and a signal asked for the end, the process ends.
+    If the result is an exit code and a signal requested the end, the process ends.
 
     Parameters
     ----------
     ros_args
         ROS arguments, `--ros-args` included.
     work
-        What is done.
+        The work of the process.
     allow_unsecured, allow_mixed_ros
-        Start although security is requested and missing, or two ROS installations are mixed.
+        Whether to start if security is requested but missing, or if two ROS installations are
+        mixed.
     time_out
-        Time from a signal to the end of `work`, s; None: as long as it takes.
+        Longest time from a signal to the end of `work`, s; None: unlimited.
     """
     refusal = (None if allow_unsecured else security_refusal()) or (
         None if allow_mixed_ros else mixture_refusal()
@@ -76,9 +80,9 @@ def run_session(
 
 def open_context(ros_args: Sequence[str]) -> Context | None:
     """
-    Return a context initialised with ROS arguments, without rclpy's signal handlers.
+    Return a context initialized with ROS arguments, without the signal handlers of rclpy.
 
-    None, after one line to standard error, if the arguments are wrong.
+    If the arguments are wrong, print one line to standard error and return None.
     """
     take_profiles()
     context = Context()
@@ -86,7 +90,7 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
     if unlogged is not None:
         tell(f'messages are not written to a log file: {unlogged}')
         ros_args = [*ros_args, '--ros-args', '--disable-external-lib-logs', '--']
-    set_logger_level('rcl', LoggingSeverity.FATAL)  # it repeats the message below
+    set_logger_level('rcl', LoggingSeverity.FATAL)  # it would repeat the message below
     try:
         rclpy.init(
             args=['kinematics_service', *ros_args],
@@ -102,21 +106,21 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
 
 
 def first_clause(error: Exception) -> str:
-    """Return what rcl says, without the positions in its source that it appends."""
-    # Each stands after ', at '.
+    """Return the message of rcl without the positions in its source code."""
+    # A position follows ', at '.
     return str(error).split(', at ')[0].replace('\n', ' ')
 
 
 def leave(code: int, stop: StopSignal) -> int:
     """
-    End the process if a signal asked for it; else return the code. Everything must be closed
-    before.
+    End the process if a signal requested it; otherwise return the code.
 
-    The end of the interpreter takes seconds on a busy machine and ignores signals.
+    Nodes and contexts must be closed before. The regular end of the interpreter takes seconds on a
+    busy machine and ignores signals.
     """
     if stop.came:
         for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(OSError, ValueError):  # closed, or its reader has gone
+            with contextlib.suppress(OSError, ValueError):  # closed, or its reader has ended
                 stream.flush()
         os._exit(code)
     return code
@@ -124,14 +128,13 @@ def leave(code: int, stop: StopSignal) -> int:
 
 def destroy(*nodes: Node) -> None:
     """
-    Destroy nodes; end the process, with code 1, if the middleware does not come back.
+    Destroy nodes; if the middleware does not return, end the process with code 1.
 
-    Fast DDS may wait for ever if a participant of another process goes at the same moment. It
-    keeps the interpreter's lock then: the timer of the signal ends the process, or, if there was
-    no signal, a thread in C does.
+    Fast DDS may wait for ever if a participant of another process ends at the same time, and holds
+    the interpreter's lock. Then the timer of the signal, or a thread in C, ends the process.
     """
     with open(os.devnull, 'w') as nowhere:
-        faulthandler.dump_traceback_later(TIME_OUT + 2.0 * GRACE, exit=True, file=nowhere)
+        faulthandler.dump_traceback_later(CLEAN_UP_TIMEOUT + 2.0 * GRACE, exit=True, file=nowhere)
         try:
             for node in nodes:
                 node.destroy_node()
@@ -140,14 +143,14 @@ def destroy(*nodes: Node) -> None:
 
 
 def helper_node(name: str, context: Context, **options: Any) -> Node:
-    """Return a node that is not to be seen: without parameters and without a log on a topic."""
+    """Return a node without parameter services and without a log on a topic."""
     return Node(
         name, context=context, start_parameter_services=False, enable_rosout=False, **options
     )
 
 
 def is_name(option: str, name: str, example: str) -> bool:
-    """Return whether a node or a topic can have a full name; say that it cannot."""
+    """Return whether a full name is valid for a node or a topic; if not, print an error."""
     try:
         validate_full_topic_name(f'/{name.strip("/")}/pose')
     except InvalidTopicNameException:

@@ -1,9 +1,9 @@
 """
-The executor and the loop that turns it until it is told to stop.
+Run the executor of the nodes until a stop is requested.
 
-`EventsExecutor` takes a fifth of the CPU of the default executor per message, but its queue of
-events has no bound, it looks at neither a timeout nor a stop before that queue is empty, and in
-the wheels its `spin()` burns a core and ignores signals.
+`EventsExecutor` takes a fifth of the CPU of the default executor for a message. But its queue of
+events has no bound, it checks neither a time-out nor a stop before that queue is empty, and in the
+wheels its `spin()` keeps a core busy and ignores signals.
 """
 
 import threading
@@ -20,24 +20,23 @@ from rclpy.task import Future
 from ...stop_signals import StopSignal
 from .passed_over import PassedOver
 
-# Period of the check for the end while no event comes, where nothing interrupts the wait (s).
-TURN = 0.1
-# The events executor must fire a timer within this (s), or the default one is used.
-SELF_TEST = 1.0
-# Number of failures in a row from which on the executor is broken, and not a message.
-FAILURES = 100
-# Messages are given up when they have waited in the queue for longer than this (s): longer than
-# the second of messages that a subscription keeps, so that a process starved for a moment catches
-# up and loses none.
-BACKLOG = 2.5
-# They are also given up when working the queue off takes more of the processor than this (s): a
-# second of messages at 1 kHz takes less than half of it.
-WORK = 0.25
+# Period of the check for a stop while no event arrives, if nothing interrupts the wait (s).
+STOP_CHECK_PERIOD = 0.1
+# If the events executor fires no timer within this time (s), the default executor is used.
+SELF_TEST_TIMEOUT = 1.0
+# After this many failures in a row, the executor is broken rather than a message.
+MAX_FAILURES = 100
+# Messages are passed over if they have waited in the queue for longer (s). A subscription keeps a
+# second of messages, so a process that was not run for a moment catches up without a loss.
+MAX_QUEUE_DELAY = 2.5
+# Messages are also passed over if the queue takes more processor time (s). A second of messages at
+# 1 kHz takes less than half of it.
+MAX_QUEUE_PROCESSOR_TIME = 0.25
 
 
 class _Mark(NamedTuple):
-    # A task at the former end of the executor's queue, the time when it was put there, and the
-    # processor time of the executor's thread by then (s).
+    # A task in the queue of the executor, the time when it was appended, and the processor time of
+    # the executor's thread at that time (s).
     task: Any
     put: float
     worked: float
@@ -45,22 +44,22 @@ class _Mark(NamedTuple):
 
 class Spinner:
     """
-    Turns the executor of some nodes; under any load it can be stopped, and its queue is bounded as
-    long as `watch` is called.
+    Runs the executor of some nodes. It can be stopped under any load, and its queue is bounded if
+    `watch` is called periodically.
 
-    The queue is always worked off, and only messages are left out of it. If an executor is thrown
-    away with its queue, a request stays in the middleware until the event of the next one takes
-    it, and so each later answer is one call late.
+    Every event in the queue is handled, but messages may be passed over. If an executor were
+    thrown away with its queue, a request would stay in the middleware until the event of the next
+    request takes it, and every later answer would be one call late.
 
     Parameters
     ----------
     context
         The context of the nodes.
     nodes
-        The nodes to spin; the first one's logger is used.
+        The nodes to spin; errors are logged by the first node.
     left_out
-        Called when messages were given up because they came faster than they could be handled,
-        with the number of those that had been kept, and were thrown away unanswered.
+        Called after messages were passed over because they arrived faster than they could be
+        handled, with the number of messages that were thrown away.
 
     Attributes
     ----------
@@ -84,21 +83,21 @@ class Spinner:
         self._over: Future = Future()
         self._thread = threading.get_ident()
 
-    def spin(self, stopped: Callable[[], bool], turn: float = TURN) -> bool:
+    def spin(self, stopped: Callable[[], bool], turn: float = STOP_CHECK_PERIOD) -> bool:
         """
         Handle events until `stopped()`; return False if the executor broke down.
 
         Parameters
         ----------
         stopped
-            Whether to stop; asked again after an interrupt.
+            Returns whether to stop; called again after an interrupt.
         turn
-            Longest time between two such questions while the queue becomes empty, s.
+            Longest time between two calls of `stopped` while the queue becomes empty, s.
         """
         failures = 0
         self._thread = threading.get_ident()
         while True:
-            # An interrupt that comes after the question ends the turn that begins then.
+            # An interrupt after the call of `stopped` ends the next turn.
             self._over = Future()
             if stopped():
                 return True
@@ -107,45 +106,45 @@ class Spinner:
                 failures = 0
             except ExternalShutdownException:
                 return True
-            except Exception as error:  # a message that fails must not end the node
+            except Exception as error:  # no message may end the node
                 failures += 1
-                if failures in (1, FAILURES):
+                if failures in (1, MAX_FAILURES):
                     self._logger.error(f'executor: {error!a}')
-                if failures >= FAILURES:
+                if failures >= MAX_FAILURES:
                     return False
 
     def spin_once(self, timeout_sec: float) -> None:
-        """Handle one event, or wait for it at most this long."""
+        """Handle one event, or wait for it at most `timeout_sec`."""
         self._executor.spin_once(timeout_sec=timeout_sec)
 
     def interrupt(self) -> None:
-        """End the present turn after the callback that is running; from any thread."""
+        """End the present turn after the running callback; any thread may call it."""
         if not self._over.done():
             self._over.set_result(None)
 
     def obey(self, stop: StopSignal) -> None:
-        """Let a signal end the present turn, and the queue be watched until one comes."""
+        """Let a signal end the present turn, and watch the queue until a signal arrives."""
         stop.then, stop.meanwhile = self.interrupt, self.watch
 
     def watch(self) -> None:
-        """Have the messages given up that wait for too long; from another thread."""
+        """Pass over messages that wait for too long; another thread calls it."""
         if not self.in_order or self._passed_over is not None:
             return
         mark, now = self._mark, time.monotonic()
         worked = time.clock_gettime(time.pthread_getcpuclockid(self._thread))
         if mark is None or mark.task.done():
             self._mark = _Mark(self._executor.create_task(lambda: None), now, worked)
-        elif now - mark.put > BACKLOG or worked - mark.worked > WORK:
+        elif now - mark.put > MAX_QUEUE_DELAY or worked - mark.worked > MAX_QUEUE_PROCESSOR_TIME:
             self._pass_over()
 
     def catch_up(self, longest: float) -> None:
-        """Give up the messages that wait; by the same thread as `spin_once`, for so long (s)."""
+        """Pass over waiting messages for at most `longest` (s); the spinning thread calls it."""
         if not self.in_order:
-            return  # without a queue of its own
+            return  # this executor has no queue
         self._pass_over()
         end = time.monotonic() + longest
         while self._passed_over is not None and time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=TURN)
+            self._executor.spin_once(timeout_sec=STOP_CHECK_PERIOD)
 
     def _pass_over(self) -> None:
         if self._passed_over is None:
@@ -163,20 +162,21 @@ class Spinner:
 
     def _turn(self, longest: float) -> None:
         if not self.in_order:
-            self._executor.spin_once(timeout_sec=min(longest, TURN))
+            self._executor.spin_once(timeout_sec=min(longest, STOP_CHECK_PERIOD))
             return
-        # Many events a turn: to come back to Python after each costs a seventh more of the
-        # processor for a message.
+        # A turn handles many events: a return to Python after each event costs a seventh more
+        # processor time for a message.
         self._executor.spin_until_future_complete(self._over, timeout_sec=longest)
 
 
 def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:
-    # Returns the events executor if it works, else the default one, and whether it is the former.
+    # Returns an executor, and whether it is the events executor, which must pass a self-test.
     try:
-        executor = _events_executor(context)
+        from rclpy.experimental import EventsExecutor
     except ImportError:
         pass
     else:
+        executor: Any = EventsExecutor(context=context)
         executor.add_node(node)
         if _fires_a_timer(executor, node):
             return executor, True
@@ -190,12 +190,6 @@ def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:
     return executor, False
 
 
-def _events_executor(context: Context) -> Any:
-    from rclpy.experimental import EventsExecutor
-
-    return EventsExecutor(context=context)
-
-
 def _fires_a_timer(executor: Any, node: Node) -> bool:
     fired = False
 
@@ -204,7 +198,7 @@ def _fires_a_timer(executor: Any, node: Node) -> bool:
         fired = True
 
     timer = node.create_timer(0.001, fire, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    deadline = time.monotonic() + SELF_TEST
+    deadline = time.monotonic() + SELF_TEST_TIMEOUT
     while not fired and time.monotonic() < deadline:
         executor.spin_once(timeout_sec=0.01)
     node.destroy_timer(timer)
