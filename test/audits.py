@@ -1,5 +1,6 @@
 """Audits as tests make them: by the command and by the library, of bags that are written here."""
 
+import itertools
 import json
 
 import numpy as np
@@ -8,12 +9,28 @@ from recordings import SECOND
 from kinematics_service.__main__ import main
 from kinematics_service.apps.checking.hypotheses import quaternions_of
 from kinematics_service.apps.recordings.audit.auditing import AuditProgress, AuditSettings, audit
-from kinematics_service.apps.recordings.readers.block import blocks_of
+from kinematics_service.apps.recordings.readers.block import Block
 from kinematics_service.apps.recordings.readers.source import RecordingSource
 from kinematics_service.estimation.estimator import EstimatorSettings
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 SETTINGS = EstimatorSettings()
+LARGEST_BLOCK = 16_384
+TIMES = ('stamp', 'received')
+
+
+def blocks_of(samples):
+    """Yield samples in blocks, in their order."""
+
+    def kind(sample):
+        return tuple(sample.names), len(sample.positions), len(sample.velocities)
+
+    for (names, *_), alike in itertools.groupby(samples, kind):
+        while rows := list(itertools.islice(alike, LARGEST_BLOCK)):
+            stamps, received = ([getattr(one, name) for one in rows] for name in TIMES)
+            tables = ([getattr(one, name) for one in rows] for name in ('positions', 'velocities'))
+            q, qdot = (np.array(table, float).reshape(len(rows), -1) for table in tables)
+            yield Block(names, np.array(stamps), np.array(received), q, qdot)
 
 
 def run(capsys, *argv):

@@ -15,7 +15,7 @@ import kinematics_service as ks
 from kinematics_service.apps.recordings.audit import neighbourhoods
 from kinematics_service.apps.recordings.audit.auditing import audit
 from kinematics_service.apps.recordings.audit.frames import FrameReport, NotCompared
-from kinematics_service.apps.recordings.audit.neighbourhoods import AROUND, joined
+from kinematics_service.apps.recordings.audit.neighbourhoods import WINDOW_AROUND_POSES, joined
 from kinematics_service.apps.recordings.audit.reported_velocities import (
     MotionColumns,
     smooth_products,
@@ -24,7 +24,7 @@ from kinematics_service.apps.recordings.audit.verdict import verdict_of
 from kinematics_service.apps.recordings.readers import bag_poses
 from kinematics_service.apps.recordings.readers.block import Block
 from kinematics_service.apps.recordings.readers.source import (
-    MOST_POSES,
+    MAX_POSES,
     PoseTrack,
     RecordingSource,
 )
@@ -163,11 +163,11 @@ def test_only_states_around_some_hundred_poses_are_kept(monkeypatch):
     np.testing.assert_allclose(track.q, q[::10_000], atol=1e-6)
     assert np.all(track.within)
     kept = len(track.states_at)
-    assert kept <= len(few) * (2 * AROUND / 1e6 + 4) < len(t) / 5
+    assert kept <= len(few) * (2 * WINDOW_AROUND_POSES / 1e6 + 4) < len(t) / 5
     # Of more poses than are wanted every second one goes, again and again.
     many = PoseTrack('p', '', stamps, np.tile(np.eye(4), (len(t), 1, 1)))
     track = joined(robot, many, states)
-    assert MOST_POSES < len(track.poses) <= 2 * MOST_POSES
+    assert MAX_POSES < len(track.poses) <= 2 * MAX_POSES
     np.testing.assert_array_equal(track.q, q[track.poses])
 
 
@@ -464,7 +464,7 @@ def bag_with_poses(folder, store, robot, count, unreadable=()):
 def test_of_a_long_topic_poses_are_given_up_while_it_is_read(tmp_path, capsys, store, monkeypatch):
     robot = robot_of('ur5e')
     bag = bag_with_poses(tmp_path / 'bag', store, robot, 1000)
-    monkeypatch.setattr(bag_poses, 'HELD', 128)
+    monkeypatch.setattr(bag_poses, 'MAX_POSES_HELD', 128)
     found = frames(capsys, bag, '--robot', 'ur5e', '--pose-topic', '/tool')
     assert found['poses'] == 1000
     assert 64 < found['matched'] <= 128
@@ -485,13 +485,13 @@ def test_what_is_kept_of_a_topic_is_bounded_and_evenly_spread(store):
         )
         return [types[POSE](header(store, int(raw)), pose)]
 
-    count = 5 * bag_poses.HELD
+    count = 5 * bag_poses.MAX_POSES_HELD
     messages = ((0, str(BEGIN + k).encode()) for k in range(count))
     track = bag_poses.track_of_messages('/tool', POSE, messages, message)
     assert track.total == count
-    assert bag_poses.HELD / 2 < len(track.stamps) <= bag_poses.HELD
+    assert bag_poses.MAX_POSES_HELD / 2 < len(track.stamps) <= bag_poses.MAX_POSES_HELD
     assert np.unique(np.diff(track.stamps)).tolist() == [8]
-    assert len(read) < 3 * bag_poses.HELD
+    assert len(read) < 3 * bag_poses.MAX_POSES_HELD
 
 
 def test_poses_that_cannot_be_read_are_counted(tmp_path, capsys, store):

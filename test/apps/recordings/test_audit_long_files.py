@@ -1,5 +1,7 @@
 """Tables and ROS 1 bags of any length: read in pieces, with the same words and numbers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from arms import robot_of
@@ -156,7 +158,7 @@ def test_pieces_of_a_table_give_the_same_document(tmp_path, capsys, monkeypatch,
     assert whole['frames']['as_given']['position_max'] < 1e-12
     assert whole['stream']['backwards'] == back
     monkeypatch.setattr(table_rows, 'LARGEST_BLOCK', 77)
-    monkeypatch.setattr(columns, 'HELD', 100)
+    monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
     assert document(capsys, file, '--robot', 'ur5e') == whole
 
 
@@ -208,7 +210,7 @@ def test_a_chunk_of_a_ros_1_bag_that_grows_is_not_unpacked(
 
     name = f'{packed.lower()}_compress'
     usual = getattr(writer, name)
-    monkeypatch.setattr(unpacking, 'MOST_OF_A_PART', 2**24)
+    monkeypatch.setattr(unpacking, 'MAX_PART_BYTES', 2**24)
     monkeypatch.setattr(writer, name, lambda data, level: usual(data + bytes(2**24), level))
     robot = robot_of('planar_2r')
     samples = samples_of(robot, *motion(robot, 20))
@@ -235,7 +237,7 @@ def test_a_ros_1_bag_says_what_the_same_messages_say_in_mcap(
     assert {k: v for k, v in heard(found).items() if k != 'verdict'} == {
         k: v for k, v in expected.items() if k != 'verdict'
     }
-    monkeypatch.setattr(columns, 'HELD', 100)
+    monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
     again = document(capsys, bag, '--robot', 'ur5e')
     assert heard(again)['series'] == expected['series']
 
@@ -249,6 +251,18 @@ def test_a_ros_1_bag_not_in_the_order_of_its_times_is_read_in_it(tmp_path, capsy
     found = document(capsys, bag, *ROBOT)
     assert found['series']['q'] == q.tolist()
     assert found['stream']['backwards'] == 0
+
+
+def test_messages_of_equal_length_that_all_differ_are_read(tmp_path, capsys, stores):
+    # A frame of its own in each header: no message looks like another one.
+    samples = samples_of(robot_of('planar_2r'), *motion(robot_of('planar_2r'), 2000))
+    messages = [
+        (topic, kind, time, replace(message, header=replace(message.header, frame_id=f'{k:06}')))
+        for k, (topic, kind, time, message) in enumerate(joint_states(stores[0], samples))
+    ]
+    found = document(capsys, write_bag(tmp_path / 'bag', stores[0], messages), *ROBOT)
+    assert found['messages']['states'] == 2000
+    assert found['series']['q'] == [sample.positions for sample in samples]
 
 
 def test_an_unreadable_message_of_a_ros_1_bag_is_counted(tmp_path, capsys, stores):
@@ -289,7 +303,7 @@ def test_a_folder_without_room_ends_the_audit_of_a_table_in_a_sentence(
     tmp_path, capsys, monkeypatch
 ):
     file = written(tmp_path / 'run.csv', lines(900))
-    monkeypatch.setattr(columns, 'HELD', 10)
+    monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 10)
     monkeypatch.setattr(table_rows, 'LARGEST_BLOCK', 100)
     monkeypatch.setattr('tempfile.tempdir', str(tmp_path / 'none'))
     code, _, err = run(capsys, file, *ROBOT)

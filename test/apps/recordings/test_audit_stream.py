@@ -7,14 +7,13 @@ import math
 import numpy as np
 import pytest
 from arms import robot_of
-from audits import JOINT_STATE, audited, document, joint_states, refusal, run, write_bag
+from audits import JOINT_STATE, audited, blocks_of, document, joint_states, refusal, run, write_bag
 from recordings import BEGIN, SECOND, awkward, motion, samples_of
 
 from kinematics_service.apps.recordings.audit.report.document import document_of
 from kinematics_service.apps.recordings.audit.report.page import page_of
 from kinematics_service.apps.recordings.audit.stream import StreamWatch
 from kinematics_service.apps.recordings.readers import columns
-from kinematics_service.apps.recordings.readers.block import blocks_of
 from kinematics_service.estimation.joint_state_columns import columns_of
 from kinematics_service.estimation.motion_checks import joint_steps
 from kinematics_service.printing import json_text
@@ -48,7 +47,7 @@ def test_columns_on_disk_change_no_bit(monkeypatch):
     for samples in (faulty(robot)[1400:2100], awkward(robot, 6)):
         whole, _ = audited(samples, robot)
         expected = json_text(document_of(whole)), page_of(whole)
-        monkeypatch.setattr(columns, 'HELD', 100)
+        monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 100)
         monkeypatch.setattr('kinematics_service.apps.recordings.readers.block.LARGEST_BLOCK', 77)
         written, _ = audited(samples, robot)
         assert (json_text(document_of(written)), page_of(written)) == expected
@@ -95,8 +94,8 @@ def test_pieces_of_any_size_give_the_same_verdict(name, size, first, last, monke
     if (name, size) == ('ur5e', 31):
         assert any(check['lag'] for check in checks)
         assert any(check['scale'] != 1.0 for check in checks)
-    monkeypatch.setattr(columns, 'AT_ONCE', size)
-    monkeypatch.setattr(columns, 'HELD', 3 * size)
+    monkeypatch.setattr(columns, 'MAX_PIECE_ROWS', size)
+    monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', 3 * size)
     pieces, _ = audited(samples, robot)
     found = json.loads(json_text(document_of(pieces)))
     assert found['verdict'] == expected['verdict']
@@ -116,7 +115,7 @@ def test_a_median_of_pieces_is_that_of_all(monkeypatch):
     ):
         expected = np.median(numbers)
         for size in (5, 900, 5000):
-            monkeypatch.setattr(columns, 'HELD', size)
+            monkeypatch.setattr(columns, 'MAX_HELD_NUMBERS', size)
             pieces = [numbers[k : k + 97] for k in range(0, len(numbers), 97)]
             assert columns.median(pieces) == expected
     assert columns.median([]) == 0.0
@@ -131,7 +130,7 @@ def test_turns_are_neither_jumps_nor_velocities_in_pieces_of_any_size(size, monk
     q[:, 0] = np.mod(1.2 * t + 2.5 + math.pi, math.tau) - math.pi
     q[250:, 0] += 0.2
     qdot[:, 0] = -1.2 - 0.01 * np.sin(t)
-    monkeypatch.setattr(columns, 'AT_ONCE', size)
+    monkeypatch.setattr(columns, 'MAX_PIECE_ROWS', size)
     result, _ = audited(samples_of(robot, t, q, qdot), robot)
     (jump,) = result.jumps
     assert (jump.row, jump.joint) == (250, robot.joint_names[0])
@@ -149,7 +148,7 @@ def test_gaps_are_counted_across_blocks_and_pieces(monkeypatch):
     robot = robot_of('planar_2r')
     samples = samples_of(robot, *motion(robot, 600))
     del samples[100:140], samples[300:420]
-    monkeypatch.setattr(columns, 'AT_ONCE', 50)
+    monkeypatch.setattr(columns, 'MAX_PIECE_ROWS', 50)
     watch = StreamWatch(robot.joint_names)
     for block in blocks_of(samples):
         watch.take(block)

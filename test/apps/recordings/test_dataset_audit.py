@@ -1,4 +1,4 @@
-"""`audit` of a dataset: one table and one page, labels, what is resumed, and `ks.judge_table`."""
+"""`audit` of a dataset: one table and one page, labels, and `ks.judge_table`."""
 
 import json
 
@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as parquet
 import pytest
 from arms import robot_of
-from audits import refusal, run
+from audits import run
 from datasets import RPY, fixed, pose_numbers, poses_of, swinging, write_lerobot
 
 import kinematics_service as ks
@@ -68,7 +68,7 @@ def test_of_many_that_disagree_some_are_asked_for_the_cause(tmp_path, capsys, mo
     run_of = 'kinematics_service.apps.recordings.audit.dataset.dataset_run'
     made = episodes(lambda k, q, poses: (q, np.linalg.inv(poses)))
     folder = write_lerobot(tmp_path / 'set', made, NAMES)
-    for name, value in (('MANY', 2), ('SOUGHT_OF_MANY', 1), ('SOUGHT', 1)):
+    for name, value in (('LARGE_DATASET', 2), ('SEARCHED_OF_BATCH', 1), ('SEARCHED_EPISODES', 1)):
         monkeypatch.setattr(f'{run_of}.{name}', value)
     _, out, _ = run(capsys, folder, '--robot', 'so101', '--json', '-')
     found = [str(one['findings']) for one in json.loads(out)['episodes']]
@@ -92,46 +92,6 @@ def test_processes_say_the_same(dataset, capsys):
     assert one[1] == two[1]
 
 
-def test_episodes_done_are_not_done_again(dataset, tmp_path, capsys, monkeypatch):
-    from kinematics_service.apps.recordings.audit.dataset import episode_audit
-
-    journal = tmp_path / 'done.jsonl'
-    words = [dataset, '--robot', 'so101', '--json', '-', '--resume', journal]
-    whole = run(capsys, *words)
-    lines = journal.read_text().splitlines()
-    assert len(lines) == 4
-    read = []
-    columns = episode_audit.columns_of_episode
-    monkeypatch.setattr(
-        episode_audit, 'columns_of_episode', lambda one: read.append(one.name) or columns(one)
-    )
-    # Cut off within a line, as a process is that was killed.
-    journal.write_text('\n'.join(lines[:3]) + '\n' + lines[3][:40])
-    assert run(capsys, *words) == whole
-    assert [name.rpartition('/')[2] for name in read] == ['episode_000002.parquet:2']
-    assert run(capsys, *words) == whole
-    assert len(read) == 1
-    # A file that has changed is another one.
-    file = dataset / 'data' / 'chunk-000' / 'episode_000001.parquet'
-    parquet.write_table(parquet.read_table(file).slice(5), file)
-    assert run(capsys, *words)[1] != whole[1]
-    assert len(read) == 2
-
-
-def test_what_was_begun_with_other_options_is_not_gone_on_with(dataset, tmp_path, capsys):
-    journal = tmp_path / 'done.jsonl'
-    run(capsys, dataset, '--robot', 'so101', '--resume', journal)
-    said = refusal(capsys, dataset, '--robot', 'so101', '--resume', journal, '--pose-format', 'mm')
-    assert 'was begun with other options' in said
-    said = refusal(capsys, dataset, '--robot', 'so101', '--resume', journal, '--warn', '0.2')
-    assert 'was begun with other options' in said
-    for other in ('{"a": 1\n', '[1]\n', 'a note', '{"asked": "x"}\n[2]\n'):
-        journal.write_text(other)
-        said = refusal(capsys, dataset, '--robot', 'so101', '--resume', journal)
-        assert 'is no file of a dataset audit' in said
-        assert journal.read_text() == other
-
-
 @pytest.mark.parametrize(
     ('words', 'message'),
     [
@@ -149,9 +109,9 @@ def test_what_is_for_recordings_is_refused(dataset, capsys, words, message):
 
 def test_what_is_for_datasets_is_refused(tmp_path, capsys):
     (tmp_path / 'run.csv').write_text('stamp\n')
-    code, _, err = run(capsys, tmp_path / 'run.csv', '--robot', 'so101', '--resume', 'x')
+    code, _, err = run(capsys, tmp_path / 'run.csv', '--robot', 'so101', '--labels', 'x')
     assert code == 2
-    assert '--resume is for a dataset, and FILE is none' in err
+    assert '--labels is for a dataset, and FILE is none' in err
 
 
 def test_labels_stand_beside_the_data(dataset, tmp_path, capsys):
@@ -215,10 +175,10 @@ def test_rows_at_which_a_loop_does_not_close_have_no_labels(tmp_path):
             closes.append(False)
     assert 5 < sum(closes) < 55
     distance = labels_of(robot, q)['distance']
-    assert np.array_equal(np.ma.getmaskarray(distance), ~np.array(closes))
+    assert distance.is_valid().to_pylist() == closes
     first = closes.index(True)
     expected = ks.singularity(robot, q[[first]]).distance[0]
-    assert distance[first] == expected
+    assert distance[first].as_py() == expected
 
 
 def test_branches_are_the_signs_of_the_factors():

@@ -341,7 +341,7 @@ def test_a_small_file_that_holds_what_fills_any_memory_is_refused(tmp_path, monk
         pa.table({'q': fixed(Q), 'timestamp': np.ones(70)}), tmp_path / 'a.parquet'
     )
     parquet.write_table(pa.table({'episode_index': np.ones(70)}), tmp_path / 'b.parquet')
-    monkeypatch.setattr('kinematics_service.apps.recordings.datasets.episodes.MOST_NUMBERS', 69)
+    monkeypatch.setattr('kinematics_service.apps.recordings.datasets.episodes.MAX_NUMBERS', 69)
     for name, count in (('a', 490), ('b', 70)):
         with pytest.raises(RecordingError, match=f'{count} numbers at once are more than 69'):
             read(tmp_path / f'{name}.parquet')
@@ -495,6 +495,6 @@ def test_episodes_by_name_and_by_number_that_is_no_whole_one(tmp_path):
 
 def test_the_bound_holds_for_columns_with_points_in_their_names(tmp_path, monkeypatch):
     parquet.write_table(pa.table({'observation.state': fixed(Q)}), tmp_path / 'a.parquet')
-    monkeypatch.setattr('kinematics_service.apps.recordings.datasets.episodes.MOST_NUMBERS', 419)
+    monkeypatch.setattr('kinematics_service.apps.recordings.datasets.episodes.MAX_NUMBERS', 419)
     with pytest.raises(RecordingError, match='420 numbers at once are more than 419'):
         read(tmp_path / 'a.parquet')

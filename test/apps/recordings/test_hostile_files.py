@@ -15,17 +15,17 @@ from recordings import motion, samples_of
 import kinematics_service as ks
 from kinematics_service.apps.recordings.readers import plan_reader, table_reader
 from kinematics_service.apps.recordings.readers.between_points import (
-    FEWEST,
-    FINEST,
-    MOST,
+    MAX_SAMPLES,
+    MAX_STEP,
+    MIN_SAMPLES,
     PlannedTrajectory,
     sampled,
 )
 from kinematics_service.apps.recordings.readers.open_file import open_source
-from kinematics_service.apps.recordings.readers.plan_reader import LARGEST
+from kinematics_service.apps.recordings.readers.plan_reader import MAX_FILE_BYTES
 from kinematics_service.apps.recordings.readers.recording import read_recording
 from kinematics_service.apps.recordings.readers.source import Selection
-from kinematics_service.apps.recordings.readers.table_rows import LONGEST_LINE
+from kinematics_service.apps.recordings.readers.table_rows import MAX_LINE_LENGTH
 from kinematics_service.errors import RecordingError, UrdfError
 from kinematics_service.robot.measures import Level
 
@@ -62,8 +62,8 @@ def test_many_names_take_no_longer_than_they_are_many(tmp_path, capsys):
 @pytest.mark.parametrize(
     ('name', 'head', 'sentence'),
     [
-        ('plan.json', '{', f'is larger than {LARGEST >> 20} MiB'),
-        ('plan.yaml', 'a: 1\n', f'is larger than {LARGEST >> 20} MiB'),
+        ('plan.json', '{', f'is larger than {MAX_FILE_BYTES >> 20} MiB'),
+        ('plan.yaml', 'a: 1\n', f'is larger than {MAX_FILE_BYTES >> 20} MiB'),
         ('table.csv', '', 'cannot be read as a table: a line has more than 1 MiB'),
         ('table.csv', ROW, 'cannot be read as a table: a line has more than 1 MiB'),
         ('table.csv', ROW + '1,0.1,0.5\n', 'cannot be read as a table: a line has more than 1'),
@@ -90,7 +90,7 @@ def test_a_recording_for_the_demo_larger_than_memory_is_refused(tmp_path):
 
 def test_a_long_line_of_a_table_is_read_up_to_the_longest(tmp_path, capsys):
     file = tmp_path / 'table.csv'
-    blanks = ' ' * (LONGEST_LINE - len('1,0.1,0.5\n'))
+    blanks = ' ' * (MAX_LINE_LENGTH - len('1,0.1,0.5\n'))
     file.write_text(f'{ROW}1,0.1,0.5{blanks}\n2,0.1,0.6\n')
     assert document(capsys, file, '--robot', 'planar_2r')['messages']['total'] == 2
     file.write_text(f'{ROW}1,0.1,0.5{blanks} \n2,0.1,0.6\n')
@@ -254,7 +254,7 @@ def test_a_chunk_is_not_held_many_times(tmp_path, capsys, store, zstd):
 def test_a_plan_that_goes_far_is_sampled_within_bounds_and_says_how_coarsely(
     tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(plan_reader, 'MOST_SAMPLES', 5_000)
+    monkeypatch.setattr(plan_reader, 'MAX_FILE_SAMPLES', 5_000)
     count = 40
     q = np.column_stack([6280.0 * (np.arange(count) % 2), np.full(count, 1.0)])
     file = tmp_path / 'plan.json'
@@ -274,13 +274,13 @@ def test_a_plan_that_goes_far_is_sampled_within_bounds_and_says_how_coarsely(
 
 
 def test_trajectories_of_a_file_share_the_samples(tmp_path, monkeypatch):
-    monkeypatch.setattr(plan_reader, 'MOST_SAMPLES', 3000)
+    monkeypatch.setattr(plan_reader, 'MAX_FILE_SAMPLES', 3000)
     q = np.column_stack([np.zeros(11), 100.0 * (np.arange(11) % 2)])
     file = tmp_path / 'plan.json'
     file.write_text(json.dumps({'all': [plan_of(q)] * 4}))
     source = plan_reader.open_planned(file, Selection(robot_of('planar_2r')))
     blocks = list(source.blocks)
-    assert sum(map(len, blocks)) == 3001 + 3 * (10 * FEWEST + 1)
+    assert sum(map(len, blocks)) == 3001 + 3 * (10 * MIN_SAMPLES + 1)
     assert [remark.level for remark in source.remarks] == [Level.OK, Level.WARN]
 
 
@@ -292,17 +292,17 @@ def test_samples_are_shared_by_the_segments_that_need_them(most, moving):
     times = np.arange(6.0)
     steps = sampled(PlannedTrajectory(('q',), times, q, velocities, None), most)
     counts = np.diff(np.searchsorted(steps.times, times))
-    assert np.all(counts >= FEWEST)
-    assert np.sum(counts) <= max(most, 0) + FEWEST * 5
+    assert np.all(counts >= MIN_SAMPLES)
+    assert np.sum(counts) <= max(most, 0) + MIN_SAMPLES * 5
     assert steps.times[-1] == 5.0
     assert steps.positions[-1] == q[-1]
     at = np.searchsorted(steps.times, times)
     assert np.array_equal(steps.positions[at[:4]], q[:4])
     if most == 10**9:
-        assert counts.tolist()[1:] == [2000, 2000 if moving else 50, MOST, MOST]
+        assert counts.tolist()[1:] == [2000, 2000 if moving else 50, MAX_SAMPLES, MAX_SAMPLES]
         for k in (0, 2) if not moving else ():
             moves = np.abs(np.diff(steps.positions[at[k] : at[k + 1] + 1], axis=0))
-            assert np.max(moves) <= 1.0001 * FINEST
+            assert np.max(moves) <= 1.0001 * MAX_STEP
 
 
 def test_the_work_of_an_audit_of_many_plans_is_told_while_it_goes_on():

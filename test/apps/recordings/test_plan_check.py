@@ -12,9 +12,13 @@ from tolerances import ROUND_OFF
 import kinematics_service as ks
 from kinematics_service import kernel
 from kinematics_service.apps.recordings.plans import singular_proof
-from kinematics_service.apps.recordings.plans.extremes import largest
+from kinematics_service.apps.recordings.plans.check import _extreme
 from kinematics_service.apps.recordings.plans.point_speed import _Speeds, chain_to
-from kinematics_service.apps.recordings.plans.polynomials import Pieces, polynomial_motion
+from kinematics_service.apps.recordings.plans.polynomials import (
+    Pieces,
+    PolynomialMotion,
+    polynomial_motion,
+)
 
 THRESHOLD = 0.03
 # Six joints with factors and without, seven, four, and those that slide.
@@ -114,7 +118,13 @@ def test_a_plan_past_a_singular_pose_is_refuted_by_one(name):
 @pytest.mark.parametrize(
     ('distance', 'verdict'),
     [(0.3, 'proved'), (0.05, 'proved'), (0.032, 'proved'), (0.0301, 'proved')]
-    + [(0.03003, 'not decided'), (0.0299, 'refuted'), (0.0, 'refuted'), (-0.1, 'refuted')],
+    + [
+        (0.03003, 'proved'),
+        (0.03001, 'not decided'),
+        (0.0299, 'refuted'),
+        (0.0, 'refuted'),
+        (-0.1, 'refuted'),
+    ],
 )
 def test_a_passage_at_a_set_distance_from_the_wrist(distance, verdict):
     found = ks.check_plan(robot_of('ur5e'), *near(robot_of('ur5e'), distance)).singularity
@@ -180,8 +190,8 @@ def test_between_samples_nothing_is_missed():
 
 
 def test_when_the_clearances_allowed_are_spent_the_rest_is_not_decided(monkeypatch):
-    monkeypatch.setattr(singular_proof, 'BUDGET', 1)
-    monkeypatch.setattr(singular_proof, 'BUDGET_OF_SEGMENT', 1)
+    monkeypatch.setattr(singular_proof, 'MAX_CLEARANCES', 1)
+    monkeypatch.setattr(singular_proof, 'MAX_CLEARANCES_OF_SEGMENT', 1)
     found = ks.check_plan(robot_of('ur5e'), *near(robot_of('ur5e'), 0.05)).singularity
     assert found.verdict == 'not decided'
     assert found.lower == 0.0
@@ -281,9 +291,11 @@ def test_extremes_of_polynomials_are_those_of_their_roots():
                 roots = np.roots(np.polyder(one[::-1])) if degree > 1 else np.zeros(0)
                 inside = roots.real[(abs(roots.imag) < 1e-9) & (roots.real > 0) & (roots.real < 1)]
                 values += np.polyval(one[::-1], [0.0, 1.0, *inside]).tolist()
-            found = largest(c)
+            motion = PolynomialMotion(np.arange(3.0), np.ones(3), c[:, :, None])
+            found = _extreme(motion, c, np.positive, 'q1')
             assert found.value == pytest.approx(max(values), rel=1e-9, abs=1e-11)
-            there = np.polyval(c[found.segment][::-1], found.s)
+            segment = min(found.moment.point, 2)
+            there = np.polyval(c[segment][::-1], found.moment.time - segment)
             assert there == pytest.approx(found.value, rel=1e-12, abs=1e-12)
 
 

@@ -234,7 +234,7 @@ def findings(tmp_path, one):
     folder = write_lerobot(tmp_path / 'dataset', [vectors], elements, one.fps)
     reading = Selection(one.robot, pose_format=pose_format('rpy'))
     work = EpisodeWork(reading, AuditSettings(), None)
-    rows = rows_of_dataset(folder, work, 1, None, None)
+    rows = rows_of_dataset(folder, work, 1, None)
     assert not any(row.error for row in rows), rows
     return [
         text

@@ -1,9 +1,9 @@
 """
-Recordings, planned trajectories and datasets, judged as the node would have judged them: `audit`.
+Judge recordings, planned trajectories and datasets by the rules of the node: `audit`.
 
-`readers/` and `datasets/` make blocks of joint states of files; `audit/` gives these to the node's
-own estimator and to the kernel in batches, and makes findings; `audit/report/` writes page, JSON
-and bag. `plans/` makes verdicts of a plan, between its points too; `family_paths/` makes plans of
-a redundant arm through targets; `sweep.py` spreads batches over processes of a cluster.
+`readers/` and `datasets/` turn files into blocks of joint states. `audit/` passes the blocks
+through the estimator of the node and the kernel, and makes findings; `audit/report/` writes page,
+JSON and bag. `plans/` checks a plan at and between its points. `sweep.py` distributes batches over
+a cluster.
 `commands/` has the command and its options.
 """

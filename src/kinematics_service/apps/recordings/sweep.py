@@ -1,7 +1,7 @@
 """
-One function over many items by the workers of a dask cluster.
+Apply a function to many items by the workers of a dask cluster.
 
-A robot travels as the very constants it has here, so that the numbers are the same bit for bit.
+A robot is sent with its computed constants, so the results are the same bit for bit.
 """
 
 import logging
@@ -16,9 +16,9 @@ from ...errors import KinematicsError, SweepError
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 
-# Batches under way for each thread of the cluster: enough that none waits for the wire.
-AHEAD = 3
-# Time-out for a scheduler's answer, and for its first worker, s.
+# Number of submitted batches for each thread of the cluster, so that threads do not wait.
+BATCHES_PER_THREAD = 3
+# Time-out for the scheduler's answer, and for the first worker, s.
 CONNECT_TIMEOUT = 5
 ADDRESS = re.compile(r'dask://(\[[0-9a-fA-F:]+\]|[\w.-]+):(\d{1,5})/?')
 INSTALL = "pip install '.[dask]' in its checkout, or pip install 'dask[distributed]'"
@@ -49,7 +49,7 @@ def results_of_workers(
     ----------
     function
         Workers import it by its name, so it must be in a module they have; `functools.partial` of
-        one is fine.
+        such a function works, too.
     items
         Taken as workers become free.
     workers
@@ -60,14 +60,14 @@ def results_of_workers(
     SweepError
         No dask, no scheduler or no worker there, or workers that cannot run the function.
     """
-    # In order, with no more under way than keeps every thread busy: memory holds, whatever N is.
+    # Few items are submitted at a time, so the memory does not grow with their number.
     with _client(workers) as client:
         threads = sum(client.nthreads().values())
         under_way: deque[Any] = deque()
         try:
             for item in items:
                 under_way.append(client.submit(function, item, pure=False))
-                if len(under_way) >= AHEAD * threads:
+                if len(under_way) >= BATCHES_PER_THREAD * threads:
                     yield _result(under_way.popleft())
             while under_way:
                 yield _result(under_way.popleft())
@@ -96,7 +96,7 @@ def _client(workers: str) -> Iterator[Any]:
     except ImportError as error:
         raise SweepError(f'workers {workers} need dask ({error}): {INSTALL}') from None
     connect: Any = Client
-    # A failure is reported in one sentence; dask would add pages.
+    # A failure is reported in one sentence; the log of dask has pages.
     logging.getLogger('distributed').setLevel(logging.CRITICAL)
     try:
         client = connect(address, timeout=CONNECT_TIMEOUT, set_as_default=False)

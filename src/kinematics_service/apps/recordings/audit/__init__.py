@@ -1,6 +1,6 @@
 """
-Recordings and planned trajectories judged as the node would have judged them.
+Judge recordings and planned trajectories by the rules of the node.
 
-Joint states go through the node's own estimator, then in batches through the kernel, and message
-by message through the node's own rules for warnings.
+Joint states go through the estimator of the node, then in batches through the kernel, and message
+by message through the rules for warnings.
 """

@@ -1,4 +1,4 @@
-"""One audit from the open file to the finished findings."""
+"""Audit an open file: from its blocks of joint states to the findings."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -34,12 +34,12 @@ from .slowing import Slowing, SlowingSettings, slowing_of
 from .stream import Stream, StreamWatch
 from .timeline import Timeline, TimelineBatch
 
-# Number of joint names shown if none is of this arm.
-MOST_NAMES = 12
+# Number of joint names in the error that no name belongs to the arm.
+MAX_NAMES = 12
 
 
 class WorstMoment(NamedTuple):
-    """A worst moment: its quantity, the row of the timeline, and the value in words."""
+    """A worst moment: the quantity, the row of the timeline, and the value in words."""
 
     what: str
     row: int
@@ -49,25 +49,24 @@ class WorstMoment(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Audit:
     """
-    Everything found out about a recording.
+    All results about a recording.
 
     Attributes
     ----------
     file, what, topic, planned, remarks
-        The file; see `RecordingSource`.
+        Properties of the file; see `RecordingSource`.
     counts, examples
-        Number of messages by outcome, and the first one refused for each reason.
+        Number of messages by outcome, and the first refused message for each reason.
     moments
-        The worst ones.
+        The worst moments.
     frames
-        The second source of poses, or why it is not compared; None if there is none.
+        The comparison with a second source of poses, or why it failed; None without a source.
     trajectories, plans
-        Number of planned trajectories; and by their numbers, from 1, what is proved of those that
-        can be checked between their points too.
+        Number of planned trajectories; and the checks by the number of the trajectory, from 1.
     asked
-        What is asked of plans.
+        The settings for plans.
     slowing
-        Where `ks.scale` would have slowed it; None where nobody asks.
+        The effect of `ks.scale` on the motion; None if it was not requested.
     """
 
     robot: Robot
@@ -93,7 +92,7 @@ class Audit:
 
     @property
     def refused(self) -> dict[str, int]:
-        """Return the number of messages without a state of their own, by reason."""
+        """Return the number of messages that did not make a state, by reason."""
         other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
         return {reason: n for reason, n in self.counts.items() if n and reason not in other}
 
@@ -105,18 +104,18 @@ class Audit:
 
 class AuditSettings(NamedTuple):
     """
-    What is asked of an audit.
+    Settings of an audit.
 
     Attributes
     ----------
     estimator
-        How messages become states.
+        Settings of the estimator, which turns messages into states.
     frames
-        How a second source of poses is matched and judged.
+        Matching and limits of a second source of poses.
     plans
-        What is asked of plans.
+        Settings of the check of plans.
     slowing
-        How motions are slowed; None where nobody asks.
+        Settings of `ks.scale`; None if it was not requested.
     """
 
     estimator: EstimatorSettings = EstimatorSettings()
@@ -127,8 +126,8 @@ class AuditSettings(NamedTuple):
 
 class AuditProgress(NamedTuple):
     """
-    Callbacks of the work in progress: with the number of messages, and then of plans that are
-    checked; with each batch and its block.
+    Callbacks of an audit: `progress` gets numbers of messages and then of checked plans, `part`
+    each batch.
     """
 
     progress: Callable[[int], None] = lambda messages: None
@@ -151,8 +150,7 @@ def audit(
     Raises
     ------
     RecordingError
-        No message makes a state of the arm, the file is damaged, or something is asked of a
-        recording that only a plan can be asked.
+        No message makes a state of the arm, the file is damaged, or a setting is only for plans.
     """
     asked, prefix = settings.plans, settings.estimator.joint_prefix
     if not source.planned and asked.speeds_told:
@@ -163,7 +161,7 @@ def audit(
     for block in source.blocks:
         part = computer.take(block)
         watch.take(block)
-        if isinstance(block, Block) and len(heard) < MOST_NAMES:
+        if isinstance(block, Block) and len(heard) < MAX_NAMES:
             heard.update(dict.fromkeys(block.names))
         if part is not None:
             listener.part(part)
@@ -208,7 +206,7 @@ def _why_nothing(
     if not ingest.counts:
         return f'{source.topic}: there is no message'
     if ingest.counts[NOT_OURS] == sum(ingest.counts.values()):
-        shown = ', '.join(heard[:MOST_NAMES]) or 'nothing'
+        shown = ', '.join(heard[:MAX_NAMES]) or 'nothing'
         return (
             f'{source.topic}: no message names a joint of {robot.name} ({wanted}); they name '
             f'{shown}'
@@ -263,7 +261,7 @@ def _excess(column: Column[np.float64], joint: JointReport, rows: slice) -> Floa
 
 
 def _largest(count: int, values_of: Callable[[slice], Floats]) -> tuple[int, float]:
-    # The first row at which some values are largest, NaN left out; -inf where all are.
+    # Returns the first row of the largest value without NaN, and the value; -inf if all are NaN.
     row, largest = 0, -math.inf
     for rows in spans(count):
         values = values_of(rows)

@@ -1,8 +1,6 @@
-"""From blocks of messages to a timeline: the kernel in batches, the judging message by message."""
+"""Turn blocks of messages into a timeline: the kernel in batches, warnings message by message."""
 
-import dataclasses
 from collections import Counter
-from typing import Any
 
 import numpy as np
 
@@ -10,13 +8,8 @@ from ....errors import JointVectorError, LoopError
 from ....estimation.estimator import ACCEPTED, NOT_CLOSED, TOO_LARGE
 from ....estimation.status_text import singularity_status, stale_status
 from ....kernel import Floats, NearestSearch
-from ....kinematics.singularity import (
-    FactorMeasures,
-    Singularities,
-    Singularity,
-    measured_in_order,
-    singularity_of,
-)
+from ....kinematics.singularity import singularity_of
+from ....kinematics.singularity_rates import measured_in_order
 from ....kinematics.tool_state import evaluate
 from ....robot.measures import Level
 from ....robot.robot import Robot
@@ -25,26 +18,8 @@ from .ingest import Ingest, KnownJoints
 from .judging import Judge
 from .timeline import PublishedWarning, Timeline, TimelineBatch
 
-# Number of warnings kept; the first ones are enough for an arm that chatters at a threshold for
-# hours.
-MOST_WARNINGS = 10_000
-
-
-def _of_pose(batch: Singularities, k: int, moving: bool) -> Singularity:
-    # The measures of one pose of a batch, as far as they are told; `moving`: with its velocities.
-    values: dict[str, Any] = {}
-    for field in dataclasses.fields(Singularity):
-        # The clearance takes long.
-        value = None if field.name == 'clearance' else getattr(batch, field.name)
-        if isinstance(value, FactorMeasures):
-            rows = value.estimates[k], value.results[k], value.column_scales[k]
-            value = FactorMeasures(value.names, *rows)
-        values[field.name] = value[k] if isinstance(value, np.ndarray) else value
-    if np.isnan(values['nearest_singular'][0]):
-        values['nearest_singular'] = None
-    if not moving:
-        values['rate'] = values['time_to_warning'] = None
-    return Singularity(**values)
+# Largest number of warnings that are kept; an arm may pass a threshold for hours.
+MAX_WARNINGS = 10_000
 
 
 class Computer:
@@ -59,7 +34,7 @@ class Computer:
     Attributes
     ----------
     timeline
-        Of all blocks so far.
+        The states of all blocks so far.
     """
 
     def __init__(self, robot: Robot, ingest: Ingest) -> None:
@@ -84,13 +59,15 @@ class Computer:
                 return None
             state = evaluate(robot, known.q, np.nan_to_num(known.qdot, nan=0.0))
         state = measured_in_order(state, self._search)
-        singularity = singularity_of(state)
+        singularity, measured = singularity_of(state), state.measures
+        assert measured is not None
         judged, moving, warnings = self._judge.judge(known, singularity), known.moving, []
         for k, timeout in judged.timeouts:
             stale = stale_status(robot, f'no joint state of {", ".join(timeout.missing)}')
             warnings.append(PublishedWarning(first + k, timeout.moment, stale))
         for k in judged.warnings:
-            one = _of_pose(singularity, k, bool(moving[k]))
+            pose = evaluate(robot, known.q[k], known.qdot[k] if moving[k] else None)
+            one = singularity_of(pose._replace(measures=measured[k]))
             level = Level(int(judged.levels[k]))
             text = singularity_status(robot, one, level, robot.base_frame, self._ingest.prefix)
             warnings.append(PublishedWarning(first + k, int(known.arrivals[k]), text))
@@ -101,12 +78,12 @@ class Computer:
         batch = TimelineBatch(first, known, state, quaternion, singularity, warnings)
         timeline = self.timeline
         timeline.append(batch, judged.levels, signs < 0.0)
-        timeline.warnings += warnings[: max(0, MOST_WARNINGS - len(timeline.warnings))]
+        timeline.warnings += warnings[: max(0, MAX_WARNINGS - len(timeline.warnings))]
         return batch
 
     def _computable(self, known: KnownJoints) -> KnownJoints:
-        # Lengths of the robot file can overflow with positions the estimator lets pass, and loops
-        # need not close at them.
+        # Removes states that cannot be computed: lengths of the robot file can overflow with large
+        # positions, and loops may not close.
         good, refused = np.ones(len(known), dtype=bool), Counter[str]()
         for k in range(len(known)):
             try:
@@ -117,17 +94,12 @@ class Computer:
         self._ingest.counts[ACCEPTED] -= refused.total()
         self._ingest.counts.update(refused)
         at = np.cumsum(good) - 1
-        columns = {
-            field.name: getattr(known, field.name)[good]
-            for field in dataclasses.fields(KnownJoints)
-            if field.name != 'timeouts'
-        }
+        columns = {name: part[good] for name, part in vars(known).items() if name != 'timeouts'}
         kept = {int(at[k]): timeout for k, timeout in known.timeouts.items() if good[k]}
         return KnownJoints(**columns, timeouts=kept)
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
-        # As in the estimator: its sign changes if the last one, as published, has the opposite
-        # sign.
+        # As in the estimator, the sign of a quaternion is that of the last published quaternion.
         before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
         last = np.concatenate([before, quaternions[:-1]])
         dots = np.einsum('ij,ij->i', quaternions, last)
@@ -136,5 +108,5 @@ class Computer:
         turns = np.where(dots < 0.0, -1.0, 1.0)
         signs = np.cumprod(turns)
         for k in np.flatnonzero(fresh | (dots == 0.0)):
-            signs[k:] *= signs[k]  # here it starts again, with w >= 0
+            signs[k:] *= signs[k]  # a new start, with w >= 0
         return np.asarray(signs, dtype=np.float64)

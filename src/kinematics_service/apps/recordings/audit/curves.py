@@ -1,4 +1,4 @@
-"""Curves over time, read in pieces and thinned so that no spike is lost."""
+"""Thin curves over time to the columns of a drawing: the extremes of each column are kept."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -9,17 +9,18 @@ import numpy as np
 from ....kernel import Floats
 from ..readers.block import Flags
 
-# Width of a drawing in columns, of which each shows its least and its largest value.
+# Width of a drawing in its own units.
 WIDTH = 1000
+# Number of columns of a drawing; each shows the least and the largest value.
 COLUMNS = 800
-# Number of points of a curve before it is thinned.
-MOST_HELD = 2**20
+# Number of points of a curve in memory above which it is thinned.
+MAX_HELD_POINTS = 2**20
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
     """
-    A line: its name, style (`c0` to `c5`, also `limit`), and its points.
+    A line: name, style (`c0` to `c5`, or `limit`), and points.
 
     Attributes
     ----------
@@ -65,7 +66,7 @@ def curve_of(
         groups = int(group[-1])
         count, held = count + len(known), held + len(known)
         drawn.append((t[known], values[known], group[known]))
-        if held > MOST_HELD:
+        if held > MAX_HELD_POINTS:
             drawn = [_thinned(end, *_joined(drawn))]
             held = len(drawn[0][0])
     t, values, group = _joined(drawn)
@@ -84,7 +85,7 @@ def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[
     edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)
     counts = np.diff(edges, append=len(values))
-    # The first row of each column that has its least, and its largest, value.
+    # The first row with the least and with the largest value of each column.
     least = _first_where(values == np.repeat(low, counts), edges)
     largest = _first_where(values == np.repeat(high, counts), edges)
     kept = np.unique(np.concatenate([edges, edges + counts - 1, least, largest]))

@@ -1,4 +1,4 @@
-"""A finding of an audit, and words that several of them use."""
+"""A finding of an audit, and durations in words."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""The poses of a second source beside those of the recording: the frame check of an audit."""
+"""Compare the poses of a second source with those of the recording (frame check)."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -15,29 +15,32 @@ from ...checking.diagnosis import FINE, FrameDiagnosis, diagnose_frames
 from ...checking.errors import PoseLimit
 from ...checking.judgement import FrameLimits
 from ..readers.block import Flags, Times
-from ..readers.source import MOST_POSES, PoseTrack
+from ..readers.source import MAX_POSES, PoseTrack
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
 
-# Largest gap between two states for the interpolation of joint positions, in usual intervals, and
-# its bounds (s): a lost message or two does no harm, a second of unknown motion does.
-INTERVALS, LEAST_GAP, MOST_GAP = 3.0, 0.05, 0.5
-# Poses needed to compare at all.
-LEAST = 3
+# Largest gap between two states for interpolation, in median intervals: one or two lost messages.
+GAP_INTERVALS = 3.0
+# Lower bound of this gap, s.
+MIN_GAP = 0.05
+# Upper bound of this gap, s.
+MAX_GAP = 0.5
+# Least number of poses for a comparison.
+MIN_POSES = 3
 
 
 class FrameSettings(NamedTuple):
     """
-    How poses are matched and judged.
+    Settings for matching and judging poses.
 
     Attributes
     ----------
     gap : s
-        Largest time between the joint states around a pose; None: three usual intervals.
+        Largest time between the joint states around a pose; None: three median intervals.
     limits
-        Remainders from which on there is a warning, and an error.
+        Remainders from which the level is WARN, and ERROR.
     fine
-        Remainders of which no cause is looked for.
+        Remainders up to which no cause is searched.
     """
 
     gap: float | None = None
@@ -48,27 +51,27 @@ class FrameSettings(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class FrameReport:
     """
-    The diagnosis, and what remains over time.
+    The diagnosis, and the remainders over time.
 
     Attributes
     ----------
     name, frame
-        Source of the poses, and their frame.
+        Name of the source, and frame of the poses.
     poses, considered, matched
-        Number of poses; of those considered, evenly spread; and of those with joint positions at
-        their time.
+        Number of poses; number of evenly spread poses that were considered; and number of these
+        with joint positions at their time.
     unmatched
-        Why others have none, in words; empty if all have.
+        Why other poses lack joint positions, in words; empty if all have them.
     doubts
-        Numbers beyond what a pose can have, each a sentence.
+        Remarks on implausible numbers, each a sentence.
     diagnosis
-        Of the frame check.
+        Result of the frame check.
     limits
-        Remainders from which on there is a warning, and an error.
+        Remainders from which the level is WARN, and ERROR.
     t : shape (M,), s
         Time in the recording of each compared pose.
     position, rotation : shape (M,), m and rad
-        Remainders with the constant offsets.
+        Remainders after the constant offsets.
     """
 
     name: str
@@ -91,13 +94,8 @@ class FrameReport:
 
     @property
     def sentence(self) -> str:
-        """Return the result of the comparison with the limits."""
+        """Return the result of the comparison, a sentence."""
         return self.limits.sentence(self.diagnosis)
-
-    @property
-    def failed(self) -> bool:
-        """Return whether a gate that requires agreement fails."""
-        return self.level == Level.ERROR
 
 
 class NotCompared(NamedTuple):
@@ -108,18 +106,11 @@ class NotCompared(NamedTuple):
     poses: int
     reason: str
 
-    @property
-    def failed(self) -> bool:
-        """
-        Return whether a gate that requires agreement fails: it does, since agreement is unknown.
-        """
-        return True
-
 
 def frames_of(
     robot: Robot, track: PoseTrack, timeline: Timeline, settings: FrameSettings
 ) -> FrameReport | NotCompared:
-    """Return how the poses of a second source compare with the recording's, or why they cannot."""
+    """Return the comparison of the poses of a second source, or why it is not possible."""
     none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
     if track.refused:
         return none
@@ -127,9 +118,9 @@ def frames_of(
         return none._replace(reason='positions without orientations are for calibrate alone')
     found = joined(robot, track, timeline)
     use, reason = matched(found, settings.gap)
-    if np.sum(use) < LEAST:
+    if np.sum(use) < MIN_POSES:
         reason = reason or f'there are {len(use)} poses'
-        return none._replace(reason=f'{reason}; at least {LEAST} are needed')
+        return none._replace(reason=f'{reason}; at least {MIN_POSES} are needed')
     q, poses, stamps, motion, chosen = chosen_poses(track, found, use)
     limit = settings.limits.explained
     try:
@@ -165,7 +156,7 @@ def frames_of(
 
 class ChosenPoses(NamedTuple):
     """
-    Poses with joint positions, evenly spread.
+    Evenly spread poses with joint positions.
 
     Attributes
     ----------
@@ -174,9 +165,9 @@ class ChosenPoses(NamedTuple):
     stamps : shape (N,), s
         Since the first of all poses.
     motion
-        Joint positions (K, n) at times (K,), s since then; None if there are too few.
+        Joint positions (K, n) at times (K,), s since the first pose; None for too few.
     rows : shape (N,)
-        Of the track.
+        Rows of the track.
     """
 
     q: Floats
@@ -187,9 +178,9 @@ class ChosenPoses(NamedTuple):
 
 
 def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
-    """Return those of the poses with joint positions (M,) that are compared."""
+    """Return the poses to compare, among the M poses that `use` selects."""
     rows = np.flatnonzero(use)
-    rows = rows[np.unique(np.linspace(0, len(rows) - 1, MOST_POSES).astype(int))]
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAX_POSES).astype(int))]
     zero, motion = found.stamps[0], None
     if len(found.states_at) > 1:
         motion = (found.states_at - zero) * 1e-9, found.states
@@ -199,15 +190,15 @@ def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
 
 def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
     """
-    Return which poses have joint positions, and in words why others have none.
+    Return which poses have joint positions, and why the other poses lack them, in words.
 
     Parameters
     ----------
     longest : s
-        Largest time between the joint states around a pose; None: three usual intervals.
+        Largest time between the joint states around a pose; None: three median intervals.
     """
     if longest is None:
-        longest = min(max(INTERVALS * found.interval, LEAST_GAP), MOST_GAP)
+        longest = min(max(GAP_INTERVALS * found.interval, MIN_GAP), MAX_GAP)
     outside, unknown = ~found.within, found.within & ~np.all(np.isfinite(found.q), axis=1)
     apart = found.within & ~unknown & (found.gaps > longest)
     reasons = [

@@ -1,8 +1,8 @@
 """
-Blocks of messages through the estimator: which joints are known after each message.
+Pass blocks of messages through the estimator: the known joints after each message.
 
-Messages in good order are taken in columns, by the rules of the estimator; the first and the last
-two of them go through the estimator itself, so that its memory is the same.
+Messages in order are taken in columns, by the rules of the estimator. The first and the last of
+them go through the estimator itself, so its memory is the same.
 """
 
 import math
@@ -18,14 +18,13 @@ from ....kernel import LARGEST, Floats
 from ....robot.robot import Robot
 from ..readers.block import Block, Flags, Times, UnreadableMessage
 
-# Fewer messages than this are taken one by one.
-SHORTEST_RUN = 8
+# Least number of messages that are taken in columns.
+MIN_RUN = 8
 
 
 class JointTimeout(NamedTuple):
     """
-    A joint had no position for the timeout: the node reports STALE at `moment` (ns, of the
-    recording).
+    A joint lacks positions for the timeout: the node reports STALE at `moment` (ns, of receipt).
     """
 
     moment: int
@@ -35,20 +34,20 @@ class JointTimeout(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class KnownJoints:
     """
-    The joints that are known after each message that makes a state.
+    The known joints after each message that makes a state.
 
     Attributes
     ----------
     messages : shape (N,)
-        Number of the message in the recording, from 0.
+        Numbers of the messages in the recording, from 0.
     stamps, arrivals : shape (N,), ns
-        Stamp of the state, and time of the receipt.
+        Stamp of the state, and time of receipt.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         In the order of the arm; a row of `qdot` is NaN if some velocity is unknown.
     differenced : shape (N,)
         Whether some velocity is a difference of positions.
     fresh : shape (N,)
-        Whether the estimator forgot everything just before.
+        Whether the estimator was reset just before.
     timeouts : by row
         The time-out before a row.
     """
@@ -67,12 +66,12 @@ class KnownJoints:
 
     @property
     def moving(self) -> Flags:
-        """Return at which states all velocities are known, shape (N,)."""
+        """Return whether all velocities of each state are known, shape (N,)."""
         return np.asarray(~np.any(np.isnan(self.qdot), axis=1))
 
 
 class RefusedExample(NamedTuple):
-    """The first message refused for a reason."""
+    """The first message that was refused for a reason."""
 
     message: int
     stamp: int
@@ -81,64 +80,62 @@ class RefusedExample(NamedTuple):
 
 class Ingest:
     """
-    An estimator and the messages it refused; the only part of an audit with a memory.
+    An estimator, and the messages that it refused.
 
     Attributes
     ----------
     prefix
-        Of the joint names in messages.
+        Prefix of the joint names in messages.
     examples
-        The first message of each reason.
+        The first refused message for each reason.
     """
 
     def __init__(self, robot: Robot, estimator: Estimator) -> None:
         self.examples: dict[str, RefusedExample] = {}
-        self._robot, self._estimator = robot, estimator
+        self._estimator = estimator
         self._names, self.prefix = estimator.names, estimator.settings.joint_prefix
         self._wraps = np.array(robot.continuous)
         self._message = 0
         self._started: int | None = None
         self._stale = False
-        self._pending: tuple[JointTimeout | None, bool] = (None, False)
+        self._rows = _KnownRows(robot.dof)
 
     @property
     def counts(self) -> Counter[str]:
-        """Return the number of messages by outcome: the estimator's own counts, as the node's."""
+        """Return the number of messages by outcome, counted by the estimator."""
         return self._estimator.counts
 
     def take(self, block: Block | UnreadableMessage) -> KnownJoints:
         """Return the known joints after each message of the next block that makes a state."""
-        rows = _KnownRows(self._robot.dof, *self._pending)
         if isinstance(block, UnreadableMessage):
             self.counts[UNREADABLE] += 1
             self._refused(0, UNREADABLE, 0, block.reason)
             self._message += 1
-            return rows.known()
+            return self._rows.known()
         for begin, end in self._runs(block):
             k = begin
             while k < end:
-                accepted = self._one(block, k, rows)
+                accepted = self._one(block, k)
                 k += 1
-                if accepted and end - k >= SHORTEST_RUN:
-                    self._columns(block, k - 1, end - 1, rows)
-                    # The result of the estimator is known, but not its memory afterwards. The
-                    # message is counted with those of its run, also where its loops do not close.
+                if accepted and end - k >= MIN_RUN:
+                    self._columns(block, k - 1, end - 1)
+                    # This call updates the memory of the estimator. The message was counted with
+                    # its run, also if its loops do not close.
                     counts = self.counts.copy()
                     self._estimator.accept(block.sample(end - 2))
                     self.counts.clear()
                     self.counts.update(counts)
                     k = end - 1
         self._message += len(block)
-        self._pending = (rows.timeout, rows.reset)
-        return rows.known()
+        return self._rows.known()
 
     def _refused(self, k: int, reason: str, stamp: int, sentence: str) -> None:
         # Message k of the block makes no state.
         self.examples.setdefault(reason, RefusedExample(self._message + k, stamp, sentence))
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
-        # Runs of messages that can be taken in columns once the first of them is accepted; others
-        # are runs of one.
+        # Yields runs of messages that can be taken in columns after the first; other messages are
+        # runs of one.
         count = len(block)
         columns = self._joint_columns(block)
         if columns is None:
@@ -153,27 +150,27 @@ class Ingest:
         yield from zip(starts, starts[1:])
 
     def _joint_columns(self, block: Block) -> list[int] | None:
-        # Returns the column of each joint of the arm; None unless each occurs once and has a
-        # position.
+        # Returns the column of each joint of the arm; None unless each joint occurs once and has
+        # a position.
         if block.positions.shape[1] != len(block.names):
             return None
         if any(block.names.count(name) != 1 for name in self._names):
             return None
         return [block.names.index(name) for name in self._names]
 
-    def _one(self, block: Block, k: int, rows: '_KnownRows') -> bool:
+    def _one(self, block: Block, k: int) -> bool:
         # One message through the estimator itself.
         estimator, sample = self._estimator, block.sample(k)
         self._started = sample.arrival if self._started is None else self._started
-        self._listen(sample.arrival, rows)
+        self._listen(sample.arrival)
         resets = estimator.counts[RESETS]
         outcome = estimator.accept(sample)
-        rows.reset |= estimator.counts[RESETS] != resets
+        self._rows.reset |= estimator.counts[RESETS] != resets
         if isinstance(outcome, RefusedMessage):
             self._refused(k, outcome.reason, sample.stamp, outcome.sentence)
             return False
         self._stale = False
-        rows.add(
+        self._rows.add(
             [self._message + k],
             [outcome.stamp],
             [sample.arrival],
@@ -183,8 +180,8 @@ class Ingest:
         )
         return True
 
-    def _listen(self, arrival: int, rows: '_KnownRows') -> None:
-        # The node's watchdog, which checks between the messages.
+    def _listen(self, arrival: int) -> None:
+        # Does what the watchdog of the node does between messages.
         assert self._started is not None
         timeout = self._estimator.settings.timeout
         if self._stale or arrival - self._started <= timeout:
@@ -195,10 +192,10 @@ class Ingest:
             age = self._estimator.age(arrival)
             heard = self._started if math.isinf(age) else arrival - round(age * 1e9)
             moment = max(heard, self._started) + timeout
-            rows.timeout = JointTimeout(min(moment, arrival), missing)
+            self._rows.timeout = JointTimeout(min(moment, arrival), missing)
 
-    def _columns(self, block: Block, first: int, end: int, rows: '_KnownRows') -> None:
-        # Messages first + 1 to end - 1, message `first` being the last one accepted.
+    def _columns(self, block: Block, first: int, end: int) -> None:
+        # Takes messages first + 1 to end - 1; message `first` is the last accepted message.
         settings = self._estimator.settings
         columns = self._joint_columns(block)
         assert columns is not None
@@ -221,11 +218,11 @@ class Ingest:
             differenced[1:] = take & ~np.any(np.isnan(qdot[1:]), axis=1)
             qdot[np.any(np.isnan(qdot), axis=1)] = math.nan
         late = np.flatnonzero(np.diff(arrivals) > settings.timeout)
-        before = len(rows)
+        before = self._rows.count
         for k in late.tolist():
             moment = int(arrivals[k]) + settings.timeout
-            rows.timeouts[before + k] = JointTimeout(moment, self._names)
-        rows.add(
+            self._rows.timeouts[before + k] = JointTimeout(moment, self._names)
+        self._rows.add(
             np.arange(first + 1, end) + self._message,
             stamps[1:],
             arrivals[1:],
@@ -236,7 +233,7 @@ class Ingest:
         self.counts[ACCEPTED] += len(q) - 1
 
     def _differences(self, q: Floats, stamps: Times, longest: int) -> Floats:
-        # Row by row against the row before, as the estimator takes one.
+        # Returns backward differences, as the estimator computes them.
         steps = np.diff(q, axis=0)
         far = self._wraps & (np.abs(steps) > math.pi)
         for k, j in np.argwhere(far).tolist():
@@ -252,30 +249,32 @@ class Ingest:
 class _KnownRows:
     """The rows of a `KnownJoints` while they are collected."""
 
-    def __init__(self, dof: int, timeout: JointTimeout | None, reset: bool) -> None:
-        self.timeouts: dict[int, JointTimeout] = {}
-        self.timeout, self.reset = timeout, reset
+    def __init__(self, dof: int) -> None:
+        self.timeout: JointTimeout | None = None
+        self.reset = False
         whole, table = np.zeros(0, dtype=np.int64), np.zeros((0, dof))
-        none = (whole, whole, whole, table, table, whole.astype(bool))
-        self._parts: list[tuple[Any, ...]] = [none]
-        self._fresh: list[int] = []
-        self._count = 0
+        self._none = (whole, whole, whole, table, table, whole.astype(bool))
+        self._clear()
 
-    def __len__(self) -> int:
-        return self._count
+    def _clear(self) -> None:
+        self.timeouts: dict[int, JointTimeout] = {}
+        self.count = 0
+        self._parts: list[tuple[Any, ...]] = [self._none]
+        self._fresh: list[int] = []
 
     def add(self, *columns: object) -> None:
         if self.timeout is not None:
-            self.timeouts[self._count] = self.timeout
+            self.timeouts[self.count] = self.timeout
         if self.reset:
-            self._fresh.append(self._count)
+            self._fresh.append(self.count)
         self.timeout, self.reset = None, False
         self._parts.append(tuple(np.asarray(column) for column in columns))
-        self._count += len(self._parts[-1][0])
+        self.count += len(self._parts[-1][0])
 
     def known(self) -> KnownJoints:
-        fresh = np.zeros(self._count, dtype=bool)
-        fresh[self._fresh] = True
+        """Return the rows that were added since the last call."""
         columns = (np.concatenate(column) for column in zip(*self._parts))
         messages, stamps, arrivals, q, qdot, differenced = columns
-        return KnownJoints(messages, stamps, arrivals, q, qdot, differenced, fresh, self.timeouts)
+        fresh, timeouts = np.isin(np.arange(self.count), self._fresh), self.timeouts
+        self._clear()
+        return KnownJoints(messages, stamps, arrivals, q, qdot, differenced, fresh, timeouts)

@@ -1,4 +1,4 @@
-"""Intervals of a recording near a singularity, each with its name, duration and worst moment."""
+"""Find the intervals of a recording near a singularity: name, duration and worst moment."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -16,7 +16,7 @@ from .timeline import Stretch, Timeline, stretches_of
 
 
 class FactorPassage(NamedTuple):
-    """A named factor near its zero: its least distance (rad) and the row of the timeline."""
+    """A named factor near its zero: least distance (rad), and its row of the timeline."""
 
     name: str
     distance: float
@@ -25,14 +25,14 @@ class FactorPassage(NamedTuple):
 
 class Interval(NamedTuple):
     """
-    Messages in a row that are not OK.
+    Consecutive states that are not OK.
 
     Attributes
     ----------
     first, last, worst
         Rows of the timeline.
     begin, end : s
-        From the first message that is not OK to the first that is, or to the last there is.
+        Time of the first state that is not OK, and of the next state that is OK, or the last.
     level
         The worst.
     stopped : s
@@ -42,9 +42,9 @@ class Interval(NamedTuple):
     factor
         Name of the nearest factor at the worst moment, empty if the file lists none.
     factors
-        All factors that are the nearest at some time, in the order of their worst moments.
+        All factors that are the nearest factor at some time, by their worst moments.
     lost, fighting
-        At the worst moment, in words: the tool's lost motion, the joints against each other.
+        At the worst moment, in words: lost motion of the tool, joints that cancel each other.
     q : shape (n,), rad or m
         Joint positions at the worst moment.
     """
@@ -80,7 +80,7 @@ def watched_at(robot: Robot, timeline: Timeline, row: int) -> float:
 
 
 def badness(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
-    """Return the watched measure with the sign that makes the larger one the worse, (N,)."""
+    """Return the watched measure with the sign that makes larger values worse, shape (N,)."""
     values = watched_values(robot, timeline, rows)
     sign = -1.0 if MEASURES[robot.singularity.thresholds.measure].small_is_bad else 1.0
     return np.where(np.isnan(values), np.inf, sign * values)
@@ -103,7 +103,7 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
         rows = slice(first + span.start, first + span.stop)
         t = timeline.t[rows.start : min(rows.stop, until) + 1]
         levels = timeline.levels[rows]
-        # Each message holds until the next one.
+        # A state holds until the next state.
         holds = np.diff(t, append=t[-1:])[: len(levels)]
         level = max(level, Level(int(np.max(levels))))
         stopped += float(np.sum(holds[levels == Level.ERROR]))
@@ -131,7 +131,7 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
 
 
 def _nearest(robot: Robot, near: Singularity) -> str:
-    # The nearest factor; a loop only where it is nearer to flat than the arm to a singular pose.
+    # Returns the nearest factor; a loop counts only if it is nearer than the singular pose.
     if near.factors is None:
         return ''
     k = near.factors.nearest
@@ -151,7 +151,7 @@ def _named(
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
-    # Returns the least distance of each factor that is the nearest at some time.
+    # Updates the least distance of each factor that is the nearest factor at some time.
     if not robot.singularity.factors.names:
         return
     distances = timeline.factors[rows]

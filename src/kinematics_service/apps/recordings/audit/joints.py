@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....estimation.joint_memory import LIMIT_SLACK
+from ....estimation.joint_memory import LIMIT_TOLERANCE
 from ....estimation.motion_checks import joint_steps, jumps
 from ....robot.robot import Robot
 from ..readers.columns import median, spans
@@ -21,14 +21,12 @@ from .timeline import Timeline
 LIMIT_MARGIN = (math.radians(0.5), 1e-3)
 # Positions beyond their limits by more than a turn may be in degrees.
 DEGREES_BEYOND = math.tau
-# Number of jumps that are listed.
-MOST_JUMPS = 100
+# Number of listed jumps.
+MAX_JUMPS = 100
 
 
 class Jump(NamedTuple):
-    """
-    A step of a joint (rad or m) that its speed does not explain; `row` is the state after it.
-    """
+    """A step of a joint (rad, m) that its speed does not explain; `row` is the state after it."""
 
     row: int
     joint: str
@@ -45,16 +43,16 @@ class JointReport(NamedTuple):
     least, greatest
         Range of its positions.
     lower, upper
-        Its limits; infinite if there are none.
+        Its limits; infinite without limits.
     beyond, touching
-        States beyond a limit, and at one.
-    first_beyond, worst_beyond
-        Row of the first state beyond a limit, -1 if there is none; largest distance beyond it.
+        Number of states beyond a limit, and at a limit.
+    worst_beyond
+        Largest distance beyond a limit.
     fastest, velocity_limit, too_fast
-        Largest speed known, its limit, and states above it.
+        Largest known speed, its limit, and number of states above the limit.
     check
-        None if the messages report no velocity, or if the joint stands still within the noise of
-        its positions.
+        Check of the reported velocities; None without them, or if the joint moves less than the
+        noise of its positions.
     """
 
     name: str
@@ -65,7 +63,6 @@ class JointReport(NamedTuple):
     upper: float
     beyond: int
     touching: int
-    first_beyond: int
     worst_beyond: float
     fastest: float
     velocity_limit: float
@@ -81,16 +78,13 @@ def joint_reports(robot: Robot, timeline: Timeline) -> tuple[JointReport, ...]:
 def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
     lower, upper = robot.limits[j].tolist()
     sliding = bool(robot.prismatic[j])
-    top = robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)
+    top = robot.velocity_limits[j] * (1.0 + LIMIT_TOLERANCE)
     least, greatest, worst, fastest = math.inf, -math.inf, 0.0, math.nan
     beyond = touching = too_fast = 0
-    first_beyond = -1
     for rows in spans(len(timeline)):
         q = timeline.q.columns[j][rows]
         excess = np.maximum(lower - q, q - upper)
-        outside = excess > LIMIT_SLACK
-        if first_beyond < 0 and np.any(outside):
-            first_beyond = rows.start + int(np.argmax(outside))
+        outside = excess > LIMIT_TOLERANCE
         beyond += int(np.sum(outside))
         touching += int(np.sum((excess > -LIMIT_MARGIN[sliding]) & ~outside))
         least, greatest = min(least, float(np.min(q))), max(greatest, float(np.max(q)))
@@ -109,7 +103,6 @@ def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
         upper=upper,
         beyond=beyond,
         touching=touching,
-        first_beyond=first_beyond,
         worst_beyond=worst,
         fastest=fastest,
         velocity_limit=float(robot.velocity_limits[j]),
@@ -119,7 +112,7 @@ def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
 
 
 def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
-    """Return whether positions are so far beyond the limits that they may be degrees."""
+    """Return whether positions may be degrees, because they are far beyond the limits."""
     turning = [report for report in reports if not report.sliding]
     far = [report for report in turning if report.worst_beyond > DEGREES_BEYOND]
     wild = [r for r in turning if math.isinf(r.upper) and r.greatest - r.least > 10 * math.tau]
@@ -127,7 +120,7 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
 
 
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
-    """Return the number of jumps, and the first of them."""
+    """Return the number of jumps, and the first jumps."""
     usual = median(steps[steps > 0] for _, steps in steps_of(timeline.stamps))
     count, first = 0, list[Jump]()
     for rows in spans(len(timeline)):
@@ -141,7 +134,7 @@ def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
             count += len(odd)
             found += [
                 Jump(span.start + k + 1, robot.joint_names[j], float(steps[k]), gaps[k] * 1e-9)
-                for k in odd[:MOST_JUMPS].tolist()
+                for k in odd[:MAX_JUMPS].tolist()
             ]
-        first = (first + sorted(found))[:MOST_JUMPS]
+        first = (first + sorted(found))[:MAX_JUMPS]
     return count, tuple(first)

@@ -1,7 +1,7 @@
 """
-Joint positions around the times of poses, out of all states of a recording.
+Interpolate joint positions at the times of poses.
 
-Only some hundred poses, and half a second around each, are kept in memory.
+Only states within half a second of some hundred poses are kept in memory.
 """
 
 from collections.abc import Iterator
@@ -14,11 +14,11 @@ from ....robot.robot import Robot
 from ...checking.joint_motion import WINDOW
 from ...checking.lag import REACH
 from ..readers.block import LARGEST_BLOCK, Flags, Times
-from ..readers.source import MOST_POSES, PoseTrack
+from ..readers.source import MAX_POSES, PoseTrack
 from .reported_velocities import MotionColumns
 
-# States within this time (ns) before and after a pose are kept: lags are searched in this range.
-AROUND = round((REACH + 2.0 * WINDOW) * 1e9)
+# Time before and after a pose (ns) in which states are kept, the range of the search for lags.
+WINDOW_AROUND_POSES = round((REACH + 2.0 * WINDOW) * 1e9)
 
 
 class Track(NamedTuple):
@@ -28,15 +28,15 @@ class Track(NamedTuple):
     Attributes
     ----------
     poses, stamps, t : shape (M,)
-        Rows of the pose track; ns; s since the first state, a step back taking no time.
+        Rows of the pose track; stamps, ns; times, s since the first state.
     q : shape (M, n), rad or m
-        Joint positions, NaN if there are none.
+        Joint positions, NaN without joint positions.
     gaps : shape (M,), s
-        Time between the joint states around each; 0 for positions of the same row or stamp.
+        Time between the joint states around each pose; 0 for the same row or stamp.
     within : shape (M,)
-        Whether the time of each is within the recording.
+        Whether each pose is within the time of the recording.
     interval : s
-        The usual interval of the states, NaN if there are fewer than two.
+        Median interval of the states, NaN for fewer than 2 states.
     states_at, states : shapes (K,), ns, and (K, n), rad or m
         The states around the poses, by rising stamp.
     """
@@ -56,19 +56,18 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     """
     Return the poses of a second source with the joint positions of a recording.
 
-    Poses with their own joint positions are taken at even steps. Of others those within the
-    recording are wanted: all are taken, or every second one, until no more than twice as many as
-    are wanted are among them.
+    Poses with their own joint positions are taken at even steps. Other poses are halved, by every
+    second pose, until at most 2 `MAX_POSES` are within the recording.
     """
     order = np.argsort(track.stamps, kind='stable')
     if track.q is not None and len(order):
-        order = order[np.unique(np.linspace(0, len(order) - 1, MOST_POSES).astype(int))]
+        order = order[np.unique(np.linspace(0, len(order) - 1, MAX_POSES).astype(int))]
     elif len(states):
         ends = (
             int(states.stamps[0]),
             max(int(np.max(states.stamps[rows])) for rows in _rows(states)),
         )
-        while np.subtract(*np.searchsorted(track.stamps[order], ends)[::-1]) > 2 * MOST_POSES:
+        while np.subtract(*np.searchsorted(track.stamps[order], ends)[::-1]) > 2 * MAX_POSES:
             order = order[::2]
     at = track.stamps[order]
     stamps, t, states_q = (np.concatenate(column) for column in zip(*_around(states, at)))
@@ -98,10 +97,9 @@ def _rows(states: MotionColumns) -> Iterator[slice]:
 
 
 def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, Floats]]:
-    # Stamps, times and joint positions of the states around times: both of an interval if it
-    # meets the time around one. The last state may be the first of such an interval, and waits
-    # for the next rows.
-    begins, ends = at - AROUND, at + AROUND
+    # Yields stamps, times and joint positions of the states around times: both ends of an interval
+    # that meets the window around a time. The last state of a piece waits for the next piece.
+    begins, ends = at - WINDOW_AROUND_POSES, at + WINDOW_AROUND_POSES
     none = slice(0, 0)
     last, keep = (states.stamps[none], states.t[none], states.q[none]), np.zeros(0, dtype=bool)
     for rows in _rows(states):
@@ -124,8 +122,8 @@ def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, F
 
 
 def _between(robot: Robot, stamps: Times, q: Floats, at: Times) -> tuple[Floats, Floats]:
-    # Returns joint positions (M, n) on the line between the states around each time, and the
-    # time (s) between these; 0 if a state has exactly that stamp.
+    # Returns joint positions (M, n) by linear interpolation between the states around each time,
+    # and the time (s) between these states; 0 if a state has this stamp.
     right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
     left = np.where(stamps[right] == at, right, np.maximum(right - 1, 0))
     gaps = np.asarray((stamps[right] - stamps[left]) * 1e-9, dtype=np.float64)

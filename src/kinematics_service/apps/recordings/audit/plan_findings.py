@@ -1,4 +1,4 @@
-"""What is proved of plans, in sentences."""
+"""Sentences about the checks of plans."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -16,19 +16,19 @@ from ..plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from .auditing import Audit
 from .findings import Finding, seconds
 
-# Sentences on trajectories of one file that are not proved; the rest are counted.
-MOST = 3
-# A factor whose distance is below this is zero, rad.
-VANISHES = 1e-6
+# Number of sentences about trajectories that are not proved; further ones are counted.
+MAX_SENTENCES = 3
+# Distance below which a factor is zero, rad.
+ZERO_TOLERANCE = 1e-6
 
 
 def rounded_down(value: float) -> str:
-    """Return a number with four digits that is not above it."""
+    """Return a number with four digits, rounded down."""
     return f'{_rounded(value, math.floor):.4g}'
 
 
 def rounded_up(value: float) -> str:
-    """Return a number with four digits that is not below it."""
+    """Return a number with four digits, rounded up."""
     return f'{_rounded(value, math.ceil):.4g}'
 
 
@@ -40,7 +40,7 @@ def _rounded(value: float, way: Callable[[float], int]) -> float:
 
 
 def joints_refuted(audit: Audit, what: Literal['limits', 'speed']) -> list[str]:
-    """Return the names of joints that leave their limits in some plan, or are too fast."""
+    """Return the names of joints that leave their limits in a plan, or are too fast."""
     joints = [joint for plan in audit.plans.values() for joint in plan.joints]
     return [joint.name for joint in joints if getattr(joint, what) == 'refuted']
 
@@ -53,7 +53,7 @@ def plan_findings(audit: Audit) -> list[Finding]:
 
 
 def _closures(audit: Audit) -> Iterator[Finding]:
-    # Of arms with closed loops: those that do not close.
+    # Yields findings on closed loops.
     for number, plan in audit.plans.items():
         closure, where = plan.closure, _where(audit, number)
         if closure is None:
@@ -76,7 +76,7 @@ def _where(audit: Audit, number: int) -> str:
 
 
 def _of_those_checked(audit: Audit) -> str:
-    # What is proved of every plan that is checked is proved of no other.
+    # A proof holds for the checked trajectories alone.
     if len(audit.plans) == audit.trajectories:
         return ''
     return f'Of {len(audit.plans):,} of {audit.trajectories:,} trajectories: '
@@ -86,10 +86,12 @@ def _singular(audit: Audit) -> list[Finding]:
     found = {number: plan.singularity for number, plan in audit.plans.items()}
     open_ = [(number, one) for number, one in found.items() if one.verdict != 'proved']
     open_.sort(key=lambda pair: pair[1].verdict != 'refuted')
-    sentences = [_not_proved(audit.robot, _where(audit, k), one) for k, one in open_[:MOST]]
-    if len(open_) > MOST:
-        level = Level.ERROR if open_[MOST][1].verdict == 'refuted' else Level.WARN
-        more = counted(len(open_) - MOST, 'trajectory')
+    sentences = [
+        _not_proved(audit.robot, _where(audit, k), one) for k, one in open_[:MAX_SENTENCES]
+    ]
+    if len(open_) > MAX_SENTENCES:
+        level = Level.ERROR if open_[MAX_SENTENCES][1].verdict == 'refuted' else Level.WARN
+        more = counted(len(open_) - MAX_SENTENCES, 'trajectory')
         sentences.append(Finding(level, f'{more} more are refuted or not decided.'))
     if not open_:
         least = min(found.values(), key=lambda one: one.lower)
@@ -102,7 +104,7 @@ def _singular(audit: Audit) -> list[Finding]:
 
 
 def _named(robot: Robot, found: PlanSingularity) -> str:
-    # The named factors that vanish at the singular pose found.
+    # Returns the named factors that vanish at the singular pose.
     if found.nearest_singular is None or not robot.singularity.factors.names:
         return ''
     if robot.loop_names:  # at a flat position nothing closes
@@ -110,7 +112,7 @@ def _named(robot: Robot, found: PlanSingularity) -> str:
         return f' ({flat_position(loop)})' if loop else ''
     factors = singularity(robot, found.nearest_singular).factors
     assert factors is not None
-    names = [name for name, away in zip(factors.names, factors.estimates) if away < VANISHES]
+    names = [name for name, away in zip(factors.names, factors.estimates) if away < ZERO_TOLERANCE]
     return f' ({", ".join(names)})' if names else ''
 
 
@@ -163,7 +165,7 @@ def _speeds(audit: Audit) -> Iterator[Finding]:
 
 
 def point_in_words(of: str) -> str:
-    """Return what a point is: the tool, a frame, a joint."""
+    """Return the name of a point: the tool, a frame, or a joint."""
     if of == TOOL:
         return 'the tool'
     return f'frame {of}' if of.isdecimal() else of

@@ -1,4 +1,4 @@
-"""Planned trajectories checked between their points too."""
+"""Check the planned trajectories of a file at and between their points."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -14,20 +14,20 @@ from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 
-# Turns are written with one digit of a degree.
-SHOWN = 0.05
+# Half of the last digit of a turn in words, degrees.
+TURN_RESOLUTION = 0.05
 
 
 class PlanSettings(NamedTuple):
     """
-    What is asked of plans, as `check_plan` takes it.
+    Settings of the check of plans, arguments of `check_plan`.
 
     Attributes
     ----------
     distance
-        rad; None for the threshold `stop` of the distance.
+        Least allowed distance, rad; None: the threshold `stop` of the distance.
     speed_limit
-        m/s; None without one.
+        Largest allowed speed, m/s; None without a limit.
     speed_of
         Points besides the tool.
     """
@@ -38,7 +38,7 @@ class PlanSettings(NamedTuple):
 
     @property
     def speeds_told(self) -> bool:
-        """Return whether somebody asked for speeds."""
+        """Return whether speeds were requested."""
         return self.speed_limit is not None or bool(self.speed_of)
 
 
@@ -49,9 +49,7 @@ def checks_of(
     asked: PlanSettings,
     progress: Callable[[int], None] = lambda plans: None,
 ) -> dict[int, PlanCheck]:
-    """
-    Return what is proved of each trajectory by its number; why one has no check becomes a remark.
-    """
+    """Return the checks by the number of the trajectory; a failed check becomes a remark."""
     checks = {}
     for number, plan in enumerate(source.plans, 1):
         which, several = 'The plan', len(source.plans)
@@ -70,7 +68,7 @@ def checks_of(
 def _full_turns(
     robot: Robot, plan: PlannedTrajectory, prefix: str, which: str
 ) -> Iterator[Remark]:
-    # Turns of a joint to one side that end where a shorter one ends, inside the limits too.
+    # Yields remarks on turns that could be a full turn shorter within the limits.
     for j, name in enumerate(robot.joint_names):
         q = plan.positions[:, plan.names.index(prefix + name)]
         sides = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1
@@ -83,7 +81,7 @@ def _full_turns(
             if whole and low <= np.min(q[end:]) and np.max(q[end:]) <= high:
                 short = math.degrees(turn - whole)
                 rest = f'{short:.1f} deg end at the same pose'
-                rest = rest if abs(short) >= SHOWN else 'the joint ends where it was'
+                rest = rest if abs(short) >= TURN_RESOLUTION else 'the joint ends where it was'
                 yield Remark(
                     Level.WARN,
                     f'{which} turns {name} by {math.degrees(turn):.1f} deg from '

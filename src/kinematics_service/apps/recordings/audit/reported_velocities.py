@@ -12,7 +12,7 @@ import numpy as np
 
 from ....estimation.motion_checks import joint_steps, path_errors, scale_in_words
 from ....kernel import Floats
-from ..readers.block import Flags, Times
+from ..readers.block import Flags, ForwardClock, Times
 from ..readers.columns import Column, StateTable, median, spans
 from .stream import steps_of
 
@@ -35,7 +35,7 @@ NOISE_FACTOR = math.sqrt(6.0)
 RANGE_FACTOR = 20.0
 # Nor one whose range (rad, m) is below this: it stands, and its controller holds it.
 RANGE_MINIMUM = 1e-3
-# Intervals longer than this many median ones are not used.
+# Longest interval that is used, in median intervals.
 INTERVAL_FACTOR = 5.0
 # A median difference is reported above this fraction of the joint's speed (RMS).
 VELOCITY_SHARE = 0.2
@@ -48,7 +48,7 @@ class MotionColumns:
     Attributes
     ----------
     stamps : shape (N,), ns
-        Of the state.
+        Stamp of each state.
     t : shape (N,), s
         Time since the first state by the stamps; a step back takes no time.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
@@ -61,7 +61,7 @@ class MotionColumns:
         self.stamps, self.t = Column(np.int64), Column(np.float64)
         self.differenced = Column(np.bool_)
         self.q, self.qdot = StateTable(dof), StateTable(dof)
-        self._clock: tuple[int, int] | None = None
+        self._clock = ForwardClock()
 
     def __len__(self) -> int:
         """Return the number of states."""
@@ -70,18 +70,12 @@ class MotionColumns:
     def add(self, stamps: Times, q: Floats, qdot: Floats, differenced: Flags) -> None:
         """Add the next states, one or more."""
         self.stamps.append(stamps)
-        self.t.append(self._times(stamps))
+        times = self._clock.times(stamps)
+        begin = int(self.stamps[0])
+        self.t.append((times - begin) * 1e-9)
         self.q.append(q)
         self.qdot.append(qdot)
         self.differenced.append(differenced)
-
-    def _times(self, stamps: Times) -> Floats:
-        last, passed = self._clock or (int(stamps[0]), 0)
-        steps = np.maximum(np.diff(stamps, prepend=last), 0)
-        total = passed + np.cumsum(steps)
-        self._clock = int(stamps[-1]), int(total[-1])
-        times: Floats = total * 1e-9
-        return times
 
 
 class VelocityCheck(NamedTuple):

@@ -1,4 +1,4 @@
-"""Where a motion would have been slowed by `ks.scale`, and why."""
+"""Find the intervals in which `ks.scale` would have slowed a motion, and their causes."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -13,22 +13,22 @@ from ....robot.robot import Robot
 from ..readers.columns import Column
 from .timeline import Stretch, Timeline, stretches_of
 
-# States whose constraints are held at once.
-AT_ONCE = 2**14
+# Number of states in one call of `scale`, which limits the memory.
+BATCH = 2**14
 
 
 class SlowedStretch(NamedTuple):
     """
-    States in a row that would have been slowed by the same cause.
+    Consecutive states that would have been slowed by the same cause.
 
     Attributes
     ----------
     begin, end : s
-        From the first of them to the one after the last, or to the last there is.
+        Times of the first state, and of the state after the last one, if there is one.
     cause
         In words: `singularity`, `position limit of elbow`.
     value
-        The least share of the velocities that would have been kept.
+        The least ratio of the velocities.
     worst
         Its row of the timeline.
     """
@@ -48,14 +48,14 @@ class SlowedStretch(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Slowing:
     """
-    What `ks.scale` says of every state.
+    The results of `ks.scale` for all states.
 
     Attributes
     ----------
     values : shape (N,)
-        The share of the velocities; NaN where these are not known.
+        Ratio of the velocities; NaN if they are unknown.
     stretches
-        In their order.
+        The slowed intervals, in order.
     unknown
         Number of states without velocities.
     """
@@ -74,7 +74,7 @@ class Slowing:
 
 
 class SlowingSettings(NamedTuple):
-    """Whether the `reduced` speeds of the robot file hold, and MoveIt Servo's rule if it does."""
+    """Whether the `reduced` speeds of the robot file hold; MoveIt Servo's rule, if it is used."""
 
     reduced: bool = False
     rule: ServoRule | None = None
@@ -82,18 +82,17 @@ class SlowingSettings(NamedTuple):
 
 def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> Slowing:
     """
-    Return what `ks.scale` says of every state of a timeline.
+    Return the results of `ks.scale` for all states of a timeline.
 
     Raises
     ------
     RecordingError
-        Reduced speeds are asked for, and the robot file has none; MoveIt Servo's rule is, for an
-        arm with closed loops.
+        The robot file lacks reduced speeds; MoveIt Servo's rule does not support closed loops.
     """
     values, causes = Column(np.float64), Column(np.int16)
     words: list[str] = []
-    for begin in range(0, len(timeline), AT_ONCE):
-        rows = slice(begin, min(begin + AT_ONCE, len(timeline)))
+    for begin in range(0, len(timeline), BATCH):
+        rows = slice(begin, min(begin + BATCH, len(timeline)))
         q, qdot = timeline.q[rows], timeline.qdot[rows]
         moving = ~np.any(np.isnan(qdot), axis=1)
         try:

@@ -1,8 +1,5 @@
-"""
-The timing of the messages of a recording: rate, gaps, repeated stamps, names that change order.
-"""
+"""Evaluate the timing of messages: rate, gaps, repeated stamps, changing orders of names."""
 
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -13,66 +10,53 @@ import numpy.typing as npt
 from ..readers.block import Block, UnreadableMessage
 from ..readers.columns import Column, Scalar, median, spans
 
-# A gap is this many times the median interval of stamps, and at least this long (ns).
-GAP, SHORTEST_GAP = 5.0, 20_000_000
-# Number of gaps and orders of names that are listed.
-MOST_LISTED = 100
+# Least gap in median intervals of the stamps.
+GAP_INTERVALS = 5.0
+# Least gap, ns.
+MIN_GAP = 20_000_000
+# Number of listed gaps.
+MAX_LISTED = 100
 
 
 class Gap(NamedTuple):
-    """
-    Nothing was measured from the stamp `after` (ns) for `seconds`; `message` is the next one.
-    """
+    """A gap of `seconds` after the stamp `after` (ns); `message` is the next message."""
 
     message: int
     after: int
     seconds: float
 
 
-class NameOrder(NamedTuple):
-    """The joints of the arm in the order one kind of message names them."""
-
-    joints: tuple[str, ...]
-    others: int
-    messages: int
-    first: int
-
-
 @dataclass(frozen=True)
 class Stream:
     """
-    Findings about the messages themselves, which hold for any arm.
+    Timing of the messages.
 
     Attributes
     ----------
     messages
-        Their number.
-    first_stamp, last_stamp : ns
-        0 if no message is stamped.
+        Number of messages.
     median_interval, longest_interval : s
-        Of stamps, 0 if there are none.
+        Intervals of the stamps, 0 without stamps.
     duration : s
         Sum of the intervals that go forwards.
     gap_count, gaps
-        Number of gaps, and the longest of them.
+        Number of gaps, and the longest gaps.
     repeated, backwards, unstamped
-        Numbers of messages with the stamp of the message before, with an earlier one, and without
-        one.
+        Numbers of messages with the stamp of the message before, with an earlier stamp, and
+        without a stamp.
     largest_step_back : s
-        Of the stamps.
+        Largest step back of the stamps.
     identical
         Messages with stamp and positions of the message before.
     orders
-        The orders in which the arm's joints are named, most frequent first.
+        Number of orders in which the arm's joints are named.
     changes_of_order
         Number of times that two messages in a row name them differently.
     delay_median, delay_longest : s
-        From stamp to receipt; 0 if there are no stamps.
+        Times from stamp to receipt; 0 without stamps.
     """
 
     messages: int
-    first_stamp: int
-    last_stamp: int
     median_interval: float
     longest_interval: float
     duration: float
@@ -83,14 +67,14 @@ class Stream:
     unstamped: int
     largest_step_back: float
     identical: int
-    orders: tuple[NameOrder, ...]
+    orders: int
     changes_of_order: int
     delay_median: float
     delay_longest: float
 
     @property
     def rate(self) -> float:
-        """Return messages per second by the median interval, 0 if there are no stamps."""
+        """Return messages per second by the median interval, 0 without stamps."""
         return 1.0 / self.median_interval if self.median_interval > 0.0 else 0.0
 
 
@@ -108,11 +92,10 @@ class StreamWatch:
 
     def __init__(self, joint_names: tuple[str, ...]) -> None:
         self._ours = set(joint_names)
-        # The messages with a stamp.
+        # Columns of the messages with a stamp.
         self._stamps, self._delays = Column(np.int64), Column(np.int64)
         self._numbers = Column(np.int64)
-        self._orders: Counter[tuple[str, ...]] = Counter()
-        self._first: dict[tuple[str, ...], tuple[int, int]] = {}
+        self._orders = set[tuple[str, ...]]()
         self._order: tuple[str, ...] | None = None
         self._changes = 0
         self._identical = 0
@@ -126,11 +109,10 @@ class StreamWatch:
             return
         order = tuple(name for name in block.names if name in self._ours)
         if order:
-            self._orders[order] += len(block)
-            self._first.setdefault(order, (self._count, len(block.names) - len(order)))
+            self._orders.add(order)
             self._changes += self._order is not None and self._order != order
             self._order = order
-        # Tables may begin at 0 s, as no clock of a bag does.
+        # Tables may begin at 0 s; in a bag stamp 0 means unstamped.
         stamped = (block.stamps > 0) | (block.received == 0)
         self._numbers.append(np.flatnonzero(stamped) + self._count)
         self._stamps.append(block.stamps[stamped])
@@ -146,16 +128,16 @@ class StreamWatch:
         """Return the findings."""
         stamps, delays = self._stamps, self._delays
         forwards = median(steps[steps > 0] for _, steps in steps_of(stamps))
-        longest = max(GAP * forwards, SHORTEST_GAP)
+        longest = max(GAP_INTERVALS * forwards, MIN_GAP)
         gaps: list[tuple[int, int]] = []
         gap_count = repeated = backwards = duration = 0
         largest = least = 0
         for begin, steps in steps_of(stamps):
             late = np.flatnonzero(steps > longest)
             gap_count += len(late)
-            late = late[np.argsort(-steps[late], kind='stable')][:MOST_LISTED]
+            late = late[np.argsort(-steps[late], kind='stable')][:MAX_LISTED]
             gaps += [(-int(steps[k]), begin + k) for k in late.tolist()]
-            gaps = sorted(gaps)[:MOST_LISTED]
+            gaps = sorted(gaps)[:MAX_LISTED]
             repeated += int(np.sum(steps == 0))
             backwards += int(np.sum(steps < 0))
             duration += int(np.sum(steps[steps > 0]))
@@ -163,8 +145,6 @@ class StreamWatch:
         delay_longest = max((int(np.max(delays[rows])) for rows in spans(len(delays))), default=0)
         return Stream(
             messages=self._count,
-            first_stamp=int(stamps[0]) if len(stamps) else 0,
-            last_stamp=int(stamps[-1]) if len(stamps) else 0,
             median_interval=forwards * 1e-9,
             longest_interval=largest * 1e-9,
             duration=duration * 1e-9,
@@ -178,10 +158,7 @@ class StreamWatch:
             unstamped=self._count - len(stamps),
             largest_step_back=-least * 1e-9,
             identical=int(self._identical),
-            orders=tuple(
-                NameOrder(order, self._first[order][1], count, self._first[order][0])
-                for order, count in self._orders.most_common(MOST_LISTED)
-            ),
+            orders=len(self._orders),
             changes_of_order=self._changes,
             delay_median=median(delays[rows] for rows in spans(len(delays))) * 1e-9,
             delay_longest=max(delay_longest, 0) * 1e-9,

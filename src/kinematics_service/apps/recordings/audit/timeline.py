@@ -1,4 +1,4 @@
-"""The states of an arm at every message of a recording, in columns."""
+"""The states of an arm at all messages of a recording, in columns."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
@@ -21,9 +21,9 @@ from .reported_velocities import MotionColumns
 
 class Stretch(NamedTuple):
     """
-    States in a row with one label, rows `first` to `last`.
+    Consecutive states with the same label, rows `first` to `last`.
 
-    They last to row `until`: the next state, unless something breaks in between.
+    They last to row `until`: the next state, or the last state before a break.
     """
 
     label: int
@@ -35,7 +35,7 @@ class Stretch(NamedTuple):
 def stretches_of(
     pieces: Iterable[tuple[npt.NDArray[np.integer[Any]], Flags]],
 ) -> Iterator[Stretch]:
-    """Yield the stretches of labels (N,), which come with whether something breaks before each."""
+    """Yield the stretches of labels (N,), given with flags (N,) of a break before each label."""
     label = first = count = 0
     for labels, breaks in pieces:
         label = label if count else int(labels[0])
@@ -51,9 +51,7 @@ def stretches_of(
 
 
 class PublishedWarning(NamedTuple):
-    """
-    A warning as the node would have published it; `row` is the state it belongs to or precedes.
-    """
+    """A warning that the node would have published; `row` is the state at or after it."""
 
     row: int
     moment: int
@@ -62,25 +60,25 @@ class PublishedWarning(NamedTuple):
 
 class Timeline(MotionColumns):
     """
-    Every state of a recording; N of them, in columns beside those of its joints.
+    The N states of a recording, in columns beside those of the joints.
 
     Other values (Jacobian, quaternion, twist, other measures) are computed again from `q` and
-    `qdot` for the rows that need them.
+    `qdot` if needed.
 
     Attributes
     ----------
     messages : shape (N,)
-        Number of the message that made it, from 0.
+        Number of the message of each state, from 0.
     turned : shape (N,)
-        Whether the tool's quaternion is published with the opposite sign of the kernel's.
+        Whether the published quaternion has the opposite sign of the kernel's.
     position : shape (N, 3), m; speed : shape (N,), m/s; turning : shape (N,), rad/s
-        Of the tool in the base frame; speeds are NaN if unknown.
+        Position and speeds of the tool in the base frame; speeds are NaN if unknown.
     measures : by name, shape (N,)
-        As in `Singularity`: the watched one, and those the page shows besides.
+        Measures of `Singularity`: the watched measure, and those of the page.
     distance, nearest_singular : shape (N,), rad; shape (N, n), rad or m
-        As in `Singularity`: what is found depends on the states before.
+        Results of `Singularity`; the search depends on the states before.
     factors : shape (N, F), rad
-        Distance to the zero of each named factor; F is 0 if the file lists none.
+        Distance to the zero of each of the F named factors of the robot file.
     levels : shape (N,)
         OK, WARN or ERROR, with hysteresis.
     silent : shape (N,)
@@ -133,9 +131,9 @@ class Timeline(MotionColumns):
 
 class TimelineBatch(NamedTuple):
     """
-    A batch of states with everything the node would publish of them.
+    A batch of states with all results that the node would publish.
 
-    `first` is the number of its first state, and `warnings` are those at its states.
+    `first` is the number of its first state; `warnings` belong to its states.
     """
 
     first: int

@@ -1,4 +1,4 @@
-"""The verdict of an audit in sentences, worst first: what a tired person needs to know."""
+"""The verdict of an audit in sentences, worst first."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -13,14 +13,15 @@ from .intervals import watched_at
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
 
-# The verdict is in doubt if more messages than this number, and than this share, make no state: a
-# few are usual while several drivers start, and 1 in 1,000 at 1 kHz is a millisecond in a second,
-# in which no arm gets into a singularity and out of it.
-FEW, SHARE = 2, 1e-3
+# The verdict is in doubt above both limits. A few messages without a state are usual when several
+# drivers start.
+MAX_UNJUDGED = 2
+# Ratio of messages without a state: 1 ms a second at 1 kHz, too short to pass a singularity.
+MAX_UNJUDGED_RATIO = 1e-3
 
 
 class AuditVerdict(NamedTuple):
-    """The findings in the order to read them; the first says it all."""
+    """The findings; the first is the summary, the others are sorted by level."""
 
     sentences: tuple[Finding, ...]
 
@@ -31,7 +32,7 @@ class AuditVerdict(NamedTuple):
 
 
 def verdict_of(audit: Audit) -> AuditVerdict:
-    """Return the findings in words."""
+    """Return all findings of an audit."""
     sentences = [
         *_not_judged(audit),
         *plan_findings(audit),
@@ -48,7 +49,7 @@ def verdict_of(audit: Audit) -> AuditVerdict:
 
 
 def _unjudged(audit: Audit) -> int:
-    # A repeated message of a recording was judged the first time.
+    # A repeated message of a recording was judged before.
     repeated = 0 if audit.planned else audit.refused.get(DROPPED, 0)
     return sum(audit.refused.values()) - repeated
 
@@ -60,13 +61,15 @@ def _unjudged_share(audit: Audit) -> str:
 
 
 def judged_in_words(audit: Audit) -> str:
-    """Return the number of states that were judged: `2,001 samples`, `1 joint state`."""
+    """Return the number of judged states: `2,001 samples`, `1 joint state`."""
     return counted(len(audit.timeline), 'sample' if audit.planned else 'joint state')
 
 
 def _in_doubt(audit: Audit) -> bool:
-    # Returns whether too many messages of a recording made no state for a certain verdict.
-    return not audit.planned and _unjudged(audit) > max(FEW, SHARE * audit.stream.messages)
+    # Returns whether too many messages of a recording did not make a state.
+    return not audit.planned and _unjudged(audit) > max(
+        MAX_UNJUDGED, MAX_UNJUDGED_RATIO * audit.stream.messages
+    )
 
 
 def _not_judged(audit: Audit) -> Iterator[Finding]:
@@ -81,7 +84,7 @@ def _reasons(refused: dict[str, int]) -> str:
 
 def _singular(audit: Audit) -> Finding:
     found = _singular_poses(audit)
-    if audit.planned:  # what could not be judged leads the findings
+    if audit.planned:  # _not_judged comes first
         return found._replace(level=max(found.level, Level.WARN)) if audit.refused else found
     if not _in_doubt(audit):
         return found
@@ -90,7 +93,7 @@ def _singular(audit: Audit) -> Finding:
 
 
 def _away(audit: Audit) -> str:
-    # That no state is near a singular pose: a search proves nothing.
+    # Returns that no state is near a singular pose, without claiming a proof.
     who = 'planned motion' if audit.planned else 'arm'
     which = f'its {judged_in_words(audit)}'
     if audit.planned and audit.refused:
@@ -112,7 +115,8 @@ def _singular_poses(audit: Audit) -> Finding:
         text = f'{_away(audit)}: {nearest} (WARN at {thresholds.warn:g}).'
         return Finding(Level.OK, text)
     level = max(interval.level for interval in audit.intervals)
-    interval = max(audit.intervals, key=lambda one: (one.level, -_goodness(audit, one.value)))
+    sign = -1.0 if measure.small_is_bad else 1.0
+    interval = max(audit.intervals, key=lambda one: (one.level, sign * one.value))
     near = sum(one.seconds for one in audit.intervals)
     total = audit.timeline.end
     names = dict.fromkeys([interval.factor, *(one.name for one in interval.factors)])
@@ -128,10 +132,6 @@ def _singular_poses(audit: Audit) -> Finding:
         f'{text}: {value} at {at} (WARN at {thresholds.warn:g}, ERROR at '
         f'{thresholds.stop:g}); {where}.',
     )
-
-
-def _goodness(audit: Audit, value: float) -> float:
-    return value if MEASURES[audit.robot.singularity.thresholds.measure].small_is_bad else -value
 
 
 def _limits(audit: Audit) -> Iterator[Finding]:
@@ -166,7 +166,7 @@ def _frames(audit: Audit) -> Iterator[Finding]:
     for doubt in report.doubts:
         yield Finding(Level.WARN, f'{name}: {doubt}.')
     if report.unmatched:
-        # What was compared says little of a recording if most poses have nothing beside them.
+        # The comparison covers little of the recording if most poses are unmatched.
         few = 2 * report.matched < report.considered
         yield Finding(Level.WARN if few else Level.OK, f'{name}: {report.unmatched}.')
 
@@ -223,7 +223,7 @@ def _stream(audit: Audit) -> Iterator[Finding]:
         yield Finding(Level.WARN, f'{text}: the time of recording is used instead.')
     if stream.changes_of_order:
         changes = counted(stream.changes_of_order, 'time')
-        text = f'The joints come in {len(stream.orders)} different orders, changing {changes}'
+        text = f'The joints come in {stream.orders} different orders, changing {changes}'
         yield Finding(Level.WARN, f'{text}; they were matched by name.')
 
 

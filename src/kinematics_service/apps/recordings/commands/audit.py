@@ -1,6 +1,4 @@
-"""
-The command `audit`: a recording or a planned trajectory, judged as the node would have judged it.
-"""
+"""The command `audit`: judge a recording or a planned trajectory by the rules of the node."""
 
 import sys
 from collections.abc import Mapping
@@ -25,7 +23,7 @@ from ..audit.report.audit_runs import Outcome, Run, outcomes
 from ..audit.report.summary import print_summary
 from ..audit.slowing import SlowingSettings
 from ..datasets.episodes import is_dataset
-from .dataset_audit import DatasetOutputs, audit_dataset
+from .dataset_audit import audit_dataset
 from .frame_options import GapOption, given_frames
 from .plan_options import given_plans
 from .recording_options import (
@@ -43,7 +41,7 @@ FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
 
 class VelocitySource(str, Enum):
-    """Where joint velocities come from."""
+    """Sources of joint velocities."""
 
     auto = 'auto'
     message = 'message'
@@ -97,9 +95,6 @@ def audit(
         'Of a dataset: write labels of every frame as parquet files.', 'DIR'
     ),
     clearance: bool = flag('--clearance', 'Labels have the clearance too, which takes long.'),
-    resume: Optional[Path] = option(
-        'Of a dataset: keep what is done in FILE, and go on from there.', 'FILE'
-    ),
 ) -> None:
     """
     Judge a recording of joint states, or a planned trajectory, as the node would have judged it:
@@ -155,7 +150,7 @@ def audit(
         raise WrongUsage('--workers cannot be combined with --jobs or --out')
     if jobs is not None and jobs < 1:
         raise WrongUsage(f'--jobs: {jobs} is not 1 or more')
-    of_dataset = {'--labels': labels, '--clearance': clearance or None, '--resume': resume}
+    of_dataset = {'--labels': labels, '--clearance': clearance or None}
     slowed = scale or reduced or servo or None
     of_others = (out, topic, pose_topic, slowed, speed_limit, speed_of)
     dataset = _dataset_of(files, of_dataset, of_others)
@@ -171,8 +166,7 @@ def audit(
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
     if dataset is not None:
         work = EpisodeWork(reading, settings, failures, labels, clearance)
-        written = DatasetOutputs(html, json, resume)
-        audit_dataset(dataset, robot, date, work, written, jobs or 1, workers)
+        audit_dataset(dataset, date, work, html, json, jobs or 1, workers)
         return
     paths = {
         'html': _paths('--html', html, files, '.html'),
@@ -201,7 +195,7 @@ def audit(
 def _dataset_of(
     files: list[Path], of_dataset: Mapping[str, object], of_others: tuple[object, ...]
 ) -> Path | None:
-    # The one that is a dataset; options that are for the others, or for it, are wrong then.
+    # Returns the file that is a dataset; refuses options of the other kind of file.
     dataset = next((file for file in files if is_dataset(file)), None)
     if dataset is None:
         given = next((name for name, value in of_dataset.items() if value is not None), None)
@@ -246,7 +240,7 @@ def _judged(robot: Robot, warn: float | None, stop: float | None) -> Robot:
 
 
 def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> list[Path | None]:
-    # The file of an option for each recording: those of several go into a folder, by their names.
+    # Returns the output of an option for each recording; several outputs go into a folder.
     several = len(files) > 1
     if given is None or not (several or given.is_dir()):
         return [given] * len(files)
@@ -267,7 +261,7 @@ def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> l
 
 
 def _belongs_to(path: Path, recording: Path) -> bool:
-    # Whether an output would take the place of a recording, or of a file of a bag's folder.
+    # Returns whether an output would replace a recording or a file in the folder of a bag.
     if not path.exists() or not recording.exists():
         return False
     parts = [recording, *(recording.iterdir() if recording.is_dir() else ())]

@@ -1,4 +1,4 @@
-"""Options of `audit` that concern a second source of the tool's pose."""
+"""Options of `audit` for a second source of the tool's pose."""
 
 import math
 import re
@@ -9,9 +9,9 @@ from ...checking.errors import PoseLimit
 from ...checking.judgement import FrameLimits
 from ..audit.frames import FrameSettings
 
-LIMIT = re.compile(r'([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m|deg|rad)')
+LIMIT = re.compile(r'((?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(mm|m|deg|rad)')
 FACTORS = {'m': 1.0, 'mm': 1e-3, 'rad': 1.0, 'deg': math.radians(1.0)}
-LONGEST_GAP = 3600.0
+MAX_GAP = 3600.0  # s
 
 GapOption = Annotated[
     Optional[float],
@@ -25,9 +25,9 @@ GapOption = Annotated[
 
 
 def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
-    """Return how poses are matched and judged."""
-    if gap is not None and not 0.0 < gap <= LONGEST_GAP:
-        raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
+    """Return the settings for matching and judging poses."""
+    if gap is not None and not 0.0 < gap <= MAX_GAP:
+        raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {MAX_GAP:g} s')
     limits = FrameLimits(given_limit('--pose-warn', warn), given_limit('--pose-stop', stop))
     if limits.bad.position < limits.warn.position or limits.bad.angle < limits.warn.angle:
         raise WrongUsage(f'--pose-stop: {stop} is less than --pose-warn {warn}')
@@ -35,23 +35,14 @@ def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
 
 
 def given_limit(option: str, text: str) -> PoseLimit:
-    """Return a length, an angle, or both; one that is not given is infinite."""
+    """Return a limit of a length, an angle, or both; without a number it is infinite."""
     found = {'m': math.inf, 'rad': math.inf}
     for part in text.split(','):
         match = LIMIT.fullmatch(part.strip())
-        number = _number(match[1]) if match else None
-        if match is None or number is None:
+        if match is None or not 0.0 < float(match[1]) < math.inf:
             raise WrongUsage(
                 f'{option}: {part.strip()!r} is no length or angle with its unit, above 0; write '
                 f'for instance 4mm,0.5deg'
             )
-        found['m' if match[2] in ('m', 'mm') else 'rad'] = number * FACTORS[match[2]]
+        found['m' if match[2] in ('m', 'mm') else 'rad'] = float(match[1]) * FACTORS[match[2]]
     return PoseLimit(found['m'], found['rad'])
-
-
-def _number(text: str) -> float | None:
-    try:
-        number = float(text)
-    except ValueError:
-        return None
-    return number if math.isfinite(number) and number > 0.0 else None

@@ -1,4 +1,4 @@
-"""Options of `audit` that concern plans."""
+"""Options of `audit` for plans."""
 
 import math
 from collections.abc import Sequence
@@ -14,13 +14,13 @@ from ..plans.point_speed import chain_to
 def given_plans(
     robot: Robot, failures: Sequence[str] | None, limit: float | None, points: str | None
 ) -> PlanSettings:
-    """Return what is asked of plans: with --fail-on warn the distance of that threshold."""
+    """Return the settings for plans; --fail-on warn selects the threshold `warn`."""
     if limit is not None and not 0.0 < limit < math.inf:
         raise WrongUsage(f'--speed-limit: {limit:g} is no speed above 0 m/s')
     names = tuple(name.strip() for name in (points or '').split(',') if name.strip())
     for name in names:
         try:
-            chain_to(robot, name)  # refuses a point that the arm does not have
+            chain_to(robot, name)  # refuses an unknown point
         except PlanError as error:
             raise WrongUsage(f'--speed-of: {error}') from None
     strict = failures is not None and 'warn' in failures

@@ -1,4 +1,4 @@
-"""Options of the commands that read recordings: which parts of a file, and what they mean."""
+"""Options of commands that read recordings: the parts of a file, and their meaning."""
 
 from typing import Annotated, NamedTuple, Optional
 
@@ -58,7 +58,7 @@ StampsOption = Annotated[
 
 
 class TableWords(NamedTuple):
-    """What options say of the columns of a table, in words."""
+    """Values of the options about the columns of a table."""
 
     columns: str | None
     pose_format: str | None
@@ -70,17 +70,14 @@ def given_selection(
     robot: Robot, topic: str | None, pose_topic: str | None, prefix: str, table: TableWords
 ) -> Selection:
     """Return the parts of a recording that options name."""
-    joints = JointFormat(table.joint_format or '')
+    option = ''
     try:
+        joints = JointFormat(table.joint_format or '')
         joints.units(robot)
-    except RecordingError as error:
-        raise WrongUsage(str(error)) from None
-    try:
+        option = '--pose-format: '
         form = PoseFormat() if table.pose_format is None else pose_format(table.pose_format)
-    except RecordingError as error:
-        raise WrongUsage(f'--pose-format: {error}') from None
-    try:
+        option = '--stamps: '
         stamps = StampFormat() if table.stamps is None else stamp_format(table.stamps)
     except RecordingError as error:
-        raise WrongUsage(f'--stamps: {error}') from None
+        raise WrongUsage(f'{option}{error}') from None
     return Selection(robot, topic, pose_topic, table.columns, prefix, form, joints, stamps)

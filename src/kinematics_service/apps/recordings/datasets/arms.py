@@ -1,4 +1,4 @@
-"""The arms of a dataset: which elements of its vectors are whose joints, and whose poses."""
+"""Find the arms of a dataset: the elements of its vectors that are their joints and poses."""
 
 import re
 from collections.abc import Sequence
@@ -6,22 +6,22 @@ from typing import NamedTuple
 
 from ....errors import RecordingError
 from ....typography import listed
-from ..readers.arm_columns import SHOWN
+from ..readers.arm_columns import MAX_LISTED
 from ..readers.source import Selection
 
 
 class KnownVectors(NamedTuple):
     """
-    Vectors that belong together, as a kind of dataset names them.
+    Names of vectors that belong together in a kind of dataset.
 
     Attributes
     ----------
     position, velocity
-        Of the joints.
+        Vectors of the joints.
     pose
-        Of the tool, perhaps position and orientation.
+        Vector of the tool pose, or two vectors: position and orientation.
     kind
-        What orientations are where the names of the elements do not tell; empty: the usual.
+        Kind of orientations without names of elements; empty: the default of `pose_format`.
     """
 
     position: str
@@ -31,7 +31,7 @@ class KnownVectors(NamedTuple):
 
 
 KNOWN = (
-    # LeRobot, and what was made of it.
+    # LeRobot, and datasets converted to it.
     KnownVectors('observation.state', 'observation.velocity', 'observation.ee_pose'),
     KnownVectors(
         'observation.state', 'observation.velocity', 'observation.cartesian_position', 'rpy'
@@ -51,9 +51,9 @@ KNOWN = (
     KnownVectors('q', 'qd', 'pose'),
 )
 STAMPS = ('timestamp', 'stamp', 'time')
-# Of numbers that no option says what they are.
+# Words for joints that no option names.
 TAKEN = 'is taken for the joints'
-# Names of elements that say no more than which number it is.
+# Names of elements that are only numbers.
 NUMBERED = re.compile(r'[a-z]*[._ ]?\d+([._ ](pos|position|angle|q))?', re.IGNORECASE)
 
 
@@ -64,11 +64,11 @@ class DatasetArm(NamedTuple):
     Attributes
     ----------
     label
-        Its name in the dataset, empty if there is one alone.
+        Its name in the dataset, empty for a single arm.
     reading, position
-        Its columns; what `--columns` would say of its joints, empty if it does.
+        Its columns; the value of `position=` for `--columns`, empty if `--columns` is given.
     guessed
-        What was taken for what, a sentence; empty if an option said it.
+        The assumption about the joints, a sentence; empty if an option names them.
     """
 
     label: str
@@ -84,12 +84,12 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
     Parameters
     ----------
     rate : Hz
-        Of the rows as the dataset says it, 0 if it does not.
+        Rate of the rows by the description of the dataset, 0 without one.
 
     Raises
     ------
     RecordingError
-        It is not clear which numbers are joints of the arm.
+        The joints of the arm are ambiguous or missing.
     """
     stamp = next((name for name in STAMPS if name in header), '')
     if rate and not stamp and not wanted.stamps.rate:
@@ -101,7 +101,7 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
     there = [one for one in KNOWN if _elements(header, one.position)]
     if not there:
         raise RecordingError(
-            f'no vector of joint positions is known among {listed(header, SHOWN)}; name it: '
+            f'no vector of joint positions is known among {listed(header, MAX_LISTED)}; name it: '
             '--columns position=VECTOR, or position=VECTOR[0:6] if it holds more'
         )
     names = max(there, key=lambda one: _elements(header, one.pose.split('+')[0]) != [])
@@ -125,7 +125,7 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
 
 
 def crossed_with(arm: DatasetArm, other: DatasetArm) -> DatasetArm:
-    """Return the poses of an arm with the joints of another one."""
+    """Return an arm with its own poses and the joints of another arm."""
     columns = arm.reading.columns or ''
     own, theirs = f'position={arm.position}', f'position={other.position}'
     return arm._replace(reading=arm.reading._replace(columns=columns.replace(own, theirs)))
@@ -136,7 +136,7 @@ def _elements(header: Sequence[str], vector: str) -> list[str]:
 
 
 def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str, str]]:
-    # The arms' labels, and the beginnings or the elements of their joints.
+    # Returns label of each arm, and beginning or elements of its joints.
     elements, robot = _elements(header, vector), wanted.robot
     first = robot.joint_names[0]
     starts = [name.removesuffix(first) for name in elements if name.endswith(first)]
@@ -149,17 +149,17 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
     n, count = robot.dof, len(elements)
     if {f'{vector}.{axis}' for axis in 'xyz'} <= set(elements):
         raise RecordingError(
-            f'{vector} holds {listed(elements, SHOWN)}, which is a pose: name the vector of the '
-            'joints, --columns position=VECTOR'
+            f'{vector} holds {listed(elements, MAX_LISTED)}, which is a pose: name the vector '
+            'of the joints, --columns position=VECTOR'
         )
     own = [name.removeprefix(f'{vector}.') for name in elements]
     if not all(map(NUMBERED.fullmatch, own)):
         raise RecordingError(
-            f'{vector} names its numbers {listed(own, SHOWN)}, and the joints of {robot.name} are '
-            f'{", ".join(robot.joint_names)}: if they are the same in this order, say so with '
-            f'--columns position={vector}[0:{n}]'
+            f'{vector} names its numbers {listed(own, MAX_LISTED)}, and the joints of '
+            f'{robot.name} are {", ".join(robot.joint_names)}: if they are the same in this '
+            f'order, say so with --columns position={vector}[0:{n}]'
         )
-    if count in (n, n + 1):  # the last is a gripper
+    if count in (n, n + 1):  # the last element is a gripper
         return [('', f'{vector}[0:{n}]')]
     if count in (2 * n, 2 * n + 2):
         half = count // 2
@@ -173,7 +173,7 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
 def _columns(
     header: list[str], names: KnownVectors, stamp: str, part: str, k: int, arms: int
 ) -> str:
-    # What --columns would say of arm k.
+    # Returns the value of --columns for arm k.
     found = [f'stamp={stamp}'] if stamp else []
     found.append(f'position={part}')
     slice_ = part.removeprefix(names.position)

@@ -1,10 +1,10 @@
-"""The episodes of a dataset, without their numbers: where each begins in which file."""
+"""Find the episodes of a dataset: file, first row and number of rows, without reading numbers."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from io import BytesIO
-from itertools import chain
+from itertools import chain, islice, pairwise
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -22,30 +22,25 @@ INSTALL = (
 PARQUET, ARRAYS = ('.parquet',), ('.npz',)
 HDF5 = ('.hdf5', '.h5')
 SUFFIXES = (*PARQUET, *HDF5, *ARRAYS)
-# Columns that number the episodes of a file.
+# Names of the column with the number of the episode.
 NUMBERS = ('episode_index', 'episode_id', 'episode')
-# Numbers of an episode, or of a group of rows in a parquet file, that are read (2 GiB): a small
-# file may say that it holds what fills any memory.
-MOST_NUMBERS = 2**28
-# Bytes of an array's header in an npz file that are read; numpy refuses headers above 10,000.
-MOST_HEADER_BYTES = 2**14
-# Episodes of a file: a larger dataset has them in many files.
+# Largest count of numbers in an episode or a row group of a parquet file (2 GiB), because a small
+# file may claim more than the memory.
+MAX_NUMBERS = 2**28
+# Largest header of an array in an npz file, bytes; numpy refuses headers above 10,000.
+MAX_HEADER_BYTES = 2**14
+# Largest number of episodes in a file; larger datasets have many files.
 MAX_EPISODES = 2**20
-# Bytes of a description, 1 MiB: LeRobot writes some kilobytes.
+# Largest description, 1 MiB; LeRobot writes some kilobytes.
 MAX_INFO_BYTES = 2**20
-# Frames a second: stamps are whole nanoseconds.
-LARGEST_RATE = 1e9
-# Lists of names within each other: LeRobot has two.
+# Largest rate, Hz: stamps are whole nanoseconds.
+MAX_RATE = 1e9
+# Largest depth of nested lists of names; LeRobot has 2.
 MAX_LIST_DEPTH = 8
-# The column of files with an episode in each row: its steps.
+# The column of steps in files with an episode in each row.
 STEPS = 'steps'
-# The array of npz files that holds the row behind the last one of each episode.
+# The array of npz files with the end of each episode: its last row plus 1.
 ENDS = 'episode_ends'
-
-
-# Numbers of episodes (E,); their first rows, and the row behind the last one (E + 1,).
-Labels = npt.NDArray[np.float64]
-Edges = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -60,13 +55,13 @@ class Episode:
     place
         The group of an HDF5 file, `STEPS` for a row with steps, else empty.
     first, count
-        Rows; count -1: all.
+        First row, and number of rows; count -1: all rows.
     rate : Hz
-        Of the rows as the dataset says it, 0 if it does not.
+        Rate of the rows by the description of the dataset, 0 without one.
     elements
         Names of the elements of vectors, by column.
     fault
-        Why the file cannot be read; empty if it can.
+        The reason why the file cannot be read; empty if it can.
     """
 
     file: Path
@@ -80,7 +75,7 @@ class Episode:
 
 
 def is_dataset(path: Path) -> bool:
-    """Return whether a file or folder is a dataset, by its name and what it holds."""
+    """Return whether a file or folder is a dataset, by its name and content."""
     if not path.is_dir():
         return path.suffix.lower() in SUFFIXES
     if (path / 'metadata.yaml').exists():
@@ -90,12 +85,12 @@ def is_dataset(path: Path) -> bool:
 
 def episodes_of(path: Path) -> Iterator[Episode]:
     """
-    Yield the episodes of a dataset in their order; a file that cannot be read is one, too.
+    Yield the episodes of a dataset in order; an unreadable file is an episode with a fault.
 
     Raises
     ------
     RecordingError
-        What the folder says of itself cannot be read, or a library is missing.
+        The description of the dataset cannot be read, or a library is missing.
     """
     if not path.is_dir():
         yield from _of_file(Episode(path, path.name))
@@ -119,7 +114,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
-    # The rate and the names of elements, as LeRobot's info.json has them.
+    # Returns rate and names of elements from LeRobot's info.json.
     content: Any = json_of(info, text_of(info, MAX_INFO_BYTES, 'leave only fps and features'))
     features = content.get('features') if isinstance(content, dict) else None
     if not isinstance(features, dict) or {*map(type, features.values())} - {dict}:
@@ -128,7 +123,7 @@ def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
             '[...]}}, as LeRobot does'
         )
     rate = content.get('fps') or 0
-    if type(rate) not in (int, float) or not 0 <= rate <= LARGEST_RATE:
+    if type(rate) not in (int, float) or not 0 <= rate <= MAX_RATE:
         raise RecordingError(
             f'{info}: fps: {str(rate)[:40]!r} is no rate; write the frames a second, such as 30'
         )
@@ -137,7 +132,7 @@ def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
 
 
 def _names(names: Any, deepest: int) -> tuple[str, ...]:
-    # A list, or lists within each other or by what they are: motors, axes.
+    # Returns the names of a list, of nested lists, or of a mapping such as motors, axes.
     if isinstance(names, Mapping):
         names = [part for part in names.values() if isinstance(part, list)]
     if not isinstance(names, list) or not deepest:
@@ -147,7 +142,7 @@ def _names(names: Any, deepest: int) -> tuple[str, ...]:
 
 
 def fault_of(file: Path, error: Exception) -> str:
-    """Return why a file cannot be read: damaged, it can make a reader raise any exception."""
+    """Return why a file cannot be read; a damaged file can make a reader raise any exception."""
     if isinstance(error, RecordingError):
         return str(error) if str(error).startswith(f'{file}:') else f'{file}: {error}'
     if isinstance(error, FileNotFoundError):
@@ -158,12 +153,12 @@ def fault_of(file: Path, error: Exception) -> str:
 
 def refuse_twice(names: Iterable[str]) -> None:
     """
-    Refuse columns of which two have the same name.
+    Refuse two columns of the same name.
 
     Raises
     ------
     RecordingError
-        It names the column, not the file.
+        Two columns have the same name; the message lacks the file.
     """
     for name, count in Counter(names).most_common(1):
         if count > 1:
@@ -172,33 +167,27 @@ def refuse_twice(names: Iterable[str]) -> None:
 
 def refuse_to_hold(file: Path, numbers: int) -> None:
     """
-    Refuse what is too large to be read at once.
+    Refuse too many numbers in one piece.
 
     Raises
     ------
     RecordingError
-        There are more than `MOST_NUMBERS`.
+        There are more than `MAX_NUMBERS`.
     """
-    if numbers > MOST_NUMBERS:
+    if numbers > MAX_NUMBERS:
         raise RecordingError(
-            f'{file}: {numbers:,} numbers at once are more than {MOST_NUMBERS:,}: cut it into '
+            f'{file}: {numbers:,} numbers at once are more than {MAX_NUMBERS:,}: cut it into '
             'episodes, or groups of rows'
         )
 
 
 def _of_file(whole: Episode) -> Iterator[Episode]:
-    # The episodes of a file, of which one is given that is all of it.
-    file, name = whole.file, whole.name
-    suffix = file.suffix.lower()
-    steps, labels, edges, groups = 0, np.zeros(0), np.zeros(1, dtype=np.int64), list[str]()
+    # Yields the episodes of a file, given as an episode with all its rows.
+    file, suffix = whole.file, whole.file.suffix.lower()
+    read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
     try:
-        if suffix in PARQUET:
-            steps, labels, edges = _of_parquet(file)
-        elif suffix in HDF5:
-            groups = _groups(file)
-        else:
-            labels, edges = _of_arrays(file)
-        if max(steps, len(labels)) > MAX_EPISODES:
+        parts = list(islice(read(whole), MAX_EPISODES + 1))
+        if len(parts) > MAX_EPISODES:
             raise RecordingError(
                 f'{file}: has more than {MAX_EPISODES:,} episodes: cut it into several files'
             )
@@ -207,39 +196,39 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
     except Exception as error:
         yield replace(whole, fault=fault_of(file, error))
         return
-    if not (steps or groups or len(labels)):
-        yield whole
-    for place in groups:
-        yield replace(whole, name=f'{name}:{place}', place=place)
-    for row in range(steps):
-        yield replace(whole, name=f'{name}:{row}', place=STEPS, first=row, count=1)
-    for label, first, end in zip(labels.tolist(), edges.tolist(), edges[1:].tolist()):
-        yield replace(whole, name=f'{name}:{label:.0f}', first=first, count=end - first)
+    yield from parts or [whole]
 
 
-def _runs(numbers: npt.NDArray[np.float64]) -> tuple[Labels, Edges]:
+def _runs(whole: Episode, numbers: npt.NDArray[np.float64]) -> Iterator[Episode]:
+    # Yields runs of rows with the same number of the episode.
     if len(faults := np.flatnonzero(~np.isfinite(numbers))):
         raise RecordingError(f'row {faults[0]} has no number of its episode: number every row')
-    begins = np.flatnonzero(np.diff(numbers, prepend=np.nan) != 0)
-    return numbers[begins], np.append(begins, len(numbers))
+    begins = np.flatnonzero(np.diff(numbers, prepend=np.nan) != 0).tolist()
+    for begin, end in zip(begins, [*begins[1:], len(numbers)]):
+        name = f'{whole.name}:{numbers[begin]:.0f}'
+        yield replace(whole, name=name, first=begin, count=end - begin)
 
 
-def _of_parquet(file: Path) -> tuple[int, Labels, Edges]:
-    # The number of rows with steps, or the runs of rows with the same number of the episode.
+def _of_parquet(whole: Episode) -> Iterator[Episode]:
+    # Yields the rows with steps, or runs of rows with the same number of the episode.
     import pyarrow.parquet as parquet
     import pyarrow.types as types
 
+    file = whole.file
     with parquet.ParquetFile(file) as opened:
         names = opened.schema_arrow.names
         refuse_twice(names)
         if STEPS in names:
-            return int(opened.metadata.num_rows), *_runs(np.zeros(0))
+            for row in range(opened.metadata.num_rows):
+                name = f'{whole.name}:{row}'
+                yield replace(whole, name=name, place=STEPS, first=row, count=1)
+            return
         column = next((name for name in NUMBERS if name in names), '')
         if not column:
-            return 0, *_runs(np.zeros(0))
+            return
         refuse_to_hold(file, opened.metadata.num_rows)
         kind = opened.schema_arrow.field(column).type
-    # A name that all rows repeat is held once.
+    # A dictionary stores a repeated name once.
     names = [column] if types.is_string(kind) or types.is_large_string(kind) else None
     with parquet.ParquetFile(file, read_dictionary=names) as opened:
         numbers = opened.read([column])[column].combine_chunks()
@@ -247,18 +236,18 @@ def _of_parquet(file: Path) -> tuple[int, Labels, Edges]:
         numbers = numbers.indices
     elif numbers.type.num_fields:  # vectors of one
         numbers = numbers.flatten()
-    return 0, *_runs(np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64))
+    yield from _runs(whole, np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64))
 
 
 def headers_of(file: Path) -> dict[str, npt.NDArray[np.generic]]:
-    """Return arrays of the shapes and types of those in an npz file, which take no memory."""
+    """Return placeholders with shape and type of the arrays in an npz file, without their data."""
     headers = {}
     with ZipFile(file) as packed:
         refuse_twice(packed.namelist())
         for name in packed.namelist():
             if name.endswith('.npy'):
                 with packed.open(name) as stream:
-                    header = BytesIO(stream.read(MOST_HEADER_BYTES))
+                    header = BytesIO(stream.read(MAX_HEADER_BYTES))
                 first = np.lib.format.read_magic(header) == (1, 0)
                 read = 'read_array_header_1_0' if first else 'read_array_header_2_0'
                 shape, _, kind = getattr(np.lib.format, read)(header)
@@ -268,11 +257,11 @@ def headers_of(file: Path) -> dict[str, npt.NDArray[np.generic]]:
     return headers
 
 
-def _of_arrays(file: Path) -> tuple[Labels, Edges]:
-    headers = headers_of(file)
+def _of_arrays(whole: Episode) -> Iterator[Episode]:
+    file, headers = whole.file, headers_of(whole.file)
     column = next((name for name in (*NUMBERS, ENDS) if name in headers), '')
     if not column:
-        return _runs(np.zeros(0))
+        return
     own = headers.pop(column)
     refuse_to_hold(file, max(own.size, own.nbytes // 8))
     counts = {len(array) for array in headers.values() if array.ndim}
@@ -286,7 +275,8 @@ def _of_arrays(file: Path) -> tuple[Labels, Edges]:
     with np.load(file, allow_pickle=False) as arrays:
         numbers = arrays[column].reshape(-1)
     if column != ENDS:
-        return _runs(np.asarray(numbers, dtype=np.float64))
+        yield from _runs(whole, np.asarray(numbers, dtype=np.float64))
+        return
     edges = np.append(0, numbers.astype(np.int64))
     for k in np.flatnonzero((edges[1:] <= edges[:-1]) | (edges[1:] > rows))[:1]:
         raise RecordingError(f'{ENDS} must be {wanted}, not {edges[k]:,} and {edges[k + 1]:,}')
@@ -295,28 +285,30 @@ def _of_arrays(file: Path) -> tuple[Labels, Edges]:
             f'{ENDS} ends with {edges[-1]:,} of {rows:,} rows: add the end of the last episode, '
             'or leave the rows after it out of the arrays'
         )
-    return np.arange(len(numbers), dtype=np.float64), edges
+    for k, (begin, end) in enumerate(pairwise(edges.tolist())):
+        yield replace(whole, name=f'{whole.name}:{k}', first=begin, count=end - begin)
 
 
-def _groups(file: Path) -> list[str]:
-    # The groups of an HDF5 file that are episodes: demo_0, demo_1 ...
+def _of_hdf5(whole: Episode) -> Iterator[Episode]:
+    # Yields the groups of an HDF5 file that are episodes: demo_0, demo_1 ...
     import h5py
 
-    with h5py.File(file, 'r') as opened:
+    with h5py.File(whole.file, 'r') as opened:
         for root in ('data', '/'):
             folder = opened if root == '/' else _held(opened, root)
             if not isinstance(folder, h5py.Group):
                 continue
             names = [one for one in folder if isinstance(_held(folder, one), h5py.Group)]
             numbered = [one for one in names if one.rpartition('_')[2].isdecimal()]
+            for one in sorted(numbered, key=lambda one: int(one.rpartition('_')[2])):
+                place = f'{root}/{one}'.lstrip('/')
+                yield replace(whole, name=f'{whole.name}:{place}', place=place)
             if numbered:
-                ordered = sorted(numbered, key=lambda one: int(one.rpartition('_')[2]))
-                return [f'{root}/{one}'.lstrip('/') for one in ordered]
-    return []
+                return
 
 
 def _held(folder: Any, name: str) -> Any:
-    # Links are not followed: they may lead to other files.
+    # Soft and external links are not followed: they may lead to other files.
     import h5py
 
     return folder[name] if isinstance(folder.get(name, getlink=True), h5py.HardLink) else None

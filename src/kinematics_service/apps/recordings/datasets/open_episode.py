@@ -1,4 +1,4 @@
-"""An episode of a dataset as a recording."""
+"""Open an episode of a dataset as a recording."""
 
 from collections.abc import Iterator
 
@@ -8,15 +8,15 @@ from ....robot.measures import Level
 from ..readers.arm_columns import arm_columns
 from ..readers.block import LARGEST_BLOCK, Times
 from ..readers.source import RecordingSource, Remark
-from ..readers.stamp_format import LATEST, UNITS, StampFormat, unit_of
+from ..readers.stamp_format import MAX_EPOCH_TIME, UNITS, StampFormat, unit_of
 from ..readers.table_rows import TableRows
 from ..readers.table_source import source_of
 from .arms import DatasetArm
 from .episodes import Episode
 from .vectors import Columns
 
-# The stamps of an episode begin with 0, which is no stamp: they are taken this much later, ns.
-LATER = 1_000_000_000
+# Offset of the stamps of an episode, ns: they begin with 0, which means unstamped.
+STAMP_OFFSET = 1_000_000_000
 
 
 def open_episode(episode: Episode, columns: Columns, arm: DatasetArm) -> RecordingSource:
@@ -46,7 +46,7 @@ def _stamps(columns: Columns, column: str, form: StampFormat) -> Times:
         return form.of_rows(0, len(columns))
     found = columns.chosen([column])[:, 0]
     digits = UNITS[form.unit or unit_of(float(np.nanmax(found, initial=0.0)))]
-    # What is no time of this century is no stamp.
-    known = (found >= 0.0) & (found * 10.0 ** (digits - 9) < LATEST)
+    # A time after the year 2096 is invalid and becomes unstamped.
+    known = (found >= 0.0) & (found * 10.0 ** (digits - 9) < MAX_EPOCH_TIME)
     nanoseconds = np.rint(np.where(known, found, 0.0) * 10.0**digits)
-    return np.where(known, nanoseconds.astype(np.int64) + LATER, 0)
+    return np.where(known, nanoseconds.astype(np.int64) + STAMP_OFFSET, 0)

@@ -1,4 +1,4 @@
-"""The numbers of an episode: columns by name, vectors taken apart into their elements."""
+"""Read the numbers of an episode: named columns, with a column for each element of a vector."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -25,20 +25,20 @@ from .episodes import (
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# Vectors with more elements are images and the like.
-MOST_ELEMENTS = 128
-# Groups within each other of an HDF5 file: h5py needs a time that grows with their square.
-MOST_GROUPS_DEEP = 32
-# The physical type of texts in parquet: a text of any length is one value.
-TEXTS = 'BYTE_ARRAY'
-# Endings of the names of elements that say that a joint's number is its position.
-ENDS_OF_JOINTS = ('.pos', '.position')
-# Groups of rows of parquet files that are kept, for the next episode in them.
-KEPT = 2
+# Largest vector that is read; larger vectors are images and the like.
+MAX_ELEMENTS = 128
+# Largest depth of groups in an HDF5 file: the time of h5py grows with its square.
+MAX_GROUP_DEPTH = 32
+# The physical type of texts in parquet, whose values may have any length.
+TEXT_TYPE = 'BYTE_ARRAY'
+# Endings of element names that mean the position of a joint.
+JOINT_ENDINGS = ('.pos', '.position')
+# Number of row groups of parquet files that are kept for the next episode.
+CACHED_ROW_GROUPS = 2
 
 
 class Columns(NamedTuple):
-    """Columns of numbers: their names, and the numbers of each (N,)."""
+    """Columns of numbers: names, and numbers (N,) of each column."""
 
     header: list[str]
     columns: list[Floats]
@@ -61,7 +61,7 @@ def columns_of_episode(episode: Episode) -> Columns:
     Raises
     ------
     RecordingError
-        Its file cannot be read, or has no numbers.
+        The file cannot be read, or lacks numbers.
     """
     if episode.fault:
         raise RecordingError(episode.fault)
@@ -104,7 +104,7 @@ def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[s
 
 
 def _joint_of(element: str) -> str:
-    for end in ENDS_OF_JOINTS:
+    for end in JOINT_ENDINGS:
         element = element.removesuffix(end)
     return element
 
@@ -123,14 +123,17 @@ def vectors_of_table(table: 'pa.RecordBatch | pa.Table') -> dict[str, Floats]:
 
 def _numbers(column: Any) -> Floats | None:
     import pyarrow as pa
+    import pyarrow.compute as compute
     import pyarrow.types as types
 
     array = column.combine_chunks()
     known = np.asarray(array.is_valid())
-    lists = _is_list(array.type)
+    lists, size = _is_list(array.type), 1
     while _is_list(array.type):
-        if _lengths(array) > 1:
+        if len(compute.list_value_length(array).drop_null().unique()) > 1:
             return None
+        # Size by the type, if all vectors are missing.
+        size *= array.type.list_size if types.is_fixed_size_list(array.type) else 0
         array = array.flatten()
     if not (types.is_floating(array.type) or types.is_integer(array.type)):
         return None
@@ -140,33 +143,13 @@ def _numbers(column: Any) -> Floats | None:
     if not lists:
         return numbers
     count = int(np.sum(known))
-    size = len(numbers) // count if count else _size(column.type)
-    if not 0 < size <= MOST_ELEMENTS:
+    size = len(numbers) // count if count else size
+    if not 0 < size <= MAX_ELEMENTS:
         return None
-    # A vector that is missing is left out where others are put one after the other.
+    # Flattened numbers lack missing vectors, which become NaN.
     rows = np.full((len(known), size), np.nan)
     rows[known] = numbers.reshape(count, size)
     return rows
-
-
-def _size(kind: Any) -> int:
-    # The number of elements that a type of vectors tells, 0 if it tells none.
-    import pyarrow.types as types
-
-    size = 1
-    while _is_list(kind):
-        size *= kind.list_size if types.is_fixed_size_list(kind) else 0
-        kind = kind.value_type
-    return size
-
-
-def _lengths(array: Any) -> int:
-    # How many lengths the lists have that are there.
-    import pyarrow.types as types
-
-    if types.is_fixed_size_list(array.type):
-        return 1
-    return len(array.drop_null().value_lengths().unique())
 
 
 def _is_list(kind: Any) -> bool:
@@ -200,7 +183,7 @@ def _of_parquet(episode: Episode) -> dict[str, Floats]:
 
 
 def _steps_of(row: Any) -> Any:
-    # The table in one row: a list of steps, or a list for each number of a step.
+    # Returns the table in one row: a list of steps, or a list for each number of a step.
     import pyarrow as pa
 
     if not pa.types.is_struct(row.type):
@@ -217,9 +200,9 @@ def _without_structs(table: Any) -> Any:
     return table
 
 
-@lru_cache(maxsize=KEPT)
+@lru_cache(maxsize=CACHED_ROW_GROUPS)
 def _row_group(file: str, changed: int, k: int, place: str) -> Any:
-    # Of the columns that may be numbers: pictures are not read.
+    # Returns the columns that may be numbers; pictures are not read.
     import pyarrow.parquet as parquet
 
     with parquet.ParquetFile(file) as opened:
@@ -231,7 +214,7 @@ def _row_group(file: str, changed: int, k: int, place: str) -> Any:
         own = [
             one
             for one in chunks
-            if f'{one.path_in_schema}.'.startswith(begins) and one.physical_type != TEXTS
+            if f'{one.path_in_schema}.'.startswith(begins) and one.physical_type != TEXT_TYPE
         ]
         refuse_to_hold(Path(file), sum(one.num_values for one in own))
         return opened.read_row_group(k, columns=[one.path_in_schema for one in own])
@@ -254,9 +237,9 @@ def _of_hdf5(episode: Episode) -> dict[str, Floats]:
         found: list[tuple[str, Any]] = []
 
         def take(name: str, part: Any) -> None:
-            if name.count('/') > MOST_GROUPS_DEEP:
+            if name.count('/') > MAX_GROUP_DEPTH:
                 raise RecordingError(
-                    f'{episode.file}: more than {MOST_GROUPS_DEEP} groups are within each other'
+                    f'{episode.file}: more than {MAX_GROUP_DEPTH} groups are within each other'
                 )
             if isinstance(part, h5py.Dataset) and part.ndim and part.dtype.kind in 'iuf':
                 if part.external or part.is_virtual:
@@ -284,16 +267,16 @@ def _arrays(file: Path, changed: int) -> dict[str, Floats]:
 
 
 def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) -> dict[str, Floats]:
-    # Those with as many rows as most have, as numbers (N,) or (N, k). The others are not read.
+    # Returns the arrays with the most frequent number of rows, as numbers (N,) or (N, k).
     small = {
         name: array
         for name, array in arrays.items()
-        if array.ndim and array.dtype.kind in 'iuf' and np.prod(array.shape[1:]) <= MOST_ELEMENTS
+        if array.ndim and array.dtype.kind in 'iuf' and np.prod(array.shape[1:]) <= MAX_ELEMENTS
     }
     counts = [len(array) for array in small.values()]
     usual = max(counts, key=counts.count, default=0)
     small = {name: array for name, array in small.items() if len(array) == usual}
-    # HDF5 unpacks whole chunks, which may be larger than an array that grows.
+    # HDF5 unpacks whole chunks, which may be larger than the array.
     parts = [(array.shape, getattr(array, 'chunks', None) or ()) for array in small.values()]
     refuse_to_hold(file, sum(max(map(math.prod, part)) for part in parts))
     return {

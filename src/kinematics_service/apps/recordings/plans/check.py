@@ -1,4 +1,4 @@
-"""A plan checked between its points too: singular poses, limits, speeds."""
+"""Check a plan at and between its points: singular poses, limits, speeds."""
 
 from collections.abc import Iterable, Sequence
 from typing import Literal
@@ -12,21 +12,23 @@ from ....kernel import Floats
 from ....kinematics.arguments import check_positive, number_or_nan, numbers_of, refused
 from ....robot.measures import MEASURES
 from ....robot.robot import AnyRobot, Robot, as_robot
+from .bisection import Bounded, bracketed
 from .closed_plan import ClosedPlan
-from .extremes import largest
-from .point_speed import TOOL, speed_over_plan
-from .polynomials import PolynomialMotion, moment_at, polynomial_motion
+from .point_speed import MAX_PIECES, TOOL, speed_over_plan
+from .polynomials import Pieces, PolynomialMotion, moment_at, polynomial_motion
 from .singular_proof import singularity_of_plan
-from .verdicts import JointExtreme, PlanCheck, PlanJoint
+from .verdicts import JointExtreme, PlanCheck, PlanJoint, PlanVerdict
 
-# As the estimator has it: a position beyond its limit by less is at the limit, rad or m; and as a
-# share of velocity limits.
+# A position beyond its limit by less (rad, m) is at the limit, as in the estimator. A velocity may
+# exceed its limit by this ratio.
 LIMIT_SLACK = 1e-6
+# Tolerance of the extremes of joints (rad, m), relative above 1.
+EXTREME_TOLERANCE = 1e-12
 DISTANCE = 'distance'
 
 
 def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop') -> float:
-    """Return a threshold of the distance, rad: the default where another measure is watched."""
+    """Return a threshold of the distance, rad: the default if another measure is watched."""
     watched = robot.singularity.thresholds.measure == DISTANCE
     return float(getattr(robot.singularity.thresholds if watched else MEASURES[DISTANCE], which))
 
@@ -42,12 +44,12 @@ def check_plan(
     speed_of: Sequence[str] = (),
 ) -> PlanCheck:
     """
-    Return what is proved of a plan between its points too, and what is refuted by a pose.
+    Return which claims about a plan are proved, and which are refuted by a pose.
 
     Between two points the motion is that of joint_trajectory_controller: straight with positions
-    alone, cubic with velocities, quintic with accelerations. It is no safety function: what a
-    robot does is not looked at. Of an arm with closed loops limits and speeds of the joints are
-    decided; all else is looked at where the plan is sampled, and refuted or not decided.
+    alone, cubic with velocities, quintic with accelerations. The check is not a safety function:
+    it knows the plan, not the robot. If the arm has closed loops, only limits and speeds of the
+    joints are decided; everything else is sampled, and refuted or not decided.
 
     Parameters
     ----------
@@ -58,22 +60,22 @@ def check_plan(
     q : shape (N, n), rad or m
         Joint positions at the points, in the order of the arm.
     qdot, qddot : shape (N, n)
-        Joint velocities, rad/s or m/s, and accelerations, rad/s^2 or m/s^2, which count only with
+        Joint velocities, rad/s or m/s, and accelerations, rad/s^2 or m/s^2. Accelerations need
         velocities.
     distance
-        How near a singular pose the plan may not come, at most 1 rad; the default is the threshold
+        The least allowed distance to a singular pose, at most 1 rad; the default is the threshold
         `stop` of the distance.
     speed_limit
-        The largest speed allowed of each point of `speed_of`, m/s.
+        The largest allowed speed of the tool and of each point of `speed_of`, m/s.
     speed_of
-        Points whose speed is looked at besides the tool's: frames by their number as
-        `link_frames` has them, or joints, for the point of their axis where their row begins.
+        Points whose speed is bounded besides the tool's: frames by their number in `link_frames`,
+        or joints, for the point of the axis where the row of the joint begins.
 
     Raises
     ------
     PlanError
-        The times do not rise, a number means nothing, there is no such point, or the motion
-        between the points is larger than the kernel takes.
+        The times do not rise, a threshold or a point is unknown, or the motion between the points
+        exceeds the numbers of the kernel.
     JointVectorError
         The numbers of the points are of the wrong shape, or not finite.
 
@@ -103,12 +105,12 @@ def check_plan(
         check_positive(PlanError, 'speed_limit', limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
-    with np.errstate(over='ignore', invalid='ignore'):  # what is too large is refused
+    with np.errstate(over='ignore', invalid='ignore'):  # _extreme refuses large numbers
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
         if robot.chain.loops:
-            plan = ClosedPlan(robot, motion)
+            plan = ClosedPlan(robot, motion, asked)
             speeds = tuple(plan.speed(of, limit) for of in points)
-            return PlanCheck(plan.singularity(asked), joints, speeds, plan.closure())
+            return PlanCheck(plan.singularity(), joints, speeds, plan.closure())
         return PlanCheck(
             singularity_of_plan(robot, motion, asked),
             joints,
@@ -146,13 +148,10 @@ def _table(robot: Robot, table: npt.ArrayLike | None, name: str, count: int) -> 
         )
     bad = np.flatnonzero(~np.all(np.isfinite(rows), axis=1))
     if len(bad):
-        raise JointVectorError(
-            f'{name} must be finite: point {bad[0]} is {rows[bad[0]].tolist()}',
-            name,
-            [expected],
-            rows.shape,
-            int(bad[0]),
-        )
+        message = f'{name} must be finite: point {bad[0]} is {rows[bad[0]].tolist()}'
+        error = JointVectorError(message, name, [expected], rows.shape)
+        error.row = int(bad[0])
+        raise error
     return rows
 
 
@@ -164,36 +163,44 @@ def _threshold(distance: float) -> float:
 
 def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
     q = motion.coefficients[:, :, j]
-    powers = np.arange(1, q.shape[1])
-    rate = q[:, 1:] * powers / motion.seconds(np.arange(len(q)))[:, None]
-    if not len(powers):
+    rate = q[:, 1:] * np.arange(1, q.shape[1]) / motion.seconds(np.arange(len(q)))[:, None]
+    if not rate.shape[1]:
         rate = np.zeros((len(q), 1))
-    least, greatest = _extreme(motion, -q, -1.0), _extreme(motion, q, 1.0)
-    fastest = max(
-        _extreme(motion, rate, 1.0), _extreme(motion, -rate, 1.0), key=lambda one: one.value
-    )
-    for extreme in (least, greatest, fastest):
-        if not abs(extreme.value) <= kernel.LARGEST:
-            raise PlanError(
-                f'between its points {robot.joint_names[j]} moves too far or too fast to be '
-                'judged',
-                'q',
-                [f'at most {kernel.LARGEST:g}'],
-                extreme.value,
-            )
+    name = robot.joint_names[j]
+    least = _extreme(motion, q, np.negative, name)
+    least = least._replace(value=-least.value)
+    greatest = _extreme(motion, q, np.positive, name)
+    fastest = _extreme(motion, rate, np.abs, name)
     low, high = robot.limits[j]
     inside = least.value >= low - LIMIT_SLACK and greatest.value <= high + LIMIT_SLACK
     slow = fastest.value <= robot.velocity_limits[j] * (1.0 + LIMIT_SLACK)
-    return PlanJoint(
-        robot.joint_names[j],
-        least,
-        greatest,
-        fastest,
-        'proved' if inside else 'refuted',
-        'proved' if slow else 'refuted',
-    )
+    limits: PlanVerdict = 'proved' if inside else 'refuted'
+    speed: PlanVerdict = 'proved' if slow else 'refuted'
+    return PlanJoint(name, least, greatest, fastest, limits, speed)
 
 
-def _extreme(motion: PolynomialMotion, coefficients: Floats, sign: float) -> JointExtreme:
-    found = largest(coefficients)
-    return JointExtreme(sign * found.value, moment_at(motion, found.segment, found.s))
+def _extreme(
+    motion: PolynomialMotion, coefficients: Floats, measure: np.ufunc, name: str
+) -> JointExtreme:
+    # Returns the largest measure of S polynomials, coefficients (S, degree + 1) by powers of s.
+    polynomials = motion._replace(coefficients=coefficients[:, :, None])
+
+    def bounded(pieces: Pieces) -> Bounded:
+        taylor = polynomials.taylor(pieces)[:, :, 0]
+        value = measure(taylor[:, 0])
+        powers = pieces.half[:, None] ** np.arange(1, taylor.shape[1])
+        most = value + np.sum(np.abs(taylor[:, 1:]) * powers, axis=1)
+        return Bounded(value, most, pieces.half == 0.0)
+
+    def enough(seen: float) -> float:
+        return seen + EXTREME_TOLERANCE * max(1.0, abs(seen))
+
+    seen, bound, *_ = bracketed(motion, bounded, enough, MAX_PIECES)
+    if not bound.value <= kernel.LARGEST:
+        raise PlanError(
+            f'between its points {name} moves too far or too fast to be judged',
+            'q',
+            [f'at most {kernel.LARGEST:g}'],
+            bound.value,
+        )
+    return JointExtreme(seen.value, moment_at(motion, seen.segment, seen.s))

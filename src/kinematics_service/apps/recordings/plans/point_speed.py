@@ -1,7 +1,11 @@
-"""The largest speed of a point of the arm over a plan, between two numbers."""
+"""
+Bracket the largest speed of a point of the arm over a plan.
+
+In a piece of the plan the velocity is at most its linear expansion at the middle plus the bound of
+the third derivative of the position (Taylor's theorem with Lagrange's remainder).
+"""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -9,25 +13,19 @@ from .... import kernel
 from ....errors import PlanError
 from ....kernel import Chain, Floats
 from ....robot.robot import Robot
-from .extremes import Extreme
+from .bisection import Bounded, bracketed, verdict_of
 from .polynomials import Pieces, PolynomialMotion, derivative, moment_at
-from .verdicts import PlanSpeed, PlanVerdict
+from .verdicts import PlanMoment, PlanSpeed
 
 TOOL = 'tool'
-# The two numbers differ by at most this share, and speeds below this (m/s) by all of it.
-SHARE, STILL = 0.01, 1e-9
-# A speed above its limit by less than this share keeps it.
-SLACK = 1e-6
-# Splits of a piece, and pieces at once, before the two numbers are left as they are.
-SPLITS, MOST_PIECES = 40, 200_000
-MOST_ROWS = 16_384
-
-
-class _Bounded(NamedTuple):
-    """Speeds at the middles of pieces, and what they are at most within each, m/s."""
-
-    speed: Floats
-    most: Floats
+# Largest relative difference of the bounds of a speed.
+RELATIVE_TOLERANCE = 0.01
+# Largest difference of the bounds of a speed near 0, m/s.
+ABSOLUTE_TOLERANCE = 1e-9
+# A speed that exceeds its limit by a smaller ratio is at the limit.
+LIMIT_SLACK = 1e-6
+# Largest number of pieces besides the segments.
+MAX_PIECES = 500_000
 
 
 def speed_over_plan(
@@ -48,72 +46,47 @@ def speed_over_plan(
     Raises
     ------
     PlanError
-        There is no such point.
+        The point is unknown.
     """
     chain = chain_to(robot, of)
     if chain is None or len(chain.table.joint) == 0:
-        still: PlanVerdict | None = None if limit is None else 'proved'
-        return PlanSpeed(of, 0.0, 0.0, moment_at(motion, 0, 0.0), limit, still)
-    allowed = math.inf if limit is None else limit * (1.0 + SLACK)
-    largest, upper = _bracket(_Speeds(chain, motion), allowed)
-    verdict: PlanVerdict | None = None
-    if limit is not None:
-        verdict = 'not decided'
-        if largest.value > allowed:
-            verdict = 'refuted'
-        elif upper <= allowed:
-            verdict = 'proved'
-    moment = moment_at(motion, largest.segment, largest.s)
-    return PlanSpeed(of, largest.value, upper, moment, limit, verdict)
+        return speed_between(of, 0.0, 0.0, moment_at(motion, 0, 0.0), limit)
+    allowed = math.inf if limit is None else limit * (1.0 + LIMIT_SLACK)
+
+    def enough(seen: float) -> float:
+        good = seen * (1.0 + RELATIVE_TOLERANCE) + ABSOLUTE_TOLERANCE
+        if seen > allowed:
+            return good
+        return min(good, max(allowed, seen + ABSOLUTE_TOLERANCE))  # the limit may be in between
+
+    seen, bound, *_ = bracketed(motion, _Speeds(chain, motion).bounded, enough, MAX_PIECES)
+    moment = moment_at(motion, seen.segment, seen.s)
+    return speed_between(of, seen.value, max(bound.value, seen.value), moment, limit)
 
 
-def _bracket(speeds: '_Speeds', allowed: float) -> tuple[Extreme, float]:
-    # Splits all pieces that may hold more than has been seen, until they hold hardly more.
-    pieces = speeds.motion.whole()
-    largest, upper = _at_the_points(speeds), 0.0
-    for split in range(SPLITS):
-        found = speeds.bounded(pieces)
-        k = int(np.argmax(found.speed))
-        if found.speed[k] > largest.value:
-            place = int(pieces.segment[k]), float(pieces.middle[k])
-            largest = Extreme(float(found.speed[k]), *place)
-        enough = largest.value * (1.0 + SHARE) + STILL
-        if largest.value <= allowed:  # the limit may be in between
-            enough = min(enough, max(allowed, largest.value + STILL))
-        left = found.most > enough
-        last = split == SPLITS - 1 or 2 * np.sum(left) > MOST_PIECES
-        upper = max(upper, float(np.max(found.most[~left | last], initial=0.0)))
-        if last or not np.any(left):
-            break
-        pieces = pieces.chosen(left).halved()
-    return largest, max(upper, largest.value)
-
-
-def _at_the_points(speeds: '_Speeds') -> Extreme:
-    # Pieces of no length at both ends of each segment.
-    count = len(speeds.motion.begins)
-    segment = np.tile(np.arange(count), 2)
-    s = np.repeat([0.0, 1.0], count)
-    found = speeds.bounded(Pieces(segment, s, np.zeros(2 * count))).speed
-    k = int(np.argmax(found))
-    return Extreme(float(found[k]), int(segment[k]), float(s[k]))
+def speed_between(
+    of: str, lower: float, upper: float, moment: PlanMoment, limit: float | None
+) -> PlanSpeed:
+    """Return the largest speed of a point, given a speed at a moment and a bound, m/s."""
+    verdict = None if limit is None else verdict_of(lower, upper, limit * (1.0 + LIMIT_SLACK))
+    return PlanSpeed(of, lower, upper, moment, limit, verdict)
 
 
 def chain_to(robot: Robot, of: str) -> Chain | None:
     """
-    Return the chain that ends in a point; None where the point stands still.
+    Return the chain that ends in a point; None if the point stands still.
 
     Raises
     ------
     PlanError
-        There is no such point.
+        The point is unknown.
     """
     if of == TOOL:
         return robot.chain
     if of.isdecimal() and int(of) <= robot.rows:
         chain = robot.point(int(of)).chain
         return chain if chain.entries else None
-    # A joint that stands in a loop's own chain has no axis in the table.
+    # A joint of a loop's own chain has no axis in the table.
     joints = () if robot.chain.loops else robot.joint_names
     if of in joints:
         table = robot.chain.table
@@ -133,7 +106,7 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
 
 
 def _shortened(robot: Robot, last: int, offset: Floats) -> Chain | None:
-    # The chain up to element `last`, with its tool at an offset from there.
+    # Returns the chain up to element `last`, with its tool at an offset from this element.
     if last < 0:
         return None
     table = robot.chain.table
@@ -157,37 +130,31 @@ class _Speeds:
     """The speed of a chain's tool along a motion, with bounds of how it changes."""
 
     def __init__(self, chain: Chain, motion: PolynomialMotion) -> None:
-        self.motion = motion
+        self._motion = motion
         self._chain = chain
         table = chain.table
         element = np.repeat(np.arange(chain.elements), np.diff(table.first_entry))
-        # What each element turns and slides by a unit of each joint.
+        # Rotation and stroke of each element for one unit of each joint.
         self._by_theta = np.zeros((chain.dof, chain.elements))
         self._by_d = np.zeros((chain.dof, chain.elements))
         np.add.at(self._by_theta, (table.joint, element), table.by_theta)
         np.add.at(self._by_d, (table.joint, element), table.by_d)
 
-    def bounded(self, pieces: Pieces) -> _Bounded:
-        """Return the speeds at the middles of pieces, and what they are at most."""
-        parts = []
-        for begin in range(0, len(pieces.segment), MOST_ROWS):
-            parts.append(self._part(pieces.chosen(slice(begin, begin + MOST_ROWS))))
-        return _Bounded(*(np.concatenate(columns) for columns in zip(*parts)))
-
-    def _part(self, pieces: Pieces) -> _Bounded:
-        taylor, T = self.motion.taylor(pieces), self.motion.seconds(pieces.segment)
+    def bounded(self, pieces: Pieces) -> Bounded:
+        """Return the speed in pieces and its bounds, m/s."""
+        taylor, T = self._motion.taylor(pieces), self._motion.seconds(pieces.segment)
         v, a = self._velocity(taylor, T)
         seconds = pieces.half * T
         swing = a * seconds[:, None]
         # |v + a t| is convex in t, so it is largest at an end of the piece.
         ends = np.maximum(np.linalg.norm(v + swing, axis=1), np.linalg.norm(v - swing, axis=1))
-        bend = self._third(taylor, pieces.half, T)
-        most = ends + 0.5 * bend * seconds**2
-        return _Bounded(np.linalg.norm(v, axis=1), np.where(np.isnan(most), np.inf, most))
+        most = ends + 0.5 * self._third(taylor, pieces.half, T) * seconds**2
+        most = np.where(np.isnan(most), np.inf, most)
+        return Bounded(np.linalg.norm(v, axis=1), most, pieces.half == 0.0)
 
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
-        # Velocity of the point at the middles, and its derivative: dv_f/dq_e = w_e x v_f for e
-        # before f, or the same.
+        # Returns velocity and acceleration of the point at the middles: dv_f/dq_e = w_e x v_f if
+        # e is f or before it.
         chain, E = self._chain, self._chain.entries
         q, rates, accelerations = (derivative(taylor, order, T) for order in (0, 1, 2))
         rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
@@ -202,9 +169,10 @@ class _Speeds:
         return np.sum(moved, axis=1), np.sum(acceleration, axis=1)
 
     def _third(self, taylor: Floats, half: Floats, T: Floats) -> Floats:
-        # At least the third derivative of the point's position anywhere in each piece. The point
-        # is a sum of vectors, each turned by the elements before it: R' of such a product is at
-        # most s = sum |theta'|, R'' at most s^2 + a, the third at most s^3 + 3 s a + j.
+        # Bounds the third derivative of the point's position in each piece. The point is a sum of
+        # vectors, each turned by the elements before it. If s, a and j are the sums of the sizes
+        # of the first, second and third derivatives of the angles of these elements, those of the
+        # rotation are at most s, s^2 + a and s^3 + 3 s a + j.
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))
@@ -222,7 +190,7 @@ class _Speeds:
 
 
 def _most(taylor: Floats, order: int, half: Floats, T: Floats) -> Floats:
-    # At least a derivative by time anywhere in each piece.
+    # Bounds a derivative by time in each piece.
     most = np.zeros_like(taylor[:, 0])
     for i in range(order, taylor.shape[1]):
         most += math.perm(i, order) * np.abs(taylor[:, i]) * half[:, None] ** (i - order)

@@ -1,4 +1,4 @@
-"""The motion that a controller makes of a plan: a polynomial of time between each two points."""
+"""Interpolate a plan as a controller does: a polynomial of time between two points."""
 
 import math
 from typing import NamedTuple, TypeAlias
@@ -19,9 +19,9 @@ class Pieces(NamedTuple):
     Attributes
     ----------
     segment : shape (N,)
-        The polynomial, counted from 0: that between points `segment` and `segment + 1`.
+        The number of the polynomial, from 0: it is between points `segment` and `segment + 1`.
     middle, half : shape (N,)
-        Where its middle is, and half its length, in shares of the segment.
+        Middle and half of the length of a piece, as ratios of the segment's duration.
     """
 
     segment: Integers
@@ -29,23 +29,17 @@ class Pieces(NamedTuple):
     half: Floats
 
     def chosen(self, which: Which) -> 'Pieces':
-        """Return some of them."""
+        """Return the pieces that `which` selects."""
         return Pieces(self.segment[which], self.middle[which], self.half[which])
 
     def halved(self) -> 'Pieces':
-        """Return both halves of each."""
-        return self.without(np.zeros(len(self.segment)))
-
-    def without(self, share: Floats) -> 'Pieces':
-        """Return what is left on both sides when a share of each, around its middle, is taken."""
-        half = 0.5 * (1.0 - share) * self.half
-        away = 0.5 * (1.0 + share) * self.half
-        both = Pieces(
-            np.concatenate([self.segment, self.segment]),
-            np.concatenate([self.middle - away, self.middle + away]),
-            np.concatenate([half, half]),
+        """Return both halves of each piece."""
+        half = 0.5 * self.half
+        return Pieces(
+            np.tile(self.segment, 2),
+            np.concatenate([self.middle - half, self.middle + half]),
+            np.tile(half, 2),
         )
-        return both.chosen(both.half > 0.0)
 
 
 def joined(parts: list[Pieces]) -> Pieces:
@@ -62,28 +56,38 @@ class PolynomialMotion(NamedTuple):
     ----------
     begins, durations : shape (S,), s
     coefficients : shape (S, degree + 1, n), rad or m
-        By powers of s, which goes from 0 to 1 in each segment.
+        Coefficients of the powers of s, which goes from 0 to 1 in each segment.
     """
 
     begins: Floats
     durations: Floats
     coefficients: Floats
 
+    def place(self, x: npt.ArrayLike) -> tuple[Integers, Floats]:
+        """Return segment number and s of places: place 1.25 is s = 0.25 in segment 1."""
+        segment = np.minimum(np.asarray(x, dtype=np.int64), len(self.begins) - 1)
+        return segment, np.asarray(x - segment)
+
     def times(self, segment: Integers, s: Floats) -> Floats:
-        """Return the times of places in segments, s."""
+        """Return the times of s in segments, in seconds."""
         return np.asarray(self.begins[segment] + s * self.durations[segment])
 
     def positions(self, segment: Integers, s: Floats) -> Floats:
-        """Return the joint positions there, shape (N, n), rad or m."""
+        """Return the joint positions at s in segments, shape (N, n), rad or m."""
         value: Floats = self.coefficients[segment, -1].copy()
         for i in range(self.coefficients.shape[1] - 2, -1, -1):
             value = value * s[:, None] + self.coefficients[segment, i]
         return np.asarray(value)
 
     def seconds(self, segment: Integers) -> Floats:
-        """Return how long segments are, s; 1 where one has no length."""
+        """Return the durations of segments, s; 1 for a segment without duration."""
         durations = self.durations[segment]
         return np.where(durations > 0.0, durations, 1.0)
+
+    def velocities(self, segment: Integers, s: Floats) -> Floats:
+        """Return the joint velocities at s in segments, shape (N, n), rad/s or m/s."""
+        taylor = self.taylor(Pieces(segment, s, np.zeros(len(s))))
+        return derivative(taylor, 1, self.seconds(segment))
 
     def whole(self) -> Pieces:
         """Return the segments as pieces."""
@@ -92,9 +96,9 @@ class PolynomialMotion(NamedTuple):
 
     def taylor(self, pieces: Pieces) -> Floats:
         """
-        Return the polynomials by powers of the way from the middle of each piece.
+        Return the Taylor coefficients at the middle of each piece, shape (N, degree + 1, n).
 
-        Shape (N, degree + 1, n); the way is in shares of the segment.
+        They belong to powers of s minus the middle.
         """
         moved = self.coefficients[pieces.segment]
         degree = moved.shape[1] - 1
@@ -106,7 +110,7 @@ class PolynomialMotion(NamedTuple):
 
 
 def derivative(taylor: Floats, order: int, seconds: Floats) -> Floats:
-    """Return a derivative by time (N, n) at the middles of pieces of `taylor`."""
+    """Return a derivative by time (N, n) at the middles of the pieces of `taylor`."""
     if order >= taylor.shape[1]:
         return np.zeros_like(taylor[:, 0])
     scale = seconds[:, None] ** order
@@ -127,7 +131,7 @@ def polynomial_motion(
     times : shape (N,), s
         Rising.
     positions, velocities, accelerations : shape (N, n)
-        rad or m, and their derivatives; None where the points have none.
+        rad or m, and their derivatives; None if the points have none.
     """
     if len(times) == 1:
         return PolynomialMotion(times, np.zeros(1), positions[:, None])
@@ -154,9 +158,9 @@ def polynomial_motion(
     return PolynomialMotion(times[:-1], durations, np.stack(quintic, axis=1))
 
 
-def moment_at(motion: PolynomialMotion, segment: int, s: float) -> PlanMoment:
-    """Return the moment at a share s of a segment."""
+def moment_at(motion: PolynomialMotion, segment: int | Integers, s: float | Floats) -> PlanMoment:
+    """Return the moment at s of a segment."""
     at, share = np.array([segment]), np.array([s])
     time = float(motion.times(at, share)[0])
     last = segment == len(motion.begins) - 1 and s == 1.0 and motion.durations[segment] > 0.0
-    return PlanMoment(time, segment + int(last), motion.positions(at, share)[0])
+    return PlanMoment(time, int(segment + last), motion.positions(at, share)[0])

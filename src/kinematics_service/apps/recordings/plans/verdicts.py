@@ -1,4 +1,4 @@
-"""What is known of a plan: proved, refuted by a pose, or not decided."""
+"""Results of the check of a plan: proved, refuted by a pose, or not decided."""
 
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -7,7 +7,7 @@ from ....kernel import Floats
 from ....robot.chain import FrozenArrays
 
 PlanVerdict = Literal['proved', 'refuted', 'not decided']
-# From the best to the worst.
+# Best verdict first.
 _ORDER: tuple[PlanVerdict, ...] = ('proved', 'not decided', 'refuted')
 
 
@@ -19,9 +19,9 @@ class PlanMoment(FrozenArrays):
     Attributes
     ----------
     time
-        s, as the points have it.
+        s, in the time of the points.
     point
-        The point before it, counted from 0.
+        Number of the last point before the moment, from 0.
     q : shape (n,), rad or m
         Joint positions; read-only.
     """
@@ -34,28 +34,28 @@ class PlanMoment(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class PlanSingularity:
     """
-    How near a plan comes to singular poses.
+    The least distance of a plan to singular poses.
 
     Attributes
     ----------
     verdict
-        `proved`: nowhere within the threshold. `refuted`: at `moment` the plan is that near to
-        `nearest_singular`. `not decided`: neither.
+        `proved`: the distance is at least the threshold everywhere. `refuted`: at `moment` the
+        distance to `nearest_singular` is less than the threshold. `not decided`: neither.
     threshold
         rad; prismatic joints are divided by the characteristic length.
     lower
-        The plan is proved to keep this distance from every singular pose, rad; 0 where nothing is
-        proved of all of it.
+        Proved lower bound of the distance over the whole plan, rad; 0 without a proof.
     upper
-        The least distance to a singular pose that was found, rad; infinite where none was.
+        The least distance to a singular pose that was found, rad; infinite if none was found.
     moment
-        Where `upper` is taken if the plan is refuted, otherwise where the least is proved.
+        The moment of `upper` if the plan is refuted, otherwise the moment with the least proved
+        distance.
     nearest_singular : shape (n,), rad or m
-        The singular pose found for `moment`; read-only; None where none was.
+        The singular pose found for `moment`; read-only; None if none was found.
     undecided
-        Times (begin, end) for which nothing is decided, s.
+        Undecided times (begin, end), s.
     evaluations
-        Number of poses at which a clearance was computed.
+        Number of poses with a computed clearance.
     """
 
     verdict: PlanVerdict
@@ -74,7 +74,7 @@ class PlanSingularity:
 
 
 class JointExtreme(NamedTuple):
-    """An extreme of a joint's motion: rad or m, or its speed in rad/s or m/s; at which moment."""
+    """An extreme of a joint's position (rad, m) or speed (rad/s, m/s), and its moment."""
 
     value: float
     moment: PlanMoment
@@ -83,16 +83,16 @@ class JointExtreme(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class PlanJoint:
     """
-    A joint's range and speed over all of a plan, exact to round-off.
+    Range and largest speed of a joint over a plan, to round-off.
 
     Attributes
     ----------
     name
-        Of the joint.
+        Name of the joint.
     least, greatest, fastest
-        Its extremes.
+        Extremes of its position, and its largest speed.
     limits, speed
-        Whether they are inside its limits, and below its velocity limit: proved or refuted.
+        Whether it keeps its limits and its velocity limit: proved or refuted.
     """
 
     name: str
@@ -106,20 +106,20 @@ class PlanJoint:
 @dataclass(frozen=True, eq=False)
 class PlanSpeed:
     """
-    The largest speed of a point of the arm over all of a plan.
+    The largest speed of a point of the arm over a plan.
 
     Attributes
     ----------
     of
-        `tool`, a frame by its number, or a joint.
+        The point: `tool`, the number of a frame, or a joint.
     lower, upper
-        m/s: it has the first at `moment`, and nowhere more than the second.
+        Bounds of the largest speed, m/s.
     moment
         A moment with the speed `lower`.
     limit
-        m/s; None without one.
+        m/s; None without a limit.
     verdict
-        Whether it keeps below the limit; None without one.
+        Whether the speed keeps the limit; None without a limit.
     """
 
     of: str
@@ -138,14 +138,14 @@ class PlanClosure:
     Attributes
     ----------
     verdict
-        `refuted`: at `moment` a loop does not close. `not decided`: they close at all samples,
-        each by itself on the branch of the known positions; nothing is proved between them.
+        `refuted`: at `moment` a loop does not close. `not decided`: all loops close at all
+        samples, on the branch of the known positions; nothing is proved between the samples.
     loop, sentence
-        The loop that does not close, and why; empty where all do.
+        The loop that does not close, and the reason; empty if all loops close.
     samples
-        Number of poses that were looked at.
+        Number of sampled poses.
     moment
-        The first sample that does not close, brought to where the branch ends; None where all do.
+        The end of the branch, before the first sample that does not close; None if all close.
     """
 
     verdict: PlanVerdict
@@ -158,22 +158,21 @@ class PlanClosure:
 @dataclass(frozen=True, eq=False)
 class PlanCheck:
     """
-    What is known of a plan between its points too.
+    The result of the check of a plan, at and between its points.
 
-    It is no safety function: it speaks of the polynomials that it was given, not of what a robot
-    does.
+    It is not a safety function: it holds for the polynomials of the plan, not for the robot.
 
     Attributes
     ----------
     singularity
-        How near it comes to singular poses.
+        The least distance to singular poses.
     joints
         Range and speed of each joint.
     speeds
-        The largest speeds of the tool and of the other points asked for.
+        The largest speeds of the tool and of the other points.
     closure
-        Of an arm with closed loops; None for others. Singular poses and speeds of such a plan are
-        looked at where it was sampled, and proved nowhere.
+        Whether closed loops close; None for an arm without loops. For an arm with loops, singular
+        poses and speeds are sampled, and nothing is proved about them.
     """
 
     singularity: PlanSingularity
@@ -183,7 +182,7 @@ class PlanCheck:
 
     @property
     def verdict(self) -> PlanVerdict:
-        """Return the worst verdict of all."""
+        """Return the worst of all verdicts."""
         verdicts = [self.singularity.verdict]
         if self.closure is not None:
             verdicts.append(self.closure.verdict)

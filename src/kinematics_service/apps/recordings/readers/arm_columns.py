@@ -1,4 +1,4 @@
-"""The columns of an arm among those of a table: by known heads, or as `--columns` says."""
+"""Find the columns of an arm in a table, by known heads or by `--columns`."""
 
 import re
 from collections import Counter
@@ -19,18 +19,20 @@ from .joint_format import ANGLES, LENGTHS, PERCENT, STATE, JointFormat
 from .source import Selection
 from .stamp_format import UNITS, StampFormat
 
-# Most columns in an error message, and most letters of each.
-SHOWN, LONGEST_NAME = 12, 60
+# Number of columns in an error message.
+MAX_LISTED = 12
+# Number of letters of a column's name in an error message.
+MAX_NAME_LENGTH = 60
 STAMP = 'stamp'
-# Heads of stamps where a maker's own heads have none, in small letters.
+# Heads of stamps in small letters, for layouts without a head of their own.
 STAMPS = (STAMP, 'timestamp', 'time', 't', 'date', 'datetime', '%time', '__time')
 # Columns by their numbers from 1; elements of a vector from 0, without the last.
 NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
 # Heads of joints by their numbers, and of their velocities.
 NUMBERED = re.compile(r'((?:q|j|joint|axis|theta|angle|pos|position)[ _.]?)\d+', re.IGNORECASE)
 RATES = ('qd', 'dq', 'qdot', 'qd_', 'dq_', 'velocity', 'velocity_', 'vel_')
-# Words in the heads of commanded poses, which nothing measured.
-COMMANDED = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
+# Words in the heads of commanded poses, which are not measured.
+COMMAND_WORDS = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
 SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
 HOW = (
     '--columns stamp=...,position=...,velocity=...,pose=... says how column names begin; without '
@@ -40,9 +42,9 @@ HOW = (
 
 class ColumnNames(NamedTuple):
     """
-    The beginnings of the column names of a layout; the stamp's whole name.
+    The beginnings of the column names of a layout, and the whole name of the stamp.
 
-    Positions that begin with nothing are named as the joints; of velocities there are none then.
+    An empty beginning of positions means the names of the joints; then velocities are not read.
     """
 
     stamp: str
@@ -53,16 +55,16 @@ class ColumnNames(NamedTuple):
 
 class Layout(NamedTuple):
     """
-    Heads of columns that are known.
+    A known layout of column heads.
 
     Attributes
     ----------
     maker
-        Whose controllers write them, one of `MAKERS`: with its units; empty: rad and m.
+        The maker of the controller, one of `MAKERS`, which has the units; empty: rad and m.
     needed
-        Endings that must be there besides the joints, as nobody else writes them.
+        Endings of further columns that identify the layout.
     numbered
-        Whether the joints are found by their numbers alone.
+        Whether the joints are identified by their numbers alone.
     """
 
     names: ColumnNames
@@ -75,9 +77,9 @@ LAYOUTS = (
     Layout(ColumnNames(STAMP, 'position.', 'velocity.', 'pose.')),
     # The columns that the recorder of Universal Robots' RTDE client writes.
     Layout(ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_')),
-    # As people write them: the names of the joints, and x y z with what tells the orientation.
+    # Names of the joints, and x y z with the orientation.
     Layout(ColumnNames('', '', '', '')),
-    # AXIS_ACT and POS_ACT, jointtarget and robtarget, and positions as teach pendants show them.
+    # AXIS_ACT and POS_ACT, jointtarget and robtarget, and positions of teach pendants.
     Layout(ColumnNames('', 'A', '', ''), 'kuka', ('x', 'y', 'z', 'a', 'b', 'c')),
     Layout(ColumnNames('', 'J', '', ''), 'fanuc', ('x', 'y', 'z', 'w', 'p', 'r')),
     Layout(ColumnNames('', 'rax_', '', ''), 'abb'),
@@ -87,23 +89,23 @@ LAYOUTS = (
 
 class ArmColumns(NamedTuple):
     """
-    The columns of an arm, and what their numbers are.
+    The columns of an arm, and the meaning of their numbers.
 
     Attributes
     ----------
     stamp
-        Its column, empty if rows are numbered.
+        The column of stamps, empty if rows are numbered.
     stamps
         The unit of stamps, or the rate of the rows.
     positions, velocities, poses
-        In the order of the arm's joints; none or all of the velocities; of a pose in the order of
-        its numbers.
+        Columns in the order of the arm's joints, none or all of the velocities; columns of a pose
+        in the order of its numbers.
     joints, form
-        Units of the joints; what the numbers of a pose are.
+        Units of the joints; format of the poses.
     names
-        The beginnings, for messages.
+        The beginnings of the names, for messages.
     guessed
-        What no option says and the heads let suppose, each a sentence.
+        Assumptions from the heads, each a sentence.
     """
 
     stamp: str
@@ -128,12 +130,12 @@ def arm_columns(
     file
         Its name, for messages.
     accepted
-        What is accepted, for the message on a missing column.
+        The accepted columns, for the message on a missing column.
 
     Raises
     ------
     RecordingError
-        One is missing or occurs twice, or `--columns` is none.
+        A column is missing or occurs twice, or `--columns` is not valid.
     """
     name, times = Counter(header).most_common(1)[0]
     if times > 1:
@@ -185,22 +187,22 @@ class _Search:
         if positions[0] in state:
             joints = joints._replace(first=state.index(positions[0]))
         if layout.numbered:
-            text = f'{listed(positions, SHOWN)} are taken for {", ".join(self.joints)}'
+            text = f'{listed(positions, MAX_LISTED)} are taken for {", ".join(self.joints)}'
             if joints == JointFormat():
                 ask = 'are they rad or deg? (--joint-format rad, --joint-format deg,mm)'
                 raise RecordingError(f'{self.file}: {text}, by their numbers: {ask}')
             guessed.append(f'{text}, by their numbers')
         if not names.position and joints == JointFormat():
             guessed.append(
-                f'{listed(positions, SHOWN)} are taken in rad and m (--joint-format says other '
-                'units)'
+                f'{listed(positions, MAX_LISTED)} are taken in rad and m (--joint-format says '
+                'other units)'
             )
         poses, form = self._poses(names.pose, form)
         asked = {'position', 'pose'} & self._given.keys()
         if not (poses or asked) and form == PoseFormat():
             poses, form = self._poses_alone(guessed)
         if set(poses) & set(positions):
-            poses, form = [], PoseFormat()  # of a gantry x, y and z are joints
+            poses, form = [], PoseFormat()  # x, y and z are joints of a gantry
         if layout.maker and poses:
             guessed.append(
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
@@ -272,13 +274,13 @@ class _Search:
         return usual
 
     def _numbered_joints(self) -> list[Layout]:
-        # Heads such as q1 ... q6 or J 1 ... J 6, if there are as many as joints and the numbers in
-        # the names of the joints rise.
+        # Returns the layout of heads such as q1 ... q6 or J 1 ... J 6, if their number is that of
+        # the joints and the numbers in the names of the joints rise.
         found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
-        # q1 .. q4 may be a quaternion; q0 and q1 are not taken for joints q1 and q2.
+        # q1 .. q4 may be a quaternion; q0 and q1 may not be joints q1 and q2.
         if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
             return []
         rates = next((one for one in RATES if self._family(one)), '')
@@ -291,7 +293,7 @@ class _Search:
         if layout.maker:
             ends = {name.lower() for name in self.header}
             return ends >= set(layout.needed)
-        # A table of joints that lacks stamps alone is told so.
+        # A table of named joints without stamps gets an error on the stamps.
         named = names.position and not layout.numbered and 'stamp' not in self._given
         return not named or names.stamp in self.header or self.wanted.stamps.rate > 0.0
 
@@ -334,7 +336,7 @@ class _Search:
         return next((list(own) for own in both if set(own) <= set(self.header)), [])
 
     def _family(self, beginning: str) -> list[str]:
-        # Returns the columns of the joints, by name or by number from 0 or from 1; none if one is
+        # Returns the columns of the joints, by name or by number from 0 or 1; empty if a column is
         # missing.
         if not beginning:
             return []
@@ -346,12 +348,12 @@ class _Search:
             for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
                 columns = [f'{start}{end}' for end in ends]
                 if all(column in self.header for column in columns):
-                    # Numbers from 1 are also numbers from 0 with one left over.
+                    # Numbers from 0 come first, because the other range overlaps them.
                     return columns
         return []
 
     def _numbered(self, text: str) -> list[str]:
-        # Returns the columns of numbers like 2-7, or the elements of a vector like state[0:6].
+        # Returns the columns of a range like 2-7, or of elements of a vector like state[0:6].
         part = SLICE.fullmatch(text)
         if part is not None:
             elements = [name for name in self.header if name.startswith(f'{part[1]}.')]
@@ -378,8 +380,8 @@ class _Search:
         return found or ([], PoseFormat())
 
     def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
-        # The one pose of the table, whatever its heads begin with.
-        named = (name for name in self.header if not COMMANDED.search(name))
+        # Returns the only pose of the table, for any beginning of its heads.
+        named = (name for name in self.header if not COMMAND_WORDS.search(name))
         starts = dict.fromkeys(name[:-1] for name in named if name[-1:] in 'xX')
         tried = {start: pose_columns(self.header, [start], PoseFormat()) for start in starts}
         found = {start: pose for start, pose in tried.items() if pose}
@@ -393,7 +395,7 @@ class _Search:
         return columns, form
 
     def _shown(self) -> str:
-        return listed([_cut(name) for name in self.heads.heads.values()], SHOWN)
+        return listed([_cut(name) for name in self.heads.heads.values()], MAX_LISTED)
 
 
 def _given(text: str) -> dict[str, str]:
@@ -410,4 +412,4 @@ def _given(text: str) -> dict[str, str]:
 
 
 def _cut(name: str) -> str:
-    return ascii(name if len(name) <= LONGEST_NAME else f'{name[:LONGEST_NAME]}...')
+    return ascii(name if len(name) <= MAX_NAME_LENGTH else f'{name[:MAX_NAME_LENGTH]}...')

@@ -1,7 +1,7 @@
 """
-Faults of a bag by its own checksums and counts, and a remark if it has none.
+Check a bag by its own checksums and counts, with a remark if it has no checksums.
 
-The checksums of MCAP's chunks are checked when the chunks are read.
+rosbags checks the checksums of MCAP's chunks when it reads the chunks.
 """
 
 import sqlite3
@@ -19,16 +19,17 @@ CHANGED = 'it was changed after it was written, and what follows from it may be 
 MAGIC_LENGTH = 8
 # Opcodes and lengths of MCAP's records: mcap.dev/spec.
 HEAD = struct.Struct('<BQ')
-FOOTER, CHUNK_INDEX, DATA_END = 2, 8, 15
+CHUNK_INDEX = 8
+DATA_END = 15
 FOOTER_LENGTH = HEAD.size + 20
 DATA_END_LENGTH = HEAD.size + 4
 # Offset of the checksum in a chunk, after its times and its size.
 CHUNK_SUM_AT = HEAD.size + 24
-AT_ONCE = 1 << 20
+READ_SIZE = 1 << 20
 
 
 def checked(path: Path) -> Iterator[Remark]:
-    """Yield remarks on a bag, a file or a directory, that could be read."""
+    """Yield remarks on a readable bag, a file or a directory."""
     files = sorted(path.iterdir()) if path.is_dir() else [path]
     for file in files:
         if file.suffix == '.mcap':
@@ -41,7 +42,7 @@ def checked(path: Path) -> Iterator[Remark]:
 
 
 def add_checksums(file: Path) -> None:
-    """Write the checksums of data and index into an MCAP file that is complete without them."""
+    """Write the checksums of data and index into an MCAP file that has none."""
     with file.open('r+b') as stream:
         end = stream.seek(-(FOOTER_LENGTH + MAGIC_LENGTH), 2)
         footer = stream.read(FOOTER_LENGTH)
@@ -56,7 +57,7 @@ def add_checksums(file: Path) -> None:
 
 
 def missing(where: str, topic: str, promised: int, read: int) -> Iterator[Remark]:
-    """Yield a remark if an index promises other counts than what was read."""
+    """Yield a remark if the count of the index differs from the number of messages read."""
     if promised != read:
         yield Remark(
             Level.WARN, f'{where} counts {promised:,} messages on {topic}, but holds {read:,}'
@@ -85,7 +86,7 @@ def _between(stream: BinaryIO, begin: int, end: int) -> bytes:
 
 
 def _data_sum(stream: BinaryIO, at: int) -> int:
-    # Returns the checksum of everything before the summary, 0 if there is none.
+    # Returns the stored checksum of the data section, 0 without a checksum.
     stream.seek(at)
     record = stream.read(DATA_END_LENGTH)
     if len(record) < DATA_END_LENGTH or HEAD.unpack_from(record) != (DATA_END, 4):
@@ -96,7 +97,7 @@ def _data_sum(stream: BinaryIO, at: int) -> int:
 def _sum_until(stream: BinaryIO, end: int) -> int:
     stream.seek(0)
     total, left = 0, end
-    while left and (data := stream.read(min(left, AT_ONCE))):
+    while left and (data := stream.read(min(left, READ_SIZE))):
         total, left = zlib.crc32(data, total), left - len(data)
     return total
 

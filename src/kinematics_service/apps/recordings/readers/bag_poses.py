@@ -1,6 +1,4 @@
-"""
-A topic with poses of the tool in a bag: of a long topic only as many as the frame check can use.
-"""
+"""Read poses of the tool from a topic of a bag, from a long topic an evenly spread sample."""
 
 from collections.abc import Callable, Iterable, Sequence
 from operator import attrgetter
@@ -13,7 +11,7 @@ from .block import SECOND
 from .source import PoseTrack
 from .tool_poses import PoseRows
 
-# Position and orientation in a message of each type.
+# Fields of position and orientation in a message of each type.
 POSES = {
     'geometry_msgs/msg/PoseStamped': ('pose.position', 'pose.orientation'),
     'geometry_msgs/msg/PoseWithCovarianceStamped': ('pose.pose.position', 'pose.pose.orientation'),
@@ -22,9 +20,9 @@ POSES = {
 }
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-# Number of poses kept (13 MB): if there are more, every second one is dropped, again and again.
-# The frame check uses some hundred of those within the recording.
-HELD = 2**16
+# Largest number of poses in memory (13 MB). If it is reached every second pose is dropped. The
+# frame check needs some hundred poses within the recording.
+MAX_POSES_HELD = 2**16
 
 
 def track_of_messages(
@@ -34,26 +32,29 @@ def track_of_messages(
     read: Callable[[bytes], Sequence[Any]],
 ) -> PoseTrack | None:
     """
-    Return the poses of messages that come with the time (ns) of their receipt; None without any.
+    Return the poses of messages, given with their time of receipt (ns); None without messages.
 
     Parameters
     ----------
     kind
-        Their type, one of `POSES`.
+        The type of the messages, one of `POSES`.
     read
-        Makes messages, one or none but for `/tf`, of their bytes, or raises any exception.
+        Makes messages of bytes, at most one except for `/tf`, or raises any exception.
     """
     parts = zip(POSES[kind], ('xyz', 'xyzw'))
     numbers = [attrgetter(f'{part}.{axis}') for part, axes in parts for axis in axes]
-    rows, stamps = np.empty((HELD, len(numbers))), np.empty(HELD, dtype=np.int64)
+    rows, stamps = (
+        np.empty((MAX_POSES_HELD, len(numbers))),
+        np.empty(MAX_POSES_HELD, dtype=np.int64),
+    )
     stride, kept, count, looked_at, frame = 1, 0, 0, 0, ''
     unreadable = 0
     for time, raw in messages:
         count += 1
         if (count - 1) % stride:
             continue
-        if kept == HELD:
-            kept, stride = HELD // 2, 2 * stride
+        if kept == MAX_POSES_HELD:
+            kept, stride = MAX_POSES_HELD // 2, 2 * stride
             rows[:kept], stamps[:kept] = rows[::2].copy(), stamps[::2].copy()
         looked_at += 1
         try:

@@ -1,6 +1,6 @@
-"""Bags of ROS 2 (MCAP, sqlite3) and ROS 1, read without ROS by rosbags, which not all have."""
+"""Read bags of ROS 2 (MCAP, sqlite3) and ROS 1 without ROS by rosbags, an optional package."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import groupby, islice
 from pathlib import Path
@@ -12,15 +12,13 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from ....errors import KinematicsError, RecordingError
-from ....estimation.joint_sample import JointSample
 from ....estimation.joint_state_columns import columns_of
 from ....typography import listed
 from .bag_checks import checked, missing
 from .bag_poses import POSES, TRANSFORM, TRANSFORMS, track_of_messages
 from .between_points import PlannedTrajectory
-from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, blocks_of
+from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, joined
 from .plan_reader import blocks_of_trajectories, trajectory_of_message
-from .ros1_index import LongBag
 from .source import PoseTrack, RecordingSource, Remark, Selection
 from .unpacking import (
     bounded_chunks,
@@ -32,7 +30,7 @@ from .unpacking import (
 
 JOINT_STATE = 'sensor_msgs/msg/JointState'
 TRAJECTORY = 'trajectory_msgs/msg/JointTrajectory'
-MOST_LISTED = 20
+MAX_LISTED = 20
 MAGIC = {
     '.mcap': (b'\x89MCAP0\r\n', 'an MCAP file'),
     '.db3': (b'SQLite format 3', 'an sqlite3 bag'),
@@ -48,7 +46,7 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
     Raises
     ------
     RecordingError
-        It cannot be read, or has no such topic.
+        The bag cannot be read, or lacks the topic.
     """
     with bounded_chunks(path):
         with _one_sentence(path):
@@ -57,8 +55,6 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
                 refuse_to_grow(path)
             # Bags older than ROS 2 Iron do not hold the definitions of their messages.
             reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
-            if not reader.is2:
-                reader.readers = [LongBag(path)]
             reader.open()
         try:
             with _one_sentence(path):
@@ -82,7 +78,7 @@ def _one_sentence(path: Path) -> Iterator[None]:
 
 
 def _from_the_reader(error: BaseException) -> bool:
-    # Returns whether an error comes from rosbags or its dependencies, and not from this package.
+    # Returns whether an error comes from rosbags or its dependencies, not from this package.
     *_, (frame, _) = walk_tb(error.__traceback__)
     return not frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0])
 
@@ -117,7 +113,7 @@ def _check(path: Path) -> None:
 
 
 def _types_of(fields: Any) -> Iterator[str]:
-    # The names of the types of which fields are made, arrays of them included.
+    # Yields the names of the types of fields, also of elements of arrays.
     for _, (node, what) in fields:
         while node.name in ('ARRAY', 'SEQUENCE'):
             node, what = what[0]
@@ -200,7 +196,8 @@ class _Bag:
         raise RecordingError(f'{self.path}: {self._listed()}')
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
-        # The bytes are read as the type of this name is everywhere, whatever the file calls so.
+        # Bytes are read by the definition of ROS: a type of the same name with other fields would
+        # give wrong numbers.
         usual = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
         if not self.reader.is2:
             usual |= get_typestore(Stores.ROS1_NOETIC).fielddefs
@@ -219,7 +216,7 @@ class _Bag:
         if topics := [topic for topic, kind in known if kind in (JOINT_STATE, TRAJECTORY)]:
             return f'JointState or JointTrajectory are on {", ".join(topics)}'
         shown = [f'{topic} ({kind})' for topic, kind in known]
-        there_is = f'there is {listed(shown, MOST_LISTED)}' if shown else 'the bag is empty'
+        there_is = f'there is {listed(shown, MAX_LISTED)}' if shown else 'the bag is empty'
         return f'no topic has JointState or JointTrajectory; {there_is}'
 
     def _connections(self, topic: str) -> list[Any]:
@@ -243,28 +240,20 @@ class _Bag:
                 yield from self._alike(some)
                 some.clear()  # before the next are read
 
-    def _one_by_one(
-        self, messages: Iterable[tuple[int, bytes]]
-    ) -> Iterator[Block | UnreadableMessage]:
-        for readable, alike in groupby(
-            (self._sample(raw, time) for time, raw in messages),
-            lambda sample: isinstance(sample, JointSample),
-        ):
-            samples: Any = alike
-            yield from blocks_of(samples) if readable else samples
-
     def _alike(self, messages: Sequence[tuple[int, bytes]]) -> Iterator[Block | UnreadableMessage]:
+        # Yields messages of equal length. A message is read alone if it differs from the first in
+        # more than numbers.
         times, raws = zip(*messages)
         columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
         if columns is None:
-            yield from self._one_by_one(messages)
+            yield from joined(self._one(raw, time) for time, raw in messages)
             return
         received = np.array(times, dtype=np.int64)
         edges = np.flatnonzero(np.diff(columns.alike)) + 1
         for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(raws)]):
             span = slice(begin, end)
             if not columns.alike[begin]:
-                yield from self._one_by_one(messages[span])
+                yield from joined(self._one(raw, time) for time, raw in messages[span])
                 continue
             yield Block(
                 columns.names,
@@ -274,20 +263,15 @@ class _Bag:
                 columns.velocities[span],
             )
 
-    def _sample(self, raw: bytes, time: int) -> JointSample | UnreadableMessage:
+    def _one(self, raw: bytes, time: int) -> Block | UnreadableMessage:
         try:
             message: Any = self.reader.deserialize(raw, JOINT_STATE)
         except Exception as error:  # bytes can make the reader raise any exception
             return UnreadableMessage(time, ' '.join(str(error).split()) or type(error).__name__)
-        stamp = message.header.stamp
-        return JointSample(
-            tuple(message.name),
-            message.position.tolist(),
-            message.velocity.tolist(),
-            int(stamp.sec) * SECOND + int(stamp.nanosec),
-            time,
-            time,
-        )
+        stamp = int(message.header.stamp.sec) * SECOND + int(message.header.stamp.nanosec)
+        stamps, received = (np.array([when], dtype=np.int64) for when in (stamp, time))
+        positions, velocities = message.position[None], message.velocity[None]
+        return Block(tuple(message.name), stamps, received, positions, velocities)
 
     def _poses(self) -> PoseTrack | None:
         topic = self.wanted.pose_topic
@@ -323,7 +307,7 @@ class _Bag:
         return ', '.join(sorted(name for name, own in self.types.items() if own in usable))
 
     def _child(self, topic: str, asked: str, connections: list[Any]) -> str:
-        # The frame whose transforms are the poses: one that is asked for, or the only one.
+        # Returns the frame whose transforms are the poses: the requested one, or the only one.
         parents: dict[str, set[str]] = {}
         for message, _ in self._messages(connections):
             for one in message.transforms:
@@ -333,6 +317,6 @@ class _Bag:
             return chosen
         shown = [f'{name} in {" and ".join(sorted(own))}' for name, own in sorted(parents.items())]
         raise RecordingError(
-            f'{self.path}: {topic} has the transforms of {listed(shown, MOST_LISTED)}: say '
+            f'{self.path}: {topic} has the transforms of {listed(shown, MAX_LISTED)}: say '
             f'--pose-topic {topic}:FRAME for one that another source than the joints gives'
         )

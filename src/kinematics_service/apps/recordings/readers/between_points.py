@@ -1,4 +1,4 @@
-"""The motion a controller makes of a planned trajectory: what happens between its points."""
+"""Sample the motion that a controller makes of a planned trajectory."""
 
 import sys
 from typing import NamedTuple
@@ -8,15 +8,17 @@ import numpy as np
 from ....kernel import Floats, Integers
 from ..plans.polynomials import polynomial_motion
 
-# Between two points no joint moves more than this from sample to sample (rad, m).
-FINEST = 0.01
-# Samples between two points at least (so that a turning joint is seen), and at most.
-FEWEST, MOST = 4, 2_000
+# Largest motion of a joint between two samples, rad or m.
+MAX_STEP = 0.01
+# Least number of samples between two points, which shows a joint that turns back.
+MIN_SAMPLES = 4
+# Largest number of samples between two points.
+MAX_SAMPLES = 2_000
 
 
 class PlannedTrajectory(NamedTuple):
     """
-    A trajectory as it was planned.
+    A planned trajectory.
 
     Attributes
     ----------
@@ -26,7 +28,7 @@ class PlannedTrajectory(NamedTuple):
         Since the start.
     positions : shape (N, k), rad or m
     velocities, accelerations
-        Likewise; None if the points have none.
+        Derivatives of the positions; None if the points have none.
     """
 
     names: tuple[str, ...]
@@ -46,43 +48,28 @@ class SampledSteps(NamedTuple):
 
 def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps:
     """
-    Return the motion along a trajectory, its points included.
+    Return samples of the motion along a trajectory, its points included.
 
-    In at most so many steps, and a few for each segment: more coarsely if that takes more.
+    They are at most `most`, but at least 4 a segment; a longer motion has larger steps.
     """
-    times, q = planned.times, planned.positions
-    if len(times) == 1:
-        return SampledSteps(times, q, np.zeros_like(q))
-    polynomials = polynomial_motion(times, q, planned.velocities, planned.accelerations)
+    q = planned.positions
+    motion = polynomial_motion(planned.times, q, planned.velocities, planned.accelerations)
     counts = _counts(planned, most)
-    parts = [
-        _segment(planned, k, c, np.arange(count) / count)
-        for k, (c, count) in enumerate(zip(polynomials.coefficients, counts.tolist()))
-    ]
-    last = len(times) - 2
-    end = _segment(planned, last, polynomials.coefficients[last], np.ones(1))
-    end = end._replace(positions=q[-1:])
-    return SampledSteps(*(np.concatenate(columns) for columns in zip(*parts, end)))
+    segment = np.append(np.repeat(np.arange(len(counts)), counts), len(motion.begins) - 1)
+    s = np.concatenate([*(np.arange(count) / count for count in counts), [1.0]])
+    positions = motion.positions(segment, s)
+    positions[-1] = q[-1]
+    return SampledSteps(motion.times(segment, s), positions, motion.velocities(segment, s))
 
 
 def _counts(planned: PlannedTrajectory, most: int) -> Integers:
-    # The number of samples of each segment, at its begin and after it.
+    # Returns the number of samples of each segment, without its end.
     reach = np.max(np.abs(np.diff(planned.positions, axis=0)), axis=1)
     if planned.velocities is not None:
-        # A cubic may swing out; its speeds bound how far.
+        # A cubic may leave the range of its ends; the speeds at its ends bound the motion.
         speeds = np.max(np.abs(planned.velocities), axis=1)
         fastest = np.maximum(speeds[:-1], speeds[1:])
         reach = np.maximum(reach, 0.5 * np.diff(planned.times) * fastest)
-    counts = np.clip(np.ceil(reach / FINEST), FEWEST, MOST)
-    share = min(most / float(np.sum(counts)), 1.0)
-    return np.asarray(np.maximum(np.floor(share * counts), FEWEST), dtype=np.int64)
-
-
-def _segment(planned: PlannedTrajectory, k: int, c: Floats, s: Floats) -> SampledSteps:
-    # At shares of the segment, 0 to 1.
-    duration = float(planned.times[k + 1] - planned.times[k])
-    powers = np.arange(len(c))
-    q = s[:, None] ** powers @ c
-    slope = (powers[1:, None] * c[1:]) / duration
-    qdot = s[:, None] ** powers[:-1] @ slope
-    return SampledSteps(planned.times[k] + s * duration, q, qdot)
+    counts = np.clip(np.ceil(reach / MAX_STEP), MIN_SAMPLES, MAX_SAMPLES)
+    share = min(most / max(float(np.sum(counts)), 1.0), 1.0)
+    return np.asarray(np.maximum(np.floor(share * counts), MIN_SAMPLES), dtype=np.int64)

@@ -1,8 +1,8 @@
-"""Joint states of a recording in columns: messages in a row that look alike."""
+"""Blocks of joint states: consecutive messages with the same names, in columns."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import groupby, islice
+from itertools import groupby
 from typing import TypeAlias
 
 import numpy as np
@@ -14,11 +14,25 @@ from ....kernel import Floats
 Times: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
-# In ns.
-SECOND = 1_000_000_000
-# Most messages of a block, and most bytes of serialized ones: the memory of one stays within some
-# tens of MB, unless a single message has more.
-LARGEST_BLOCK, LARGEST_BYTES = 16_384, 2**26
+SECOND = 1_000_000_000  # ns
+# Largest number of messages in a block.
+LARGEST_BLOCK = 16_384
+# Largest number of serialized bytes in a block, 64 MiB, unless a single message has more.
+LARGEST_BYTES = 2**26
+
+
+class ForwardClock:
+    """A clock, ns, that follows stamps forward and stands still when they step back."""
+
+    def __init__(self) -> None:
+        self._last: tuple[int, int] | None = None
+
+    def times(self, stamps: Times) -> Times:
+        """Return the times of the next stamps (N,), N > 0, beginning with the first stamp."""
+        stamp, time = self._last or (int(stamps[0]), int(stamps[0]))
+        times: Times = time + np.cumsum(np.maximum(np.diff(stamps, prepend=stamp), 0))
+        self._last = int(stamps[-1]), int(times[-1])
+        return times
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +45,9 @@ class Block:
     names
         Joint names, as in the messages.
     stamps, received : shape (N,), ns
-        Stamps of the header, 0 if there is none; and times of the recording.
+        Stamps of the header, 0 if unstamped; and times of receipt.
     positions, velocities : shape (N, k), rad or m, rad/s or m/s
-        As in the messages; k is mostly the number of names, and 0 if a message has none.
+        Numbers of the messages; k should be the number of names, and is 0 without numbers.
     """
 
     names: tuple[str, ...]
@@ -46,9 +60,7 @@ class Block:
         return len(self.stamps)
 
     def sample(self, k: int) -> JointSample:
-        """
-        Return message k as the estimator takes it; the steady clock is that of the recording.
-        """
+        """Return message k for the estimator, with the times of receipt as the steady clock."""
         received = int(self.received[k])
         return JointSample(
             self.names,
@@ -62,7 +74,7 @@ class Block:
 
 @dataclass(frozen=True)
 class UnreadableMessage:
-    """A message among the blocks that is no JointState, with the reason in words."""
+    """A message that cannot be read as a JointState, with the reason in words."""
 
     received: int
     reason: str
@@ -71,25 +83,20 @@ class UnreadableMessage:
         return 1
 
 
-def blocks_of(samples: Iterable[JointSample]) -> Iterator[Block]:
-    """Yield samples in blocks, in their order."""
+def joined(
+    parts: Iterable[Block | UnreadableMessage],
+) -> Iterator[Block | UnreadableMessage]:
+    """Yield parts in order, consecutive blocks with the same names and counts as one block."""
 
-    def kind(sample: JointSample) -> tuple[tuple[str, ...], int, int]:
-        return tuple(sample.names), len(sample.positions), len(sample.velocities)
+    def kind(part: Block | UnreadableMessage) -> tuple[object, ...]:
+        if isinstance(part, UnreadableMessage):
+            return (part,)
+        return part.names, part.positions.shape[1], part.velocities.shape[1]
 
-    for _, alike in groupby(samples, kind):
-        while some := list(islice(alike, LARGEST_BLOCK)):
-            yield _block(some)
-
-
-def _block(samples: list[JointSample]) -> Block:
-    def table(rows: list[object]) -> Floats:
-        return np.array(rows, dtype=np.float64).reshape(len(rows), -1)
-
-    return Block(
-        tuple(samples[0].names),
-        np.array([sample.stamp for sample in samples], dtype=np.int64),
-        np.array([sample.received for sample in samples], dtype=np.int64),
-        table([sample.positions for sample in samples]),
-        table([sample.velocities for sample in samples]),
-    )
+    for _, alike in groupby(parts, kind):
+        blocks = list(alike)
+        if isinstance(blocks[0], Block):
+            names, *columns = zip(*(vars(block).values() for block in blocks))
+            yield Block(names[0], *(np.concatenate(column) for column in columns))
+        else:
+            yield from blocks

@@ -1,6 +1,5 @@
 """
-Numbers of every state of a recording, read again piece by piece; they are in memory while they are
-few.
+Columns of numbers for all states of a recording, in memory while small, then in a temporary file.
 """
 
 import os
@@ -14,12 +13,12 @@ import numpy.typing as npt
 from ....errors import RecordingError
 from ....kernel import Floats
 
-# A column keeps this number of numbers in memory; then they go to a file without a name, which
-# disappears with the process, whatever ends it.
-HELD = 2**18
-# Number of states that findings process at once, so that their sums depend on nothing else:
-# shorter recordings (17 minutes at 1 kHz) are one piece.
-AT_ONCE = 2**20
+# Largest count of numbers that a column holds in memory. Then they go to an unnamed file, which
+# the system deletes when the process ends.
+MAX_HELD_NUMBERS = 2**18
+# Number of states in a piece. It is fixed, so sums do not depend on the size of blocks; 17 minutes
+# at 1 kHz are one piece.
+MAX_PIECE_ROWS = 2**20
 
 Scalar = TypeVar('Scalar', bound=np.generic)
 Row = int | np.integer[Any]
@@ -27,7 +26,7 @@ Rows = slice | Sequence[int] | npt.NDArray[np.integer[Any]] | npt.NDArray[np.boo
 
 
 class Column(Generic[Scalar]):
-    """One number for each state, to be appended to, and then read like an array."""
+    """A column with one number for each state: append to it, then read it like an array."""
 
     def __init__(self, kind: type[Scalar]) -> None:
         self._kind = np.dtype(kind)
@@ -43,7 +42,7 @@ class Column(Generic[Scalar]):
         own = np.array(numbers, dtype=self._kind)
         self._held.append(own)
         self._held_count += len(own)
-        if self._held_count > HELD:
+        if self._held_count > MAX_HELD_NUMBERS:
             self._write()
 
     def _write(self) -> None:
@@ -86,7 +85,7 @@ class Column(Generic[Scalar]):
         return np.asarray(self[:], dtype=dtype)
 
     def mapped(self) -> npt.NDArray[Scalar]:
-        """Return all numbers, the file mapped where there is one: what is changed, changes."""
+        """Return all numbers, a file as a memory map; changes of the array change the column."""
         if self._file is None:
             return self._joined()
         self._write()
@@ -110,7 +109,7 @@ class Column(Generic[Scalar]):
 
 
 class StateTable:
-    """Some numbers for each state: columns side by side, read like an array (N, k)."""
+    """Columns side by side, read like an array (N, k)."""
 
     def __init__(self, columns: int) -> None:
         self.columns = tuple(Column(np.float64) for _ in range(columns))
@@ -137,16 +136,16 @@ class StateTable:
 
 
 def spans(count: int) -> Iterator[slice]:
-    """Yield the rows of `count` in pieces that findings process at once."""
-    for begin in range(0, count, AT_ONCE):
-        yield slice(begin, min(begin + AT_ONCE, count))
+    """Yield the slices of `count` rows in pieces of `MAX_PIECE_ROWS`."""
+    for begin in range(0, count, MAX_PIECE_ROWS):
+        yield slice(begin, min(begin + MAX_PIECE_ROWS, count))
 
 
 def median(pieces: Iterable[npt.ArrayLike]) -> float:
     """
-    Return the median of numbers that come in pieces, 0 if there are none; none is NaN.
+    Return the median of numbers that come in pieces, 0 without numbers; NaN is not allowed.
 
-    Many are sorted in a file, as far as that is needed, and not in memory.
+    A long column is partitioned in its file, not in memory.
     """
     every = Column(np.float64)
     for piece in pieces:

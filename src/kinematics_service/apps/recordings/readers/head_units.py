@@ -1,4 +1,4 @@
-"""The heads of a table's columns as names and units: `q1_deg`, `q3 [mm]`, `time (ms)`, `q[0]`."""
+"""Split the heads of columns into names and units: `q1_deg`, `q3 [mm]`, `time (ms)`, `q[0]`."""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -25,7 +25,7 @@ BEHIND = re.compile(
 
 
 class HeadUnits(NamedTuple):
-    """Heads without their units, as `names` in their order; what each was; the words of units."""
+    """Names of heads without their units, in their order; head and unit of each name."""
 
     names: list[str]
     heads: Mapping[str, str]
@@ -33,12 +33,12 @@ class HeadUnits(NamedTuple):
 
     def unit(self, names: Sequence[str], accepted: Collection[str], where: str) -> str:
         """
-        Return the unit that the heads of some columns name, empty if none does.
+        Return the unit in the heads of some columns, empty without a unit.
 
         Raises
         ------
         RecordingError
-            They name two, or another one than `accepted`.
+            The heads have different units, or a unit that is not in `accepted`.
         """
         found = {self.units.get(name, ''): name for name in names}
         if len(found) > 1:
@@ -54,10 +54,10 @@ class HeadUnits(NamedTuple):
 
 
 def units_of_heads(header: Sequence[str], joints: Collection[str]) -> HeadUnits:
-    """Return heads without their units; one that ends in the name of a joint keeps its words."""
+    """Return names and units of heads; a head that ends in a joint's name has no unit."""
     parted = [(head, '') if head.endswith(tuple(joints)) else _parted(head) for head in header]
     names = [name for name, _ in parted]
-    # Of `q1_deg` beside `q1_rad` both keep their units as parts of their names.
+    # `q1_deg` beside `q1_rad`: both keep their units as parts of their names.
     kept = [
         (name, unit) if names.count(name) == 1 else (head, '')
         for head, (name, unit) in zip(header, parted)

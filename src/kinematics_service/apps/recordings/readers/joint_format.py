@@ -1,4 +1,4 @@
-"""The meaning of the joint columns of a table: units, or encoder ticks with zero and ratio."""
+"""Convert joint columns of a table: units, or encoder ticks with zero and ratio."""
 
 import json
 import math
@@ -13,16 +13,16 @@ from ....errors import RecordingError
 from ....kernel import Floats
 from ....robot.robot import Robot
 
-# What is 1 of a unit, rad or m.
+# Factors from a unit to rad or m.
 ANGLES = {'rad': 1.0, 'deg': math.radians(1.0), 'turns': math.tau}
 LENGTHS = {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2}
-# Percent of the way from the middle of a joint's limits to one of them, -100 to 100.
+# Percentage from the middle of a joint's limits to a limit, -100 to 100.
 PERCENT = 'percent'
-# Ticks a turn, negative where the encoder counts the other way; the tick at zero.
+# Ticks a turn, negative if the encoder counts the other way; the tick at zero.
 TICKS = re.compile(r'(-?\d+(?:\.\d+)?)(?:@(-?\d+(?:\.\d+)?))?')
-# The vector whose statistics are asked.
+# The vector of joint positions in the statistics of a dataset.
 STATE = 'observation.state'
-# Of the servos whose calibration LeRobot writes: ticks of a turn.
+# Ticks a turn of the servos whose calibration LeRobot writes.
 SERVO_TURN = 4095.0
 ACCEPTED = (
     'write rad, deg, turns, m, mm, percent (of the way from the middle of the limits to a '
@@ -32,7 +32,7 @@ ACCEPTED = (
 
 
 class JointUnits(NamedTuple):
-    """Joint positions (..., n) are `scale` (n,) times numbers less `zero` (n,), rad or m."""
+    """Joint positions (..., n), rad or m, are `scale` (n,) times (numbers - `zero` (n,))."""
 
     scale: Floats
     zero: Floats
@@ -46,9 +46,9 @@ class JointFormat(NamedTuple):
     """
     The units of joint columns, in words with commas; empty: rad and m.
 
-    Each word is for all joints that it fits, or for the one that it names: `deg,mm`,
+    Each word holds for all joints that it fits, or for the joint that it names: `deg,mm`,
     `turns,wrist=4096@2048`, or a file. `first` is the place of the arm's first joint in the state
-    of a dataset, of which a file may have the statistics.
+    vector of a dataset, for a file with its statistics.
     """
 
     text: str = ''
@@ -56,12 +56,12 @@ class JointFormat(NamedTuple):
 
     def units(self, robot: Robot) -> JointUnits:
         """
-        Return what the numbers of each joint of an arm are.
+        Return scale and zero of each joint of an arm.
 
         Raises
         ------
         RecordingError
-            A word is none, or names no joint of this arm; or a file cannot be read.
+            A word or a joint is unknown, or a file cannot be read.
         """
         units = JointUnits(np.ones(robot.dof), np.zeros(robot.dof))
         for word in (part.strip() for part in self.text.split(',') if part.strip()):
@@ -97,7 +97,7 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
             )
         _take_range(units, j, (-100.0, 100.0), (lower, upper))
     elif ticks and float(ticks[1]):
-        turn = 1.0 if sliding else math.tau  # of a sliding joint they are ticks a metre
+        turn = 1.0 if sliding else math.tau  # a sliding joint has ticks a metre
         units.scale[j], units.zero[j] = turn / float(ticks[1]), float(ticks[2] or 0.0)
     else:
         raise RecordingError(f'--joint-format: {unit!r} is not accepted; {ACCEPTED}')
@@ -106,7 +106,7 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
 def _take_range(
     units: JointUnits, j: int, numbers: tuple[float, float], meant: tuple[float, float]
 ) -> None:
-    # The first of numbers is the first of what is meant, and the last the last.
+    # Maps the range of numbers onto the range that they mean.
     scale = (meant[1] - meant[0]) / (numbers[1] - numbers[0])
     units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(meant) / scale
 
@@ -135,7 +135,7 @@ def _is_motor(content: Any) -> bool:
 
 
 def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]) -> None:
-    # Numbers are -100 to 100 over the range of the servo, whose middle is the zero of the joint.
+    # Numbers go from -100 to 100 over the range of the servo; the middle is the joint's zero.
     for j, name in enumerate(robot.joint_names):
         one = motors[name]
         reach = 0.5 * (float(one['range_max']) - float(one['range_min']))
@@ -146,7 +146,7 @@ def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]
 def _range_of_state(
     content: Mapping[str, Any], first: int, end: int
 ) -> tuple[list[float], list[float]]:
-    # Numbers were mapped from these to -1 to 1.
+    # Returns the range of the state that the dataset maps to -1 to 1.
     state = content[STATE]
     least, most = ([float(x) for x in state[name][first:end]] for name in ('min', 'max'))
     if min(len(least), len(most)) < end - first:

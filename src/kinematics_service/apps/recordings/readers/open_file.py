@@ -1,6 +1,4 @@
-"""
-The source of joint states: one function for every kind of file, which the file's content tells.
-"""
+"""Open a file of joint states of any kind, by its suffix and its first bytes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -31,12 +29,12 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
     Raises
     ------
     RecordingError
-        It cannot be read; the message is one sentence.
+        The file cannot be read; the message is one sentence.
     """
     if not file.exists():
         raise RecordingError(f'{file}: there is no such file')
     if not (file.is_file() or file.is_dir()):
-        # What is read more than once, and to its end, is not read from these.
+        # Devices and pipes cannot be read twice.
         raise RecordingError(f'{file}: is a device or a named pipe: give a file')
     suffix = file.suffix.lower()
     if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):

@@ -1,4 +1,4 @@
-"""Planned joint trajectories, read from text or messages."""
+"""Read planned joint trajectories from text or messages."""
 
 import json
 from collections import Counter
@@ -13,22 +13,22 @@ from ....kernel import Floats
 from ....robot.file.text.entries import choice, did_you_mean, meant_by
 from ....robot.file.text.yaml_reader import YamlError
 from ....robot.measures import Level
-from .between_points import FINEST, PlannedTrajectory, sampled
+from .between_points import MAX_STEP, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, SECOND, Block, Times
 from .source import RecordingSource, Remark, Selection
-from .yaml_values import MOST_VALUES, Values, read_documents
+from .yaml_values import MAX_VALUES, Values, read_documents
 
-# Trajectories of one topic follow each other with a pause longer than any timeout (ns).
+# Pause between the trajectories of a topic, longer than any timeout, ns.
 PAUSE = 3_600 * SECOND
-# A stamp of zero would mean that there is none.
-BEGIN = SECOND
-LARGEST = 64 * 1024 * 1024
-# Samples of all trajectories of a file, besides the fewest of each segment: a minute's work.
-MOST_SAMPLES = 500_000
-# rad or m from one sample to the next: ten times what is usual is remarked.
-MOST_COARSE = 10 * FINEST
-# What a JointTrajectoryPoint has.
-OF_POINT = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
+# Stamp of the first sample; 0 would mean unstamped.
+FIRST_STAMP = SECOND
+MAX_FILE_BYTES = 64 * 1024 * 1024
+# Largest number of samples of a file, besides 4 a segment: a minute of work.
+MAX_FILE_SAMPLES = 500_000
+# Largest motion between two samples without a remark, rad or m.
+COARSE_STEP = 10 * MAX_STEP
+# Keys of a JointTrajectoryPoint.
+POINT_KEYS = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
 SINGULAR = {'positions': 'position', 'velocities': 'velocity', 'accelerations': 'acceleration'}
 
 
@@ -39,9 +39,9 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
     Raises
     ------
     RecordingError
-        It is no trajectory; the message is one sentence.
+        The file holds no trajectory; the message is one sentence.
     """
-    text = text_of(file, LARGEST, 'write it as a bag')
+    text = text_of(file, MAX_FILE_BYTES, 'write it as a bag')
     documents = _documents(file, text)
     found = [found for document in documents for found in _trajectories(document)]
     if not found:
@@ -65,12 +65,12 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
 
 def text_of(file: Path, largest: int, instead: str) -> str:
     """
-    Return the text of a file of at most `largest` bytes; `instead`: what to do with a larger one.
+    Return the text of a file of at most `largest` bytes; `instead` is advice for a larger file.
 
     Raises
     ------
     RecordingError
-        It cannot be read, or is larger, empty, or not UTF-8.
+        The file cannot be read, is larger, empty, or not UTF-8.
     """
     try:
         with file.open('rb') as stream:
@@ -95,10 +95,10 @@ def json_of(file: Path, text: str) -> Values:
     Raises
     ------
     RecordingError
-        It is none, has a key twice, or more than `MOST_VALUES` values.
+        The text is not JSON, has a key twice, or more than `MAX_VALUES` values.
     """
-    if text.count(',') > MOST_VALUES:
-        raise RecordingError(f'{file}: has more than {MOST_VALUES:,} values; write it as a bag')
+    if text.count(',') > MAX_VALUES:
+        raise RecordingError(f'{file}: has more than {MAX_VALUES:,} values; write it as a bag')
     try:
         content: Values = json.loads(text, object_pairs_hook=_mapping)
         return content
@@ -161,11 +161,11 @@ def _planned(data: Mapping[str, Values], where: str) -> PlannedTrajectory:
 
 
 def _check_keys(point: Mapping[str, Values], where: str) -> None:
-    # A misspelt key would be left out, and the plan be another one.
+    # Without this check a misspelt key would change the plan silently.
     for key in map(str, point):
-        if key not in OF_POINT:
-            hint = did_you_mean(meant_by(key, OF_POINT))
-            raise RecordingError(f'{where}: unknown key {key[:60]!r}{hint}{choice(OF_POINT)}')
+        if key not in POINT_KEYS:
+            hint = did_you_mean(meant_by(key, POINT_KEYS))
+            raise RecordingError(f'{where}: unknown key {key[:60]!r}{hint}{choice(POINT_KEYS)}')
 
 
 def trajectory_of_message(message: Any) -> PlannedTrajectory:
@@ -181,14 +181,23 @@ def trajectory_of_message(message: Any) -> PlannedTrajectory:
 def _trajectory(
     names: tuple[str, ...], times: list[float], rows: Callable[[str], list[Any]], where: str
 ) -> PlannedTrajectory:
-    # Of the rows of numbers, one a point, that a key has.
+    # `rows` returns the numbers of a key, one row a point.
+    if not times:
+        raise RecordingError(f'{where}: the trajectory has no points')
     positions, velocities, accelerations = (
         _table(rows(key), names, key, where) for key in SINGULAR
     )
     if positions is None:
-        positions = np.zeros((0, 0))
+        raise RecordingError(f'{where}: the points have no positions')
     planned = PlannedTrajectory(names, np.array(times), positions, velocities, accelerations)
-    return _checked(planned, where)
+    late = np.flatnonzero(np.diff(planned.times) <= 0.0)
+    if len(late):
+        raise RecordingError(
+            f'{where}: points[{late[0] + 1}] is not later than the point before it'
+        )
+    if planned.times[0] < 0.0 or planned.times[-1] > 1e6:
+        raise RecordingError(f'{where}: time_from_start must be within 0 and 1e6 s')
+    return planned
 
 
 def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) -> Floats | None:
@@ -197,18 +206,21 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
     for k, row in enumerate(rows):
         count = len(row) if isinstance(row, (list, np.ndarray)) else 0
         if count != len(names):
-            # Left out, they would be those of another motion, of which all would be proved.
+            # Points without velocities would make another motion, and its proof would be wrong.
             raise RecordingError(
                 f'{where}: points[{k}] must have one {SINGULAR[key]} for each joint: {count} '
                 f'of {len(names)}{"" if key == "positions" else ", and other points have some"}'
             )
-        # These are truth values and texts, which numpy would take for numbers.
+        # numpy would convert truth values and texts to numbers.
         if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
             raise RecordingError(f'{where}: points[{k}]: {key} must be numbers')
     try:
-        return np.array(rows, dtype=np.float64)
+        table = np.array(rows, dtype=np.float64)
     except OverflowError:
-        raise RecordingError(f'{where}: {key} holds a number that is not finite') from None
+        table = np.full(1, np.inf)
+    if not np.all(np.isfinite(table)):
+        raise RecordingError(f'{where}: {key} holds a number that is not finite')
+    return table
 
 
 def _seconds(time: Any, k: int, where: str) -> float:
@@ -223,25 +235,6 @@ def _seconds(time: Any, k: int, where: str) -> float:
     )
 
 
-def _checked(planned: PlannedTrajectory, where: str) -> PlannedTrajectory:
-    if not len(planned.times):
-        raise RecordingError(f'{where}: the trajectory has no points')
-    _, *tables = planned
-    for name, table in zip(('time_from_start', *SINGULAR), tables):
-        if table is not None and not np.all(np.isfinite(table)):
-            raise RecordingError(f'{where}: {name} holds a number that is not finite')
-    if planned.positions.shape[1:] != (len(planned.names),):
-        raise RecordingError(f'{where}: the points have no positions')
-    late = np.flatnonzero(np.diff(planned.times) <= 0.0)
-    if len(late):
-        raise RecordingError(
-            f'{where}: points[{late[0] + 1}] is not later than the point before it'
-        )
-    if planned.times[0] < 0.0 or planned.times[-1] > 1e6:
-        raise RecordingError(f'{where}: time_from_start must be within 0 and 1e6 s')
-    return planned
-
-
 def blocks_of_trajectories(
     trajectories: Iterable[PlannedTrajectory], wanted: Selection, where: str, remarks: list[Remark]
 ) -> Iterator[Block]:
@@ -249,17 +242,16 @@ def blocks_of_trajectories(
     Yield the joint states of the motions that controllers make of trajectories.
 
     The motion between points is that of joint_trajectory_controller: straight with positions
-    alone, cubic with velocities, quintic with accelerations; a trajectory of one point stays
-    there. A remark says how coarsely the motion is sampled where it goes so far that it would take
-    too many samples.
+    alone, cubic with velocities, quintic with accelerations; a trajectory of one point stands
+    still. If a motion is too long for small steps, a remark says how large the steps are.
 
     Raises
     ------
     RecordingError
-        A joint of the arm is not among those of a trajectory.
+        A trajectory lacks a joint of the arm.
     """
-    begin, left = BEGIN, MOST_SAMPLES
-    coarsest = FINEST
+    begin, left = FIRST_STAMP, MAX_FILE_SAMPLES
+    coarsest = MAX_STEP
     ours = [wanted.joint_prefix + name for name in wanted.robot.joint_names]
     for planned in trajectories:
         missing = [name for name in ours if name not in planned.names]
@@ -279,7 +271,7 @@ def blocks_of_trajectories(
                 planned.names, stamps[span], stamps[span], positions[span], velocities[span]
             )
         begin = int(stamps[-1]) + PAUSE
-    if coarsest > MOST_COARSE:
+    if coarsest > COARSE_STEP:
         remarks.append(
             Remark(
                 Level.WARN,

@@ -1,4 +1,4 @@
-"""Joint states of an arm over time, whole: what can be replayed and drawn."""
+"""Read a whole table of joint states, to replay or draw it."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +10,11 @@ from ....errors import RecordingError
 from ....kernel import Floats
 from ....robot.robot import Robot
 from ....typography import listed
+from .block import ForwardClock
 from .source import Selection
 from .table_reader import TableReader
 
-# Most names of joints in an error message.
+# Number of joint names in an error message.
 LISTED = 20
 
 
@@ -25,11 +26,11 @@ class Recording:
     Attributes
     ----------
     stamps : shape (N,), ns
-        As in the file: they may stand still or jump back.
+        Stamps of the file, which may repeat or jump back.
     positions : shape (N, n), rad or m
         In the order of the arm's joints.
     velocities : shape (N, n), rad/s or m/s
-        None if the file has none.
+        None if the file has no velocities.
     """
 
     stamps: npt.NDArray[np.int64]
@@ -38,11 +39,8 @@ class Recording:
 
     @property
     def due(self) -> Floats:
-        """
-        Return when each row is due after the first, shape (N,), s; a step back takes no time.
-        """
-        steps = np.maximum(np.diff(self.stamps, prepend=self.stamps[:1]), 0)
-        return np.cumsum(steps) * 1e-9
+        """Return the time of each row since the first, shape (N,), s; steps back take no time."""
+        return np.asarray((ForwardClock().times(self.stamps) - self.stamps[0]) * 1e-9)
 
 
 def read_recording(file: Path, robot: Robot) -> Recording:
@@ -55,7 +53,7 @@ def read_recording(file: Path, robot: Robot) -> Recording:
     Raises
     ------
     RecordingError
-        The file cannot be read, or is not such a recording of this arm.
+        The file cannot be read, or lacks columns of this arm.
     """
     accepted = (
         'accepted, separated by commas, semicolons, tabs or spaces: stamp in seconds, '

@@ -1,4 +1,4 @@
-"""The content of a recording or a planned trajectory, from any kind of file."""
+"""The content of an open recording or planned trajectory, the same for all kinds of files."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -13,8 +13,8 @@ from .block import Block, Times, UnreadableMessage
 from .joint_format import JointFormat
 from .stamp_format import StampFormat
 
-# Number of poses of a track that are compared; more would not tell more.
-MOST_POSES = 600
+# Largest number of poses of a track in a comparison; more poses change the result little.
+MAX_POSES = 600
 
 
 class PoseTrack(NamedTuple):
@@ -26,22 +26,22 @@ class PoseTrack(NamedTuple):
     name
         The topic or the columns of the poses.
     frame
-        The frame they are given in, empty if it is unknown.
+        The frame of the poses, empty if it is unknown.
     stamps : shape (M,), ns
     poses : shape (M, 4, 4)
     q : shape (M, n), rad or m
-        Joint positions of the same rows, in the order of the arm; None if poses and joints have
-        only their time in common.
+        Joint positions of the same rows, in the order of the arm; None if poses and joints are
+        matched by time.
     refused
-        A sentence why the poses cannot be used; empty if they can.
+        The reason why the poses cannot be used, a sentence; empty if they can.
     doubts
-        Numbers beyond what a pose can have, each a sentence.
+        Remarks on implausible numbers, each a sentence.
     total
-        Number of poses of the source; these may be some of them, evenly spread. 0: just these.
+        Number of poses of the source, of which these are an evenly spread part; 0: these are all.
     kind
-        Of their orientations, one of `pose_format.KINDS`; empty if they are matrices already.
+        Kind of the orientations, one of `pose_format.KINDS`; empty for matrices.
     rows : shape (M,)
-        The row of a table that each is in, counted from 0; None where they are of no table.
+        Row of each pose in its table, from 0; None without a table.
     """
 
     name: str
@@ -57,14 +57,13 @@ class PoseTrack(NamedTuple):
 
     @property
     def positions(self) -> bool:
-        """Return whether they are positions alone, their orientation being the identity."""
+        """Return whether the poses are positions alone, with the identity as orientation."""
         return self.kind == 'position'
 
 
 class Selection(NamedTuple):
     """
-    The parts of a file to read: topics by name, or columns by the beginnings of their names, and
-    what the numbers of these mean.
+    The parts of a file to read, topics or columns, and the meaning of their numbers.
     """
 
     robot: Robot
@@ -78,7 +77,7 @@ class Selection(NamedTuple):
 
     @property
     def of_tables(self) -> str:
-        """Return the option that is given and is for tables alone; empty if none is."""
+        """Return the first given option that is for tables alone; empty without one."""
         given = {
             '--columns': self.columns is not None,
             '--pose-format': self.pose_format != PoseFormat(),
@@ -109,17 +108,17 @@ class RecordingSource:
     planned
         Whether it is a planned trajectory rather than a recording.
     total
-        Number of messages as far as the file tells, for a progress bar.
+        Number of messages by the index of the file, for a progress bar; None if unknown.
     blocks
-        The joint states, once.
+        The joint states; they can be read once.
     poses
-        Returns the second source of the tool pose when the blocks are read; None without any.
+        Returns the second source of the tool pose, after all blocks were read; None without one.
     remarks
-        Remarks on the file itself, complete when the blocks are read.
+        Remarks on the file itself, complete after all blocks were read.
     plans
-        The planned trajectories, complete when the blocks are read.
+        The planned trajectories, complete after all blocks were read.
     pose_topics
-        The topics of a bag that may hold poses; empty without any.
+        The topics of a bag with poses, in words; empty without such topics.
     """
 
     what: str

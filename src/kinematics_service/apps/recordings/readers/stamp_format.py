@@ -1,4 +1,4 @@
-"""The meaning of the stamps of a table: their unit, or a rate at which its rows were taken."""
+"""Units of the stamps of a table, or a rate for rows without stamps."""
 
 import re
 from typing import NamedTuple
@@ -8,15 +8,17 @@ import numpy as np
 from ....errors import RecordingError
 from .block import Times
 
-# Decimal places of a second.
+# Decimal places from a unit to nanoseconds.
 UNITS = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}
 RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
-# Of rows that are numbered, Hz.
-SLOWEST, FASTEST = 0.01, 1e6
-# Of rows in which the arm stands still, Hz: so slow that the way between two of them is no speed.
-STANDING = 0.1
-# Stamps since 1970 of these years tell their unit: no other gives a time between them.
-EARLIEST, LATEST = 10**9, 4 * 10**9
+# Range of the rate of numbered rows, Hz.
+MIN_RATE = 0.01  # Hz
+MAX_RATE = 1e6  # Hz
+# Rate of rows in which the arm stands still, Hz: too slow to make speeds of the steps.
+STANDSTILL_RATE = 0.1
+# Range of present times since 1970, s, the years 2001 to 2096. A stamp is in it in one unit alone.
+MIN_EPOCH_TIME = 10**9
+MAX_EPOCH_TIME = 4 * 10**9
 
 
 class StampFormat(NamedTuple):
@@ -26,16 +28,16 @@ class StampFormat(NamedTuple):
     Attributes
     ----------
     unit
-        One of `UNITS`; empty: seconds, unless their size tells that they are ms, us or ns.
+        One of `UNITS`; empty: seconds, or the unit by the size of the stamps.
     rate : Hz
-        Of rows that are numbered instead, 0 if stamps are read.
+        Rate of numbered rows, 0 if stamps are read.
     """
 
     unit: str = ''
     rate: float = 0.0
 
     def of_rows(self, first: int, count: int) -> Times:
-        """Return the stamps (count,), ns, of rows from one on; none is 0."""
+        """Return the stamps (count,), ns, of rows from `first` on; row 0 is at one period."""
         rows = np.arange(first + 1, first + count + 1)
         return np.asarray(np.rint(rows * (1e9 / self.rate)), dtype=np.int64)
 
@@ -47,15 +49,15 @@ def stamp_format(text: str) -> StampFormat:
     Raises
     ------
     RecordingError
-        It is another word.
+        The word is unknown.
     """
     word = text.strip()
     if word in UNITS:
         return StampFormat(word)
     if word == 'none':
-        return StampFormat(rate=STANDING)
+        return StampFormat(rate=STANDSTILL_RATE)
     match = RATE.fullmatch(word)
-    if match is None or not SLOWEST <= float(match[1]) <= FASTEST:
+    if match is None or not MIN_RATE <= float(match[1]) <= MAX_RATE:
         raise RecordingError(
             f'{word!r} is not one of {", ".join(UNITS)}, a rate of rows like 30Hz, or none, '
             'which means that the arm stands still in each row'
@@ -64,8 +66,8 @@ def stamp_format(text: str) -> StampFormat:
 
 
 def unit_of(stamp: float) -> str:
-    """Return the unit that the size of a stamp tells, s if it tells none."""
+    """Return the unit in which a stamp is a present time, s if there is none."""
     for unit, digits in UNITS.items():
-        if EARLIEST <= stamp * 10.0 ** (digits - 9) < LATEST:
+        if MIN_EPOCH_TIME <= stamp * 10.0 ** (digits - 9) < MAX_EPOCH_TIME:
             return unit
     return 's'

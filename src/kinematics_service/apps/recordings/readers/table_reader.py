@@ -1,4 +1,4 @@
-"""Joint states in a table: a CSV file with a header, of any of the known layouts."""
+"""Read joint states from a table: a CSV file of a known layout."""
 
 import csv
 import io
@@ -17,10 +17,10 @@ from .source import RecordingSource, Remark, Selection
 from .table_rows import NO_TEXT, RowReader, TableFile, lines_of, number_of
 from .table_source import source_of
 
-# Bytes read at once to count lines.
-AT_ONCE = 2**20
-# Lines that tell whether a table has names, and whether its numbers have commas.
-LOOKED_AT = 100
+# Bytes of a read when lines are counted.
+READ_SIZE = 2**20
+# Number of lines that are examined for names of columns and decimal commas.
+HEAD_LINES = 100
 COMMENT = '#'
 HINT = '; --stamps says the unit, or the rate of the rows, or none if the arm stands in each'
 COMMA = re.compile(r'\d,\d')
@@ -33,7 +33,7 @@ def open_table(file: Path, wanted: Selection) -> RecordingSource:
     Raises
     ------
     RecordingError
-        It cannot be read, or columns are missing; the message names line and column.
+        The table cannot be read, or columns are missing; the message names line and column.
     """
     return TableReader(file, wanted, HOW).source()
 
@@ -45,14 +45,14 @@ class TableReader:
     Parameters
     ----------
     accepted
-        What is accepted, for the message on a missing column.
+        The accepted columns, for the message on a missing column.
 
     Attributes
     ----------
     header
         The names of all columns.
     columns
-        Those of the arm.
+        The columns of the arm.
 
     Raises
     ------
@@ -74,13 +74,13 @@ class TableReader:
         self.columns = arm_columns(file, self.header, wanted, accepted)
 
     def rows(self, columns: list[str], whole: bool = False) -> RowReader:
-        """Return the reader of some columns of numbers; `whole` as there."""
+        """Return a reader of some columns; `whole` is that of `RowReader`."""
         return RowReader(
             self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint
         )
 
     def source(self) -> RecordingSource:
-        """Return the table as a recording, with poses of the tool if it has such columns."""
+        """Return the table as a recording, with poses of the tool if it has them."""
         own = self.columns
         reader = self.rows([*own.positions, *own.velocities, *own.poses])
         if self._table.decimal_comma:
@@ -91,21 +91,21 @@ class TableReader:
 
 def table_of(file: Path, accepted: str = HOW) -> TableFile:
     """
-    Return a table whose header is known.
+    Return a table with its header.
 
     Raises
     ------
     RecordingError
-        It cannot be read.
+        The table cannot be read.
     """
     try:
         opened: Callable[[], TextIO] = partial(file.open, encoding='utf-8-sig', newline='')
         with opened() as stream:
             if not file.is_file():
-                # What a pipe gives is there once.
+                # A pipe can be read once.
                 opened = partial(io.StringIO, ''.join(lines_of(stream)))
         with opened() as stream:
-            lines = list(islice(lines_of(stream), LOOKED_AT))
+            lines = list(islice(lines_of(stream), HEAD_LINES))
         filled = [k for k, line in enumerate(lines) if line.strip()]
         if not filled:
             raise RecordingError(f'{file}: is empty; {accepted}')
@@ -121,7 +121,7 @@ def table_of(file: Path, accepted: str = HOW) -> TableFile:
 def _table(
     file: Path, opened: Callable[[], TextIO], lines: list[str], filled: list[int]
 ) -> TableFile:
-    # Lines that begin with # are remarks; the last of them may hold the names.
+    # Lines that begin with # are comments; the last comment may hold the names.
     rows = [k for k in filled if not lines[k].lstrip().startswith(COMMENT)]
     first = lines[rows[0]] if rows else ''
     delimiter = delimiter_of([first or lines[filled[0]]])
@@ -156,4 +156,4 @@ def _are_numbers(cells: list[str], decimal_comma: bool) -> bool:
 
 def _count_lines(file: Path) -> int:
     with file.open('rb') as stream:
-        return sum(data.count(b'\n') for data in iter(lambda: stream.read(AT_ONCE), b''))
+        return sum(data.count(b'\n') for data in iter(lambda: stream.read(READ_SIZE), b''))

@@ -1,4 +1,4 @@
-"""Rows of a table, read line by line."""
+"""Read the rows of a table line by line."""
 
 import csv
 import math
@@ -20,12 +20,12 @@ from .block import LARGEST_BLOCK, Times
 from .source import Remark
 from .stamp_format import UNITS, StampFormat, unit_of
 
-LONGEST_LINE = 2**20
+MAX_LINE_LENGTH = 2**20
 NO_TEXT = 'is not UTF-8 text, so not a table'
-# Largest seconds of a header's stamp.
-LATEST = Decimal(2**31)
-# Only numbers that other programs read, too: `1_0` and digits of other scripts are numbers in
-# Python alone.
+# Largest stamp of a ROS header, s.
+MAX_STAMP = Decimal(2**31)
+# Numbers that other programs accept, too: `1_0` and digits of other scripts are numbers for Python
+# alone.
 DATE = re.compile(
     r'(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:[.,](\d+))?(?: ?(Z|UTC|[-+]\d\d:?\d\d))?', re.A
 )
@@ -41,22 +41,22 @@ class TableRows(NamedTuple):
 
 class TableFile(NamedTuple):
     """
-    A table whose header is known.
+    A table with its header.
 
     Attributes
     ----------
     file
         Its path, for messages.
     opened
-        Opens its text, as often as asked.
+        Opens its text, any number of times.
     delimiter
-        Between cells; a space stands for any white space.
+        Text between cells; a space means any white space.
     header
-        Names of the columns; their numbers from 1 where there are no names.
+        Names of the columns; their numbers from 1 if the table lacks names.
     heads
-        Number of lines before the rows.
+        Number of lines before the first row.
     decimal_comma, named
-        Whether numbers are written with commas, and whether the columns have names.
+        Whether numbers have decimal commas, and whether the columns have names.
     """
 
     file: Path
@@ -68,7 +68,7 @@ class TableFile(NamedTuple):
     named: bool = True
 
     def lines(self, stream: TextIO) -> Iterator[str]:
-        """Yield the lines of rows, empty ones among them, with points and single blanks."""
+        """Yield the lines of rows, also empty lines, with decimal points and single blanks."""
         for line in islice(lines_of(stream), self.heads, None):
             line = line.replace(',', '.') if self.decimal_comma else line
             yield (
@@ -76,7 +76,7 @@ class TableFile(NamedTuple):
             ) + '\n'
 
     def cells(self, stream: TextIO) -> Iterator[tuple[int, list[str]]]:
-        """Yield the rows that hold anything: their last line from 1, and their cells."""
+        """Yield number (from 1) and cells of the rows that are not empty."""
         rows = csv.reader(self.lines(stream), delimiter=self.delimiter)
         for cells in rows:
             if any(map(str.strip, cells)):
@@ -90,19 +90,19 @@ class RowReader:
     Parameters
     ----------
     stamp, columns
-        Names of the column of stamps, empty if rows are numbered, and of the wanted columns.
+        Name of the column of stamps, empty if rows are numbered; names of the other columns.
     stamps
         The unit of stamps, or the rate of rows.
     hint
-        What may be done about stamps that are no times, for the message on one.
+        Advice about invalid stamps, for the error message.
     whole
-        Whether each row must have as many cells as the header and finite numbers; otherwise empty
-        cells and a last line that is cut off are accepted.
+        Whether each row must be complete and finite; otherwise empty cells and an incomplete last
+        line are accepted.
 
     Attributes
     ----------
     remarks
-        Remarks on the file, complete when the rows are read.
+        Remarks on the file, complete after all rows were read.
     """
 
     def __init__(
@@ -123,12 +123,12 @@ class RowReader:
 
     def pieces(self) -> Iterator[TableRows]:
         """
-        Yield the rows in their order, at most `LARGEST_BLOCK` at once.
+        Yield the rows in their order, in pieces of at most `LARGEST_BLOCK`.
 
         Raises
         ------
         RecordingError
-            A line is no row of the table; the message names line and column.
+            A line is not a valid row; the message names line and column.
         """
         stamps: list[int] = []
         numbers: list[list[float]] = []
@@ -156,7 +156,7 @@ class RowReader:
         return TableRows(self._stamps.of_rows(end - len(numbers), len(numbers)), np.array(numbers))
 
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
-        # Yields rows with their line; the last one may be cut off.
+        # Yields rows with their line numbers; the last row may be incomplete.
         with self._table.opened() as stream:
             filled = self._table.cells(stream)
             count = 0
@@ -175,7 +175,7 @@ class RowReader:
                 )
 
     def _digits_of(self, stamp: str) -> int:
-        # The size of the first stamp decides; `_nanoseconds` refuses other text.
+        # The size of the first stamp decides; `_nanoseconds` refuses invalid text.
         unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
         if unit != 's':
             name = self._header[self._stamp_at[0]]
@@ -192,7 +192,8 @@ class RowReader:
             what = {9: 'seconds', 6: 'ms', 3: 'us', 0: 'ns'}[self._digits]
             raise RecordingError(
                 f'{self._file}:{line}: column {self._header[self._stamp_at[0]]!r}: '
-                f'{cell[:40]!a} is not a time in {what} (0 to {LATEST.scaleb(9 - self._digits):f})'
+                f'{cell[:40]!a} is not a time in {what} '
+                f'(0 to {MAX_STAMP.scaleb(9 - self._digits):f})'
                 f'{", nor a date such as 2024-09-24T14:05:15.1Z" if ":" in cell else ""}'
                 f'{self._hint}'
             ) from None
@@ -219,18 +220,18 @@ def lines_of(stream: TextIO) -> Iterator[str]:
     Raises
     ------
     csv.Error
-        One is so long that it is none: files without an end of line may be larger than memory.
+        A line is too long: a file without line ends may be larger than the memory.
     """
-    while line := stream.readline(LONGEST_LINE + 1):
-        if len(line) > LONGEST_LINE:
-            raise csv.Error(f'a line has more than {LONGEST_LINE >> 20} MiB')
+    while line := stream.readline(MAX_LINE_LENGTH + 1):
+        if len(line) > MAX_LINE_LENGTH:
+            raise csv.Error(f'a line has more than {MAX_LINE_LENGTH >> 20} MiB')
         yield line
 
 
 def number_of(text: str) -> float:
-    """Return the number in a cell; ValueError if it holds none."""
+    """Return the number in a cell, or raise ValueError."""
     plain = text.strip()
-    if not plain.isascii() or '_' in plain:  # signs of a spreadsheet; 1_0 is a number for Python
+    if not plain.isascii() or '_' in plain:  # minus sign of a spreadsheet; 1_0
         plain = plain_signs(plain)
         if not NUMBER.fullmatch(plain):
             raise ValueError(text)
@@ -239,19 +240,19 @@ def number_of(text: str) -> float:
 
 def nanoseconds_of(text: str, digits: int = 9) -> int:
     """
-    Return the nanoseconds of a time, 0 to 2^31 s, or of a date; ValueError if it is neither.
+    Return the nanoseconds of a time, 0 to 2^31 s, or of a date, or raise ValueError.
 
     A date without a zone is taken in UTC.
 
     Parameters
     ----------
     digits
-        Of a nanosecond after the point: 9 if the time is in seconds, 0 if it is in ns.
+        Decimal places from the unit of the time to nanoseconds: 9 for seconds, 0 for ns.
     """
-    # No double in between: it cannot hold the nanoseconds of a present time.
+    # A double cannot hold the nanoseconds of a present time, so digits are shifted as text.
     text = text.strip()
     whole, _, fraction = text.partition('.')
-    latest = LATEST.scaleb(9 - digits)
+    latest = MAX_STAMP.scaleb(9 - digits)
     plain = whole + fraction
     if plain.isascii() and plain.isdecimal() and 0 < len(whole) < 20 and int(whole) < latest:
         scale: int = 10**digits
@@ -259,7 +260,7 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     if found := DATE.fullmatch(text):
         zone = (found[4] or 'Z').replace(':', '').replace('UTC', 'Z').replace('Z', '+0000')
         date = datetime.strptime(f'{found[1]} {found[2]}{zone}', '%Y-%m-%d %H:%M:%S%z')
-        text, digits, latest = f'{int(date.timestamp())}.{found[3] or 0}', 9, LATEST
+        text, digits, latest = f'{int(date.timestamp())}.{found[3] or 0}', 9, MAX_STAMP
     time = Decimal(text) if NUMBER.fullmatch(text) else Decimal('nan')
     if not (time.is_finite() and 0 <= time < latest):
         raise ValueError(text)

@@ -1,4 +1,4 @@
-"""Rows of numbers as a recording: joint states, and poses of the tool if there are some."""
+"""Turn rows of numbers into a recording: joint states, and poses of the tool."""
 
 from collections.abc import Iterable, Iterator
 
@@ -6,13 +6,13 @@ import numpy as np
 
 from ....robot.measures import Level
 from .arm_columns import ArmColumns
-from .block import Block
-from .source import MOST_POSES, PoseTrack, RecordingSource, Remark, Selection
+from .block import Block, ForwardClock
+from .source import MAX_POSES, PoseTrack, RecordingSource, Remark, Selection
 from .table_rows import TableRows
 from .tool_poses import PoseRows
 
-# Of as many rows with the stamp of the one before stamps are coarser than the rows.
-COARSE = 0.2
+# Ratio of repeated stamps above which the stamps are too coarse for the rows.
+REPEATED_STAMP_RATIO = 0.2
 
 
 def source_of(
@@ -29,11 +29,11 @@ def source_of(
     Parameters
     ----------
     what, total
-        Kind of file, in words, and about how many rows it has.
+        Kind of file, in words, and approximate number of rows.
     pieces
-        The numbers of positions, velocities and poses, side by side, once.
+        The numbers of positions, velocities and poses, side by side; read once.
     remarks
-        Remarks on the file, which the reading may add to.
+        Remarks on the file; reading may add remarks.
     """
     robot = wanted.robot
     names = tuple(wanted.joint_prefix + name for name in robot.joint_names)
@@ -45,27 +45,22 @@ def source_of(
     remarks += [Remark(Level.OK, text) for text in columns.guessed]
 
     def blocks() -> Iterator[Block]:
-        before: tuple[int, int] | None = None
-        count = alike = 0
+        clock, count, alike = ForwardClock(), 0, 0
         for stamps, numbers in pieces:
             q, qdot = numbers[:, :n], numbers[:, n:m]
             if not plain:
                 q, qdot = units.positions(q), qdot * units.scale[: m - n]
             if columns.poses:
-                # Poses and joints of a row belong together, however far apart the rows are.
-                # A row without any number of a pose has none; one that lacks some is refused.
+                # Poses and joints of a row belong together, whatever the time between rows. A row
+                # may lack all numbers of a pose; a row that lacks some is refused.
                 rows = numbers[:, m:]
                 known = np.any(np.isfinite(rows), axis=1)
                 poses.take(stamps[known], rows[known], q[known], count + np.flatnonzero(known))
-            # The time of receipt is that of the measurement; if the stamps step back, time goes
-            # on.
-            last, passed = before or (int(stamps[0]), int(stamps[0]))
-            steps = np.maximum(np.diff(stamps, prepend=last), 0)
-            received = passed + np.cumsum(steps)
-            before = int(stamps[-1]), int(received[-1])
+            # The time of receipt is the time of the measurement.
+            received = clock.times(stamps)
             count, alike = count + len(stamps), alike + int(np.sum(np.diff(stamps) == 0))
             yield Block(names, stamps, received, q, qdot)
-        if alike > COARSE * count:
+        if alike > REPEATED_STAMP_RATIO * count:
             text = (
                 f'{alike:,} of {count:,} rows have the stamp of the row before: --stamps 30Hz '
                 'numbers rows taken at such a rate, --stamps none those of an arm at rest'
@@ -75,7 +70,7 @@ def source_of(
     def track() -> PoseTrack | None:
         beginning = columns.names.pose
         name = f'{beginning}*' if beginning else ' '.join(columns.poses)
-        return poses.track(name, '', MOST_POSES) if poses.count else None
+        return poses.track(name, '', MAX_POSES) if poses.count else None
 
     topic = f'{columns.names.position}*'
     return RecordingSource(what, topic, False, total, blocks(), track, remarks)

@@ -1,4 +1,4 @@
-"""Poses of a second source as matrices."""
+"""Convert poses of a second source to matrices."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -14,25 +14,24 @@ from .columns import Column, StateTable, spans
 from .joint_format import LENGTHS
 from .source import PoseTrack
 
-# Deviation of a quaternion from unit length that float32 and printed digits explain.
-UNIT = 0.05
-# Share of the rows that may be no pose and are left out; more are refused.
-FEW = 0.05
-# No arm on a fixed base is this far (m) from the origin of a cell.
-FARTHEST = 20.0
-# A rotation vector or an angle is at most a turn (rad); printed digits may be a little above.
-TURN = 1.001 * math.tau
-TURNS = {'rotvec': 'a rotation vector has the length', **dict.fromkeys(EULER, 'an angle is')}
-# The right length of a quaternion.
-USUAL = {'xyzw': 1.0, 'wxyz': 1.0}
+# Largest deviation of a quaternion from unit length, by float32 and printed digits.
+UNIT_LENGTH_TOLERANCE = 0.05
+# Ratio of invalid rows up to which they are left out; above it the poses are refused.
+MAX_REJECTED_RATIO = 0.05
+# Distance (m) from the origin of a cell that an arm on a fixed base does not exceed.
+MAX_DISTANCE = 20.0
+# Largest rotation vector or angle, rad: a turn, and 0.1 % for printed digits.
+MAX_ANGLE = 1.001 * math.tau
+ANGLE_WORDS = {'rotvec': 'a rotation vector has the length', **dict.fromkeys(EULER, 'an angle is')}
+# Length of a valid quaternion, by the kind of the orientation.
+QUATERNION_LENGTH = {'xyzw': 1.0, 'wxyz': 1.0}
 
 
 class PoseRows:
     """
-    Rows of numbers of a second source, taken one piece after the other; poses when all have been
-    seen.
+    Rows of numbers of a second source, taken piece by piece and converted at the end.
 
-    Single rows that are no pose, such as uninitialised first messages, are left out and reported.
+    Single invalid rows, such as uninitialised first messages, are left out and reported.
 
     Parameters
     ----------
@@ -41,7 +40,7 @@ class PoseRows:
     columns
         Number of columns.
     dof
-        Number of joint positions with each row; 0 if there are none.
+        Number of joint positions in each row, or 0.
 
     Attributes
     ----------
@@ -56,17 +55,17 @@ class PoseRows:
         self._numbers = Column(np.int64)
         self._finite = self._rising = True
         self._latest = -1
-        # The number farthest from its range: length of a quaternion or vector, or an angle.
-        self._worst = USUAL.get(form.kind, 0.0)
-        # Whether each matrix of sixteen numbers may stand in rows, and in columns.
+        # The worst number: length of a quaternion or vector, or an angle.
+        self._worst = QUATERNION_LENGTH.get(form.kind, 0.0)
+        # Whether all matrices of sixteen numbers can be row by row, and column by column.
         self._upright = self._turned = True
 
     def take(
         self, stamps: Times, rows: Floats, q: Floats | None = None, numbers: Times | None = None
     ) -> None:
         """
-        Take the next rows (N, k) with their stamps (N,), joint positions (N, n), and the numbers
-        (N,) of the rows of a table.
+        Take the next rows (N, k) with stamps (N,), joint positions (N, n), and row numbers (N,) in
+        a table.
         """
         finite = np.all(np.isfinite(rows), axis=1)
         self.count += len(rows)
@@ -84,7 +83,7 @@ class PoseRows:
             self._numbers.append(numbers[kept])
 
     def _judged(self, rows: Floats) -> Flags:
-        # Which of these may be poses.
+        # Returns which rows may be poses.
         form = self._form
         if form.kind == 'matrix':
             if rows.shape[1] == 16:
@@ -94,22 +93,20 @@ class PoseRows:
         if form.kind in EULER:
             sizes = np.max(np.abs(_angles(rows[:, 3:], form)), axis=1)
         else:
-            numbers = rows[:, 3:] if form.kind in USUAL else _angles(rows[:, 3:], form)
+            numbers = rows[:, 3:] if form.kind in QUATERNION_LENGTH else _angles(rows[:, 3:], form)
             sizes = np.linalg.norm(numbers, axis=1)
-        usual = USUAL.get(form.kind, 0.0)
-        if len(sizes):
-            worst = float(sizes[int(np.argmax(np.abs(sizes - usual)))])
-            if abs(worst - usual) > abs(self._worst - usual):
-                self._worst = worst
-        if form.kind in USUAL:
-            good: Flags = np.abs(sizes - usual) <= UNIT
-            return good
-        return np.ones(len(rows), dtype=bool)
+        usual = QUATERNION_LENGTH.get(form.kind, 0.0)
+        sizes_seen = np.append(sizes, self._worst)
+        self._worst = float(sizes_seen[np.argmax(np.abs(sizes_seen - usual))])
+        return np.asarray(
+            np.abs(sizes - usual)
+            <= (UNIT_LENGTH_TOLERANCE if form.kind in QUATERNION_LENGTH else np.inf)
+        )
 
     def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
-        """Return the poses, at most `most` of them, at even steps in the order of stamps."""
+        """Return the poses, at most `most`, at even steps in the order of stamps."""
         total = len(self._stamps)
-        many = (self.count - total) / self.count > FEW
+        many = (self.count - total) / self.count > MAX_REJECTED_RATIO
         refused = self._refusal(many)
         if refused:
             none = np.zeros(0, dtype=np.int64), np.zeros((0, 4, 4))
@@ -134,8 +131,8 @@ class PoseRows:
             return 'a pose is not finite'
         if many:
             return f'a quaternion has the length {self._worst:.3g}, which should be 1'
-        if kind in TURNS and self._worst > TURN:
-            return _more_than_a_turn(TURNS[kind], self._worst, self._form)
+        if kind in ANGLE_WORDS and self._worst > MAX_ANGLE:
+            return _more_than_a_turn(ANGLE_WORDS[kind], self._worst, self._form)
         if not self._upright and not self._turned:
             return 'a matrix has no row 0 0 0 1, so it is no pose'
         return ''
@@ -155,7 +152,7 @@ class PoseRows:
             column = self._rows.columns[k]
             for rows in spans(total):
                 far = max(far, float(np.max(np.abs(column[rows] * LENGTHS[form.length]))))
-        if far > FARTHEST:
+        if far > MAX_DISTANCE:
             ask = ': are these millimetres? (--pose-format mm)' if form.length == 'm' else ''
             yield f'positions are up to {far:,.0f} m away{ask}'
 

@@ -1,7 +1,7 @@
 """
-Bounds for what the reader of bags unpacks: a small file may hold what fills any memory.
+Limit the size of unpacked bags, because a small file can unpack to more than the memory.
 
-rosbags unpacks whole files, chunks and messages, whatever size they say they have.
+rosbags itself unpacks whole files, chunks and messages of any size.
 """
 
 import bz2
@@ -24,30 +24,31 @@ from ....errors import RecordingError
 
 zstd: ModuleType = getattr(rosbag2, 'zstd', None) or rosbag2.zstandard  # by the version of rosbags
 
-# A compressed file of joint states is some ten times as large when it is unpacked, and may be this
-# many times; small ones may have this many bytes.
-MOST_TIMES, LEAST_UNPACKED = 200, 2**26
-# A chunk has about a megabyte, and may have this many bytes; so may a message.
-MOST_OF_A_PART = 2**28
-# Chunks of one time are in memory together, and may have this many bytes.
-MOST_TOGETHER = 2**30
-# Bytes unpacked at once.
-AT_ONCE = 2**20
+# Largest ratio of unpacked to packed size of a file; joint states have about 10.
+MAX_EXPANSION_RATIO = 200
+# Unpacked size that is allowed for any file, 64 MiB.
+MIN_EXPANSION_BYTES = 2**26
+# Largest chunk or message, 256 MiB; chunks usually have about 1 MB.
+MAX_PART_BYTES = 2**28
+# Largest size of all chunks of the same time, which are in memory together, 1 GiB.
+MAX_OVERLAP_BYTES = 2**30
+# Bytes of a read.
+READ_SIZE = 2**20
 
 
 def refuse_to_grow(folder: Path) -> None:
     """
-    Refuse a bag with a file that has many times its size when it is unpacked.
+    Refuse a bag with a file that unpacks to much more than its size.
 
     Raises
     ------
     RecordingError
-        It has one.
+        A file is larger than allowed when it is unpacked.
     """
     for file in folder.iterdir():
         if not file.is_file():
             continue
-        most = max(MOST_TIMES * file.stat().st_size, LEAST_UNPACKED)
+        most = max(MAX_EXPANSION_RATIO * file.stat().st_size, MIN_EXPANSION_BYTES)
         most = min(most, shutil.disk_usage(tempfile.gettempdir()).free)
         refusal = (
             f'{file}: unpacks to more than {most >> 20} MiB: unpack it yourself (zstd -d) if that '
@@ -60,10 +61,10 @@ def refuse_to_grow(folder: Path) -> None:
 
 @contextmanager
 def bounded_chunks(path: Path) -> Iterator[None]:
-    """Let rosbags unpack no chunk of a bag that is too large, or larger than it says."""
+    """Have rosbags refuse chunks of a bag that are too large, or larger than their header says."""
 
     def bounded(open_packed: Callable[..., Any]) -> Callable[..., bytes]:
-        return lambda data, size=MOST_OF_A_PART: _unpacked(data, open_packed, path, size)
+        return lambda data, size=MAX_PART_BYTES: _unpacked(data, open_packed, path, size)
 
     own = {'zstd': bounded(zstd.open), 'lz4': bounded(lz4.frame.open), 'bz2': bounded(bz2.open)}
     tables = storage_mcap.DECOMPRESSORS, rosbag1.decompressors
@@ -79,18 +80,18 @@ def bounded_chunks(path: Path) -> Iterator[None]:
 
 def unpacked_message(data: bytes, path: Path) -> bytes:
     """
-    Return what a message of a bag is when it is unpacked.
+    Return a message of a bag, unpacked.
 
     Raises
     ------
     RecordingError
-        It is too large.
+        The message is too large.
     """
-    return _unpacked(data, zstd.open, path, MOST_OF_A_PART)
+    return _unpacked(data, zstd.open, path, MAX_PART_BYTES)
 
 
 def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
-    """Have a reader of rosbags yield messages as they are; return whether they are compressed."""
+    """Have a reader of rosbags yield packed messages; return whether they are packed."""
     storage = getattr(reader, 'storage', None)  # of ROS 2
     if storage is None or storage.metadata.compression_mode != 'message':
         return False
@@ -100,25 +101,25 @@ def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
 
 def refuse_to_hold(path: Path, reader: rosbag1.Reader | rosbag2.Reader, topic: str) -> None:
     """
-    Refuse a bag of which too much would be in memory at a time.
+    Refuse a bag with too many chunks of the same time.
 
-    rosbags holds a chunk from its first to its last message. What is longer than these is left
-    out by it, and what is larger than it says is not unpacked.
+    rosbags holds a chunk in memory from its first to its last message. It skips messages outside
+    these times; `bounded_chunks` refuses chunks that are larger than their header says.
 
     Raises
     ------
     RecordingError
-        It is one.
+        The chunks of one time are too large.
     """
     storage = getattr(reader, 'storage', None)
     for file in getattr(storage, 'storages', [storage]):
         ids = {one.id for one in getattr(file, 'connections', ()) if one.topic == topic}
         chunks = [one for one in getattr(file, 'chunks', ()) if ids & one.channel_count.keys()]
         most = _most_together(chunks)
-        if most > MOST_TOGETHER:
+        if most > MAX_OVERLAP_BYTES:
             raise RecordingError(
                 f'{path}: chunks of one time have {most >> 20} MiB together, more than '
-                f'{MOST_TOGETHER >> 20} (mcap sort may order them)'
+                f'{MAX_OVERLAP_BYTES >> 20} (mcap sort may order them)'
             )
 
 
@@ -132,7 +133,7 @@ def _most_together(chunks: Sequence[Any]) -> int:
 
 
 def _unpacked(data: bytes, open_packed: Callable[..., Any], path: Path, size: int) -> bytes:
-    most = min(size, MOST_OF_A_PART)
+    most = min(size, MAX_PART_BYTES)
     refusal = f'{path}: a part of it unpacks to more than {most:,} bytes'
     with open_packed(BytesIO(data), 'rb') as stream:
         return b''.join(_pieces(stream, most, refusal))
@@ -140,7 +141,7 @@ def _unpacked(data: bytes, open_packed: Callable[..., Any], path: Path, size: in
 
 def _pieces(stream: Any, most: int, refusal: str) -> Iterator[bytes]:
     size = 0
-    while data := stream.read(AT_ONCE):
+    while data := stream.read(READ_SIZE):
         size += len(data)
         if size > most:
             raise RecordingError(refusal)

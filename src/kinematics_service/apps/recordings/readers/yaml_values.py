@@ -1,7 +1,7 @@
 """
-The YAML of a plan as Python's values.
+Read the YAML of a plan into Python's values.
 
-A plain scalar is a number if YAML 1.2 says so: `1e-3` is one, `1_0` and `0o7` are texts.
+Plain scalars are numbers by the rules of YAML 1.2: `1e-3` is a number, `1_0` and `0o7` are texts.
 """
 
 import re
@@ -16,9 +16,9 @@ from ....robot.file.text.yaml_reader import (
     YamlReader,
 )
 
-DEEPEST = 40
-# A point of a six-joint arm has some thirty values: more than 100,000 points.
-MOST_VALUES = 4_000_000
+MAX_DEPTH = 40
+# Largest number of values: 100,000 points of a six-joint arm have about 3 million.
+MAX_VALUES = 4_000_000
 NUMBER = re.compile(r'[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?')
 WORDS = {
     **dict.fromkeys(('', '~', 'null', 'Null', 'NULL')),
@@ -40,9 +40,9 @@ def read_documents(text: str) -> list[Values]:
     Raises
     ------
     YamlError
-        It is not YAML, a key occurs twice, or something that `YamlReader` refuses.
+        The text is not YAML, has a key twice, or has something that `YamlReader` refuses.
     """
-    documents = _ValueReader(DEEPEST, MOST_VALUES, 'write it as a bag').documents(text)
+    documents = _ValueReader(MAX_DEPTH, MAX_VALUES, 'write it as a bag').documents(text)
     return [document for document in documents if document is not None]
 
 

@@ -1,1 +1,1 @@
-"""Datasets audited episode by episode: findings, labels of every frame, one table for all."""
+"""Audit datasets episode by episode: findings, labels of all frames, one table."""

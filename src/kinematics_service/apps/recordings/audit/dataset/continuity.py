@@ -1,4 +1,4 @@
-"""Frames that are missing in a motion, repeated, or far off: what even stamps do not show."""
+"""Detect missing, repeated and outlying frames of a motion by the steps of the joints."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -10,22 +10,30 @@ from .....robot.measures import Level
 from .....typography import counted
 from ..findings import Finding
 
-# A step over missing frames is nearly a multiple of those around it, at most this one, and goes
-# the same way (cosine): a person's motion may take a fast step as well.
-MULTIPLE_BY, MOST, WAY = 0.25, 6.0, 0.97
-# Of the two steps before and the two after, each differs from the next by less than this share.
-ALIKE = 0.4
-# A motion stands out of its noise if its steps are this many times those that change at random.
-CLEAR = 6.0
-# A row is off if it is this many times the noise, this far (rad, m), and more than this many times
-# the way between its neighbours, away from their middle.
-OFF, OFF_BY, OFF_WAY = 25.0, 0.02, 3.0
-# Fewer steps tell no noise.
-FEWEST = 12
+# Largest deviation of a step over missing frames from a multiple of the steps around it, relative
+# to these steps.
+MULTIPLE_TOLERANCE = 0.25
+# Largest multiple of a step over missing frames.
+MAX_MULTIPLE = 6.0
+# Least cosine between a step over missing frames and the steps around it. The bounds on the steps
+# exclude a fast step of a person's motion.
+MIN_COSINE = 0.97
+# Largest relative difference between neighbours of the two steps before and the two steps after.
+STEP_TOLERANCE = 0.4
+# Least ratio of steps to noise at which steps are examined.
+MOTION_TO_NOISE = 6.0
+# Least ratio of an outlier to the noise; an outlier is measured from the middle of its neighbours.
+OUTLIER_TO_NOISE = 25.0
+# Least outlier, rad or m.
+MIN_OUTLIER = 0.02
+# Least ratio of an outlier to the distance between its neighbours.
+OUTLIER_TO_STEP = 3.0
+# Least number of steps from which the noise is estimated.
+MIN_STEPS = 12
 
 
 class Breaks(NamedTuple):
-    """Rows after which frames are missing, rows that repeat the one before, and rows far off."""
+    """Rows before missing frames, rows that repeat the row before, and outlying rows."""
 
     missing: list[int]
     repeated: list[int]
@@ -34,37 +42,43 @@ class Breaks(NamedTuple):
 
 def breaks_of(q: Floats) -> Breaks:
     """
-    Return where a motion misses a frame, has one twice, or one that is far off.
+    Return the missing, repeated and outlying frames of a motion.
 
     Parameters
     ----------
     q : shape (N, n), rad or m
-        Of rows at even times, turns of joints without limits undone.
+        Joint positions at even times, without full turns between rows.
     """
     steps = np.diff(q, axis=0)
-    if len(steps) < FEWEST:
+    if len(steps) < MIN_STEPS:
         return Breaks([], [], [])
     before, own, after = steps[:-2], steps[1:-1], steps[2:]
     first, size, last = (np.linalg.norm(one, axis=1) for one in (before, own, after))
     around = 0.5 * (first + last)
-    # What is left of a step by its neighbours is noise wherever the motion is smooth.
+    # In smooth motion the difference of a step from the mean of its neighbours is noise.
     noise = float(np.median(np.linalg.norm(own - 0.5 * (before + after), axis=1)))
     with np.errstate(invalid='ignore', divide='ignore'):
         cosine = np.sum(own * (before + after), axis=1) / (2.0 * size * around)
         straight = np.sum(before * after, axis=1) / (first * last)
         times = np.where(around > 0.0, size / around, 0.0)
-    clear = np.minimum(first, last) > CLEAR * noise
+    clear = np.minimum(first, last) > MOTION_TO_NOISE * noise
     changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
-    near = ALIKE * around + 2.0 * noise
+    near = STEP_TOLERANCE * around + 2.0 * noise
     alike = np.linalg.norm(after - before, axis=1) < near
-    alike[:1] = alike[-1:] = False  # two steps before and after are needed
+    alike[:1] = alike[-1:] = False  # the ends lack two steps on a side
     alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
-    whole = (times > 1.5) & (times < MOST) & (np.abs(times - np.rint(times)) < MULTIPLE_BY)
-    missing = clear & alike & whole & (cosine > WAY)
-    repeated = clear & (size == 0.0) & (straight > WAY)
+    whole = (
+        (times > 1.5)
+        & (times < MAX_MULTIPLE)
+        & (np.abs(times - np.rint(times)) < MULTIPLE_TOLERANCE)
+    )
+    missing = clear & alike & whole & (cosine > MIN_COSINE)
+    repeated = clear & (size == 0.0) & (straight > MIN_COSINE)
     middle = np.linalg.norm(q[1:-1] - 0.5 * (q[:-2] + q[2:]), axis=1)
     way = np.linalg.norm(q[2:] - q[:-2], axis=1)
-    off = (middle > np.maximum(OFF * noise, OFF_BY)) & (middle > OFF_WAY * way)
+    off = (middle > np.maximum(OUTLIER_TO_NOISE * noise, MIN_OUTLIER)) & (
+        middle > OUTLIER_TO_STEP * way
+    )
     return Breaks(
         (np.flatnonzero(missing) + 1).tolist(),
         (np.flatnonzero(repeated) + 2).tolist(),
@@ -73,7 +87,7 @@ def breaks_of(q: Floats) -> Breaks:
 
 
 def break_findings(q: Floats, t: Floats) -> Iterator[Finding]:
-    """Yield findings on frames that are missing or repeated; q (N, n), rad or m; t (N,), s."""
+    """Yield findings on the frames of a motion; q (N, n), rad or m; t (N,), s."""
     found = breaks_of(q)
     for rows, one, many in (
         (found.missing, 'is missing', 'are missing'),

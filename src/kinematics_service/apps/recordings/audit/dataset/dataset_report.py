@@ -1,4 +1,4 @@
-"""All episodes of a dataset in one table, worst first: on the screen, as page and as JSON."""
+"""Report the episodes of a dataset, worst first: on the screen, as page and as JSON."""
 
 import re
 from collections.abc import Sequence
@@ -18,13 +18,15 @@ from ..report.summary import STYLES
 from ..report.tables import TableColumn, table_of
 from .episode_audit import EpisodeRow
 
-# Episodes and kinds of findings on the screen, and episodes on the page.
-MOST_SHOWN, MOST_ON_PAGE = 20, 10_000
+# Number of episodes and of kinds of findings on the screen.
+MAX_SHOWN = 20
+# Number of episodes on the page.
+MAX_ON_PAGE = 10_000
 NUMBER = re.compile(r'[-+]?\d[\d.,]*(?:e[-+]?\d+)?')
 
 
 class Kind(NamedTuple):
-    """Findings that differ in their numbers alone: of how many episodes, and the first of them."""
+    """Findings that differ in their numbers alone: number of episodes, and the first finding."""
 
     level: Level
     episodes: int
@@ -38,11 +40,11 @@ class DatasetReport(NamedTuple):
     Attributes
     ----------
     name, robot
-        Of the dataset, and of the arm.
+        Names of the dataset and of the arm.
     rows
-        Worst first.
+        Episodes, worst first.
     kinds
-        Findings of WARN and ERROR, the worst and the most frequent first.
+        Findings of level WARN and ERROR, the worst and most frequent first.
     """
 
     name: str
@@ -57,19 +59,19 @@ class DatasetReport(NamedTuple):
 
     @property
     def taken(self) -> list[str]:
-        """Return which numbers were taken for which joints, where no option said it."""
+        """Return the assumptions about joints that no option names."""
         texts = dict.fromkeys(text for row in self.rows for _, text in row.findings)
         return [text for text in texts if TAKEN in text]
 
     def in_words(self) -> str:
-        """Return what it is, with its size."""
+        """Return name and size of the dataset, in words."""
         episodes = counted(len({row.name for row in self.rows}), 'episode')
         frames = sum(row.rows for row in self.rows)
         time = sum(row.seconds for row in self.rows)
         return f'{self.name}: {episodes}, {frames:,} frames over {seconds(time)}, {self.robot}'
 
     def levels(self) -> str:
-        """Return how many episodes have which level."""
+        """Return the number of episodes of each level, in words."""
         every = [row.level for row in self.rows]
         return ', '.join(
             f'{level.name} {every.count(level)}'
@@ -107,33 +109,33 @@ def _worst(row: EpisodeRow) -> str:
 
 
 def print_report(report: DatasetReport) -> None:
-    """Print what is found often, and the worst episodes that are not OK."""
+    """Print the frequent findings, and the worst episodes that are not OK."""
     out = Output()
     out.print(heading(report.in_words()))
     out.print(Text(report.levels()))
     for text in report.taken:
         out.print(plain(text))
-    for kind in report.kinds[:MOST_SHOWN]:
+    for kind in report.kinds[:MAX_SHOWN]:
         of = f'{kind.episodes} of {len(report.rows)}: '
         style = STYLES[kind.level]
         out.print(Text.assemble((f'{kind.level.name}  ', style), of, plain(kind.example)))
-    if len(report.kinds) > MOST_SHOWN:
-        out.print(Text(f'and {len(report.kinds) - MOST_SHOWN:,} more kinds of findings'))
+    if len(report.kinds) > MAX_SHOWN:
+        out.print(Text(f'and {len(report.kinds) - MAX_SHOWN:,} more kinds of findings'))
     worst = [row for row in report.rows if row.level > Level.OK]
     if not worst:
         return
     arms = any(row.arm for row in worst)
     rows = table('episode', *(['arm'] if arms else []), 'frames', 'level', 'worst')
-    for row in worst[:MOST_SHOWN]:
+    for row in worst[:MAX_SHOWN]:
         arm = [row.arm] if arms else []
         rows.add_row(plain(row.name), *arm, f'{row.rows:,}', row.level.name, plain(_worst(row)))
     out.print(Text(''), rows)
-    if len(worst) > MOST_SHOWN:
-        out.print(Text(f'and {len(worst) - MOST_SHOWN:,} more'))
+    if len(worst) > MAX_SHOWN:
+        out.print(Text(f'and {len(worst) - MAX_SHOWN:,} more'))
 
 
 def page_of_dataset(report: DatasetReport, date: str) -> str:
-    """Return the page as HTML: what is found often, and every episode with its findings."""
+    """Return the page as HTML: frequent findings, and all episodes with their findings."""
     title = f'Audit of {report.name.rstrip("/").rpartition("/")[2]}'
     kinds = (
         TableColumn('level', lambda one: _tag(one.level.name)),
@@ -148,12 +150,12 @@ def page_of_dataset(report: DatasetReport, date: str) -> str:
         TableColumn('level', lambda row: _tag(row.level.name)),
         TableColumn('findings', _findings),
     )
-    more = len(report.rows) - MOST_ON_PAGE
+    more = len(report.rows) - MAX_ON_PAGE
     body = [
         f'<h1>{escape(title)}</h1>\n<p class="soft">{escape(report.in_words())}. '
         f'{escape(date)}.</p>\n<p>{escape(report.levels())}</p>\n',
         *([f'<h2>Found</h2>\n{table_of(kinds, report.kinds)}'] if report.kinds else []),
-        f'<h2>Episodes, worst first</h2>\n{table_of(columns, report.rows[:MOST_ON_PAGE])}',
+        f'<h2>Episodes, worst first</h2>\n{table_of(columns, report.rows[:MAX_ON_PAGE])}',
         f'<p>and {more:,} more</p>\n' if more > 0 else '',
         f'<p class="soft">kinematics_service {__version__}.</p>\n',
     ]

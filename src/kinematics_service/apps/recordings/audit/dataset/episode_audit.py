@@ -1,4 +1,4 @@
-"""One episode of a dataset after the other: its findings, as rows of one table."""
+"""Audit the episodes of a dataset one by one, as rows of a table."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -30,10 +30,12 @@ from ..verdict import verdict_of
 from .continuity import break_findings
 from .labels import labels_of_arms
 
-# A base farther away than this (m, rad) from that of the robot file is another one.
-SAME_BASE, SAME_BASE_ANGLE = 0.01, 0.02
-# A remainder of any size, of which no cause is looked for.
-ANY = PoseLimit(math.inf, math.inf)
+# Distance (m) from the base of the robot file above which a base frame is another frame.
+BASE_TOLERANCE = 0.01
+# The same as an angle, rad.
+BASE_ANGLE_TOLERANCE = 0.02
+# With this limit the cause of a remainder is never searched.
+ANY_REMAINDER = PoseLimit(math.inf, math.inf)
 
 # The poses of an arm with the joints of the others, by their labels.
 Crossed = Sequence[tuple[str, RecordingSource]]
@@ -42,18 +44,18 @@ Crossed = Sequence[tuple[str, RecordingSource]]
 @dataclass(frozen=True)
 class EpisodeWork:
     """
-    What is asked of each episode.
+    Settings of the audit of an episode.
 
     Attributes
     ----------
     reading, settings
-        As of an audit.
+        Settings of the audit of a recording.
     failures
-        Findings that fail it; None for those that are usual.
+        Findings that fail the episode; None: the default.
     labels
-        The folder for labels of every row; None if nobody asks.
+        The folder for labels of all rows; None: no labels.
     clearance
-        Whether the clearance is among them.
+        Whether the labels have the clearance.
     """
 
     reading: Selection
@@ -65,22 +67,22 @@ class EpisodeWork:
 
 class EpisodeRow(NamedTuple):
     """
-    What was found of one arm in one episode.
+    The result for one arm in one episode.
 
     Attributes
     ----------
     name, arm
-        Of the episode, and of the arm; empty if there is one alone.
+        Names of the episode and of the arm; the arm is empty for a single arm.
     rows, seconds
-        Frames, and time from the first to the last.
+        Number of frames, and time from the first to the last frame.
     failed
-        Whether it has what shall not be, or cannot be read.
+        Whether a finding fails the episode, or it cannot be read.
     error
-        Why it cannot be judged; empty if it is.
+        The reason why it cannot be judged; empty if it was judged.
     disagrees
-        Whether poses are farther from the arm's than they may be.
+        Whether the remainder of the poses exceeds its limit.
     findings
-        The worst first.
+        Findings, the worst first.
     """
 
     name: str
@@ -100,10 +102,10 @@ class EpisodeRow(NamedTuple):
 
 class EpisodeBatch(NamedTuple):
     """
-    Episodes for one process, most of them of one file.
+    Episodes for one process, mostly of one file.
 
-    `sought` says of each whether the cause of a small remainder is looked for; of a large one it
-    is in the first `most` that disagree.
+    `sought` is whether the cause of a small remainder is searched in each episode. The cause of a
+    large remainder is searched in the first `most` episodes that disagree.
     """
 
     work: EpisodeWork
@@ -113,10 +115,10 @@ class EpisodeBatch(NamedTuple):
 
 
 def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
-    """Return the rows of each episode; one that cannot be read is a row, too."""
+    """Return the rows of each episode; an unreadable episode is a row with an error."""
     frames, found, left = batch.work.settings.frames, [], batch.most
     for episode, sought in zip(batch.episodes, batch.sought):
-        fine = frames.fine if sought else frames.limits.warn if left > 0 else ANY
+        fine = frames.fine if sought else frames.limits.warn if left > 0 else ANY_REMAINDER
         settings = batch.work.settings._replace(frames=frames._replace(fine=fine))
         work = replace(batch.work, settings=settings)
         found.append(_rows(work, episode))
@@ -125,7 +127,7 @@ def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
 
 
 def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
-    # A row of each arm of an episode.
+    # Returns a row for each arm of an episode.
     try:
         columns = columns_of_episode(episode)
         arms = arms_of(columns.header, work.reading, episode.rate)
@@ -160,9 +162,9 @@ def _row(
             for other in arms
             if other is not arm
         ]
-        if work.settings.frames.fine != ANY:
+        if work.settings.frames.fine != ANY_REMAINDER:
             found += _frames(finished, finished.frames, source, crossed)
-    # What is a cause comes before what it does to the motion.
+    # Causes come before their effects on the motion.
     found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)
     failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
@@ -171,7 +173,7 @@ def _row(
 
 
 def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
-    # A message or two without a state are usual in a recording, and a fault in a dataset.
+    # A few messages without a state are usual in a recording, but a fault in a dataset.
     if refused := dict(finished.refused):
         reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
         text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
@@ -187,7 +189,7 @@ def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
 def _breaks(finished: Audit) -> Iterator[Finding]:
     timeline = finished.timeline
     stamps = np.diff(timeline.stamps[:])
-    # Stamps that have a gap of their own tell it themselves.
+    # Gaps in the stamps are reported elsewhere.
     if len(stamps) and np.max(stamps) < 1.5 * np.median(stamps):
         q = timeline.q[:]
         wraps = np.array(finished.robot.continuous)
@@ -216,7 +218,7 @@ def _base(report: FrameReport) -> Iterator[Finding]:
         return
     far = float(np.linalg.norm(X[:3, 3]))
     turned = float(np.linalg.norm(rotation_vector(X[:3, :3])))
-    if far > SAME_BASE or turned > SAME_BASE_ANGLE:
+    if far > BASE_TOLERANCE or turned > BASE_ANGLE_TOLERANCE:
         x, y, z = (length_in_words(float(one)) for one in X[:3, 3])
         yield Finding(
             Level.WARN,
@@ -228,14 +230,14 @@ def _base(report: FrameReport) -> Iterator[Finding]:
 def _others(
     finished: Audit, report: FrameReport, track: PoseTrack, crossed: Crossed
 ) -> Iterator[Finding]:
-    # Poses that are those of another arm, of the dataset or of another model.
+    # Yields a finding if the poses belong to another arm of the dataset or to another model.
     if track.q is None:
         return
     robot, own, limit = finished.robot, report.diagnosis.errors, report.limits.warn
     tried: list[tuple[str, Errors | None]] = []
     for label, source in crossed:
         for _ in source.blocks:
-            pass  # poses are complete when the blocks are read
+            pass  # poses are complete after all blocks were read
         theirs = source.poses()
         if theirs is not None and theirs.q is not None and theirs.q.shape == track.q.shape:
             tried.append((f'the {label} arm', left_by(robot, theirs.q, track.poses)))

@@ -1,15 +1,16 @@
-"""Labels of every row of a table: how near it is to a singular pose, and in which branch."""
+"""Label the rows of a table: distance to singular poses, and branch."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from .....errors import RecordingError
 from .....kernel import Floats, NearestSearch
-from .....kinematics.singularity import Singularities, measured_in_order, singularity_of
+from .....kinematics.singularity import Singularities, singularity_of
+from .....kinematics.singularity_rates import measured_in_order
 from .....kinematics.tool_state import evaluate
 from .....robot.closed_poses import closes_at
 from .....robot.robot import AnyRobot, Robot, as_robot
@@ -24,18 +25,16 @@ from ...readers.stamp_format import StampFormat
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# Of those that take long; the others are always there.
+# The label that takes long and is optional.
 CLEARANCE = 'clearance'
-# A branch is written as bits of the factors' signs.
-MOST_FACTORS = 31
-
-Masked: TypeAlias = 'np.ma.MaskedArray[tuple[int, ...], np.dtype[np.generic]]'
+# Largest number of factors in a branch, an int32 with a bit for the sign of each factor.
+MAX_FACTORS = 31
 
 
 def _branch(found: Singularities) -> npt.NDArray[np.int32]:
-    # One bit for each factor of the robot file that is positive, or for the determinant.
+    # Returns a bit for the sign of each factor of the robot file, or of the determinant.
     if found.factors is not None:
-        positive = np.asarray(found.factors.values[..., :MOST_FACTORS] > 0.0, dtype=np.int32)
+        positive = np.asarray(found.factors.values[..., :MAX_FACTORS] > 0.0, dtype=np.int32)
         return positive @ (1 << np.arange(positive.shape[-1], dtype=np.int32))
     if found.determinant is None:
         return np.zeros(np.shape(found.distance), dtype=np.int32)
@@ -51,30 +50,36 @@ LABELS: dict[str, Callable[[Singularities], Floats | npt.NDArray[np.int32]]] = {
 }
 
 
-def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> dict[str, Masked]:
+def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa.Array]':
     """
-    Return labels of joint positions (N, n), rad or m, as arrays (N,) or (N, 6); those of rows that
-    are no pose are masked.
+    Return labels of joint positions (N, n), rad or m, as Arrow arrays of N numbers or lists of 6.
+
+    They are null in invalid rows.
 
     Parameters
     ----------
     clearance
-        Whether the clearance is one of them, which takes several times as long.
+        Whether the labels have the clearance, which takes several times as long.
     """
+    import pyarrow as pa
+
     good = np.all(np.isfinite(q), axis=1)
     good[good] = closes_at(robot.chain, q[good])
-    # In the order of the rows: most are the next ones of a motion.
+    # Rows in order, because most rows continue a motion.
     state = evaluate(robot, q[good])
     known = singularity_of(measured_in_order(state, NearestSearch(robot.singularity.arm)))
-    labels: dict[str, Masked] = {}
+    rows = pa.array(np.cumsum(good) - 1, mask=~good)
+    labels = {}
     for name, label in LABELS.items():
         if name == CLEARANCE and not clearance:
             continue
         values = np.asarray(label(known))
-        whole = np.zeros((len(q), *values.shape[1:]), dtype=values.dtype)
-        whole[good] = values
-        labels[name] = np.ma.array(whole, mask=False)
-        labels[name][~good] = np.ma.masked
+        array = pa.array(values.reshape(-1))
+        if values.ndim > 1:
+            # Most versions of pyarrow cannot write or read lists of fixed size with null.
+            ends = values.shape[1] * np.arange(len(values) + 1, dtype=np.int32)
+            array = pa.ListArray.from_arrays(ends, array)
+        labels[name] = array.take(rows)
     return labels
 
 
@@ -85,8 +90,8 @@ def labels_of_arms(
     clearance: bool,
 ) -> 'dict[str, pa.Array]':
     """
-    Return the labels of columns of numbers as Arrow arrays, null where they are masked; of several
-    arms each name begins with the arm's.
+    Return the labels of columns of numbers as Arrow arrays; of several arms each name begins with
+    the arm's.
 
     Parameters
     ----------
@@ -100,22 +105,8 @@ def labels_of_arms(
         q = own.joints.units(robot).positions(columns.chosen(own.positions))
         start = f'{arm.label}.' if arm.label else ''
         for name, values in labels_of(robot, q, clearance).items():
-            arrays[start + name] = _arrow_of(values)
+            arrays[start + name] = values
     return arrays
-
-
-def _arrow_of(values: Masked) -> 'pa.Array':
-    import pyarrow as pa
-
-    mask = np.ma.getmaskarray(values)
-    if values.ndim == 1:
-        return pa.array(values.data, mask=mask)
-    # Not lists of fixed size: where one is missing, most versions of pyarrow write no such column
-    # or cannot read it.
-    good = ~mask[:, 0]
-    ends = values.shape[1] * np.append(0, np.cumsum(good))
-    begins = pa.array(ends, pa.int32(), mask=np.append(~good, False))
-    return pa.ListArray.from_arrays(begins, pa.array(values.data[good].reshape(-1)))
 
 
 def judge_table(
@@ -130,8 +121,8 @@ def judge_table(
     """
     Return an Arrow record batch, or table, with the labels of its rows as further columns.
 
-    It depends on nothing but its arguments, so that Dask, Ray or Spark can call it on the batches
-    of a table of any length.
+    It depends on its arguments alone, so Dask, Ray or Spark can call it on the batches of a table
+    of any length.
 
     Parameters
     ----------
@@ -140,23 +131,23 @@ def judge_table(
     robot
         The arm.
     columns, joint_format, joint_prefix
-        As the options of `audit`: which columns the joints are (`position=state[0:6]`; default:
-        by known names), and their units.
+        Options of `audit`: the columns of the joints (`position=state[0:6]`; default: by known
+        names), and their units.
     clearance
-        Whether to prove a radius without singular poses, too, which takes several times as long.
+        Whether to add the proved radius without singular poses, which takes several times as long.
 
     Returns
     -------
     RecordBatch or Table
         With `distance` (rad), `manipulability`, `lost_direction` (6 numbers), `branch`
         (the signs of the factors of the robot file, as bits), and `clearance` (rad) if asked for.
-        They are null in rows that are no pose. Of several arms each label begins with the arm's
-        name.
+        Labels are null in invalid rows. For several arms each label begins with the name of the
+        arm.
 
     Raises
     ------
     RecordingError
-        The joints are not among the columns, or pyarrow is missing.
+        Columns of the joints are missing, or pyarrow is missing.
     """
     try:
         import pyarrow as pa

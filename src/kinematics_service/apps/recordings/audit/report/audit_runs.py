@@ -1,4 +1,4 @@
-"""Recordings audited one after the other, by processes of this machine, or by a dask cluster."""
+"""Audit recordings one by one, by processes of this machine, or by a dask cluster."""
 
 import multiprocessing
 import os
@@ -18,11 +18,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemaining
 from .....errors import KinematicsError
 from .....printing import json_text
 from .....robot.measures import Level
-from ...plans.verdicts import PlanCheck
 from ...readers.open_file import open_source
 from ...readers.source import Selection
 from ...sweep import Item, Result, results_of_workers
 from ..auditing import Audit, AuditProgress, AuditSettings, audit
+from ..frames import FrameReport
 from ..plan_findings import joints_refuted
 from .bag_writer import open_writer
 from .document import document_of
@@ -30,8 +30,9 @@ from .page import page_of
 from .page_header import origin_of
 from .summary import Summary, summary_of
 
-# Is called with the messages, or files, that are done; and what opens one for so many.
+# Takes the number of messages or files that were processed.
 Done = Callable[[int], None]
+# Opens a progress bar for a number of messages or files.
 Bar = Callable[[int | None], AbstractContextManager[Done]]
 
 
@@ -51,11 +52,11 @@ class Run:
     date
         Date of the audit, in words.
     failures
-        Findings that fail it; None for those that are usual for its kind.
+        Findings that fail the audit; None: the default for its kind of file.
     html, json
-        Whether the page, and the document, are wanted.
+        Whether page and document are requested.
     out
-        The MCAP file to write, if one is wanted.
+        The MCAP file to write, or None.
     """
 
     file: Path
@@ -70,9 +71,8 @@ class Run:
 
 
 class Outcome(NamedTuple):
-    """The result of an audit, and a sentence that names what is missing in it."""
+    """The result of an audit, and an error sentence, empty without an error."""
 
-    run: Run
     error: str
     summary: Summary | None = None
     html: str = ''
@@ -81,13 +81,12 @@ class Outcome(NamedTuple):
 
 
 def outcome_of(run: Run, bar: Bar = _no_bar) -> Outcome:
-    """Return the outcome of one run; a fault of its file is an outcome, too."""
+    """Return the outcome of a run, also if its file is faulty."""
     try:
         finished = _audited(run, bar)
     except KinematicsError as error:
-        return Outcome(run, str(error))
+        return Outcome(str(error))
     return Outcome(
-        run,
         no_frames(finished, run.failures),
         summary_of(finished),
         page_of(finished, origin_of(run.file, run.robot, run.date)) if run.html else '',
@@ -110,25 +109,28 @@ def _audited(run: Run, bar: Bar) -> Audit:
 
 
 def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
-    """Return whether findings fail an audit; None: those that are usual for its kind."""
+    """Return whether findings fail an audit; None: the default for its kind of file."""
     wanted = wanted or _usual_failures(finished)
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
-    near = any('refuted' in _closed_and_regular(plan) for plan in finished.plans.values())
+    plans = finished.plans.values()
+    # A loop that does not close is as bad as a singular pose: the motion ends there.
+    poses = [one.verdict for plan in plans for one in (plan.singularity, plan.closure) if one]
+    speeds = [speed.verdict for plan in plans for speed in plan.speeds]
+    near = 'refuted' in poses
     beyond = joints_refuted(finished, 'limits')
-    fast = bool(joints_refuted(finished, 'speed')) or any(
-        speed.verdict == 'refuted' for plan in finished.plans.values() for speed in plan.speeds
-    )
+    fast = bool(joints_refuted(finished, 'speed')) or 'refuted' in speeds
     met = {
         'never': False,
         'warn': worst >= Level.WARN or near,
         'stop': worst >= Level.ERROR or near,
         'limits': bool(beyond) or any(joint.beyond for joint in finished.joints),
         'speed': fast or any(joint.too_fast for joint in finished.joints),
-        'undecided': any('not decided' in _verdicts(plan) for plan in finished.plans.values()),
-        'frames': frames is None or frames.failed,
+        'undecided': 'not decided' in (*poses, *speeds),
+        # Poses that are missing or not compared do not agree.
+        'frames': not isinstance(frames, FrameReport) or frames.level == Level.ERROR,
     }
-    # It is not fine if something could not be judged: samples of a plan, or a damaged file.
+    # Refused samples of a plan and damaged files fail, because they were not judged.
     unjudged = finished.damaged or (finished.planned and bool(finished.refused))
     return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
 
@@ -140,18 +142,8 @@ def _usual_failures(finished: Audit) -> tuple[str, ...]:
     return ('stop', 'undecided', 'speed') if limited else ('stop', 'undecided')
 
 
-def _verdicts(plan: PlanCheck) -> list[str | None]:
-    return [*_closed_and_regular(plan), *(speed.verdict for speed in plan.speeds)]
-
-
-def _closed_and_regular(plan: PlanCheck) -> list[str | None]:
-    # A loop that does not close is as bad as a singular pose: the motion ends there.
-    closure = plan.closure
-    return [plan.singularity.verdict, *([] if closure is None else [closure.verdict])]
-
-
 def no_frames(finished: Audit, failures: tuple[str, ...] | None) -> str:
-    """Return the sentence on a gate that was asked for and has nothing to judge; else nothing."""
+    """Return the error if `--fail-on frames` lacks a second source, otherwise an empty text."""
     if finished.frames is not None or 'frames' not in (failures or ()):
         return ''
     return (
@@ -193,7 +185,7 @@ def spread(
 
 
 def _live_with_the_parent() -> None:
-    # The parent handles signals; without it nobody needs the result.
+    # The parent handles signals; the process ends with the parent.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None
@@ -207,7 +199,7 @@ def _live_with_the_parent() -> None:
 
 @contextmanager
 def shown_bar(total: int | None, noun: str = 'messages') -> Iterator[Done]:
-    """Show a bar on standard error while it works, on a terminal only; remove it in the end."""
+    """Show a progress bar on standard error, on a terminal only; remove it at the end."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda _: None

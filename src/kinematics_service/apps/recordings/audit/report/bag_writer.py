@@ -1,9 +1,10 @@
 """
-The topics a node would have published, as an MCAP file, written without ROS.
+Write the topics that a node would have published as an MCAP file, without ROS.
 
-The messages of a topic are copies of the same bytes with their own stamps and numbers.
+All messages of a topic are copies of the same bytes with other stamps and numbers.
 """
 
+from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,7 +21,7 @@ from .....robot.measures import MEASURES
 from .....robot.robot import Robot
 from ...readers.bag_checks import add_checksums
 from ...readers.block import Times
-from ..timeline import TimelineBatch
+from ..timeline import PublishedWarning, TimelineBatch
 
 if TYPE_CHECKING:
     from rosbags.rosbag2 import Writer
@@ -56,7 +57,7 @@ def _bytes(values: Times, kind: str) -> np.ndarray:  # type: ignore[type-arg]
 @contextmanager
 def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWriter']:
     """
-    Open an MCAP file to write; in the end it exists as a whole, or not at all.
+    Open an MCAP file to write; after an error the file does not exist.
 
     Raises
     ------
@@ -80,7 +81,7 @@ def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWri
 
 
 class BagWriter:
-    """Writes batches of states as messages, in the order in which the node publishes them."""
+    """Write batches of states as messages, in the order of the node."""
 
     def __init__(self, writer: 'Writer', robot: Robot, joint_prefix: str) -> None:
         from rosbags.typesys import Stores, get_typestore
@@ -104,7 +105,7 @@ class BagWriter:
         self._warning = self._connection(WARNING, 'diagnostic_msgs/msg/DiagnosticStatus', True)
 
     def write(self, part: TimelineBatch) -> None:
-        """Write all messages of a batch, each at the time of the receipt of its joint state."""
+        """Write all messages of a batch, each at the time of receipt of its joint state."""
         known, state = part.known, part.state
         count, n = len(known), self._robot.dof
         moving, stamps = known.moving, known.stamps
@@ -125,20 +126,18 @@ class BagWriter:
             table = topic.filled(numbers, stamps)
             data = memoryview(table.tobytes())
             columns.append((topic.connection, data, table.shape[1], there.tolist()))
-        warnings = iter(part.warnings)
-        one = next(warnings, None)
-        first = part.first
-        write = self._writer.write
+        warnings = defaultdict[int, list[PublishedWarning]](list)
+        for warning in part.warnings:
+            warnings[warning.row - part.first].append(warning)
         for k, arrival in enumerate(known.arrivals.tolist()):
-            while one is not None and one.row == first + k and one.moment < arrival:
-                self._warn(one.moment, one.status_text)  # a time-out before it
-                one = next(warnings, None)
+            own = warnings[k]
+            while own and own[0].moment < arrival:
+                self._warn(*own.pop(0)[1:])  # a time-out before it
             for connection, data, size, there in columns:
                 if there[k]:
-                    write(connection, arrival, data[k * size : (k + 1) * size])
-            while one is not None and one.row == first + k:
-                self._warn(one.moment, one.status_text)
-                one = next(warnings, None)
+                    self._writer.write(connection, arrival, data[k * size : (k + 1) * size])
+            for warning in own:
+                self._warn(*warning[1:])
 
     def _warn(self, moment: int, status_text: StatusText) -> None:
         pair = self._types['diagnostic_msgs/msg/KeyValue']
@@ -158,7 +157,7 @@ class BagWriter:
         )
 
     def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
-        # A message has a stamp and texts, or neither, and numbers.
+        # A message has a stamp and texts, or neither of them, and numbers.
         writer = CdrWriter()
         if texts:
             writer.room(WHOLE, 2)
@@ -175,7 +174,7 @@ class BagWriter:
             writer.text(label)
             writer.whole(size)
             writer.whole(stride)
-        writer.whole(0)  # where the data begins
+        writer.whole(0)  # data_offset
         writer.whole(6 * n)
         return self._filling('jacobian', 'std_msgs/msg/Float64MultiArray', writer, 6 * n, False)
 
@@ -188,7 +187,7 @@ class BagWriter:
 
 
 def _quality(latched: bool) -> Any:
-    # The node's profiles, so that a player of bags offers the same.
+    # Returns the quality of service of the node, for players of bags.
     from rosbags import interfaces as given
 
     durability = given.QosDurability

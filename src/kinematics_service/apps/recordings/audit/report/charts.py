@@ -1,7 +1,7 @@
 """
-Curves over time as SVG, thinned so that no spike is lost.
+Draw curves over time as SVG.
 
-The drawing stretches to any width while its labels, which are HTML, keep their size.
+The drawing stretches to any width; its labels are HTML and keep their size.
 """
 
 import math
@@ -15,9 +15,9 @@ from .....kernel import Floats
 from ..curves import WIDTH, Curve, across
 
 HEIGHT = 100
-# Share of the height that stays free above and below.
+# Ratio of the height that stays free above and below.
 AIR = 0.06
-# Decades a logarithmic axis shows at most.
+# Largest number of decades of a logarithmic axis.
 DECADES = 5
 
 
@@ -49,11 +49,11 @@ class Chart:
     title, unit
         The quantity and its unit.
     levels
-        Horizontal lines; the axis shows those that it must, or that a curve comes near.
+        Horizontal lines; a linear axis shows the lines near a curve.
     end : s
         End of the time axis.
     most
-        The largest value shown; larger ones are drawn there.
+        The largest value on the axis; larger values are drawn there.
     height
         In px.
     """
@@ -146,7 +146,7 @@ class ValueScale:
 
     @classmethod
     def of(cls, chart: Chart) -> 'ValueScale':
-        """Return that of a chart: its curves with some air, and the levels it must show."""
+        """Return the scale of a chart: its curves with a margin, and its levels."""
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
         highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
@@ -165,7 +165,7 @@ class ValueScale:
     @classmethod
     def _plain(cls, low: float, high: float, marks: Sequence[float]) -> 'ValueScale':
         room = (high - low) or max(abs(high), 1.0) * 0.1
-        # A limit is shown where the curve comes near it.
+        # A limit is shown if the curve comes near it.
         for mark in marks:
             if low - 0.5 * room <= mark <= high + 0.5 * room:
                 low, high = min(low, mark), max(high, mark)
@@ -173,11 +173,11 @@ class ValueScale:
         return cls(low - AIR * room, high + AIR * room, False)
 
     def at(self, value: float) -> float:
-        """Return where a value stands, from the top, of `HEIGHT`."""
+        """Return the distance of a value from the top, up to `HEIGHT`."""
         return float(self.at_all(np.array([value]))[0])
 
     def at_all(self, values: Floats) -> Floats:
-        """Return the same of several values."""
+        """Return the distances of several values from the top."""
         if self.log:
             share = np.log(np.maximum(values, self.low) / self.low)
             share = share / math.log(self.high / self.low)
@@ -213,7 +213,7 @@ def shown(value: float) -> str:
 
 
 def time_unit_of(end: float) -> tuple[float, str]:
-    """Return the seconds in the unit of a time axis of `end` seconds, and its name."""
+    """Return the unit of a time axis of `end` seconds: its seconds, and its name."""
     if end >= 3 * 3600.0:
         return 3600.0, 'h'
     return (60.0, 'min') if end >= 300.0 else (1.0, 's')

@@ -1,4 +1,4 @@
-"""An audit as one JSON object."""
+"""Return an audit as one JSON object."""
 
 from collections.abc import Callable
 from functools import partial
@@ -6,32 +6,35 @@ from functools import partial
 import numpy as np
 
 from .....kernel import Floats
-from .....kinematics.singularity import measured_before, singularity_of
+from .....kinematics.singularity import singularity_of
+from .....kinematics.singularity_rates import measured_before
 from .....kinematics.tool_state import evaluate
 from .....printing import Json, attributes
 from .....rigid_motion import roll_pitch_yaw
 from .....robot.measures import MEASURES, Level
 from .....version import __version__
 from ....checking.causes import TestedCause
-from ...plans.verdicts import PlanCheck, PlanClosure, PlanMoment
+from ....checking.diagnosis import FrameDiagnosis
+from ...plans.verdicts import PlanCheck, PlanMoment
 from ...readers.block import Times
 from ..auditing import Audit
 from ..frames import NotCompared
 from ..intervals import badness
+from ..timeline import Timeline
 from ..verdict import verdict_of
 
-# Rows of the series at most; of longer recordings the worst ones, evenly spread.
-MOST_ROWS = 10_000
+# Largest number of rows of the series; a longer recording keeps the worst rows, evenly spread.
+MAX_ROWS = 10_000
 
 
 def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Return at most `most` of `count` rows: of each interval of time the first and the worst one.
+    Return at most `most` of `count` rows: the first and the worst row of equal intervals.
 
     Parameters
     ----------
     worse
-        Returns a value for some rows, of which the largest is the worst.
+        Returns a value for some rows; the largest value is the worst.
     """
     if count <= most:
         return np.arange(count)
@@ -44,7 +47,7 @@ def document_of(audit: Audit) -> dict[str, Json]:
     """Return the audit as a dictionary for `printing.json_text`; m, rad, s."""
     robot, timeline = audit.robot, audit.timeline
     verdict = verdict_of(audit)
-    rows = thinned_rows(len(timeline), MOST_ROWS, partial(badness, robot, timeline))
+    rows = thinned_rows(len(timeline), MAX_ROWS, partial(badness, robot, timeline))
     return {
         'version': __version__,
         'file': audit.file,
@@ -75,15 +78,13 @@ def document_of(audit: Audit) -> dict[str, Json]:
                     for passed in interval.factors
                 ],
                 'level': interval.level.name,
-                **attributes(interval, 'begin', 'end'),
+                **attributes(interval, 'begin', 'end', 'stopped'),
                 'duration': interval.seconds,
-                'stopped': interval.stopped,
                 'first_message': int(timeline.messages[interval.first]),
                 'last_message': int(timeline.messages[interval.last]),
                 'worst': {
                     'value': interval.value,
-                    't': float(timeline.t[interval.worst]),
-                    'stamp': int(timeline.stamps[interval.worst]),
+                    **_at(timeline, interval.worst),
                     'q': interval.q,
                     'lost_direction': interval.lost,
                     'joints_against_each_other': interval.fighting,
@@ -96,9 +97,7 @@ def document_of(audit: Audit) -> dict[str, Json]:
         'worst_moments': [
             {
                 **attributes(moment, 'what', 'value'),
-                't': float(timeline.t[moment.row]),
-                'stamp': int(timeline.stamps[moment.row]),
-                'message': int(timeline.messages[moment.row]),
+                **_at(timeline, moment.row),
             }
             for moment in audit.moments
         ],
@@ -114,6 +113,14 @@ def document_of(audit: Audit) -> dict[str, Json]:
         'slowing': _slowing(audit),
         'plans': [_plan(number, check) for number, check in audit.plans.items()],
         'series': _series(audit, rows),
+    }
+
+
+def _at(timeline: Timeline, row: int) -> dict[str, Json]:
+    return {
+        't': float(timeline.t[row]),
+        'stamp': int(timeline.stamps[row]),
+        'message': int(timeline.messages[row]),
     }
 
 
@@ -134,7 +141,7 @@ def _slowing(audit: Audit) -> dict[str, Json] | None:
 
 
 def _plan(number: int, check: PlanCheck) -> dict[str, Json]:
-    singularity = check.singularity
+    singularity, closure = check.singularity, check.closure
     return {
         'trajectory': number,
         'verdict': check.verdict,
@@ -147,7 +154,13 @@ def _plan(number: int, check: PlanCheck) -> dict[str, Json]:
             **attributes(singularity, 'nearest_singular', 'undecided'),
             'clearances': singularity.evaluations,
         },
-        'closure': None if check.closure is None else _closure(check.closure),
+        'closure': None
+        if closure is None
+        else {
+            **attributes(closure, 'verdict', 'samples'),
+            'loop': closure.loop or None,
+            **({} if closure.moment is None else _moment(closure.moment)),
+        },
         'joints': [
             {
                 **attributes(joint, 'name', 'limits', 'speed'),
@@ -170,16 +183,6 @@ def _extreme(joint: object, name: str) -> dict[str, Json]:
     return {'value': extreme.value, **_moment(extreme.moment)}
 
 
-def _closure(closure: PlanClosure) -> dict[str, Json]:
-    moment = {} if closure.moment is None else _moment(closure.moment)
-    return {
-        'verdict': closure.verdict,
-        'loop': closure.loop or None,
-        'samples': closure.samples,
-        **moment,
-    }
-
-
 def _moment(moment: PlanMoment) -> dict[str, Json]:
     return {'t': moment.time, 'point': moment.point, 'q': moment.q}
 
@@ -194,13 +197,11 @@ def _frames(audit: Audit) -> dict[str, Json] | None:
     diagnosis = report.diagnosis
     return {
         **source,
-        **attributes(report, 'considered', 'matched', 'unmatched', 'doubts'),
+        **attributes(report, 'considered', 'matched', 'unmatched', 'doubts', 'sentence'),
         'level': report.level.name,
-        'sentence': report.sentence,
         **attributes(report.limits, 'warn', 'bad'),
         **attributes(diagnosis, 'as_given', 'errors', 'undetermined'),
-        'base_offset': offset_of(diagnosis.base_offset),
-        'tool_offset': offset_of(diagnosis.tool_offset),
+        **_offsets(diagnosis),
         'cause': diagnosis.cause.key if diagnosis.cause else None,
         'causes': [_cause(cause) for cause in diagnosis.causes],
         'likely': [_cause(cause) for cause in diagnosis.likely],
@@ -210,27 +211,25 @@ def _frames(audit: Audit) -> dict[str, Json] | None:
 def _cause(cause: TestedCause) -> dict[str, Json]:
     return {
         **attributes(cause, 'key', 'sentence', 'value', 'ratio', 'errors'),
-        'base_offset': offset_of(cause.base_offset),
-        'tool_offset': offset_of(cause.tool_offset),
+        **_offsets(cause),
     }
 
 
-def offset_of(T: Floats) -> dict[str, Json]:
-    """Return a pose as xyz (m) and rpy (rad), as a robot file has it."""
-    return {'xyz': T[:3, 3], 'rpy': roll_pitch_yaw(T[:3, :3]), 'matrix': T}
+def _offsets(found: FrameDiagnosis | TestedCause) -> dict[str, Json]:
+    # Poses have xyz in m and rpy in rad, as in a robot file.
+    poses = {'base_offset': found.base_offset, 'tool_offset': found.tool_offset}
+    return {
+        name: {'xyz': T[:3, 3], 'rpy': roll_pitch_yaw(T[:3, :3]), 'matrix': T}
+        for name, T in poses.items()
+    }
 
 
 def _series(audit: Audit, rows: Times) -> dict[str, Json]:
     timeline = audit.timeline
     q, qdot, factors = timeline.q[rows], timeline.qdot[rows], timeline.factors[rows]
     state = evaluate(audit.robot, q, np.nan_to_num(qdot, nan=0.0))
-    singularity = singularity_of(
-        measured_before(
-            state,
-            timeline.distance[rows],
-            timeline.nearest_singular[rows],
-        )
-    )
+    distance, nearest = timeline.distance[rows], timeline.nearest_singular[rows]
+    singularity = singularity_of(measured_before(state, distance, nearest))
     moving = ~np.any(np.isnan(qdot), axis=1)
     signs = np.where(timeline.turned[rows], -1.0, 1.0)
     measures = {name: getattr(singularity, name) for name in MEASURES}

@@ -1,8 +1,7 @@
 """
-An audit as one page that needs nothing else.
+Write an audit as one HTML page without other files.
 
-Its script, page.js, shows the values at one time in all plots, which it reads back from their
-paths.
+Its script, page.js, shows the values of all plots at one time; it reads them from the paths.
 """
 
 import math
@@ -25,13 +24,13 @@ from .page_charts import interval_chart, joint_charts, measure_charts, slowing_c
 from .page_frames import frame_section
 from .page_header import Provenance, header
 from .page_plans import plan_section
-from .tables import MOST, NOTHING, TableColumn, more_of, table_of
+from .tables import MAX_TABLE_ROWS, NOTHING, TableColumn, more_of, table_of
 
 SIGNS = {'OK': '&#10003; OK', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
 
 def page_of(audit: Audit, origin: Provenance | None = None) -> str:
-    """Return the page as HTML, with files, sums and date at its head if an origin is given."""
+    """Return the page as HTML; with an origin its head has files, checksums and date."""
     title = f'Audit of {audit.file.rpartition("/")[2]}'
     verdict = verdict_of(audit)
     body = [
@@ -95,7 +94,9 @@ def _singularities(audit: Audit) -> str:
         TableColumn('tool motion lost there', lambda one: escape(one.lost)),
         TableColumn('joints against each other', lambda one: escape(one.fighting)),
     )
-    return text + table_of(columns, audit.intervals[:MOST]) + more_of(len(audit.intervals))
+    return (
+        text + table_of(columns, audit.intervals[:MAX_TABLE_ROWS]) + more_of(len(audit.intervals))
+    )
 
 
 def _factors(audit: Audit, interval: Interval) -> str:
@@ -196,7 +197,9 @@ def _slowing(audit: Audit) -> str:
         TableColumn('joints there', lambda one: _pose(audit, one.worst)),
     )
     if slowing.stretches:
-        text += table_of(columns, slowing.stretches[:MOST]) + more_of(len(slowing.stretches))
+        text += table_of(columns, slowing.stretches[:MAX_TABLE_ROWS]) + more_of(
+            len(slowing.stretches)
+        )
     return text + (
         '<p class="soft">The share of the velocities that ks.scale keeps. It is no safety '
         'function.</p>\n'
@@ -243,14 +246,7 @@ def _stream(audit: Audit) -> str:
             TableColumn('lasts', lambda gap: seconds(gap.seconds), True),
             TableColumn('after the stamp', lambda gap: f'{gap.after * 1e-9:.3f} s', True),
         )
-        text += table_of(gaps, stream.gaps[:MOST]) + more_of(stream.gap_count)
-    if len(stream.orders) > 1:
-        orders = (
-            TableColumn('first message', lambda one: f'{one.first:,}', True),
-            TableColumn('messages', lambda one: f'{one.messages:,}', True),
-            TableColumn('joints in this order', lambda one: escape(', '.join(one.joints))),
-        )
-        text += table_of(orders, stream.orders[:MOST])
+        text += table_of(gaps, stream.gaps[:MAX_TABLE_ROWS]) + more_of(stream.gap_count)
     return text + interval_chart(audit)
 
 

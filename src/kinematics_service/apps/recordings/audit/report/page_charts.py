@@ -19,13 +19,13 @@ from ..intervals import watched_values
 from ..timeline import stretches_of
 from .charts import Band, Chart, LevelLine
 
-# Returns the values of some rows, for a curve.
+# Returns the values of a curve at some rows.
 Values = Callable[[slice], Floats]
 
-# Intervals shaded at most; more would be a grey wall.
-MOST_BANDS = 400
-# The axis of the condition number, which has no bound, ends here, in thresholds of ERROR.
-CLIPPED_AT = 100.0
+# Largest number of shaded intervals; more would hide the curve.
+MAX_BANDS = 400
+# End of the axis of the unbounded condition number, relative to the threshold of ERROR.
+CLIP_RATIO = 100.0
 
 
 def _breaks(audit: Audit, rows: slice) -> Flags:
@@ -56,33 +56,28 @@ def _scaled(column: Column[np.float64], scale: float) -> Values:
 def _bands(audit: Audit) -> list[Band]:
     timeline, rows = audit.timeline, list(spans(len(audit.timeline)))
     runs = stretches_of((timeline.levels[own], _breaks(audit, own)) for own in rows)
-    bad = list(islice((run for run in runs if run.label != Level.OK), MOST_BANDS + 1))
+    bad = list(islice((run for run in runs if run.label != Level.OK), MAX_BANDS + 1))
     quiet = (k for own in rows for k in np.flatnonzero(_breaks(audit, own)) + own.start if k)
     shown = [(run.first, run.until, Level(run.label).name) for run in bad]
-    shown = shown if len(bad) <= MOST_BANDS else []
-    shown += [(k - 1, k, 'gap') for k in islice(quiet, MOST_BANDS)]
+    shown = shown if len(bad) <= MAX_BANDS else []
+    shown += [(k - 1, k, 'gap') for k in islice(quiet, MAX_BANDS)]
     t = timeline.t
     return [Band(float(t[begin]), float(t[end]), style) for begin, end, style in shown]
 
 
 def measure_charts(audit: Audit) -> str:
-    """Return the watched measure with its thresholds, and the named factors."""
+    """Return charts of the watched measure with its thresholds, and of the named factors."""
     robot, timeline = audit.robot, audit.timeline
-    measure = MEASURES[robot.singularity.thresholds.measure]
+    thresholds = robot.singularity.thresholds
+    measure = MEASURES[thresholds.measure]
     levels = [
-        LevelLine(
-            robot.singularity.thresholds.warn,
-            f'WARN {robot.singularity.thresholds.warn:g}',
-            'warnline',
-        ),
-        LevelLine(
-            robot.singularity.thresholds.stop, f'ERROR {robot.singularity.thresholds.stop:g}'
-        ),
+        LevelLine(thresholds.warn, f'WARN {thresholds.warn:g}', 'warnline'),
+        LevelLine(thresholds.stop, f'ERROR {thresholds.stop:g}'),
     ]
     curve = _curve(audit, measure.words, 'c0', partial(watched_values, robot, timeline))
     title = measure.long or measure.words
     log = bool(np.any(curve.values > 0.0))
-    most = CLIPPED_AT * robot.singularity.thresholds.stop if not measure.small_is_bad else math.inf
+    most = CLIP_RATIO * thresholds.stop if not measure.small_is_bad else math.inf
     charts = [Chart(title, measure.unit, [curve], levels=levels, log=log, most=most, height=210)]
     factors = robot.singularity.factors.names
     if len(factors) > 1:
@@ -97,7 +92,7 @@ def measure_charts(audit: Audit) -> str:
             other = MEASURES[name]
             curve = _curve(audit, other.words, 'c0', column.__getitem__)
             if np.any(curve.values > 0.0):
-                most = math.inf if other.small_is_bad else CLIPPED_AT * (other.stop or math.inf)
+                most = math.inf if other.small_is_bad else CLIP_RATIO * (other.stop or math.inf)
                 charts.append(Chart(other.words, other.unit, [curve], log=True, most=most))
     text = ''.join(_html(audit, chart) for chart in charts)
     if audit.intervals:
@@ -110,18 +105,18 @@ def measure_charts(audit: Audit) -> str:
 
 
 def slowing_chart(audit: Audit, values: Column[np.float64]) -> str:
-    """Return the share of the velocities that would have been kept."""
+    """Return a chart of the ratio of the velocities that `ks.scale` keeps."""
     curve = _curve(audit, 'scale', 'c0', values.__getitem__)
     return _html(audit, Chart('scale', '', [curve], height=110))
 
 
 def _html(audit: Audit, chart: Chart) -> str:
-    # With what all charts have in common: the axis of time, and what is shaded.
+    # Returns a chart with the common axis of time and shaded intervals.
     return replace(chart, bands=_bands(audit), end=audit.timeline.end).html()
 
 
 def joint_charts(audit: Audit) -> str:
-    """Return position and velocity of each joint, with their limits."""
+    """Return charts of position and velocity of each joint, with limits."""
     text = []
     timeline = audit.timeline
     for j, joint in enumerate(audit.joints):
@@ -147,7 +142,7 @@ def _limits(scale: float, *values: float) -> list[LevelLine]:
 
 
 def tool_charts(audit: Audit) -> str:
-    """Return position and speed of the tool."""
+    """Return charts of position and speed of the tool."""
     timeline = audit.timeline
     curves = [
         _curve(audit, name, f'c{k}', timeline.position.columns[k].__getitem__)
@@ -166,7 +161,7 @@ def tool_charts(audit: Audit) -> str:
 
 
 def frame_charts(audit: Audit, report: FrameReport) -> str:
-    """Return what remains between the poses of both sources."""
+    """Return charts of the remainders between the poses of both sources."""
     none, end = np.zeros(len(report.t), dtype=bool), audit.timeline.end
     return ''.join(
         _html(
@@ -186,7 +181,7 @@ def frame_charts(audit: Audit, report: FrameReport) -> str:
 
 
 def interval_chart(audit: Audit) -> str:
-    """Return the intervals between the states."""
+    """Return a chart of the intervals between the stamps."""
     timeline = audit.timeline
     if len(timeline) < 3:
         return ''

@@ -13,7 +13,7 @@ from .page_charts import frame_charts
 
 
 def frame_section(audit: Audit) -> str:
-    """Return the section, empty if there is no second source."""
+    """Return the section, empty without a second source."""
     report = audit.frames
     if report is None:
         return ''
@@ -32,7 +32,7 @@ def frame_section(audit: Audit) -> str:
     }
     rows = ([escape(name), *one.cells()] for name, one in errors.items())
     headers = ('poses apart', 'position rms', 'largest', 'orientation rms', 'largest')
-    # Offsets are valid only with the cause undone.
+    # Offsets are valid only after the cause is undone.
     best = diagnosis.cause or diagnosis
     undone = ', that undone' if diagnosis.cause else ''
     offsets = [
@@ -56,7 +56,7 @@ def frame_section(audit: Audit) -> str:
 
 
 def _notes(report: FrameReport) -> str:
-    # Returns the number of poses compared, the limits, and doubts about the poses.
+    # Returns the number of compared poses, the limits, and doubts about the poses.
     limits = report.limits
     compared = f'{report.diagnosis.count:,} of {report.poses:,} poses are compared.'
     unmatched = f' {escape(report.unmatched)}.' if report.unmatched else ''

@@ -11,8 +11,8 @@ from .....robot.measures import MEASURES
 from .....version import __version__
 from ..auditing import Audit
 
-# Bytes of the pieces in which a file is read.
-PIECE = 1 << 20
+# Bytes of a read.
+READ_SIZE = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -23,16 +23,15 @@ class Provenance:
     Attributes
     ----------
     date
-        Of the audit, in words: an input, so that the same audit gives the same page.
-    recording, robot_file
-        The files.
+        Date of the audit, in words; it is an input, so the same audit gives the same page.
+    robot_file
+        The robot file.
     recording_sha256, robot_sha256
-        Their sums, in hexadecimal digits; of a folder that of its files one after the other, in
-        the order of their names.
+        Checksums of the files, in hexadecimal digits; for a folder, of its files in the order of
+        their names.
     """
 
     date: str
-    recording: str
     recording_sha256: str
     robot_file: str
     robot_sha256: str
@@ -41,7 +40,7 @@ class Provenance:
 def origin_of(recording: Path, robot: str, date: str) -> Provenance:
     """Return the origin of an audit of a recording, for a robot by name or file."""
     robot_file = find_robot_file(robot)
-    return Provenance(date, str(recording), _sha256(recording), str(robot), _sha256(robot_file))
+    return Provenance(date, _sha256(recording), str(robot), _sha256(robot_file))
 
 
 def _sha256(path: Path) -> str:
@@ -49,13 +48,13 @@ def _sha256(path: Path) -> str:
     total = hashlib.sha256()
     for file in files:
         with file.open('rb') as stream:
-            while piece := stream.read(PIECE):
+            while piece := stream.read(READ_SIZE):
                 total.update(piece)
     return total.hexdigest()
 
 
 def header(audit: Audit, origin: Provenance | None) -> str:
-    """Return the header as HTML; it has date and sums only with an origin."""
+    """Return the header as HTML, with date and checksums if an origin is given."""
     thresholds, robot = audit.robot.singularity.thresholds, audit.robot
     unit = MEASURES[thresholds.measure].unit
     warn, stop = (f'{value:g} {unit}'.strip() for value in (thresholds.warn, thresholds.stop))

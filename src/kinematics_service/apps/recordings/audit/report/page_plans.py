@@ -1,4 +1,4 @@
-"""The section of the audit page on what is proved of plans."""
+"""The section of the audit page on plans."""
 
 import math
 from html import escape
@@ -8,7 +8,7 @@ from .....robot.file.parts.loop_groups import closed_together, group_in_words
 from ...plans.verdicts import PlanCheck, PlanMoment, PlanVerdict
 from ..auditing import Audit
 from ..plan_findings import point_in_words, rounded_down, rounded_up
-from .tables import MOST, more_of
+from .tables import MAX_TABLE_ROWS, more_of
 
 TAGS: dict[PlanVerdict, str] = {
     'proved': '<span class="tag OK">&#10003; proved</span>',
@@ -25,7 +25,7 @@ def plan_section(audit: Audit) -> str:
     rows = [row for number, plan in audit.plans.items() for row in _rows(audit, number, plan)]
     return (
         '<h2>Between the points</h2>\n'
-        + table(HEADERS, rows[:MOST], (2, 3, 4, 5))
+        + table(HEADERS, rows[:MAX_TABLE_ROWS], (2, 3, 4, 5))
         + more_of(len(rows))
         + '<p class="soft">Along the polynomials of a joint trajectory controller. This is no '
         'safety function.</p>\n'

@@ -1,4 +1,4 @@
-"""An audit on the screen: the verdict, the intervals, the worst moments."""
+"""Print an audit on the screen: the verdict and the intervals."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ from ..findings import Finding, seconds
 from ..verdict import verdict_of
 
 STYLES = {Level.OK: 'green', Level.WARN: 'yellow', Level.ERROR: 'red'}
-MOST = 20
+MAX_INTERVALS = 20
 
 
 class Summary(NamedTuple):
@@ -40,9 +40,9 @@ def summary_of(audit: Audit) -> Summary:
                 f'{audit.timeline.t[interval.worst]:.3f} s',
                 ', '.join(one.name for one in interval.factors) or interval.lost,
             )
-            for interval in audit.intervals[:MOST]
+            for interval in audit.intervals[:MAX_INTERVALS]
         ),
-        max(len(audit.intervals) - MOST, 0),
+        max(len(audit.intervals) - MAX_INTERVALS, 0),
     )
 
 

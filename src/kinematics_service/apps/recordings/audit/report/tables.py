@@ -1,18 +1,18 @@
-"""Tables of the pages of audits: without empty columns, and without rows that the JSON has."""
+"""Tables of the pages of audits, without empty columns and with a limited number of rows."""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 from .....page import table
 
-# Most rows of a table.
-MOST = 60
-# Cell of a number that is not known.
+# Largest number of rows of a table; the JSON has all.
+MAX_TABLE_ROWS = 60
+# Cell of an unknown number.
 NOTHING = '&ndash;'
 
 
 class TableColumn(NamedTuple):
-    """A column: its header, the HTML of its cell for what a row is of, whether it is a number."""
+    """A column: header, HTML of the cell for the thing of a row, whether it holds numbers."""
 
     header: str
     cell: Callable[[Any], str]
@@ -20,7 +20,7 @@ class TableColumn(NamedTuple):
 
 
 def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
-    """Return a table with a row for each thing that was found, without empty columns."""
+    """Return a table with a row for each thing, without empty columns."""
     things = list(found)
     cells = [[column.cell(one) for one in things] for column in columns]
     kept = [k for k, own in enumerate(cells) if not things or set(own) - {'', NOTHING}]
@@ -29,7 +29,7 @@ def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
 
 
 def more_of(number: int) -> str:
-    """Return a sentence on the rows a table leaves out; empty if there are none."""
-    if number <= MOST:
+    """Return a sentence on the omitted rows of a table, empty without omitted rows."""
+    if number <= MAX_TABLE_ROWS:
         return ''
-    return f'<p class="soft">{number - MOST:,} more are in the JSON.</p>\n'
+    return f'<p class="soft">{number - MAX_TABLE_ROWS:,} more are in the JSON.</p>\n'

@@ -1,1 +1,0 @@
-"""Joint paths of a redundant arm through sequences of targets."""

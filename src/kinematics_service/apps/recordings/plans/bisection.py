@@ -1,0 +1,122 @@
+"""
+Bracket the largest value of a quantity over a motion by branch and bound (Land and Doig, 1960).
+
+A piece of the motion is split into two halves if its bound is too large, because bounds of shorter
+pieces are tighter.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ....kernel import Floats
+from .polynomials import Pieces, PolynomialMotion, joined
+from .verdicts import PlanVerdict
+
+# Largest number of halvings of a segment.
+MAX_HALVINGS = 40
+# Largest number of pieces in one call of a quantity, which limits the memory.
+MAX_ROWS = 16_384
+
+
+class Extreme(NamedTuple):
+    """A largest value, and its place: number and s of a segment."""
+
+    value: float
+    segment: int
+    s: float
+
+
+class Bounded(NamedTuple):
+    """
+    A quantity in N pieces.
+
+    Attributes
+    ----------
+    value, most : shape (N,)
+        Its value at the middle of each piece, and its upper bound in the piece.
+    short : shape (N,)
+        Whether a piece is too short to be split.
+    """
+
+    value: Floats
+    most: Floats
+    short: npt.NDArray[np.bool_]
+
+
+Quantity: TypeAlias = Callable[[Pieces], Bounded]
+
+
+class Bracket(NamedTuple):
+    """
+    Lower and upper bound of the largest value of a quantity over a motion.
+
+    Attributes
+    ----------
+    seen
+        The largest value at the middles of the pieces and at the ends of segments.
+    bound
+        The largest bound, at the middle of its piece.
+    pieces, most
+        The pieces, which cover the motion, and the bound of each.
+    """
+
+    seen: Extreme
+    bound: Extreme
+    pieces: Pieces
+    most: Floats
+
+
+def verdict_of(seen: float, bound: float, limit: float) -> PlanVerdict:
+    """Return whether a quantity keeps a limit, given a value of it and its upper bound."""
+    if seen > limit:
+        return 'refuted'
+    return 'proved' if bound <= limit else 'not decided'
+
+
+def bracketed(
+    motion: PolynomialMotion, quantity: Quantity, enough: Callable[[float], float], budget: int
+) -> Bracket:
+    """
+    Return lower and upper bound of the largest value of a quantity over a motion.
+
+    Parameters
+    ----------
+    quantity
+        Computes the quantity in some pieces; pieces of length 0 are the ends of segments.
+    enough
+        Returns the bound at which pieces are not split, given the largest value seen.
+    budget
+        Largest number of pieces, besides the segments.
+    """
+    count = len(motion.begins)
+    ends = Pieces(np.tile(np.arange(count), 2), np.repeat([0.0, 1.0], count), np.zeros(2 * count))
+    pieces, seen = joined([ends, motion.whole()]), Extreme(-math.inf, 0, 0.0)
+    parts, bounds = [], []
+    for halvings in range(MAX_HALVINGS + 1):
+        value, most, short = _in_parts(quantity, pieces)
+        seen = max(seen, _largest(pieces, value), key=lambda extreme: extreme.value)
+        split = (most > enough(seen.value)) & ~short
+        budget -= 2 * int(np.sum(split))
+        split &= budget >= 0 and halvings < MAX_HALVINGS
+        parts.append(pieces.chosen(~split))
+        bounds.append(most[~split])
+        if not np.any(split):
+            break
+        pieces = pieces.chosen(split).halved()
+    pieces, most = joined(parts), np.concatenate(bounds)
+    return Bracket(seen, _largest(pieces, most), pieces, most)
+
+
+def _in_parts(quantity: Quantity, pieces: Pieces) -> Bounded:
+    begins = range(0, len(pieces.segment), MAX_ROWS)
+    parts = [quantity(pieces.chosen(slice(begin, begin + MAX_ROWS))) for begin in begins]
+    return Bounded(*(np.concatenate(columns) for columns in zip(*parts)))
+
+
+def _largest(pieces: Pieces, values: Floats) -> Extreme:
+    k = int(np.argmax(values))
+    return Extreme(float(values[k]), int(pieces.segment[k]), float(pieces.middle[k]))
