@@ -139,8 +139,7 @@ ROBOT_FILE = {
     'PointEntry': (
         'points',
         'A mapping of names to points. A name may become part of a topic, `~/elbow/pose`. The '
-        '`tool` is always a point, and has its own key. In an exported URDF a point is a link; '
-        '`import --point` reads it back.',
+        '`tool` is always a point, and has its own key. In an exported URDF a point is a link.',
         {
             'row': 'the frame that the point moves with, counted as `link_frames` does: 0 is the '
             "table's frame 0, i the frame after row i",
@@ -283,6 +282,5 @@ LIBRARY = {
     'apps.checking': 'Calibration and frames',
     'apps.recordings': 'Calibration and frames',
     'apps.calibration.pose_covariance': 'Kinematics and singularities',
-    'apps.recordings.family_paths': 'Kinematics and singularities',
     'apps.recordings.plans': 'Kinematics and singularities',
 }

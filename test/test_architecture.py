@@ -59,7 +59,6 @@ ROOMS = (
     'apps/checking/commands',
     'apps/recordings',
     'apps/recordings/plans',
-    'apps/recordings/family_paths',
     'apps/recordings/readers',
     'apps/recordings/datasets',
     'apps/recordings/audit',
@@ -163,7 +162,6 @@ RULES = {
         one_of('rosbags'),
         (
             'apps/recordings/readers/bag_reader.py',
-            'apps/recordings/readers/ros1_index.py',
             'apps/recordings/readers/unpacking.py',
             'apps/recordings/audit/report/bag_writer.py',
         ),

@@ -39,7 +39,6 @@ API = """
     inverse_kinematics inverse_kinematics_of_each IkResult IkSolution IkFamily IkArc IkArcEnd
     joint_velocity ServoSettings ServoStep
     check_plan PlanCheck PlanError
-    follow_family FamilyPath FollowedPath
     diagnose_frames FrameDiagnosis judge_table
     calibrate Calibration propose_poses ProposedPoses LineOfSight ToolLoads
     pose_covariance twist_covariance

@@ -198,9 +198,8 @@ def add_isotropy(package):
     package.insert(file, '    isotropy: Number\n', before='    rank: Index\n')
     package.insert(
         file,
-        '    @_cached\n    def isotropy(self) -> Any:\n'
-        '        return _column(self._first, kernel.ISOTROPY)\n\n',
-        before='    @_cached\n    def rank(',
+        '    isotropy = cached_property(lambda one: _column(one._first, kernel.ISOTROPY))\n\n',
+        before='    @cached_property\n    def rank(',
     )
 
 

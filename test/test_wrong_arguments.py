@@ -36,7 +36,6 @@ CALLS = {
     'diagnose_frames': (UR, {'q': [Q], 'poses': [T], 'stamps': None, 'qdot': None}),
     'evaluate': (UR, {'q': Q, 'qdot': None, 'depth': kernel.JACOBIAN}),
     'export_urdf': (PLANAR, {}),
-    'follow_family': (PANDA, {'targets': [1], 'max_step': 0.1, 'start': Q7, 'rows': None}),
     'forward_kinematics': (UR, {'q': Q, **WHERE}),
     'import_urdf': (None, {'urdf': '<robot/>', 'base': '', 'tip': ''}),
     'inverse_kinematics': (

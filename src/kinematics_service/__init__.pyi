@@ -11,9 +11,6 @@ from .apps.checking.diagnosis import diagnose_frames as diagnose_frames
 from .apps.formulas.derive.derivation import Derivation as Derivation
 from .apps.formulas.derive.derivation import derive as derive
 from .apps.recordings.audit.dataset.labels import judge_table as judge_table
-from .apps.recordings.family_paths.following import follow_family as follow_family
-from .apps.recordings.family_paths.result import FamilyPath as FamilyPath
-from .apps.recordings.family_paths.result import FollowedPath as FollowedPath
 from .apps.recordings.plans.check import check_plan as check_plan
 from .apps.recordings.plans.verdicts import PlanCheck as PlanCheck
 from .errors import CalibrationError as CalibrationError

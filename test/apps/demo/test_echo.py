@@ -317,7 +317,7 @@ def test_the_diagnostics_are_those_of_the_node_alone(arm, told):
 
 
 def test_nobody_there_is_explained_and_given_up(arm, told, monkeypatch):
-    monkeypatch.setattr(tool, 'EXPLAIN_AFTER', 2.0)
+    monkeypatch.setattr(tool, 'SILENCE_TIMEOUT', 2.0)
     monkeypatch.setattr('kinematics_service.apps.demo.commands.echo.ONCE_TIMEOUT', 3.0)
     begin = time.monotonic()
     with turned(arm('craig_3r', namespace='/left'), moving=False):
@@ -377,7 +377,7 @@ def test_a_timeout_that_is_none_is_wrong_usage(told, seconds):
 
 def test_a_silent_node_is_explained_and_waited_for(arm, told, monkeypatch):
     one, said = arm('craig_3r'), []
-    monkeypatch.setattr(tool, 'EXPLAIN_AFTER', 2.0)
+    monkeypatch.setattr(tool, 'SILENCE_TIMEOUT', 2.0)
     monkeypatch.setattr(tool, 'tell', said.append)
     one.attach()
     one.peer.create_timer(0.02, lambda: said and one.send(Q, QDOT))

@@ -81,33 +81,6 @@ def test_symbols_and_library_agree(name):
         assert closing(*at) == pytest.approx(state.closure.determinants[0], abs=EVALUATED)
 
 
-CELL = """
-cell: bench
-arms:
-  left: {robot: LEFT, joint_prefix: left_}
-  right: {robot: RIGHT, joint_prefix: right_, xyz: [0.5, 0.2, 0]}
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ('first', 'second'), [('planar_2r', 'crank_slider'), ('crank_slider', 'planar_2r')]
-)
-def test_the_motion_of_one_arm_against_another_with_closed_loops_in_symbols(
-    tmp_path, first, second
-):
-    (tmp_path / 'cell.yaml').write_text(CELL.replace('LEFT', first).replace('RIGHT', second))
-    robot = ks.load_robot(tmp_path / 'cell.yaml')
-    derivation = ks.derive(robot)
-    T, J = (numbers_of(derivation, m) for m in (derivation.T, derivation.jacobian))
-    closed = {'planar_2r': (0.3, -0.9), 'crank_slider': (0.7,)}
-    q = [*closed[first], *closed[second]]
-    state = ks.evaluate(robot, q)
-    at = [*q, *state.closure.passive]
-    np.testing.assert_allclose(T(*at), state.pose, rtol=0, atol=EVALUATED)
-    np.testing.assert_allclose(J(*at), state.jacobian, rtol=0, atol=EVALUATED)
-
-
 @pytest.mark.slow
 def test_what_is_too_long_to_simplify_or_to_multiply_out_stays_as_it_is():
     page = (ROOT / 'docs' / 'tutorials' / 'palletizer.md').read_text(encoding='utf-8')

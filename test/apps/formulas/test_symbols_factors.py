@@ -37,7 +37,7 @@ from kinematics_service.apps.formulas.derive.singular_set import (
     crossings_of,
     families_of,
 )
-from kinematics_service.errors import DerivationError, RobotFileWriteError
+from kinematics_service.errors import DerivationError
 from kinematics_service.robot.file.writing.writer import with_factors
 
 LISTED = [
@@ -127,8 +127,16 @@ FACTORS = {'elbow': 'sin(q2)'}
         ('', 'singularity:\n  factors:\n    - {name: elbow, expression: sin(q2)}\n'),
         (
             'singularity: {task: [x, y]}   # plane',
-            'singularity:   # plane\n  task: [x, y]\n  factors:\n'
-            '    - {name: elbow, expression: sin(q2)}\n',
+            'singularity: {factors: [\n'
+            '    {name: elbow, expression: sin(q2)}], task: [x, y]}   # plane\n',
+        ),
+        (
+            'singularity: {factors: [{name: elbow, expression: sin(-q2)}], task: [x,\n  y]}',
+            'singularity: {factors: [\n    {name: elbow, expression: sin(q2)}], task: [x,\n  y]}',
+        ),
+        (
+            'singularity: {task: [x,\n  y],  # plane\n  }',
+            '    {name: elbow, expression: sin(q2)}], task: [x,\n  y],  # plane\n  }\n',
         ),
         (
             'singularity:\n    warn: 0.2   # careful\n    stop: 0.1',
@@ -149,12 +157,6 @@ def test_factors_go_where_the_user_would_write_them(section, expected):
     assert changed.count('# the end') == 1
     robot = ks.robot_from_text(changed)
     assert robot.description.singularity.factors[0].text == 'sin(q2)'
-
-
-def test_braces_over_several_lines_are_not_touched():
-    text = BARE % 'singularity: {task: [x,\n  y]}'
-    with pytest.raises(RobotFileWriteError, match=r'singularity\.task: spread over several lines'):
-        with_factors(text, FACTORS)
 
 
 def test_a_file_whose_factors_are_not_the_determinants_is_left_alone(tmp_path):

@@ -35,9 +35,9 @@ from kinematics_service.kinematics.singular_poses import singular_poses
 from kinematics_service.node.drawing.axes import axes_of
 from kinematics_service.node.drawing.ellipsoids import ellipsoid_of, ellipsoid_scales
 from kinematics_service.node.drawing.scene import (
-    AHEAD,
     LEVEL_COLOURS,
-    LONGEST,
+    MAX_ARROW_LENGTH,
+    VELOCITY_ARROW_TIME,
     quaternion_along,
     ring,
     scene_of,
@@ -128,7 +128,7 @@ def test_axes_are_drawn_beside_the_links(name):
 
 def test_the_coupled_rows_of_a_parallelogram_have_axes_of_their_own():
     robot = ks.load_robot('parallelogram_left')
-    axes = axes_of(ks.evaluate(robot, [0.3, 0.4, 1.3], depth=2))
+    axes = [*axes_of(ks.evaluate(robot, [0.3, 0.4, 1.3], depth=2))]
     assert [axis.joints for axis in axes] == [(0,), (1,), (1, 2), (1, 2)]
     y = axes[0].direction
     for axis in axes[1:]:
@@ -156,10 +156,10 @@ def test_the_velocity_arrow_ends_where_the_tool_would_be():
     q, qdot = pose_of(robot), np.full(6, 0.05)
     scene = scene_of(observe(robot, q, qdot))
     v = ks.twist(robot, q, qdot)[:3]
-    assert scene.velocity[1] - scene.velocity[0] == pytest.approx(AHEAD * v)
+    assert scene.velocity[1] - scene.velocity[0] == pytest.approx(VELOCITY_ARROW_TIME * v)
     fast = scene_of(observe(robot, q, 1e6 * qdot))
     length = np.linalg.norm(fast.velocity[1] - fast.velocity[0])
-    assert length == pytest.approx(LONGEST * size_of(robot))
+    assert length == pytest.approx(MAX_ARROW_LENGTH * size_of(robot))
     assert scene_of(observe(robot, q)).velocity is None
     assert scene_of(observe(robot, q, np.zeros(6))).velocity is None
 

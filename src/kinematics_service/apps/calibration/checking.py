@@ -30,7 +30,7 @@ from ..checking.hypotheses import (
     from_degrees,
     joint_hypotheses_of,
 )
-from ..recordings.readers.source import MOST_POSES
+from ..recordings.readers.source import MAX_POSES
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Joints, and rotations, that differ by less (rad, m) are the same.
@@ -302,7 +302,7 @@ def _checked(
         # Base and point alone bring three positions near any three.
         _check_positions(robot, q, poses, middle, free)
     near = np.flatnonzero(found.remainder <= MEDIANS_OFF * middle + ALIKE)
-    near = near[np.unique(np.linspace(0, len(near) - 1, MOST_POSES).astype(int))]
+    near = near[np.unique(np.linspace(0, len(near) - 1, MAX_POSES).astype(int))]
     diagnosis = None
     if not positions and len(near) >= LEAST_FOR_CAUSE:
         diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)

@@ -12,7 +12,7 @@ from ..recordings.readers.block import Flags
 
 SECOND = 1_000_000_000  # ns
 # A pose between two joint states that are further apart (0.1 s, in ns) is left out.
-LONGEST_GAP = SECOND // 10
+MAX_GAP = SECOND // 10
 # Joint states kept at most: four seconds at 500 Hz.
 STATES = 2048
 # Poses that are ahead of the joint states kept at most.
@@ -139,7 +139,7 @@ class PoseCollector:
         else:
             self.unmatched += 1
             return  # older than all states in memory
-        if later is None or later[0] - state[0] > LONGEST_GAP:
+        if later is None or later[0] - state[0] > MAX_GAP:
             self.unmatched += 1
             return
         rates = (later[1] - state[1]) / (later[0] - state[0])

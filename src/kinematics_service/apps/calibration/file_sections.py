@@ -10,6 +10,7 @@ import yaml
 from yaml import MappingNode
 
 from ...errors import RobotFileWriteError
+from ...robot.file.parts.convention_table import CONVENTIONS
 from ...robot.file.parts.description import (
     IDENTITY,
     DhRow,
@@ -126,13 +127,14 @@ def tolerances_section(description: RobotDescription) -> list[str]:
     """Return the line of what the numbers of a table may be off by; none if nothing is said."""
     given = description.tolerances
     scales = {'angle': 1.0 / description.radians, 'length': 1.0 / description.metres}
+    convention = CONVENTIONS[description.convention]
     parts = [
         f'{key}: {_number(value * scales.get(key, 1.0))}'
         for key, value in (('length', given.length), ('angle', given.angle), (GEAR, given.gear))
         if value is not None
     ]
     named = [
-        f'{name}: {_number(value * scales.get(kind_of(name) or "", 1.0))}'
+        f'{name}: {_number(value * scales.get(kind_of(name, convention), 1.0))}'
         for name, value in given.named
     ]
     if named:

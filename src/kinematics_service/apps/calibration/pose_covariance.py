@@ -12,8 +12,12 @@ from ...kinematics.acceleration import jacobian_rate
 from ...kinematics.arguments import numbers_of
 from ...kinematics.forward import BASE, cross, in_axes_of
 from ...kinematics.tool_state import ToolState, evaluate, velocities_of
-from ...kinematics.uncertainty.arm_errors import errors_of_file, pose_errors, table_errors_of
-from ...kinematics.uncertainty.covariances import covariances
+from ...kinematics.uncertainty.arm_errors import (
+    covariances,
+    errors_of_file,
+    pose_errors,
+    table_errors_of,
+)
 from ...robot.points import TOOL
 from ...robot.robot import AnyRobot, Robot, as_robot
 from .identified_table import IdentifiedTable

@@ -153,8 +153,8 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     """
     arm = parameters_of(found.robot)
     offsets = [one for one in arm.table if one.group == 'offsets']
-    screws = zip(offsets, arm.chain.screws)
-    moved = np.array([screw.by_theta if one.angle else screw.by_d for one, screw in screws])
+    _, _, by_theta, by_d = arm.chain.screws
+    moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
     rows, columns = found.fitted_of([one.name for one in offsets])
     # What is not fitted stays: its row adds nothing, and no joint that moves it is known.
     by_rows = np.linalg.pinv(moved)

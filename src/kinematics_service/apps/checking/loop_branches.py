@@ -71,7 +71,7 @@ def _starts(
     group, random = kernel.groups_from(closure.first)[g], np.random.default_rng(SEED)
     x = np.tile(closure.variables_at_start(), (BRANCH_STARTS, 1))
     x[:, places] = random.uniform(-ends, ends, (BRANCH_STARTS, len(turning)))
-    longest = LONGEST_STEP * closure.first.arguments[4][places]
+    longest = LONGEST_STEP * closure.first.arguments[3][places]
     with np.errstate(all='ignore'):
         for _ in range(SHORT_STEPS):
             gap, slopes = _residuals(group, x)

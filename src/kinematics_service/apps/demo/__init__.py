@@ -1,7 +1,7 @@
 """
 The node at work without a robot, and its output on a terminal: `demo`, `echo`.
 
-`demo` starts a node, a simulated arm that feeds it joint states, and a listener (`demo.py`,
-`virtual_arm.py`, `demo_listener.py`), with a motion of `motions/`; a table on the screen or plain
-lines show what the listener receives. `echo` listens to a node that runs already.
+`demo` starts a node, a simulated arm that publishes joint states, and a listener (`demo.py`,
+`virtual_arm.py`, `demo_listener.py`). The motion of the arm is in `motions/`. A live table or
+plain lines show the received messages. `echo` subscribes to a node that already runs.
 """

@@ -8,13 +8,13 @@ from pathlib import Path
 
 from rclpy.context import Context
 from rclpy.node import Node
-from rich.console import Console, RenderableType
+from rich.console import Console, Group
 
 from ...app_modules import app_module
 from ...errors import RecordingError
 from ...node.messages.topics import COMMAND
 from ...node.node import KinematicsNode
-from ...node.process.session import FAULT, FINE, destroy, helper_node, run_session
+from ...node.process.session import FAULT, SUCCESS, destroy, helper_node, run_session
 from ...node.process.spin import Spinner
 from ...node.steady_time import steady_timer
 from ...robot.measure_units import measure_units
@@ -33,7 +33,7 @@ from .virtual_arm import (
 )
 
 NAMESPACE = '/demo'
-# The demo's own remappings come before the user's, so that the demo stays in its namespace.
+# These remappings come before those of the user, so that the demo stays in its namespace.
 RULES = (
     f'__ns:={NAMESPACE}',
     '__node:=kinematics',
@@ -41,18 +41,19 @@ RULES = (
     f'/diagnostics:={NAMESPACE}/diagnostics',
     f'/tf:={NAMESPACE}/tf',
 )
-# The live table would tear the node's introduction apart.
+# The log lines at the start of the node would disturb the live table.
 QUIET = ('--ros-args', '--log-level', f'{NAMESPACE[1:]}.kinematics:=warn', '--')
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
-# Variables that would lead discovery off this host all the same.
-LEADS_ELSEWHERE = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
+# Variables that extend discovery beyond this host in spite of `RANGE`.
+REMOTE_DISCOVERY = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 
 # Period of the plain line, s.
-SECOND = 1.0
-# Longest waits for the parts to find each other, and for the last answers (after a signal, too),
-# in s.
-MEETING, FAREWELL = 5.0, 0.4
-# Back to the terminal's own screen, with its cursor.
+LINE_PERIOD = 1.0
+# Longest wait for the discovery of node, arm and display, s.
+DISCOVERY_TIMEOUT = 5.0
+# Longest wait for the last answers, s.
+LAST_ANSWER_TIMEOUT = 0.4
+# Control characters that restore the screen of the terminal and its cursor.
 LEAVE_SCREEN = b'\x1b[?1049l\x1b[?25h'
 
 
@@ -64,24 +65,24 @@ def run_demo(
     ros_args: Sequence[str],
 ) -> int:
     """
-    Move a simulated arm through a singular pose and show the node's outputs.
+    Move a simulated arm through a singular pose, and show the outputs of the node.
 
     Parameters
     ----------
     robot
-        File or bundled name; None for the node's default.
+        File or bundled name; None for the default of the node.
     duration
         Seconds until the end; None: until a signal, or the end of the recording.
     trajectory
         `smooth` or `sine`.
     replay
-        CSV file to replay instead.
+        CSV file to replay instead of a trajectory.
     ros_args
         ROS arguments, `--ros-args` included.
 
     Returns
     -------
-    0 after the duration or a signal, 1 for a bad robot file, recording or parameter, 2 for wrong
+    0 after the duration or a signal, 1 for a wrong robot file, recording or parameter, 2 for wrong
     usage.
     """
     set_aside = stay_on_this_host()
@@ -99,16 +100,16 @@ def run_demo(
 
 
 def stay_on_this_host() -> tuple[str, ...]:
-    """Limit ROS discovery to this host; return the variables that had to be set aside for that."""
+    """Limit ROS discovery to this host; return the variables that were removed for this."""
     if os.environ.get(RANGE, '').upper() not in ('LOCALHOST', 'OFF'):
         os.environ[RANGE] = 'LOCALHOST'
-    return tuple(name for name in LEADS_ELSEWHERE if os.environ.pop(name, ''))
+    return tuple(name for name in REMOTE_DISCOVERY if os.environ.pop(name, ''))
 
 
 def _arm(
     node: KinematicsNode, trajectory: str, replay: str | os.PathLike[str] | None
 ) -> tuple[VirtualArm, str]:
-    # Returns the arm, and its motion in words.
+    # Returns the simulated arm, and its motion in words.
     robot, names = node.settings.robot, node.settings.joint_names
     command = COMMAND.replace('~', node.get_fully_qualified_name())
     if replay is not None:
@@ -118,8 +119,12 @@ def _arm(
         recording = recordings.read_recording(Path(replay), robot)
         rows, seconds = len(recording.stamps), recording.due[-1]
         words = f'{robot.name} replays {rows} joint states of {seconds:.1f} s from {replay}'
-        moments, period = moments_of_recording(recording), period_of_recording(recording)
-        return VirtualArm(_helper(node, 'arm'), names, moments, period, command), words
+        due = recording.due
+        moments = moments_of_recording(
+            due, recording.stamps, recording.positions, recording.velocities
+        )
+        arm = VirtualArm(_helper(node, 'arm'), names, moments, period_of_recording(due), command)
+        return arm, words
     path = TRAJECTORIES[trajectory](robot)
     smooth = trajectory == 'smooth'
     words = motion_in_words(robot, path) if smooth else f'{robot.name} moves in sines'
@@ -150,22 +155,22 @@ def _play(
             lambda: over() or until() or (end is not None and time.monotonic() >= end)
         )
 
-    fine = turn(lambda: arm.heard and listener.found(node), MEETING)
+    is_intact = turn(lambda: arm.heard and listener.is_discovered(node), DISCOVERY_TIMEOUT)
     if output.is_terminal:
         stop.last_words = LEAVE_SCREEN
     with _report(display, listener, output, measure_units(node.settings.robot)):
         listener.start()
         arm.start()
-        fine = fine and turn(lambda: arm.finished, duration)
+        is_intact = is_intact and turn(lambda: arm.finished, duration)
         arm.stop()
-        farewell = time.monotonic() + FAREWELL
-        fine = fine and spinner.spin(
-            lambda: listener.answered >= arm.sent or time.monotonic() >= farewell
+        deadline = time.monotonic() + LAST_ANSWER_TIMEOUT
+        is_intact = is_intact and spinner.spin(
+            lambda: listener.answered >= arm.sent or time.monotonic() >= deadline
         )
     output.line(*summary(listener, arm.sent))
     spinner.close()
     destroy(display, arm.node, node)
-    return FINE if fine else FAULT
+    return SUCCESS if is_intact else FAULT
 
 
 def _helper(node: KinematicsNode, name: str) -> Node:
@@ -176,15 +181,15 @@ def _helper(node: KinematicsNode, name: str) -> Node:
 def _report(
     display: Node, listener: DemoListener, output: StandardOutput, units: Mapping[str, str]
 ) -> Iterator[None]:
-    # On a terminal the table has a screen of its own; the former one is restored in the end.
+    # On a terminal the table has a separate screen; at the end the former screen is restored.
     if not output.is_terminal:
         report = PlainReport(listener, output)
         listener.then = report.warn
-        steady_timer(display, SECOND, report.tick)
+        steady_timer(display, LINE_PERIOD, report.tick)
         yield
         return
 
-    def drawn(console: Console) -> RenderableType:
+    def drawn(console: Console) -> Group:
         return screen(listener, console.size, output.shows_blocks, units)
 
     with live(display, drawn, whole=True):

@@ -1,4 +1,4 @@
-"""The messages that the demo receives from its own node, and the values it remembers."""
+"""The messages that the demo receives from its node, and values for table and summary."""
 
 import math
 import time
@@ -17,13 +17,14 @@ from ...robot.measures import MEASURES
 from .echo_topics import ECHO_TOPICS
 from .readings import PoseReading, pose_of
 
-# The time of an entry of the history, s, and the number of entries.
+# Time of an entry of the history, s.
 INTERVAL = 0.25
-LONGEST_HISTORY = 400
+# Largest number of entries of the history.
+HISTORY_LENGTH = 400
 
 
 class Nearest(NamedTuple):
-    """The smallest distance received (rad), its time (s) and the tool's position then (m)."""
+    """The smallest received distance (rad), its time (s), and the pose of the tool."""
 
     distance: float
     time: float
@@ -32,7 +33,7 @@ class Nearest(NamedTuple):
 
 class DemoListener:
     """
-    Subscribes to a node's outputs and remembers what the summary needs.
+    Subscribes to the outputs of a node, and keeps values for table and summary.
 
     Parameters
     ----------
@@ -44,17 +45,17 @@ class DemoListener:
     Attributes
     ----------
     nearest
-        The worst pose so far.
+        The pose nearest to a singular pose.
     history
-        The smallest distance in each INTERVAL, rad; inf if there was none.
+        The smallest distance in each INTERVAL, rad; inf without a message.
     joints
         The joint states, from `start` on; None before.
     speeds
         The speed of the fastest joint in each INTERVAL, rad/s or m/s.
     warned, levels
-        The last warning, and the levels one after the other.
+        The last warning, and all levels in their order.
     scale, reason
-        How much of the arm's motion may be kept as a command, and why.
+        The scale of the arm's motion as a command, and its reason.
     then
         Called with each warning.
     """
@@ -63,8 +64,8 @@ class DemoListener:
         self.source = source
         self.started = time.monotonic()
         self.nearest = Nearest(math.inf, 0.0, None)
-        self.history: deque[float] = deque(maxlen=LONGEST_HISTORY)
-        self.speeds: deque[float] = deque(maxlen=LONGEST_HISTORY)
+        self.history: deque[float] = deque(maxlen=HISTORY_LENGTH)
+        self.speeds: deque[float] = deque(maxlen=HISTORY_LENGTH)
         self.joints: LatestMessage | None = None
         self._node = node
         self._intervals = 0
@@ -73,27 +74,27 @@ class DemoListener:
         self.then: Callable[[WarningReading], None] = lambda warned: None
 
         self.pose, self.jacobian, self.twist, self.scale, self.reason = (
-            ECHO_TOPICS[name].heard_by(node, source)
+            ECHO_TOPICS[name].subscribed_by(node, source)
             for name in ('pose', 'jacobian', 'twist', 'scale', 'scale_reason')
         )
-        self.warning = ECHO_TOPICS['warning'].heard_by(node, source, self._warn)
+        self.warning = ECHO_TOPICS['warning'].subscribed_by(node, source, self._warn)
         self.measures = {
             name: LatestMessage(node, f'{source}/singularity/{name}', Float64, OUTPUT_QOS, took)
             for name, took in {**dict.fromkeys(MEASURES), 'distance': self._note}.items()
         }
         self.distance = self.measures['distance']
 
-    def found(self, node: Node) -> bool:
-        """Return whether the node's publishers have found all subscriptions."""
-        ours = [self.pose, self.jacobian, self.twist, self.warning, *self.measures.values()]
-        ours += [self.scale, self.reason]
-        topics = {heard.topic for heard in ours}
-        found = {p.topic_name for p in node.publishers if p.get_subscription_count() > 0}
-        return topics <= found
+    def is_discovered(self, node: Node) -> bool:
+        """Return whether the publishers of the node have discovered all subscriptions."""
+        subscriptions = [self.pose, self.jacobian, self.twist, self.warning, self.scale]
+        subscriptions += [self.reason, *self.measures.values()]
+        topics = {subscription.topic for subscription in subscriptions}
+        connected = {p.topic_name for p in node.publishers if p.get_subscription_count() > 0}
+        return topics <= connected
 
     def start(self) -> None:
-        """Count the time from now on, and subscribe to the joint states, too."""
-        # Not before: the arm recognises the node by its subscription to the joint states.
+        """Start the time, and subscribe to the joint states."""
+        # Not earlier: the arm waits for the first subscription to the joint states, the node's.
         topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
         self.joints = LatestMessage(self._node, topic, JointState, OUTPUT_QOS)
         self.started = time.monotonic()
@@ -106,18 +107,17 @@ class DemoListener:
     @property
     def answered(self) -> int:
         """
-        Return the number of messages that were answered completely: the distance is published
-        last.
+        Return the number of joint states whose answer is complete: the distance comes last.
         """
         return self.distance.count
 
     def measure(self, name: str) -> float | None:
-        """Return the last value of a measure, None if there was none."""
+        """Return the last value of a measure, or None."""
         message = self.measures[name].message
         return None if message is None else float(message.data)
 
     def joint_speeds(self) -> dict[str, float]:
-        """Return the last velocities by joint name, rad/s or m/s; none if there was none."""
+        """Return the last velocities by joint name, rad/s or m/s; empty without a message."""
         message = None if self.joints is None else self.joints.message
         return {} if message is None else dict(zip(message.name, message.velocity))
 
@@ -125,7 +125,7 @@ class DemoListener:
         distance = float(self.distance.message.data)
         now = self.time
         if distance < self.nearest.distance:
-            # The node publishes the pose first, so this is the pose of this distance.
+            # The node publishes the pose before the distance, so this pose belongs to it.
             pose = None if self.pose.message is None else pose_of(self.pose.message)
             self.nearest = Nearest(distance, now, pose)
         while self._intervals * INTERVAL <= now:

@@ -1,4 +1,4 @@
-"""The demo's lines of text: how to join in, what happens if there is no screen, and a summary."""
+"""The texts of the demo: its invitation, its lines without a terminal, and its summary."""
 
 import math
 import os
@@ -12,17 +12,19 @@ from ...robot.robot import Robot
 from ...typography import listed
 from .demo_listener import DemoListener
 from .live_table import number
-from .motions.motion import Trajectory
+from .motions.trajectory import Trajectory
 from .readings import pose_of
 from .standard_output import StandardOutput
 
 COMMAND = 'python -m kinematics_service'
-# Variables that must be the same in another terminal.
+# Largest number of levels in the summary.
+MAX_LEVELS = 12
+# Variables that must have the same values in a second terminal.
 MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 
 
 def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
-    """Return the motion along the smooth path in words."""
+    """Return the motion along the smooth path in a sentence."""
     distance = float(singularity(robot, trajectory.centre).distance)
     if distance > robot.singularity.thresholds.warn:
         return (
@@ -32,14 +34,13 @@ def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
     joints = ' '.join(number(position, 3) for position in trajectory.centre)
     return (
         f'{robot.name} moves through the singular pose q = {joints} '
-        f'once in {trajectory.period / 2.0:.0f} s, with its tool at one speed until damping '
-        'bounds the joints'
+        f'once in {trajectory.period / 2.0:.0f} s'
     )
 
 
 def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str]) -> list[str]:
     """
-    Return what the demo does, and how to watch it from another terminal.
+    Return the motion of the demo, and commands that show it in a second terminal.
 
     Parameters
     ----------
@@ -48,9 +49,9 @@ def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str
     source
         Full name of the node.
     discovery
-        The discovery range in force.
+        The variable with the discovery range, and its value.
     set_aside
-        Names of variables that had to be set aside to stay on this host.
+        Names of variables that were removed to stay on this host.
     """
     namespace = source.rpartition('/')[0]
     same = [f'{name}={os.environ[name]}' for name in MUST_MATCH if os.environ.get(name)]
@@ -74,7 +75,7 @@ class PlainReport:
         self._level = ''
 
     def warn(self, warned: WarningReading) -> None:
-        """Write a warning whose level is new."""
+        """Write a warning if its level is new."""
         if warned.level != self._level:
             self._level = warned.level
             self._output.line(
@@ -82,7 +83,7 @@ class PlainReport:
             )
 
     def tick(self) -> None:
-        """Write where the tool is, and how far from a singular pose."""
+        """Write the position of the tool, and its distance from a singular pose."""
         listener = self._listener
         if listener.pose.message is None:
             self._output.line(f'{listener.time:6.1f} s  no pose yet')
@@ -119,9 +120,5 @@ def summary(listener: DemoListener, sent: int) -> list[str]:
         away = _distance(nearest.distance)
         lines.append(f'nearest to a singular pose at {nearest.time:.1f} s: {away}{where}')
     if listener.levels:
-        lines.append(f'levels: {listed(listener.levels, LEVELS, " > ")}')
+        lines.append(f'levels: {listed(listener.levels, MAX_LEVELS, " > ")}')
     return lines
-
-
-# Number of changes of level in the summary.
-LEVELS = 12

@@ -1,14 +1,12 @@
-"""The demo's live table: everything in it was received on the node's topics."""
+"""The live table of the demo; it shows only messages of the node."""
 
 import math
-import os
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from rich.console import ConsoleDimensions, Group, RenderableType
-from rich.table import Table
+from rich.console import ConsoleDimensions, Group
 from rich.text import Text
 
 from ...errors import LayoutError
@@ -27,26 +25,22 @@ from .demo_listener import INTERVAL, DemoListener
 from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number, scale_lines
 from .readings import pose_of
 
-# Number of lines of a sentence, so that nothing below it jumps.
+# Number of lines for the warning; it is constant, so that the lines below do not move.
 SENTENCE_LINES = 2
-LABEL = 18
-LEFT_COLUMN = 22
-NARROW = 8
-# A bar of full height is this distance, in rad.
-FULL = 0.5
-NOTHING = '-'
-# Width in characters from which on there are two columns, least width of the left one, and the gap
-# between them.
-WIDE, LEFT, GAP = 120, 78, 2
-# Width of the bar at the end of a history, with its number.
-SCALE = 13
+# Widths in characters.
+LABEL_WIDTH = 18
+MEASURE_WIDTH = 22
+NUMBER_WIDTH = 8
+HISTORY_SCALE_WIDTH = 13  # of the last bar of a history with its number
+# Distance of a bar of full height, rad.
+FULL_BAR = 0.5
+MISSING = '-'
 QDOT = 'qdot'
 
 
 class ScreenSection(NamedTuple):
     """
-    Lines that are shown whole or not at all; if there is little room, those of low rank go in
-    first.
+    Lines that are shown together or not at all; sections with a low rank are shown first.
     """
 
     rank: int
@@ -55,54 +49,39 @@ class ScreenSection(NamedTuple):
 
 def screen(
     listener: DemoListener, size: ConsoleDimensions, blocks: bool, units: Mapping[str, str]
-) -> RenderableType:
+) -> Group:
     """
-    Return the live table: the level first, and of the rest what fits.
+    Return the live table: the level first, and the sections that fit the terminal.
 
     Parameters
     ----------
     listener
-        The messages received.
+        The received messages.
     size
-        Size of the terminal; from WIDE characters on there are two columns.
+        Size of the terminal.
     blocks
         Whether the terminal can show block characters.
     units
-        Of each measure.
+        The unit of each measure.
     """
     width, height = size
-    wide = width >= WIDE
-    left = max(LEFT, (width - GAP) // 2) if wide else width
-    right = width - left - GAP if wide else width
-    head = [
+    elsewhere = f'elsewhere: python -m kinematics_service echo jacobian --node {listener.source}'
+    sections = [
         ScreenSection(0, _warning(listener.warned, width)),
         ScreenSection(1, [_title(listener, width)]),
-    ]
-    tool = [ScreenSection(9, [Text()]), ScreenSection(4, _motion(listener, left))]
-    joints = [ScreenSection(8, [Text()]), ScreenSection(5, _jacobian(listener, left))]
-    near = [
+        ScreenSection(9, [Text()]),
+        ScreenSection(4, _motion(listener, width)),
+        ScreenSection(8, [Text()]),
+        ScreenSection(5, _jacobian(listener, width)),
         ScreenSection(9, [Text()]),
         ScreenSection(2, [_distance(listener)]),
         ScreenSection(6, [_scale(listener)]),
-        ScreenSection(3, _histories(listener, right) if blocks else []),
-        ScreenSection(6, _measures(listener, right, units)),
+        ScreenSection(3, _histories(listener, width) if blocks else []),
+        ScreenSection(6, _measures(listener, width, units)),
         ScreenSection(7, _lost(listener)),
-    ]
-    elsewhere = f'elsewhere: python -m kinematics_service echo jacobian --node {listener.source}'
-    foot = [
-        ScreenSection(9, [Text()]),
         ScreenSection(8, [Text(elsewhere)] if len(elsewhere) <= width else []),
     ]
-    if not wide:
-        return Group(*_fitting([*head, *tool, *joints, *near, *foot[1:]], height))
-    if blocks:
-        near += [ScreenSection(9, [Text()]), ScreenSection(7, _speed_bars(listener, right))]
-    room = height - sum(len(part.lines) for part in (*head, *foot))
-    columns = Table.grid(padding=(0, GAP, 0, 0))
-    columns.add_column(width=left)
-    columns.add_column()
-    columns.add_row(Group(*_fitting([*tool, *joints], room)), Group(*_fitting(near, room)))
-    return Group(*_fitting(head, height), columns, *_fitting(foot, height))
+    return Group(*_fitting(sections, height))
 
 
 def _fitting(parts: Sequence[ScreenSection], height: int) -> list[Text]:
@@ -112,7 +91,7 @@ def _fitting(parts: Sequence[ScreenSection], height: int) -> list[Text]:
             kept.add(k)
             height -= len(parts[k].lines)
     lines = [line for k in sorted(kept) for line in parts[k].lines]
-    # No empty line after another one.
+    # Never two empty lines in succession.
     lines = [line for k, line in enumerate(lines) if line or k == 0 or lines[k - 1]]
     for line in lines:
         line.no_wrap, line.overflow = True, 'ellipsis'
@@ -120,34 +99,18 @@ def _fitting(parts: Sequence[ScreenSection], height: int) -> list[Text]:
 
 
 def _histories(listener: DemoListener, width: int) -> list[Text]:
-    shown = list(listener.history)[-(width - LABEL - SCALE) :]
-    speeds = list(listener.speeds)[-(width - LABEL - SCALE) :]
+    room = width - LABEL_WIDTH - HISTORY_SCALE_WIDTH
+    shown, speeds = list(listener.history)[-room:], list(listener.speeds)[-room:]
     highest = max(speeds, default=0.0) or 1.0
     lines = [
-        (f'distance, {len(shown) * INTERVAL:.0f} s', bars(shown, FULL), f'{FULL:g} rad'),
+        (f'distance, {len(shown) * INTERVAL:.0f} s', bars(shown, FULL_BAR), f'{FULL_BAR:g} rad'),
         ('fastest joint', bars(speeds, highest), f'{highest:.2g} rad/s'),
     ]
     return [_labelled(label, f'{history} {BARS[-1]} {full}') for label, history, full in lines]
 
 
-def _speed_bars(listener: DemoListener, width: int) -> list[Text]:
-    speeds = listener.joint_speeds()
-    if not speeds:
-        return []
-    highest = max([*listener.speeds, 1e-9])
-    label = max(map(len, speeds))
-    room = max(width - label - NARROW - 4, 1)
-    lines = [Text(), Text('joint speeds, rad/s (sliding: m/s)', style='bold')]
-    for name, speed in speeds.items():
-        full = round(room * min(abs(speed) / highest, 1.0)) if math.isfinite(speed) else 0
-        lines.append(
-            Text(f'{plain(name).rjust(label)} {number(speed, 3).rjust(NARROW)} {BARS[-1] * full}')
-        )
-    return lines
-
-
 def _labelled(label: str, rest: str, style: str = '') -> Text:
-    return Text.assemble((label.ljust(LABEL), 'bold'), (rest, style))
+    return Text.assemble((label.ljust(LABEL_WIDTH), 'bold'), (rest, style))
 
 
 def _title(listener: DemoListener, width: int) -> Text:
@@ -162,7 +125,7 @@ def _warning(warned: WarningReading | None, width: int) -> list[Text]:
         return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
     sentence = plain(warned.sentence)
     if warned.level != Level.STALE.name:
-        # Its numbers are those of the moment of the warning; those of now are below.
+        # Omit the numbers at the time of the warning; the table has the present numbers.
         head, _, tail = sentence.partition(': ')
         factor = plain(warned.values.get('factor', ''))
         if factor and tail.startswith(factor):
@@ -181,7 +144,7 @@ def _warning(warned: WarningReading | None, width: int) -> list[Text]:
 
 
 def _motion(listener: DemoListener, width: int) -> list[Text]:
-    pose, twist = [NOTHING], [NOTHING]
+    pose, twist = [MISSING], [MISSING]
     if listener.pose.message is not None:
         shown = pose_of(listener.pose.message)
         degrees = [math.degrees(angle) for angle in shown.roll_pitch_yaw]
@@ -199,19 +162,21 @@ def _motion(listener: DemoListener, width: int) -> list[Text]:
 
 
 def _narrow(values: Sequence[float] | Floats, decimals: int = 4) -> str:
-    return ''.join(f' {number(float(value), decimals).rjust(NARROW - 1)}' for value in values)
+    return ''.join(
+        f' {number(float(value), decimals).rjust(NUMBER_WIDTH - 1)}' for value in values
+    )
 
 
 def _jacobian(listener: DemoListener, width: int) -> list[Text]:
     if listener.jacobian.message is None:
-        return [_labelled('Jacobian', NOTHING)]
+        return [_labelled('Jacobian', MISSING)]
     try:
         matrix = jacobian_of(listener.jacobian.message)
     except LayoutError as error:
         return [_labelled('Jacobian', str(error))]
     speeds = listener.joint_speeds()
     if set(matrix.columns) <= set(speeds):
-        # Below each column the speed of its joint.
+        # The last row has the speed of each column's joint.
         row = np.array([speeds[name] for name in matrix.columns])
         matrix = JacobianReading(
             (*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.jacobian, row])
@@ -222,7 +187,7 @@ def _jacobian(listener: DemoListener, width: int) -> list[Text]:
 def _distance(listener: DemoListener) -> Text:
     distance = listener.measure('distance')
     level = listener.warned.level if listener.warned else ''
-    shown = NOTHING
+    shown = MISSING
     if distance is not None:
         shown = f'{distance:.4f} rad = {math.degrees(distance):.1f} deg'
         shown = MEASURES['distance'].farther(distance) or shown
@@ -230,21 +195,21 @@ def _distance(listener: DemoListener) -> Text:
 
 
 def _scale(listener: DemoListener) -> Text:
-    # Of the arm's motion as a command: the arm itself goes on.
+    # The scale of the arm's motion as a command; the arm ignores it.
     message, reason = listener.scale.message, listener.reason.message
     if message is None or reason is None:
-        return _labelled('scale', NOTHING)
-    told, (line,) = warned_of(reason), scale_lines(scale_of(message))
-    return _labelled('scale', f'{line.removeprefix("scale ")}  {plain(told.cause)}'.rstrip())
+        return _labelled('scale', MISSING)
+    cause, (line,) = warned_of(reason).cause, scale_lines(scale_of(message))
+    return _labelled('scale', f'{line.removeprefix("scale ")}  {plain(cause)}'.rstrip())
 
 
 def _measures(listener: DemoListener, width: int, units: Mapping[str, str]) -> list[Text]:
     cells = []
     for name, measure in MEASURES.items():
-        if name != 'distance':  # it has a line of its own
+        if name != 'distance':  # it has a separate line
             number, unit = listener.measure(name), units[name]
             value = _measure(number) if number is None else f'{_measure(number)} {unit}'.rstrip()
-            cells.append(_labelled(measure.short or measure.words, value.ljust(LEFT_COLUMN)))
+            cells.append(_labelled(measure.short or measure.words, value.ljust(MEASURE_WIDTH)))
     across = 2 if width >= 2 * len(cells[0]) else 1
     return [Text.assemble(*cells[k : k + across]) for k in range(0, len(cells), across)]
 
@@ -260,18 +225,10 @@ def _lost(listener: DemoListener) -> list[Text]:
         always = [_labelled('always', plain(warned.values['structural']))]
     return [
         *always,
-        _labelled('lost direction', plain(near.get('lost_direction', NOTHING))),
-        _labelled('joints opposed', _shortened(near.get('joints_against_each_other', NOTHING))),
+        _labelled('lost direction', plain(near.get('lost_direction', MISSING))),
+        _labelled('joints opposed', plain(near.get('joints_against_each_other', MISSING))),
     ]
 
 
 def _measure(value: float | None) -> str:
     return 'none' if value is None else f'{value:+.4g}' if value < 0.0 else f' {value:.4g}'
-
-
-def _shortened(joints: str) -> str:
-    # "a_joint + b_joint" is easier to read without the common ending of the names.
-    names = [word for word in plain(joints).split(' ') if word not in '+-']
-    common = os.path.commonprefix([name[::-1] for name in names])[::-1]
-    ending = common[common.find('_') :] if '_' in common and len(names) > 1 else ''
-    return plain(joints).replace(ending, '') if ending else plain(joints)

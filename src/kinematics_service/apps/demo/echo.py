@@ -1,4 +1,4 @@
-"""The messages of a running node, for people on a terminal and for programs behind a pipe."""
+"""Show the messages of a running node, on a terminal or as lines for a program."""
 
 import os
 import shutil
@@ -15,8 +15,8 @@ from ...errors import LayoutError
 from ...node.process.no_messages import why_no_messages
 from ...node.process.session import (
     FAULT,
-    FINE,
     NODE_NAMES,
+    SUCCESS,
     WRONG_USAGE,
     destroy,
     helper_node,
@@ -32,9 +32,12 @@ from .echo_topics import ECHO_TOPICS, diagnostics_of
 from .live_table import coloured, live
 from .standard_output import StandardOutput
 
-# Missing messages are explained after this time, s.
-EXPLAIN_AFTER = 5.0
-UNBROKEN = 10_000
+# Time without messages after which the reason is printed, s.
+SILENCE_TIMEOUT = 5.0
+# Period of the check for messages, s.
+CHECK_PERIOD = 0.5
+# Width of a line without a terminal: lines are not broken.
+UNBROKEN_WIDTH = 10_000
 SEPARATOR = '---'
 
 
@@ -47,7 +50,7 @@ def run_echo(
     ros_args: Sequence[str],
 ) -> int:
     """
-    Show the messages of one of a node's topics, until a signal.
+    Show the messages of a topic of a node until a signal.
 
     Parameters
     ----------
@@ -60,14 +63,14 @@ def run_echo(
     as_json
         One JSON object a line.
     timeout
-        Seconds after which it gives up if nothing has come; None: never.
+        Time after which to end if no message has arrived, s; None: never.
     ros_args
         ROS arguments, `--ros-args` included.
 
     Returns
     -------
-    0 after a signal, the one message, or when the reader has gone; 1 if no message came in time; 2
-    for wrong usage.
+    0 after a signal, after one message with `once`, or if the reader has ended; 1 if no message
+    arrived in time; 2 for wrong usage.
     """
     if not is_name('--node', node, NODE_NAMES):
         return WRONG_USAGE
@@ -79,16 +82,16 @@ def run_echo(
         spinner = Spinner(context, [listener])
         spinner.obey(stop)
         with echo.shown():
-            fine = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
+            is_intact = spinner.spin(lambda: stop.came or not context.ok() or echo.over)
         spinner.close()
         destroy(listener)
-        return FINE if fine and not echo.in_vain else FAULT
+        return SUCCESS if is_intact and not echo.in_vain else FAULT
 
     return run_session(ros_args, work)
 
 
 class _Echo:
-    # One topic, from its subscription to standard output.
+    # The subscription to a topic, and its output.
 
     def __init__(
         self,
@@ -106,19 +109,19 @@ class _Echo:
         self._output = StandardOutput()
         self._live = self._output.is_terminal and not once and not as_json
         then = None if self._live else self._write
-        self._latest = self._echoed.heard_by(node, source, then)
-        self._diagnostics = diagnostics.heard_by(node, source)
+        self._latest = self._echoed.subscribed_by(node, source, then)
+        self._diagnostics = diagnostics.subscribed_by(node, source)
         self._explained = False
 
     @property
     def over(self) -> bool:
-        """Return whether there is nothing more to show."""
+        """Return whether the output is complete."""
         return (self._once and self._latest.count > 0) or self.in_vain or self._output.closed
 
     @property
     def _silent(self) -> bool:
         expected = not (self._echoed.is_rare and self._latest.count > 0)
-        return expected and self._latest.age >= EXPLAIN_AFTER
+        return expected and self._latest.age >= SILENCE_TIMEOUT
 
     @contextmanager
     def shown(self) -> Iterator[None]:
@@ -126,7 +129,7 @@ class _Echo:
         if self._timeout is not None:
             steady_timer(self._node, self._timeout, self._give_up)
         if not self._live:
-            steady_timer(self._node, 0.5, self._watch)
+            steady_timer(self._node, CHECK_PERIOD, self._watch)
             yield
             return
         with live(self._node, self._screen, whole=False):
@@ -140,8 +143,8 @@ class _Echo:
             if self._as_json:
                 self._output.line(json_text(self._echoed.document(decoded)))
                 return
-            width = shutil.get_terminal_size().columns if self._output.is_terminal else UNBROKEN
-            lines = self._echoed.lines(decoded, width)
+            columns, is_terminal = shutil.get_terminal_size().columns, self._output.is_terminal
+            lines = self._echoed.lines(decoded, columns if is_terminal else UNBROKEN_WIDTH)
         except LayoutError as error:
             self.in_vain = self._once
             tell(f'{self._latest.topic}: {error}')
@@ -149,8 +152,8 @@ class _Echo:
         self._output.line(*lines, *([] if self._once else [SEPARATOR]))
 
     def _watch(self) -> None:
-        # If no screen is redrawn, missing messages are explained on standard error, once each
-        # time.
+        # Without a live screen, standard error has the reason for missing messages, once for each
+        # silence.
         if not self._silent:
             self._explained = False
             return
@@ -160,13 +163,14 @@ class _Echo:
 
     def _why_silent(self) -> str:
         topic = self._echoed.awaited or self._latest.topic
-        said = self._diagnostics.message
-        report = said.status[0].message if said else ''  # that of the input is the first
+        diagnostics = self._diagnostics.message
+        report = (
+            diagnostics.status[0].message if diagnostics else ''
+        )  # the first status is that of the input
         return why_no_messages(self._node, topic, self._echoed.answers, report)
 
     def _give_up(self) -> None:
-        # At the time-out the reason why no message came is printed, if it has not been printed
-        # yet.
+        # Print the reason for missing messages at the time-out, unless it has been printed.
         if self._latest.count > 0 or self.in_vain:
             return
         if not self._explained:

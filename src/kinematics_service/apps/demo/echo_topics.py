@@ -1,4 +1,4 @@
-"""The topics that `echo` can show, each as lines for people and as an object for programs."""
+"""The topics that `echo` can show, as lines of text or as JSON objects."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,22 +44,22 @@ COMMANDS_ANSWERED = 'commands of joint velocities on ~/command'
 @dataclass(frozen=True)
 class EchoTopic:
     """
-    A topic of the node, and how its messages are shown.
+    A topic of the node, and functions that show its messages.
 
     Attributes
     ----------
     name
-        Its name as in `topics`, where `~` stands for the node.
+        The name of the topic, with `~` for the node.
     reading
-        From a message to its content; LayoutError if it cannot be read.
+        Returns the content of a message; raises LayoutError for a wrong layout.
     shown
-        From that and a width to lines.
+        Returns the lines for a content and a width.
     answers
-        What the node answers with them.
+        The messages that the node answers on this topic.
     wanted
-        Whether a message is of the node; None if all are.
+        Returns whether a message is of this node; None if all messages are.
     awaited
-        Another topic of the node, whose publisher shows that it runs; empty if `name` does.
+        A topic whose publisher proves that the node runs; empty for this topic.
     """
 
     name: str
@@ -73,29 +73,29 @@ class EchoTopic:
 
     @property
     def is_rare(self) -> bool:
-        """Return whether messages are rare, so that none after the first is normal."""
+        """Return whether a long silence after the first message is normal."""
         return self.qos is WARNING_QOS
 
-    def heard_by(
+    def subscribed_by(
         self, node: Node, source: str, then: Callable[[bytes], None] | None = None
     ) -> LatestMessage:
-        """Return a subscription of a node to that of `source` (its full name)."""
+        """Return a subscription of `node` to this topic of the node with the name `source`."""
         topic = self.name.replace('~', source)
         return LatestMessage(node, topic, self.type, self.qos, then, self.wanted)
 
     def lines(self, message: Any, width: int) -> list[str]:
-        """Return a message as lines; LayoutError if it cannot be read."""
+        """Return a message as lines; raise LayoutError for a wrong layout."""
         return self.shown(self.reading(message), width)
 
     def document(self, message: Any) -> dict[str, Any]:
-        """Return what `--json` prints of a message; LayoutError if it cannot be read."""
+        """Return a message as an object for `--json`; raise LayoutError for a wrong layout."""
         content: dict[str, Any] = self.reading(message)._asdict()
         content |= content.pop('vectors', {})
         return content
 
 
 def diagnostics_of(node: str) -> EchoTopic:
-    """Return the diagnostics of a node (its full name): all programs publish on the topic."""
+    """Return the topic of diagnostics, limited to the node with this full name."""
     reading = partial(statuses_of, node.removeprefix('/'))
     return EchoTopic(
         DIAGNOSTICS,

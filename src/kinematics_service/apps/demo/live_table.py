@@ -1,4 +1,4 @@
-"""Readings as lines of text, for `demo` and `echo`; the only colour is that of the level."""
+"""Show readings as lines of text, for `demo` and `echo`; only the level has a colour."""
 
 import math
 import textwrap
@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from rclpy.node import Node
-from rich.console import Console, RenderableType
+from rich.console import Console, Group
 from rich.live import Live
 from rich.text import Text
 
@@ -23,11 +23,11 @@ from ...printing import broken_name, plain
 from ...robot.measures import Level
 from .readings import PoseReading, StatusesReading
 
-# Width of a number and a gap, and how wide a column may grow for its joint's name.
-CELL, WIDEST_CELL = 9, 14
-ROW_LABEL = 4
-# What stands before the numbers of a vector.
-LABEL = 19
+# Widths in characters.
+CELL_WIDTH = 9  # of a number with a gap
+MAX_CELL_WIDTH = 14  # of a column with a long joint name
+ROW_LABEL_WIDTH = 4
+VECTOR_LABEL_WIDTH = 19
 STYLES = {
     Level.OK.name: 'bold green',
     Level.WARN.name: 'bold yellow',
@@ -35,14 +35,14 @@ STYLES = {
     Level.STALE.name: 'bold magenta',
 }
 BARS = '▁▂▃▄▅▆▇█'
-SCALE_BAR = 20
+SCALE_BAR_WIDTH = 20
 # Period of a live table, s.
-REDRAW = 0.1
+REDRAW_PERIOD = 0.1
 
 
 @contextmanager
-def live(node: Node, draw: Callable[[Console], RenderableType], whole: bool) -> Iterator[None]:
-    """Redraw a part of the terminal, or the whole, by a timer of a node within the block."""
+def live(node: Node, draw: Callable[[Console], Group], whole: bool) -> Iterator[None]:
+    """Redraw the terminal, or the lines below the cursor, by a timer while the block runs."""
     console = Console(markup=False, highlight=False, emoji=False)
     with Live(
         console=console,
@@ -56,16 +56,16 @@ def live(node: Node, draw: Callable[[Console], RenderableType], whole: bool) -> 
             screen.update(draw(console), refresh=True)
 
         redraw()
-        steady_timer(node, REDRAW, redraw)
+        steady_timer(node, REDRAW_PERIOD, redraw)
         yield
         redraw()
 
 
 def number(value: float, decimals: int = 4) -> str:
     """
-    Return a number with its sign, without a negative zero, in at most eight characters.
+    Return a number with its sign in at most eight characters; negative zero becomes +0.
 
-    If they do not suffice, it has fewer decimals, or an exponent (`+1.5e+03`).
+    A large number has fewer decimals, or an exponent (`+1.5e+03`).
     """
     if not math.isfinite(value):
         return f'{value:+}'
@@ -77,17 +77,17 @@ def number(value: float, decimals: int = 4) -> str:
 
 
 def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
-    """Return numbers of fixed width, so that those of successive lines align."""
-    return ' '.join(number(float(value), decimals).rjust(CELL) for value in values)
+    """Return numbers of fixed width, so that the numbers of successive lines align."""
+    return ' '.join(number(float(value), decimals).rjust(CELL_WIDTH) for value in values)
 
 
 def matrix_lines(matrix: JacobianReading, width: int) -> list[str]:
-    """Return a matrix with its labels; columns that do not fit follow below the others."""
+    """Return a matrix with its labels; columns beyond the width follow in another block."""
     columns = [plain(name) for name in matrix.columns]
     rows = [plain(name) for name in matrix.rows]
-    margin = max(ROW_LABEL, *map(len, rows))
-    room = max(width - margin, CELL)
-    cell = min(max(room // len(columns), CELL), WIDEST_CELL)
+    margin = max(ROW_LABEL_WIDTH, *map(len, rows))
+    room = max(width - margin, CELL_WIDTH)
+    cell = min(max(room // len(columns), CELL_WIDTH), MAX_CELL_WIDTH)
     block = max(1, room // cell)
     lines = []
     for first in range(0, len(columns), block):
@@ -120,18 +120,18 @@ def pose_lines(pose: PoseReading, width: int) -> list[str]:
 
 
 def vector_lines(pair: VectorPair, reading: VectorReading, width: int) -> list[str]:
-    """Return two vectors, a line each; no `width` breaks them."""
+    """Return two vectors, a line each; `width` has no effect."""
     lines = [
-        f'{f"{name} {axes}".ljust(LABEL)}{numbers(reading.vectors[name])}  {unit}'
+        f'{f"{name} {axes}".ljust(VECTOR_LABEL_WIDTH)}{numbers(reading.vectors[name])}  {unit}'
         for name, (axes, unit) in pair.vectors.items()
     ]
     return [f'{lines[0]}, axes of {plain(reading.frame)}', *lines[1:]]
 
 
 def scale_lines(reading: ScaleReading, width: int = 0) -> list[str]:
-    """Return a scale and its bar, of any `width`."""
-    filled = round(SCALE_BAR * min(max(reading.scale, 0.0), 1.0))
-    return [f'scale {reading.scale:.3f}  {"█" * filled}{"░" * (SCALE_BAR - filled)}']
+    """Return a scale and its bar; `width` has no effect."""
+    filled = round(SCALE_BAR_WIDTH * min(max(reading.scale, 0.0), 1.0))
+    return [f'scale {reading.scale:.3f}  {"█" * filled}{"░" * (SCALE_BAR_WIDTH - filled)}']
 
 
 def warned_lines(warned: WarningReading, width: int) -> list[str]:
@@ -155,7 +155,7 @@ def statuses_lines(reading: StatusesReading, width: int) -> list[str]:
 
 
 def coloured(line: str, level: str) -> Text:
-    """Return a line with the level's word, if it begins with it, in the level's colour."""
+    """Return a line; if it begins with the level, this word has the colour of the level."""
     text = Text(line, no_wrap=True, overflow='ellipsis')
     if line.startswith(level):
         text.stylize(f'{STYLES.get(level, "bold")} reverse', 0, len(level))

@@ -1,6 +1,9 @@
-"""The content of messages that only `echo` and `demo` show, as plain data."""
+"""Read messages that only `echo` and `demo` show into plain data."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
 
 from ...kernel import Floats
 from ...node.messages.readings import Stamp, VectorPair, WarningReading, numbers_of, warned_of
@@ -28,7 +31,7 @@ class StatusesReading(NamedTuple):
     statuses: tuple[WarningReading, ...]
 
 
-def pose_of(message: Any) -> PoseReading:
+def pose_of(message: PoseStamped) -> PoseReading:
     """Return the pose of a PoseStamped."""
     quaternion = numbers_of(message.pose.orientation)
     return PoseReading(
@@ -40,7 +43,7 @@ def pose_of(message: Any) -> PoseReading:
     )
 
 
-def statuses_of(node: str, message: Any) -> StatusesReading:
-    """Return the statuses of a node, given by its name without a leading slash."""
-    ours = (status for status in message.status if status.name.startswith(f'{node}: '))
-    return StatusesReading(tuple(map(warned_of, ours)))
+def statuses_of(node: str, message: DiagnosticArray) -> StatusesReading:
+    """Return the statuses of the node with this name, without a leading slash."""
+    statuses = (status for status in message.status if status.name.startswith(f'{node}: '))
+    return StatusesReading(tuple(map(warned_of, statuses)))

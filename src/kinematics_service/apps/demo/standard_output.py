@@ -1,4 +1,4 @@
-"""Standard output that may be a terminal, a file, or a pipe whose reader has gone."""
+"""Standard output: a terminal, a file, or a pipe whose reader may end."""
 
 import os
 import sys
@@ -6,12 +6,12 @@ import sys
 
 class StandardOutput:
     """
-    Writes lines at once; a reader that has gone (`| head`) ends the output, not the program.
+    Writes lines at once. If the reader ends (`| head`), the output ends without an error.
 
     Attributes
     ----------
     closed
-        Whether the reader has gone.
+        Whether the reader has ended.
     """
 
     def __init__(self) -> None:
@@ -24,7 +24,7 @@ class StandardOutput:
 
     @property
     def shows_blocks(self) -> bool:
-        """Return whether block characters can be written."""
+        """Return whether the encoding has block characters."""
         return (sys.stdout.encoding or '').lower().replace('-', '') == 'utf8'
 
     def line(self, *lines: str) -> None:
@@ -36,5 +36,5 @@ class StandardOutput:
             sys.stdout.flush()
         except BrokenPipeError:
             self.closed = True
-            # The rest of the buffer must not raise again when the interpreter ends.
+            # The rest of the buffer must not raise an error again when the interpreter ends.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

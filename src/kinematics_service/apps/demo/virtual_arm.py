@@ -1,9 +1,11 @@
 """A simulated arm: a node that publishes joint states along a path or from a recording."""
 
+import itertools
+import math
 import time
 from array import array
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,27 +16,15 @@ from ...kernel import Floats
 from ...node.messages.messages import time_message
 from ...node.messages.topics import JOINT_STATES
 from ...node.steady_time import steady_timer
-from .motions.motion import Trajectory
+from .motions.trajectory import Trajectory
 
 # Joint states per second along a path.
 RATE = 50.0
-# After a longer pause (the process was stopped, say) the motion goes on where it was, in s.
-LATE = 0.5
-QUEUE = 1000
-# Shortest period (s): joint states of a faster recording are published several at once.
-SHORTEST = 0.001
-
-
-class RecordedStates(Protocol):
-    """Joint states of a recording: stamps (N,), ns, and when each is due, (N,), s."""
-
-    stamps: npt.NDArray[np.int64]
-    positions: Floats
-    velocities: Floats | None
-
-    @property
-    def due(self) -> Floats:
-        """Return when each row is due after the first, shape (N,), s."""
+# After a longer pause (s), for example of a stopped process, the motion continues where it was.
+MAX_DELAY = 0.5
+QUEUE_DEPTH = 1000
+# Shortest period of the timer (s); several joint states of a faster recording share a call.
+MIN_PERIOD = 0.001
 
 
 class TimedJointState(NamedTuple):
@@ -47,53 +37,51 @@ class TimedJointState(NamedTuple):
 
 
 def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[TimedJointState]:
-    """Yield joint states along a path without end, stamped from `start` (ns) on."""
-    k = 0
-    while True:
+    """Yield joint states along a path without end, with stamps from `start` (ns) on."""
+    for k in itertools.count():
         due = k / RATE
         yield TimedJointState(due, start + round(due * 1e9), *trajectory.at(due))
-        k += 1
 
 
-def period_of_recording(recording: RecordedStates) -> float:
-    """Return the period of looks for joint states of a recording that are due, in s."""
-    steps = np.diff(recording.due)
-    return min(max(float(np.median(steps)), SHORTEST), 1.0 / RATE) if steps.size else 1.0 / RATE
+def period_of_recording(due: Floats) -> float:
+    """Return the period of the timer for joint states that are due at times (N,), all in s."""
+    median = float(np.median(np.diff(due))) if len(due) > 1 else math.inf
+    return min(max(median, MIN_PERIOD), 1.0 / RATE)
 
 
-def moments_of_recording(recording: RecordedStates) -> Iterator[TimedJointState]:
-    """Yield the joint states of a recording, with its own stamps."""
-    velocities = recording.velocities
-    for k, due in enumerate(recording.due.tolist()):
-        qdot = None if velocities is None else velocities[k]
-        yield TimedJointState(due, int(recording.stamps[k]), recording.positions[k], qdot)
+def moments_of_recording(
+    due: Floats, stamps: npt.NDArray[np.int64], q: Floats, qdot: Floats | None
+) -> Iterator[TimedJointState]:
+    """Yield the joint states of a recording, (N, ...) each, with its own stamps in ns."""
+    velocities = [None] * len(due) if qdot is None else qdot
+    return map(TimedJointState, due.tolist(), stamps.tolist(), q, velocities)
 
 
 class VirtualArm:
     """
-    Publishes moments when they are due, from `start` on.
+    Publishes joint states at their times after `start`.
 
     Parameters
     ----------
     node
-        Its node; the topic is `joint_states` in its namespace.
+        The node that publishes `joint_states` in its namespace.
     names
-        Joint names, in the order of the moments' positions.
+        Joint names, in the order of the positions.
     moments
-        What to publish.
+        The joint states.
     period
-        Period of looks for joint states that are due, in s.
+        Period of the timer that publishes due joint states, s.
     command
-        The topic on which the velocities are asked for, too; empty for none.
+        The topic on which the velocities are also published as commands; empty for none.
 
     Attributes
     ----------
     node
         As given.
     sent
-        Number of joint states so far.
+        Number of published joint states.
     finished
-        Whether the last moment is past.
+        Whether the last joint state is published.
     """
 
     def __init__(
@@ -109,11 +97,13 @@ class VirtualArm:
         self.finished = False
         self._message = JointState(name=names)
         self._moments = moments
-        self._publisher = node.create_publisher(JointState, JOINT_STATES, QUEUE)
-        self._command = node.create_publisher(JointState, command, QUEUE) if command else None
-        # The timer has one period and is started once: each reset of a timer, and each call of one
-        # that is due again, adds an event to the executor's queue. A timer that is reset in its
-        # own callback doubles its calls without end whenever the queue is longer than its pause.
+        self._publisher = node.create_publisher(JointState, JOINT_STATES, QUEUE_DEPTH)
+        self._command = (
+            node.create_publisher(JointState, command, QUEUE_DEPTH) if command else None
+        )
+        # The timer has a constant period and is started once. Each reset of a timer, and each call
+        # of a timer that is due again, adds an event to the queue of the executor. A timer that is
+        # reset in its callback would double its calls if the queue took longer than its period.
         self._timer = steady_timer(node, period, self._turn, autostart=False)
 
     @property
@@ -122,7 +112,7 @@ class VirtualArm:
         return bool(self._publisher.get_subscription_count() > 0)
 
     def start(self) -> None:
-        """Publish the first moment now and the others when they are due."""
+        """Publish the first joint state now, and the others when they are due."""
         self._start = time.monotonic()
         self._advance()
         self._turn()
@@ -140,7 +130,7 @@ class VirtualArm:
 
     def _turn(self) -> None:
         late = time.monotonic() - self._start - self._next.due
-        if late > LATE:
+        if late > MAX_DELAY:
             self._start += late
         while not self.finished and time.monotonic() >= self._start + self._next.due:
             self._publish(self._next)

@@ -18,7 +18,7 @@ from ....printing import working
 from ....rigid_motion import inverses
 from ....robot.file.parts.parameters import ENDS
 from ....robot.robot import Robot
-from ...recordings.commands.frame_options import LONGEST_GAP, given_limit
+from ...recordings.commands.frame_options import MAX_GAP, given_limit
 from ...recordings.commands.recording_options import TableWords, given_selection
 from ...recordings.readers.open_file import TABLES
 from ...recordings.readers.source import Selection
@@ -108,8 +108,8 @@ class PoseOptions(NamedTuple):
     def selection(self, robot: Robot, table: TableOptions) -> Selection:
         """Return the parts of a recording."""
         gap = self.pose_gap
-        if gap is not None and not 0.0 < gap <= LONGEST_GAP:
-            raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {LONGEST_GAP:g} s')
+        if gap is not None and not 0.0 < gap <= MAX_GAP:
+            raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {MAX_GAP:g} s')
         for end in given_words(self.own):
             if end not in ENDS:
                 raise WrongUsage(f'--own: {end!r} is not one of {", ".join(ENDS)}')

@@ -7,8 +7,11 @@ import typer
 from ....cli.missing_ros import ros_module
 from ....cli.options import NODE, WrongUsage, flag, option
 
-# Range of the time-out of `echo`, in s.
-ONCE_TIMEOUT, SHORTEST_TIMEOUT, LONGEST_TIMEOUT = 10.0, 0.1, 86_400.0
+# Default time-out with `--once`, s.
+ONCE_TIMEOUT = 10.0
+# Smallest and largest accepted `--timeout`.
+MIN_TIMEOUT = 0.1  # s
+MAX_TIMEOUT = 86_400.0  # s, a day
 # The topics that `echo` can print.
 TOPICS = (
     *('jacobian', 'pose', 'twist', 'acceleration', 'wrench', 'warning', 'diagnostics'),
@@ -24,7 +27,7 @@ def echo(
             metavar='TOPIC',
             help=f'Topic to print: {", ".join(TOPICS)}.',
             autocompletion=lambda incomplete: [
-                one for one in TOPICS if one.startswith(incomplete)
+                topic for topic in TOPICS if topic.startswith(incomplete)
             ],
         ),
     ] = TOPICS[0],
@@ -51,9 +54,9 @@ def echo(
     """
     if what not in TOPICS:
         raise WrongUsage(f'TOPIC: {what!r} is not one of {", ".join(map(repr, TOPICS))}')
-    if timeout is not None and not timeout >= SHORTEST_TIMEOUT:
-        raise WrongUsage(f'--timeout: {timeout:g} is not at least {SHORTEST_TIMEOUT:g} s')
-    if timeout is not None and timeout > LONGEST_TIMEOUT:
+    if timeout is not None and not timeout >= MIN_TIMEOUT:
+        raise WrongUsage(f'--timeout: {timeout:g} is not at least {MIN_TIMEOUT:g} s')
+    if timeout is not None and timeout > MAX_TIMEOUT:
         raise WrongUsage(f'--timeout: {timeout:g} s is longer than a day: leave it out')
     if timeout is None and once:
         timeout = ONCE_TIMEOUT

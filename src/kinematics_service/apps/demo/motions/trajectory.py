@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from ....kernel import Floats
 from ....robot.robot import Robot
-from .motion import JointMotion, Trajectory, allowed_speeds, inside_limits
-from .passage import smooth_trajectory
+from .motion import JointMotion, allowed_speeds, inside_limits
+from .passage import Passage, smooth_trajectory
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,18 +44,17 @@ class Sines:
 
 def sine_trajectory(robot: Robot) -> Sines:
     """
-    Return q_1 = sin t, q_2 = cos 2t, q_3 = sin 3t and so on, moved and shrunk into the limits.
+    Return q_1 = sin t, q_2 = cos 2t, q_3 = sin 3t and so on, shifted and scaled into the limits.
 
-    The motion of document 002; the clock runs slower for arms whose velocity limits require it.
+    It is the motion of document 002, slower if a velocity limit requires it.
     """
     n = robot.dof
     inside = inside_limits(robot)
     low, high = inside[:, 0], inside[:, 1]
     amplitude = np.minimum(1.0, 0.5 * (high - low))
     w = np.arange(1.0, n + 1.0)
-    # Limited joints at their share of the limit, the others as fast as the document's.
-    speeds = allowed_speeds(robot, math.inf, math.inf)
-    clock = min(1.0, float(np.min(speeds / (amplitude * w))))
+    # The factor slows the clock of document 002 until every joint keeps its speed limit.
+    clock = min(1.0, float(np.min(allowed_speeds(robot) / (amplitude * w))))
     return Sines(
         centre=np.clip(0.0, low + amplitude, high - amplitude),
         amplitude=amplitude,
@@ -65,6 +64,7 @@ def sine_trajectory(robot: Robot) -> Sines:
     )
 
 
+Trajectory = Passage | Sines
 TRAJECTORIES: dict[str, Callable[[Robot], Trajectory]] = {
     'smooth': smooth_trajectory,
     'sine': sine_trajectory,

@@ -176,14 +176,17 @@ def _plot(along: 'PathAlong', span: tuple[float, float], file: Path) -> None:
 
 
 def _write(derivation: 'Derivation', file: Path) -> None:
-    from ....robot.file.writing.writer import write_factors
+    from ....output_file import write_file
+    from ....robot.file.writing.writer import with_factors
     from ..derive.file_factors import checked_text, factors_to_write
 
     factors = factors_to_write(derivation)
     if not factors:
         print(f'{file}: no factor to write: {_why_none(derivation)}')
         return
-    write_factors(file, factors, lambda text: checked_text(derivation, text))
+    text = with_factors(file.read_bytes().decode('utf-8'), factors)
+    checked_text(derivation, text)
+    write_file(file, text)
     print(f'wrote {file}: singularity.factors: {", ".join(factors)}')
 
 

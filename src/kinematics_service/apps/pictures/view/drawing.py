@@ -168,7 +168,7 @@ class Drawing:
 
     def _stretch(self, handle: Any, ends: Floats, radius: float, size: float) -> None:
         length = float(np.linalg.norm(ends[1] - ends[0]))
-        visible = length > look.SHORTEST * size
+        visible = length > look.MIN_ARROW_LENGTH * size
         self._set(handle, 'visible', visible)
         if visible:
             self._set(handle, 'position', ends.mean(axis=0))

@@ -14,7 +14,7 @@ from std_srvs.srv import Trigger
 from ....errors import KinematicsError
 from ....kernel import Floats
 from ....node.messages.topics import DESCRIBE, WARNING
-from ....node.process.service_calls import TRIES, TRY, call_service
+from ....node.process.service_calls import CALL_TIMEOUT, MAX_CALLS, call_service
 from ....rigid_motion import exact_rpy, pose_of
 from ....robot.measures import Thresholds
 from ....robot.robot import Robot, with_singularity, with_tool
@@ -111,7 +111,7 @@ def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> Nod
         if time.monotonic() > deadline:
             return None
         executor.spin_once(timeout_sec=0.05)
-    deadline = max(deadline, time.monotonic() + TRIES * TRY)
+    deadline = max(deadline, time.monotonic() + MAX_CALLS * CALL_TIMEOUT)
     told = call_service(
         node, executor, Trigger, DESCRIBE.replace('~', source), Trigger.Request(), deadline
     )

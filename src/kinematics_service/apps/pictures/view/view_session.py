@@ -7,7 +7,7 @@ from rclpy.context import Context
 from ....errors import KinematicsError
 from ....kernel import Floats
 from ....node.drawing.observation import Observation
-from ....node.process.session import FINE, NODE_NAMES, WRONG_USAGE, is_name, run_session, tell
+from ....node.process.session import NODE_NAMES, SUCCESS, WRONG_USAGE, is_name, run_session, tell
 from ....robot.robot import Robot, load_robot
 from ....stop_signals import StopSignal
 from .address import Address
@@ -155,6 +155,6 @@ def run_view(
             run_page(session, address, publishable, lambda: stop.came)
         finally:
             session.close()
-        return FINE
+        return SUCCESS
 
     return run_session(ros_args, work)
