@@ -253,13 +253,23 @@ def _value(entry: Any, key: str) -> str:
 # Commands, measures, robots, the library
 
 
+def groups() -> str:
+    """Return the commands by groups."""
+    from kinematics_service.cli.commands import GROUPS
+
+    rows = [
+        [code(name), group, words]
+        for group, members in GROUPS.items()
+        for name, words in members.items()
+    ]
+    return table(('command', 'use', 'what it does'), rows)
+
+
 def commands() -> str:
-    """Return the help of every command."""
-    import typer
+    """Return the help of every command, as `--help-all` prints it."""
+    from kinematics_service.cli.commands import command_group
 
-    from kinematics_service.cli.commands import app
-
-    group = typer.main.get_command(app)
+    group = command_group()
     context = group.make_context(RUN, [], resilient_parsing=True)
     parts = [f'## The node\n\n{_help(group, context)}']
     for name in group.list_commands(context):
@@ -270,6 +280,9 @@ def commands() -> str:
 
 
 def _help(command: Any, context: Any) -> str:
+    from kinematics_service.cli.commands import show_everything
+
+    show_everything(command)
     context.terminal_width = context.max_content_width = 92
     return f'```text\n{command.get_help(context).rstrip()}\n```'
 
@@ -366,6 +379,7 @@ MAKERS: dict[str, Callable[[], str]] = {
     'parameters': parameters,
     'conventions': conventions,
     'robot_file': robot_file,
+    'groups': groups,
     'commands': commands,
     'measures': measures,
     'robots': robots,

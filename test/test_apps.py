@@ -103,7 +103,7 @@ def test_the_core_works_without_any_app(tmp_path):
     )
     assert printed[0] == made[0] == 0, (printed, made)
     assert (folder / 'my_arm.yaml').is_file()
-    listed = {line.split()[0] for line in help_text[1].partition('Commands:')[2].splitlines()[1:]}
+    listed = listed_by(help_text[1])
     assert listed == {command for command in COMMANDS if command not in APPS}
     assert factory[0] == 2
     assert 'the app calibration, which reads it, was removed' in ' '.join(factory[1].split())
@@ -113,10 +113,16 @@ def test_the_core_works_without_any_app(tmp_path):
     assert python(folder, program) == 'None\n'
 
 
+def listed_by(text):
+    """Return the commands of a help, which follow its options."""
+    lines = text.partition('Options:')[2].partition('\n\n')[2].splitlines()
+    return {line.split()[0] for line in lines if line.startswith('  ')}
+
+
 @pytest.mark.parametrize('app', ALL)
 def test_a_removed_app_takes_its_commands_along(tmp_path, app):
     _, text = commands(without(tmp_path, app), '--help')[0]
-    listed = {line.split()[0] for line in text.partition('Commands:')[2].splitlines()[1:]}
+    listed = listed_by(text)
     assert listed == {command for command in COMMANDS if APPS.get(command) != app}
 
 

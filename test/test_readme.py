@@ -7,7 +7,6 @@ from urllib.parse import urlparse
 import pytest
 
 import kinematics_service as ks
-from kinematics_service.cli.commands import COMMANDS
 
 ROOT = Path(__file__).parent.parent
 README = ROOT / 'README.md'
@@ -74,13 +73,6 @@ def written(default):
     if isinstance(default, bool):
         return str(default).lower()
     return str(default) or "''"
-
-
-def test_every_command_stands_in_its_table():
-    page = (REFERENCE / 'commands.md').read_text(encoding='utf-8')
-    told = ' '.join(row[0] for row in rows(page))
-    for name in COMMANDS:
-        assert re.search(rf'`{name}\b', told), name
 
 
 def test_the_robot_file_of_the_reference_is_one():

@@ -26,11 +26,7 @@ from kinematics_service.cli.commands import TYPER_WORDS
 from kinematics_service.robot.bundled import GROUPS
 
 COMMANDS = ('check', 'fk', 'jacobian', 'robots', 'demo', 'echo', 'set', 'reload')
-EVERY_COMMAND = (
-    'check, new, fk, ik, jacobian, compare, derive, audit, calibrate, '
-    'calibrate-touch, calibrate-zeros, calibrate-camera, calibrate-live, calibrate-propose, '
-    'export, import, plot, robots, demo, echo, set, reload, view'
-)
+EVERY_COMMAND = ', '.join(commands.COMMANDS)
 ROBOTS = tuple(ks.bundled_robots())
 NARROW = 80
 
@@ -91,10 +87,33 @@ def test_each_command_explains_itself_by_an_example_that_fits(capsys, narrow, co
     assert max(map(len, text.splitlines())) <= NARROW
 
 
+@pytest.mark.parametrize('command', commands.COMMANDS)
+def test_the_whole_help_has_every_option_and_the_short_one_less(capsys, command):
+    short, whole = (answer(capsys, command, option) for option in ('--help', '--help-all'))
+    of_file = commands.RENAMED.get(command, command.replace('-', '_'))
+    module = import_module(f'{commands.home_of(command)}.{of_file}')
+    for line in inspect.cleandoc(getattr(module, of_file).__doc__).splitlines():
+        assert line.strip('\b ') in ' '.join(whole.split()) or line.strip('\b ') in whole
+    first, every = (
+        set(re.findall(r'^  (?:-h, )?(--[a-z-]+)', text, re.MULTILINE)) for text in (short, whole)
+    )
+    assert every - first == every & commands.RARE_OPTIONS
+    assert {'--help', '--help-all'} <= first
+
+
+def test_every_rare_option_is_one():
+    group = commands.command_group()
+    context = group.make_context('program', [], resilient_parsing=True)
+    members = [group, *(group.get_command(context, name) for name in commands.COMMANDS)]
+    names = {name for member in members for option in member.params for name in option.opts}
+    assert names >= commands.RARE_OPTIONS
+
+
 def test_the_help_without_a_command_names_every_command(capsys, narrow):
     text = answer(capsys, '--help')
     assert all(re.search(rf'^  {command} ', text, re.MULTILINE) for command in COMMANDS)
-    assert '--install-completion' in text
+    assert '--install-completion' not in text
+    assert '--install-completion' in answer(capsys, '--help-all')
     assert max(map(len, text.splitlines())) <= NARROW
 
 
@@ -322,7 +341,7 @@ def test_fk_and_jacobian_in_json_are_what_the_library_says(capsys, name):
 
 @pytest.mark.parametrize('command', ['fk', 'jacobian'])
 def test_every_key_of_the_json_is_documented(capsys, command):
-    help_text = answer(capsys, command, '--help')
+    help_text = answer(capsys, command, '--help-all')
     text = answer(capsys, command, '--robot', 'planar_2r', '--q', '0,0', '--json')
     document = json.loads(text)
     documented = set(re.findall(r'\w+', help_text.partition('keys of --json')[2]))
@@ -369,12 +388,37 @@ def test_numbers_are_joined_after_options_that_take_them_and_nowhere_else():
     assert join_numbers(['--q', '1', '2', '--qdot', '-3', '4']) == ['--q', '1 2', '--qdot', '-3 4']
 
 
+@pytest.mark.parametrize(
+    ('robot', 'q', 'level', 'last'),
+    [
+        ('ur5e', '0,-1.2,1.5,-1,0.3,0', 'OK: distance 0.3 rad', 'weakest direction'),
+        ('planar_2r', '0,0', 'ERROR: distance 0 rad', 'lost direction'),
+        (
+            'so101',
+            '0,0,0,1,0',
+            'OK: distance: none found within 1 rad (57 deg)',
+            'weakest direction',
+        ),
+        ('fr3', '0,0,0,-1,0,1,0', 'OK: distance 0.533 rad', 'weakest direction'),
+    ],
+)
+def test_fk_prints_at_most_eight_lines(capsys, narrow, robot, q, level, last):
+    lines = answer(capsys, 'fk', '--robot', robot, '--q', q).splitlines()
+    assert len(lines) <= 8
+    assert re.fullmatch(rf'  singularity +{re.escape(level)}, WARN below.*', lines[4])
+    assert any(line.startswith(f'  {last}') for line in lines)
+    determinant = ks.singularity(
+        ks.load_robot(robot), [float(x) for x in q.split(',')]
+    ).determinant
+    assert any(line.startswith('  determinant') for line in lines) == (determinant is not None)
+
+
 def test_fk_says_how_near_the_pose_is_in_words(capsys):
-    text = answer(capsys, 'fk', '--robot', 'planar_2r', '--deg', '--q', '0,3')
+    text = answer(capsys, 'fk', '--robot', 'planar_2r', '--deg', '--q', '0,3', '--all')
     assert 'level WARN' in text
     assert '3 deg of joint motion to a singular pose' in text
     assert 'lost direction' in text
-    text = answer(capsys, 'fk', '--robot', 'planar_2r', '--q', '0,0')
+    text = answer(capsys, 'fk', '--robot', 'planar_2r', '--q', '0,0', '--all')
     assert 'level ERROR' in text
     assert 'this pose is singular' in text
     assert re.search(r'rank +1 of 2', text)
@@ -399,7 +443,7 @@ def test_fk_says_a_distance_that_a_hand_finds_too_or_that_it_is_farther(
     capsys, elbow, words, none
 ):
     arguments = ('fk', '--robot', 'planar_2r', '--q', f'0,{elbow}')
-    text = answer(capsys, *arguments)
+    text = answer(capsys, *arguments, '--all')
     assert words in text
     assert 'about' not in text
     # Only what was found has a column.
@@ -411,7 +455,10 @@ def test_fk_says_a_distance_that_a_hand_finds_too_or_that_it_is_farther(
 
 def test_fk_names_joints_beyond_their_limits(capsys):
     arguments = ('fk', '--robot', 'puma560', '--deg', '--q', '0,0,0,0,101,0')
-    assert re.search(r'^ +j5 .*beyond its limit$', answer(capsys, *arguments), re.MULTILINE)
+    assert re.search(
+        r'^ +j5 .*beyond its limit$', answer(capsys, *arguments, '--all'), re.MULTILINE
+    )
+    assert answer(capsys, *arguments).endswith('beyond limits       j5\n')
     assert json.loads(answer(capsys, *arguments, '--json'))['beyond_limits'] == ['j5']
 
 
@@ -824,7 +871,7 @@ def test_what_check_finds_is_data_too(capsys, tmp_path):
     (fault,) = (one for one in second['faults'] if 'alfa' in one['where'])
     assert wrong.read_text().splitlines()[fault['line'] - 1].strip().count('alfa') == 1
     assert "no robot 'no_such_arm'" in third['faults'][0]['message']
-    keys = answer(capsys, 'check', '--help').partition('The keys of --json')[2]
+    keys = answer(capsys, 'check', '--help-all').partition('The keys of --json')[2]
     assert all(re.search(rf'\b{key}\b', keys) for key in (*first, *second['faults'][0]))
 
 

@@ -64,10 +64,10 @@ def _code_of(argv: Sequence[str] | None) -> int:
         if options is not None:
             return start_node(options, ros)  # which has its own way with signals
         # Imported here: the node does without, and while it loads Ctrl-C has its default action.
-        from .commands import app
+        from .commands import command_group
 
         with nullcontext() if argv is not None else interruptible():
-            app(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
+            command_group()(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
         return 0
     except SystemExit as end:
         if isinstance(end.__context__, BrokenPipeError):  # of click, which ends with 1

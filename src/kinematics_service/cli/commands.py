@@ -18,34 +18,58 @@ from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, named, option
 
-# The commands, in the order of the help. Each has a file and a function of its name (_ for -),
-# whose parameters are its arguments and options, and whose docstring is its help: in this folder,
-# or in the folder `commands` of an app.
-COMMANDS = {
-    'check': 'Check robot files and print what they say.',
-    'new': 'Write a robot file to begin with.',
-    'fk': 'Print the pose of the tool.',
-    'ik': 'Find joint positions for a pose of the tool.',
-    'jacobian': 'Print the Jacobian and the twist of the tool.',
-    'compare': 'Compare your own formulas with the right ones.',
-    'derive': 'Derive the kinematics exactly.',
-    'audit': 'Judge a recording or a planned trajectory.',
-    'calibrate': "Identify an arm's numbers from measured poses.",
-    'calibrate-touch': 'The same from points that the tip of the tool touched.',
-    'calibrate-zeros': 'Find the zeros of joints with a printed sheet.',
-    'calibrate-camera': 'Calibrate arm and camera by a board.',
-    'calibrate-live': 'Calibrate a running robot.',
-    'calibrate-propose': 'Propose the poses to measure next.',
-    'export': 'Write a robot as URDF.',
-    'import': 'Make a robot file from a URDF or a factory calibration.',
-    'plot': 'Draw a pose, a path, a map or the workspace.',
-    'robots': 'List the bundled robots.',
-    'demo': 'Show the node at work without a robot.',
-    'echo': 'Print what a running node says.',
-    'set': 'Set a parameter of a running node.',
-    'reload': 'Let a running node read its robot file again.',
-    'view': 'Show the arm live on a web page.',
+# The commands by their use, in the order of the help. Each has a file and a function of its name
+# (_ for -), whose parameters are its arguments and options, and whose docstring is its help: in
+# this folder, or in the folder `commands` of an app.
+GROUPS = {
+    'Start': {
+        'demo': 'Show the node at work without a robot.',
+        'robots': 'List the bundled robots.',
+        'new': 'Write a robot file from a table, or an example.',
+        'check': 'Check robot files and print what they say.',
+    },
+    'Ask': {
+        'fk': 'Print the pose of the tool.',
+        'ik': 'Find joint positions for a pose of the tool.',
+        'jacobian': 'Print the Jacobian and the twist of the tool.',
+    },
+    'Live': {
+        'echo': 'Print what a running node says.',
+        'set': 'Set a parameter of a running node.',
+        'reload': 'Let a running node read its robot file again.',
+        'view': 'Show the arm live on a web page.',
+    },
+    'Study': {
+        'derive': 'Derive the kinematics exactly.',
+        'compare': 'Compare your own formulas with the right ones.',
+        'plot': 'Draw a pose, a path, a map or the workspace.',
+    },
+    'Judge': {'audit': 'Judge a recording or a planned trajectory.'},
+    'Calibrate': {
+        'calibrate': "Identify an arm's numbers from measured poses.",
+        'calibrate-touch': 'The same from points that the tip of the tool touched.',
+        'calibrate-zeros': 'Find the zeros of joints with a printed sheet.',
+        'calibrate-camera': 'Calibrate arm and camera by a board.',
+        'calibrate-live': 'Calibrate a running robot.',
+        'calibrate-propose': 'Propose the poses to measure next.',
+    },
+    'Convert': {
+        'import': 'Make a robot file from a URDF or a factory calibration.',
+        'export': 'Write a robot as URDF.',
+    },
 }
+COMMANDS = {name: words for group in GROUPS.values() for name, words in group.items()}
+# Width of the longest name of a command, so that all groups are aligned.
+NAME_WIDTH = max(map(len, COMMANDS))
+# Options that only --help-all shows.
+RARE_OPTIONS = {
+    '--allow-host', '--allow-mixed-ros', '--allow-unsecured', '--anyway', '--axis',
+    '--backlash', '--clearance', '--fix', '--frames', '--gravity', '--install-completion',
+    '--joint-prefix', '--labels', '--load', '--load-at', '--managed', '--own', '--points',
+    '--pose-gap', '--pose-stop', '--pose-warn', '--reduced', '--seed', '--servo', '--sessions',
+    '--show-completion', '--speed-of', '--stop', '--tolerance', '--velocity-source',
+    '--verbose', '--warn', '--workers',
+}  # fmt: skip
 # The app that has a command; all others are the core's own.
 APPS = {
     'check': 'checking',
@@ -86,6 +110,54 @@ TYPER_WORDS = {
 typer.core.rich = None  # type: ignore[attr-defined]
 
 
+def short_help(words: str) -> str:
+    """Return a help up to its first paragraph of examples; all of it if there is none."""
+    parts = words.split('\n\n')
+    examples = (k for k, part in enumerate(parts) if part.lstrip('\b\n').startswith('Example'))
+    return '\n\n'.join(parts[: next(examples, len(parts)) + 1])
+
+
+def show_everything(command: Any) -> None:
+    """Let the help of a command, or of the group, have its details and rare options, too."""
+    command.help = command.whole_help
+    for parameter in command.params:
+        parameter.hidden = False
+
+
+def _print_everything(context: typer.Context, wanted: bool) -> None:
+    if wanted and not context.resilient_parsing:
+        show_everything(context.command)
+        print(context.get_help())
+        raise typer.Exit()
+
+
+def _with_help_all(
+    help_all: Annotated[
+        bool,
+        named(
+            '--help-all',
+            'Show all options and details, and exit.',
+            is_eager=True,
+            expose_value=False,
+            callback=_print_everything,
+        ),
+    ] = False,
+) -> None:
+    """Have the option of every command; typer offers no other way to make one."""
+
+
+def with_short_help(command: Any) -> Any:
+    """Return the command with a short help and the option `--help-all`."""
+    command.whole_help = cleandoc(command.help or '')
+    command.help = short_help(command.whole_help)
+    for parameter in command.params:
+        parameter.hidden = not RARE_OPTIONS.isdisjoint(parameter.opts)
+    alone = typer.Typer(add_completion=False)
+    alone.command()(_with_help_all)
+    command.params += typer.main.get_command(alone).params
+    return command
+
+
 class CommandGroup(typer.core.TyperGroup):
     """
     The commands, the same under every typer: Ctrl-C ends each with the exit code of that signal,
@@ -108,12 +180,19 @@ class CommandGroup(typer.core.TyperGroup):
         # `set` takes values such as -1.
         settings = {**WIDE, 'ignore_unknown_options': cmd_name == 'set'}
         alone.command(cmd_name, help=words, context_settings=settings)(command)
-        return typer.main.get_command(alone)
+        return with_short_help(typer.main.get_command(alone))
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the list of the commands, none of which is loaded for it."""
-        with formatter.section('Commands'):
-            formatter.write_dl(list(COMMANDS.items()))
+        """Write the commands by groups, without loading them."""
+        for group, commands in GROUPS.items():
+            rows = [
+                (name.ljust(NAME_WIDTH), words)
+                for name, words in commands.items()
+                if name in COMMANDS
+            ]
+            if rows:
+                with formatter.section(group):
+                    formatter.write_dl(rows)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the command that the first argument names, its name and the other arguments."""
@@ -209,10 +288,6 @@ def _node(
     ~/jacobian, ~/twist, ~/singularity/warning and others. Arguments from --ros-args on are ROS's
     own.
 
-    --robot-description [TOPIC] takes the URDF that the robot itself publishes, usually on
-    /robot_description, and each newer one. --base LINK and --tip LINK choose the arm of a URDF;
-    without them it is the longest chain up to a hand.
-
     \b
     Examples:
       kinematics_service --robot puma560
@@ -222,6 +297,10 @@ def _node(
       kinematics_service --robot left=ur5e --robot right=ur5e
       kinematics_service check arm.yaml
       kinematics_service COMMAND --help
+
+    --robot-description [TOPIC] takes the URDF that the robot itself publishes, usually on
+    /robot_description, and each newer one. --base LINK and --tip LINK choose the arm of a URDF;
+    without them it is the longest chain up to a hand.
     """
     command = context.invoked_subcommand
     if command is None:
@@ -234,3 +313,8 @@ def _node(
     # The node logs this itself, and a user who set the variable knows it.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)
+
+
+def command_group() -> Any:
+    """Return the commands and the node as one command of click, with short help."""
+    return with_short_help(typer.main.get_command(app))

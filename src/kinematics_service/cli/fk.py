@@ -13,6 +13,7 @@ from .options import (
     PositionsOption,
     RobotOption,
     ending_at,
+    flag,
     given_positions,
     given_robot,
 )
@@ -20,6 +21,7 @@ from .singularity_report import (
     DEGREES,
     JSON_KEYS,
     print_singularity,
+    short_measures,
     singularity_json,
     state_json,
 )
@@ -34,6 +36,7 @@ def fk(
     of: OfOption = None,
     at: AtOption = None,
     deg: DegreesOption = False,
+    everything: bool = flag('--all', 'Also print the matrix, all measures, and a line per joint.'),
     json: JsonOption = False,
 ) -> None:
     """
@@ -43,7 +46,7 @@ def fk(
     Examples:
       kinematics_service fk --robot puma560 --deg --q 20,35,-60,15,40,-70
       kinematics_service fk --robot ur5e --q=-0.1,-1.57,1.2,0,0.4,0 --json
-      kinematics_service fk --robot puma560 --of 3 --q 0,0.8,3.1,0,0.8,0
+      kinematics_service fk --robot puma560 --of 3 --q 0,0.8,3.1,0,0.8,0 --all
 
     Positions may be negative, and separated by commas, spaces or both. Those of
     prismatic joints are in metres, also with --deg. With --of and --at the pose and its
@@ -72,21 +75,25 @@ def fk(
         }
         print(json_text(document))
     else:
-        _print_pose(Output(), state, singularity)
+        _print_pose(Output(), state, singularity, everything)
 
 
-def _print_pose(out: Output, state: ToolState, singularity: Singularity) -> None:
+def _print_pose(out: Output, state: ToolState, singularity: Singularity, everything: bool) -> None:
     robot = state.robot
     rpy = roll_pitch_yaw(state.pose[:3, :3])
-    pose = (
+    in_rad = f'{numbers(rpy)}  rad\n' if everything else ''
+    pose = [
         ('position x y z', f'{numbers(state.position)}  m'),
         ('quaternion x y z w', numbers(state.quaternion_xyzw)),
-        ('roll pitch yaw', f'{numbers(rpy)}  rad\n{numbers(rpy * DEGREES, 4)}  deg'),
-        ('matrix', _matrix_text(state.pose)),
-    )
-    title = heading(f'{robot.name}: pose of {robot.tool_frame} in {robot.base_frame}')
-    out.print(title, facts(pose))
-    print_singularity(out, state, singularity)
+        ('roll pitch yaw', f'{in_rad}{numbers(rpy * DEGREES, 4)}  deg'),
+    ]
+    title = f'{robot.name}: pose of {robot.tool_frame} in {robot.base_frame}'
+    if everything:
+        out.print(heading(title), facts([*pose, ('matrix', _matrix_text(state.pose))]))
+        print_singularity(out, state, singularity)
+    else:
+        title += ' (--all prints more)'
+        out.print(heading(title), facts([*pose, *short_measures(state, singularity)]))
 
 
 def _matrix_text(matrix: Floats) -> str:

@@ -93,6 +93,31 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Json]:
     }
 
 
+def short_measures(state: ToolState, singularity: Singularity) -> Iterator[tuple[str, str]]:
+    """Yield the level with its measure, the determinant, the worst direction, and limits."""
+    robot = state.robot
+    thresholds = robot.singularity.thresholds
+    measure = MEASURES[thresholds.measure]
+    side = 'below' if measure.small_is_bad else 'above'
+    value = f' {getattr(singularity, measure.name):.4g} {measure.unit}'.rstrip()
+    if measure.name == 'distance' and (none := none_found(singularity)):
+        value = f': {none}'
+    yield (
+        'singularity',
+        f'{singularity.level.name}: {measure.words}{value}, '
+        f'WARN {side} {thresholds.warn:g}, ERROR {side} {thresholds.stop:g}',
+    )
+    loop = flat_loop(robot, singularity)
+    if loop and singularity.level != Level.OK:
+        yield 'near', f'{flat_position(loop)}: {lost_hold(loop)}'
+    if measure.name != 'determinant' and singularity.determinant is not None:
+        yield 'determinant', f'{singularity.determinant:.6g}'
+    direction = direction_in_words(singularity.lost_direction)
+    yield f'{_degree(robot, singularity)} direction', direction
+    if outside := beyond_limits(robot, state.q):
+        yield 'beyond limits', ', '.join(map(plain, outside))
+
+
 def print_singularity(out: Output, state: ToolState, singularity: Singularity) -> None:
     """Print the measures of a pose, then each joint's part in it."""
     robot = state.robot
@@ -139,7 +164,6 @@ def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> No
 def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
     task = robot.singularity.task
     full = min(len(task.rows), robot.dof)
-    at_pose = singularity.rank < singularity.generic_rank
     for measure in MEASURES.values():
         yield measure.words, _value_words(measure, robot, singularity)
         clearance = singularity.clearance
@@ -159,19 +183,26 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
     loop = flat_loop(robot, singularity)
     if loop and singularity.level != Level.OK:
         yield 'near', f'{flat_position(loop)}: {lost_hold(loop)}'
-    near = at_pose or singularity.level != Level.OK and not loop
     direction = singularity.lost_direction
     yield (
-        'lost direction' if near else 'weakest direction',
+        f'{_degree(robot, singularity)} direction',
         f'{direction_in_words(direction)}\n'
         f'linear   {numbers(direction[:3], 3)}  in {robot.base_frame}\n'
         f'angular  {numbers(direction[3:], 3)}  times length',
     )
+    is_lost = _degree(robot, singularity) == 'lost'
     yield (
-        'joints against each other' if near else 'weakest motion',
+        'joints against each other' if is_lost else 'weakest motion',
         joints_in_words(robot.joint_names, singularity.joint_motion),
     )
     yield 'along qdot', _motion_words(robot, singularity)
+
+
+def _degree(robot: Robot, singularity: Singularity) -> str:
+    # Whether a direction is lost here, or is only the one that takes the largest joint motion.
+    at_pose = singularity.rank < singularity.generic_rank
+    near = singularity.level != Level.OK and not flat_loop(robot, singularity)
+    return 'lost' if at_pose or near else 'weakest'
 
 
 def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
@@ -207,7 +238,7 @@ def _distance_words(robot: Robot, singularity: Singularity) -> str:
         return f'{shown}: this pose is singular'
     if singularity.nearest_singular is not None:
         away, end = in_degrees(singularity.distance), _end_words(robot, singularity)
-        return f'{shown}: {away} of joint motion to {end}, see below'
+        return f'{shown}: {away} of joint motion to {end}'
     return none_found(singularity) or shown
 
 

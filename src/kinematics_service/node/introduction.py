@@ -30,9 +30,13 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
     if notice := kernel.notice():
         logger.warning(notice)
     robot = settings.robot
-    by_default = ' (the default; choose with --robot)' if parameters.by_default else ''
+    if parameters.by_default:
+        logger.warning(
+            f'no robot is given, so this is {robot.name}; choose yours with --robot FILE|NAME '
+            "(names: command 'robots')"
+        )
     logger.info(
-        f'robot {robot.name}{by_default}: {counted(robot.dof, "joint")}, {robot.convention}, '
+        f'robot {robot.name}: {counted(robot.dof, "joint")}, {robot.convention}, '
         f'{settings.base_frame} to {settings.tool_frame}; listening to {topic}'
     )
     for doubt in (*robot.description.warnings, *settings.doubts):

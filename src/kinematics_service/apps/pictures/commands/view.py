@@ -86,7 +86,8 @@ def view(
             raise typer.Exit(run_view(arm, DEFAULT, node, address, publish, context.obj))
         status = 'sliders only: there is no ROS here'
     with stop_signals() as stop:
-        source = ArmSource(arm or given_robot(DEFAULT), status)
+        default = '' if arm else '; choose an arm with --robot FILE|NAME'
+        source = ArmSource(arm or given_robot(DEFAULT), f'{status}{default}')
         run_page(source, address, False, lambda: stop.came)
 
 

@@ -71,7 +71,8 @@ class ViewSession(ArmSource):
         if self._listener.facts is not None:
             return f'{self.robot.name} of {self.node}'
         heard = f' {self.node}' if self._found else ''
-        return f'{self.robot.name}; no node{heard} runs'
+        default = '' if self._given else ' (no --robot FILE|NAME is given)'
+        return f'{self.robot.name}{default}; no node{heard} runs'
 
     def choose(self, node: str) -> None:
         """Show the arm of another node."""
