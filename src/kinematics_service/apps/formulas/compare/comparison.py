@@ -14,6 +14,7 @@ from .arm.quantities import ACCEPTED
 from .arm.symbols import shown
 from .causes.explanation import Explained, Explanation, explain, right_entry
 from .causes.slips import another_quantity
+from .causes.variant import MATRICES
 from .statements.checks import ROUND_OFF, Check, QuantityCheck
 from .statements.claims import judge_claims
 from .statements.names import FormulaNames
@@ -295,29 +296,21 @@ def _wrong_entry(check: Check, i: int, j: int) -> WrongEntry:
 
 
 def _facts(check: QuantityCheck) -> list[str]:
-    facts: list[str] = []
-    person, kind = check.person, check.quantity.kind
-    if kind in ('tool', 'pose', 'row', 'rotation', 'general') and person.shape[1] >= 3:
-        facts += _rotation_facts(person[:, :3, :3])
-    if kind == 'det' and check.robot.singularity.task.structurally_deficient:
-        facts.append(_structural(check.robot))
-    return facts
-
-
-def _structural(robot: Robot) -> str:
-    task = robot.singularity.task
-    rank, full = task.generic_rank, min(len(task.rows), robot.dof)
+    kind, task = check.quantity.kind, check.robot.singularity.task
+    if kind in MATRICES and min(check.shape) >= 3:
+        return _rotation_facts(check.person[:, :3, :3])
+    if kind != 'det' or not task.structurally_deficient:
+        return []
+    rank, full = task.generic_rank, min(len(task.rows), check.robot.dof)
     joints = ', '.join(task.dependent_joints)
     because = f': the motions of {joints} cancel' if joints else ''
-    return (
+    return [
         f'the determinant is 0 at every pose, not only here: the rank is at most {rank} of {full}'
         f'{because}. A structural property, no singular configuration'
-    )
+    ]
 
 
 def _rotation_facts(R: Floats) -> list[str]:
-    if R.shape[1:] != (3, 3):
-        return []
     with np.errstate(all='ignore'):
         determinants = np.linalg.det(R)
         off = np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)).max()

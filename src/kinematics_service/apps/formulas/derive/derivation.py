@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import comb
-from typing import NamedTuple
 
 import sympy
 
@@ -17,7 +16,6 @@ from .algebra.arithmetic import Arithmetic, arithmetic_of
 from .algebra.laurent import Laurent
 from .algebra.matrices import Matrix
 from .algebra.names import Names, names_of
-from .algebra.numeric import Numbers
 from .closed_loops import LoopEquations, closed_determinant, loops_of
 from .determinant import Minors, minors_of, simplest_view
 from .frames import Frames, frames_of
@@ -280,12 +278,9 @@ def derive(
         tell(f'Jacobian: {name}')
         methods[name] = ways.differences(J, way(frames, arithmetic))
     loops = loops_of(robot, opened(robot.description), arithmetic, tell)
-    if loops:
-        found_set: SingularSet | None = _closed_set(exact, loops, tell)
-    else:
-        found_set = _singular_set(exact, tell)
-        found_set = found_set or _singular_set(exact_of(robot, locked, parts=2), tell)
-    assert found_set is not None  # with half angles every family is one
+    singular_set = _closed_set(exact, loops, tell) if loops else _singular_set(exact, tell)
+    singular_set = singular_set or _singular_set(exact_of(robot, locked, parts=2), tell)
+    assert singular_set is not None  # with half angles every family is one
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(
@@ -295,7 +290,7 @@ def derive(
         methods=methods,
         coupling=None if plain else C,
         loops=loops,
-        singular_set=found_set,
+        singular_set=singular_set,
         exact=exact,
     )
 
@@ -304,10 +299,11 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
     robot = exact.sampler.robot
     tell('determinant')
     expression = closed_determinant(robot, exact.J, exact.frames, loops, exact.writer)
-    rows, square = robot.singularity.task.rows, robot.singularity.task.square
-    determinant = Determinant(square, rows, expression, columns=robot.variables, minors=1)
-    dependent = robot.singularity.task.dependent_joints
-    return SingularSet(determinant, (), (), robot.singularity.task.generic_rank, dependent, False)
+    task = robot.singularity.task
+    determinant = Determinant(
+        task.square, task.rows, expression, columns=robot.variables, minors=1
+    )
+    return SingularSet(determinant, (), (), task.generic_rank, task.dependent_joints, False)
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
@@ -315,15 +311,17 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     search = FamilySearch(sampler, sampler.in_random_letters)
-    rank = search.rank
-    columns = independent_columns(search.generic[0])
-    square = n == len(sampler.rows)
+    rank, square = search.rank, n == len(sampler.rows)
     tell('determinant')
-    minors = _minors(exact, columns, rank)
+    minors = _minors(exact, independent_columns(search.generic[0]), rank)
     names = [v.name for v in arithmetic.names.variables]
-    dependent = tuple(_dependent(sampler, names)) if rank < min(n, len(sampler.rows)) else ()
+    task, joints = sampler.robot.singularity.task, sampler.robot.joint_names
+    dependent: tuple[str, ...] = ()
+    if rank < min(n, len(sampler.rows)):
+        moving = zip(names, sampler.moving)
+        dependent = tuple(name for name, j in moving if joints[j] in task.dependent_joints)
     if minors is None:
-        determinant = Determinant(False, sampler.robot.singularity.task.rows)
+        determinant = Determinant(False, task.rows)
         return SingularSet(determinant, (), (), rank, dependent, False)
     tell('factors')
     product, rests = product_of(minors, arithmetic)
@@ -346,7 +344,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
         constant=constant,
         remainder=remainder,
         view=f'axes of {minors.view.axes}, point: {minors.view.point}',
-        rows=sampler.robot.singularity.task.rows,
+        rows=task.rows,
         columns=tuple(names[j] for j in minors.columns),
         minors=len(minors.values),
         identically_zero=square and rank < n,
@@ -372,26 +370,6 @@ def _minors(exact: Exact, columns: Sequence[int], rank: int) -> Minors | None:
     return minors_of(view, sampler.rows, columns, rank)
 
 
-class DeterminantFactors(NamedTuple):
-    """
-    The factors of a determinant, which vanish exactly at the singular poses.
-
-    Attributes
-    ----------
-    values
-        The factors, exact.
-    expressions
-        The same in symbols.
-    """
-
-    values: tuple[Laurent, ...]
-    expressions: tuple[sympy.Expr, ...]
-
-    def functions(self, sampler: PoseSampler) -> list[Numbers]:
-        """Return the factors as functions of size 1 of poses in the file's units."""
-        return [FamilySearch(sampler, (sampler,)).numbers(value) for value in self.values]
-
-
 def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int = 1) -> Exact:
     """
     Return the arithmetic of an arm, its loops open, in joint angles or in half angles (`parts` 2).
@@ -414,17 +392,14 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     return Exact(arithmetic, frames, writer_of(frames, arithmetic), sampler, J)
 
 
-def determinant_factors(exact: Exact) -> DeterminantFactors:
-    """Return the factors of the determinant of an open arm whose task Jacobian is square."""
+def determinant_factors(exact: Exact) -> dict[sympy.Expr, Laurent]:
+    """
+    Return the factors of the determinant of an open arm whose task Jacobian is square.
+
+    The keys are the factors in symbols, the values the factors in the arm's ring.
+    """
     sampler = exact.sampler
     minors = _minors(exact, independent_columns(sampler), sampler.generic_rank)
     assert minors is not None  # one determinant
     product, _ = product_of(minors, exact.arithmetic)
-    values = tuple(f.value for f in product.factors)
-    return DeterminantFactors(values, tuple(map(exact.writer.expression, values)))
-
-
-def _dependent(sampler: PoseSampler, names: list[str]) -> list[str]:
-    known = set(sampler.robot.singularity.task.dependent_joints)
-    joints = sampler.robot.joint_names
-    return [name for name, j in zip(names, sampler.moving) if joints[j] in known]
+    return {exact.writer.expression(f.value): f.value for f in product.factors}

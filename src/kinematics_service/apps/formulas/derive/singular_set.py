@@ -2,10 +2,11 @@
 The singular set of an arm: names, families, ranks, lost motions and crossings of its factors.
 """
 
-from collections.abc import Container, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache, reduce
-from itertools import combinations, count
+from functools import lru_cache
+from itertools import chain, combinations, count
 
 import numpy as np
 import sympy
@@ -250,7 +251,7 @@ class FamilySearch:
         within = self.zero_within_limits([numbers])
         arm = self.arms(value)
         if arm is None and within.pose is not None:
-            arm = sampler.arm(within.pose[None])
+            arm = sampler.arm(np.array([within.pose]))
         if arm is None:
             return _Meaning(within)
         variables = arithmetic.names.variables
@@ -329,10 +330,10 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
             continue
         found += [RealFactor(half, factor.power) for half in factor.halves]
         # sin q = 2 sin q/2 cos q/2.
-        split = reduce(Laurent.__mul__, factor.halves)
-        ratio = quotient_constant(factor.value, split, search.arithmetic)
+        one, other = factor.halves
+        ratio = quotient_constant(factor.value, one * other, search.arithmetic)
         assert ratio is not None
-        constant = reduce(Laurent.__mul__, [ratio] * factor.power, constant)
+        constant = math.prod([ratio] * factor.power, start=constant)
     return Factored(constant.reduced(), tuple(found), product.complete)
 
 
@@ -362,10 +363,19 @@ def singular_factors(
         sampled: tuple[str, ...] = ()
         if seen.rank is not None:
             zeros = CommonZeros(J_t, search.rank, (factor.value,), arithmetic)
-            sampled = _sampled(zeros, frames, seen.rank, seen.lost, seen.idle)
+            # The proof covers the upper bound of the rank; one pose shows that it is not lower.
+            proofs = {
+                'rank': zeros.has_rank_at_most(seen.rank),
+                'lost': seen.lost is None or proves_lost(seen.lost, zeros, frames),
+                'idle': seen.idle is None or zeros.depend(seen.idle.joints),
+            }
+            sampled = tuple(claim for claim, proved in proofs.items() if not proved)
         expression = writer.expression(factor.value)
         own = _listed_name(listed, search.numbers(factor.value), sampler, names)
-        name = _free_name(own or seen.geometric, taken) or str(expression)
+        # Two factors of one kind get numbers: elbow, elbow_2.
+        stem = own or seen.geometric or str(expression)
+        numbered = chain([stem], (f'{stem}_{k}' for k in count(2)))
+        name = next(name for name in numbered if name not in taken)
         taken.add(name)
         found.append(
             SingularFactor(
@@ -379,7 +389,7 @@ def singular_factors(
                 seen.idle.text if seen.idle else None,
                 sampled,
                 seen.within.exists,
-                _as_tuple(seen.within.pose),
+                seen.within.pose,
                 seen.special,
             )
         )
@@ -396,26 +406,6 @@ def numbers_in_words(names: Names) -> str:
     return ' and '.join(equal) or 'the numbers'
 
 
-def _free_name(name: str | None, taken: Container[str]) -> str | None:
-    # Two factors of one kind get numbers: elbow, elbow_2.
-    if name is None:
-        return None
-    numbered = (f'{name}_{k}' for k in count(2))
-    return name if name not in taken else next(n for n in numbered if n not in taken)
-
-
-def _sampled(
-    zeros: CommonZeros, frames: Frames, rank: int, lost: Lost | None, idle: Idle | None
-) -> tuple[str, ...]:
-    # That the rank is no less is seen at one pose; the rest needs proof.
-    claims = {
-        'rank': zeros.has_rank_at_most(rank),
-        'lost': lost is None or proves_lost(lost, zeros, frames),
-        'idle': idle is None or zeros.depend(idle.joints),
-    }
-    return tuple(claim for claim, proved in claims.items() if not proved)
-
-
 def file_factors(robot: Robot, names: Names) -> dict[str, sympy.Expr]:
     """Return the factors a robot file lists, as sympy expressions with joint angles in rad."""
     factors = robot.description.singularity.factors
@@ -427,10 +417,8 @@ def _listed_name(
 ) -> str | None:
     # The same factor has the same ratio everywhere.
     q = sampler.random(20)
-    ours = numbers(q)
     for name, expression in listed.items():
-        theirs = evaluated(expression, names, q)
-        ratio = theirs / ours
+        ratio = evaluated(expression, names, q) / numbers(q)
         if np.ptp(ratio) < 1e-9 * abs(float(ratio[0])):
             return name
     return None
@@ -446,37 +434,32 @@ def crossings_of(
     product: Factored, factors: Sequence[SingularFactor], search: FamilySearch, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...]:
     """Return the crossings of each two families, and of all families if there are more."""
-    count = len(factors)
-    groups: list[tuple[int, ...]] = [*combinations(range(count), 2)]
-    if count > 2:
-        groups.append(tuple(range(count)))
-    found = []
-    for group in groups:
-        values = [product.factors[k].value for k in group]
-        met = _crossing(values, [factors[k].name for k in group], search, J_t)
-        found += [met] if met else []
-    return tuple(found)
+    families = [(factor.value, named.name) for factor, named in zip(product.factors, factors)]
+    groups = [*combinations(families, 2), *([tuple(families)] if len(families) > 2 else ())]
+    crossings = (_crossing(group, search, J_t) for group in groups)
+    return tuple(filter(None, crossings))
 
 
 def _crossing(
-    values: Sequence[Laurent], names: Sequence[str], search: FamilySearch, J_t: Matrix
+    named: Sequence[tuple[Laurent, str]], search: FamilySearch, J_t: Matrix
 ) -> FamilyCrossing | None:
     # Factors that vanish together; None if it is proved that they do not.
+    values, names = zip(*named)
     functions = [search.numbers(value) for value in values]
     poses, meet = search.poses(functions), None
     if len(poses) < 2:
         meet = search.zero_anywhere(functions)
         if meet.exists is None:
-            return FamilyCrossing(tuple(names), None, True, None, None)
+            return FamilyCrossing(names, None, True, None, None)
         if not meet.exists:
             return None
         poses = np.array([meet.pose])
     rank = rank_at((search.arms(*values) or search.sampler.arm(poses)).J_t)
     within = search.zero_within_limits(functions)
     meet = meet or (within if within.exists else search.zero_anywhere(functions))
-    zeros = CommonZeros(J_t, search.rank, tuple(values), search.arithmetic)
+    zeros = CommonZeros(J_t, search.rank, values, search.arithmetic)
     sampled = not meet.exists or not zeros.has_rank_at_most(rank)
-    return FamilyCrossing(tuple(names), rank, sampled, within.exists, _as_tuple(within.pose))
+    return FamilyCrossing(names, rank, sampled, within.exists, within.pose)
 
 
 def remainder_zeros(
@@ -513,11 +496,7 @@ def remainder_zeros(
             others = tuple(pieces[j] for j in kept if j != k)
             if others and CommonZeros(J_t, search.rank, others, arithmetic).are_zero([pieces[k]]):
                 kept.remove(k)
-        values = [pieces[k] for k in kept]
-        met = _crossing(values, [str(writer.expression(v)) for v in values], search, J_t)
+        named = [(pieces[k], str(writer.expression(pieces[k]))) for k in kept]
+        met = _crossing(named, search, J_t)
         found |= {frozenset(kept): met} if met else {}
     return tuple(found.values())
-
-
-def _as_tuple(pose: Floats | None) -> tuple[float, ...] | None:
-    return None if pose is None else tuple(pose.tolist())

@@ -5,7 +5,7 @@ Newton's method with least-norm steps projects random poses onto the zeros of ea
 exact determinant. Every branch of the zeros that some start reaches must lie in a claimed family.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,8 +18,9 @@ from .....kinematics.task_jacobian import task_jacobian
 from .....robot.robot import Robot
 from ...arm.numbers import DEGREE, Evaluation, Floats
 from ...arm.world import with_constants
-from ...derive.algebra.numeric import poses_on
-from ...derive.derivation import DeterminantFactors, determinant_factors, exact_of
+from ...derive.algebra.laurent import Laurent
+from ...derive.algebra.numeric import Numbers, poses_on
+from ...derive.derivation import determinant_factors, exact_of
 from ...derive.sampled_poses import PoseSampler
 from ...derive.singular_set import numbers_in_words
 from .names import FormulaNames
@@ -212,11 +213,14 @@ def _gap(
     return np.where(np.isfinite(gap), gap, np.inf)
 
 
-def _whole(arm: _ArmOfLetters, factors: DeterminantFactors, claims: Sequence[Statement]) -> Claim:
+def _whole(
+    arm: _ArmOfLetters, factors: Mapping[sp.Expr, Laurent], claims: Sequence[Statement]
+) -> Claim:
     name, line, names, sampler = 'the singular set', claims[-1].line, arm.names, arm.sampler
     assert sampler is not None  # it is derived
     starts = sampler.random(DRAWS)
-    for function, expression in zip(factors.functions(sampler), factors.expressions):
+    for expression, value in factors.items():
+        function = Numbers(value, sampler.arithmetic).scaled_to(sampler.random())
         zeros = sampler.whole(poses_on([function], starts, np.ones(starts.shape[1])))
         claimed = [_belongs(names, claim, zeros) for claim in claims]
         left_out = zeros[~np.any(claimed, axis=0)]

@@ -51,12 +51,12 @@ class Zero:
     ----------
     exists
         Whether there is one; None if that is not decided.
-    pose : shape (n,)
-        In the box and within 1e-9 of a zero; None if none is shown.
+    pose
+        Of n joints, in the box and within 1e-9 of a zero; None if none is shown.
     """
 
     exists: bool | None
-    pose: Floats | None
+    pose: tuple[float, ...] | None
 
 
 def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
@@ -107,14 +107,14 @@ def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
     return ROUND_OFF * np.stack([f.function.magnitude(largest) for f in functions], axis=-1)
 
 
-def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> Floats | None:
+def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> tuple[float, ...] | None:
     # Newton's smallest steps inside the box: a joint that is pushed against a bound stays there.
     for count in range(STEPS + 1):
         f, G = values_and_gradients(functions, q)
         if count % LOOK == 0:
             for k in np.argsort(np.max(np.abs(f), axis=-1))[:TRIED]:
                 if _has_zero_beside(functions, q[k], f[k], G[k]):
-                    return np.asarray(q[k])
+                    return tuple(q[k].tolist())
         step = _step(f, G)
         held = ((q <= box.low) & (step < 0)) | ((q >= box.high) & (step > 0))
         step = np.where(held, 0.0, _step(f, np.where(held[:, None, :], 0.0, G)))
