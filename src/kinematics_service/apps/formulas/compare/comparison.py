@@ -135,25 +135,19 @@ def compare(robot: Robot, text: str) -> Comparison:
     names = FormulaNames(table_of(robot.description))
     understood = understand(read_formulas(text), names)
     verdicts: list[Verdict] = []
-    solutions: list[SolutionCheck] = []
+    checks: list[Check] = []
     faults = list(understood.faults)
-    randomised: dict[str, None] = {}
-    count = 0
     for statement in understood.statements:
         if statement.kind == 'claim':
             continue
         try:
-            check = _check(robot, names, statement, understood)
-            count = max(count, check.poses.count)
-            randomised.update(dict.fromkeys(check.poses.randomised))
-            verdicts.append(_verdict(check))
-            if isinstance(check, SolutionCheck):
-                solutions.append(check)
+            checks.append(_check(robot, names, statement, understood))
+            verdicts.append(_verdict(checks[-1]))
         except FormulaError as fault:
             faults.append(fault if fault.line else statement.fault(fault.message))
         except RecursionError:
             faults.append(statement.fault(f'{statement.name}: the formula is nested too deep'))
-    verdicts = _with_the_others(verdicts, solutions)
+    verdicts = _with_the_others(verdicts, checks)
     claims = [statement for statement in understood.statements if statement.kind == 'claim']
     if claims and names.table.passive:
         message = 'families of singular poses are not compared where loops bend the arm'
@@ -171,8 +165,10 @@ def compare(robot: Robot, text: str) -> Comparison:
         ] or [none]
     verdicts.sort(key=lambda verdict: verdict.line)
     faults.sort(key=lambda fault: (fault.line, fault.column))
+    count = max((check.poses.count for check in checks), default=0)
+    randomised = tuple(dict.fromkeys(name for check in checks for name in check.poses.randomised))
     return Comparison(
-        robot, tuple(verdicts), tuple(faults), count, tuple(randomised), understood.passed_over
+        robot, tuple(verdicts), tuple(faults), count, randomised, understood.passed_over
     )
 
 
@@ -237,10 +233,9 @@ def _verdict(check: Check) -> Verdict:
 
 def _rounded(check: Check) -> tuple[str, ...]:
     # A remark for printed numbers, which are compared to their last digit.
-    if not check.statement.decimals and not check.statement.half_units:
-        return ()
     worst = float(np.max(check.gap(check.person, check.right)))
-    if worst <= ROUND_OFF:
+    rounded = check.statement.decimals or check.statement.half_units
+    if not rounded or worst <= ROUND_OFF:
         return ()
     places = f'{check.statement.decimals} ' if check.statement.decimals else ''
     return (f'to the {places}decimals given; the largest difference is {worst:.2g}',)
@@ -350,21 +345,18 @@ def _branch(check: SolutionCheck) -> list[str]:
     return [hit + beside]
 
 
-def _with_the_others(
-    verdicts: Sequence[Verdict], checks: Sequence[SolutionCheck]
-) -> list[Verdict]:
+def _with_the_others(verdicts: Sequence[Verdict], checks: Sequence[Check]) -> list[Verdict]:
     # Formulas that are right one by one may belong to different solutions.
     right = {verdict.line for verdict in verdicts if verdict.status == AGREES}
     groups: dict[Settings, list[SolutionCheck]] = {}
     for check in checks:
-        if check.statement.line in right:
+        if isinstance(check, SolutionCheck) and check.statement.line in right:
             groups.setdefault(check.statement.settings, []).append(check)
     apart: dict[int, str] = {}
     for group in groups.values():
         first = replace(group[0], others=tuple(check.statement for check in group))
-        if all(check.share == 1.0 for check in group) or first.together is None:
-            continue
-        if first.together >= MOST_POSES:
+        hits_all = all(check.share == 1.0 for check in group)
+        if hits_all or first.together is None or first.together >= MOST_POSES:
             continue
         names = ', '.join(dict.fromkeys(check.statement.name for check in group))
         times = f'at {first.together:.0%} of the poses only' if first.together else 'at no pose'

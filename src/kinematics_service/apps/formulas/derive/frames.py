@@ -18,7 +18,7 @@ from ....robot.file.parts.description import (
     RobotDescription,
 )
 from .algebra.arithmetic import NOTHING, Arithmetic
-from .algebra.matrices import Matrix, inverse, product, transposed
+from .algebra.matrices import Matrix, identity, inverse, product, transposed
 from .algebra.names import Affine
 
 # The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
@@ -151,7 +151,7 @@ def _constants(motions: Sequence[NamedMotion], link: DhRow, arithmetic: Arithmet
             else:
                 length += names.length(text)
         screws.append(arithmetic.about_axis(axis, (angle, {}), (length, {})))
-    return reduce(product, screws) if screws else arithmetic.identity()
+    return reduce(product, screws) if screws else identity(arithmetic.ring)
 
 
 def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:

@@ -17,6 +17,7 @@ from .algebra.matrices import (
     Matrix,
     Vector,
     cross,
+    identity,
     inverse,
     minus,
     position_of,
@@ -69,10 +70,8 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
     if frame < 0:
         yield from enumerate(frames.in_base[:-1])
         return
-    zero, _, _, one = frames.tool[3]
-    identity = tuple(tuple(one if i == j else zero for j in range(4)) for i in range(4))
     before, after = frames.row_transforms[:frame], frames.row_transforms[frame:]
-    onwards = accumulate(after, product, initial=identity)
+    onwards = accumulate(after, product, initial=identity(frames.tool[0][0].ring))
     yield from zip(range(frame, len(frames.rows)), onwards)
     yield from zip(reversed(range(frame)), accumulate(map(inverse, reversed(before)), product))
 

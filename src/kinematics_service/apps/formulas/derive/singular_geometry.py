@@ -208,11 +208,7 @@ def rank_at(J_t: Floats) -> int:
 
 def ranks_at(J_t: Floats) -> Integers:
     """Return the rank at each pose, shape (N,)."""
-    return _ranks(np.asarray(np.linalg.svd(J_t, compute_uv=False)))
-
-
-def _ranks(sigma: Floats) -> Integers:
-    # The ranks of matrices with singular values (N, m).
+    sigma = np.linalg.svd(J_t, compute_uv=False)
     return np.asarray(np.sum(sigma > ZERO * np.max(sigma), axis=1))
 
 
@@ -235,24 +231,23 @@ def lost_motion(
     scales : shape (m,)
         Factors of the task rows of `J_t`.
     """
-    U, sigma, _ = np.linalg.svd(arm.J_t)
-    good = _ranks(sigma) == rank
+    good = ranks_at(arm.J_t) == rank
     missing = len(task_rows) - rank
     if generic < min(arm.J_t.shape[1:]):
         return Lost(f'{generic - rank} of the {generic} directions there are elsewhere')
     if missing < 1 or not good.any():
         return None
-    frames, tool = arm.frames[good], arm.tool[good]
+    frames, tool, U = arm.frames[good], arm.tool[good], np.linalg.svd(arm.J_t[good]).U
     R0 = frames[:, 0, :3, :3]
     if missing > 1:
         if rank == 1 and tuple(task_rows) == (0, 1, 2):
-            where = _direction((R0 @ U[good][:, :, :1])[..., 0], frames)
+            where = _direction((R0 @ U[:, :, :1])[..., 0], frames)
             if where is None:
                 return None
             text = f'every translation of the tool but that along {where.text}'
             return replace(where, text=text, others=True)
         return Lost(f'{missing} of {len(task_rows)} directions')
-    left = U[good][:, :, -1] * scales
+    left = U[:, :, -1] * scales
     wrench = np.zeros((len(left), 6))
     wrench[:, list(task_rows)] = left
     force = (R0 @ wrench[:, :3, None])[..., 0]
@@ -323,11 +318,10 @@ class Idle:
 def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
     """Return the joint motion that does not move the task, if it is of the same joints always."""
     n = arm.J_t.shape[2]
-    sigma, right = np.linalg.svd(arm.J_t)[1:]
-    good = _ranks(sigma) == rank
+    good = ranks_at(arm.J_t) == rank
     if n - rank != 1 or not good.any():
         return None
-    idle = right[good][:, -1]
+    idle = np.linalg.svd(arm.J_t[good]).Vh[:, -1]
     idle = idle / np.max(np.abs(idle), axis=1, keepdims=True)
     idle = idle * np.sign(idle[:, np.argmax(np.abs(idle[0]))])[:, None]
     move = np.abs(idle) > 1e-6

@@ -137,7 +137,10 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
         def with_(*, i: int = i, row: TableRow = row, **changes: sp.Expr) -> Table:
             return table.with_row(i, row.with_quantities(changes))
 
-        angles, lengths = _fixed_angles_and_lengths(row)
+        # All but theta, in the order of the alphabet.
+        axes = sorted((name, axis) for axis, name in row.order.motions if name != 'theta')
+        angles = [name for name, axis in axes if axis[0] == 'R']
+        lengths = [name for name, axis in axes if axis[0] == 'T']
         for name in angles:
             if row[name] not in (0, sp.pi):
                 sentence = f'{name} of {where} has the wrong sign'
@@ -153,13 +156,6 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
             if row[one] != row[other]:
                 exchanged = with_(**{one: row[other], other: row[one]})
                 yield _at(check, exchanged, f'{one} and {other} of {where} are exchanged')
-
-
-def _fixed_angles_and_lengths(row: TableRow) -> tuple[list[str], list[str]]:
-    # All but theta, in the order of the alphabet.
-    axes = sorted((name, axis) for axis, name in row.order.motions if name != 'theta')
-    angles = [name for name, axis in axes if axis[0] == 'R']
-    return angles, [name for name, axis in axes if axis[0] == 'T']
 
 
 def row_left_out(check: QuantityCheck) -> Iterator[Variant]:

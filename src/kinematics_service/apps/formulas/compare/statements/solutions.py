@@ -132,11 +132,10 @@ class PoseSearch:
         values = {s: v[at] for s, v in {**self.poses.values, **given}.items()}
         for k in self.moving:
             span = 1.0 if table.slides[k] else np.pi
-            values[table.variables[k]] = random.uniform(-span, span, len(at))
+            start = random.uniform(-span, span, len(at))
             if self.out_of_reach:
-                values[table.variables[k]] = values[table.variables[k]] + 1j * random.normal(
-                    size=len(at)
-                )
+                start = start + 1j * random.normal(size=len(at))
+            values[table.variables[k]] = start
         target = self.target.pose[at]
         moved = {*given, *(table.variables[k] for k in self.moving)}
         still = {

@@ -127,8 +127,7 @@ class _Reader:
                 self.local.setdefault(last, {})[key] = raw
                 continue
             if key:
-                other = self.global_.get(key)
-                if other is not None:
+                if other := self.global_.get(key):
                     message = (
                         f'{raw.left.at.written!r} is defined twice, here and in line '
                         f"{other.line}: put 'where' before definitions for one formula only"
@@ -244,22 +243,19 @@ class _Reader:
             raise raw.left.at.fault(f'{_text(raw.left)!r} is a number, not a matrix')
 
     def _claim(self, context: _Context, raw: Raw) -> Statement:
-        conditions = []
+        conditions, table, context = [], self.names.table, replace(context, integers=True)
         for condition in raw.claim:
-            joint = None
-            if condition.left.kind == 'name':
-                joint = self.names.joint(condition.left.text)
-            table = self.names.table
-            value = self._value(condition.right, replace(context, integers=True))
+            is_name = condition.left.kind == 'name'
+            joint = self.names.joint(condition.left.text) if is_name else None
+            value = self._value(condition.right, context)
             self._refuse_matrix(value, condition)
             if joint is None:
-                left = self._value(condition.left, replace(context, integers=True))
+                left = self._value(condition.left, context)
                 self._refuse_matrix(left, condition)
                 value = left - value
-            known = {*table.variables, *table.constants, sp.Symbol('k')}
-            if value.free_symbols - known or (
-                joint is None and not value.free_symbols & {*table.variables}
-            ):
+            symbols = value.free_symbols
+            moves = joint is not None or not symbols.isdisjoint(table.variables)
+            if not moves or symbols - {*table.variables, *table.constants, sp.Symbol('k')}:
                 message = (
                     'a singular set is written with joints, constants and the integer k, such as '
                     "'singular: q3 = k*pi' or 'singular: L2*cos(q2) + L3*cos(q2 + q3) = 0'"

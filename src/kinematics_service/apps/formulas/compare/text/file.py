@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TypedDict
 
 from .....errors import FormulaError
-from .syntax import Node, parse, parse_lines
+from .syntax import CLOSING, Node, parse, parse_lines
 from .tokens import FormulaToken, plain_letters, tokens_of
 
 SETTING = re.compile(
@@ -145,14 +145,11 @@ def read_formulas(text: str) -> FormulaFile:
                 else:
                     settings = _set(settings, words, said)
                 continue
-            body = LATEX_WHERE.sub(lambda m: 'where' + ' ' * (len(m[0]) - 5), chunk.text)
+            body = LATEX_WHERE.sub(lambda found: f'{"where":<{len(found[0])}}', chunk.text)
             whole = replace(chunk, text=body)
             if start := WHERE.match(body):
                 local, whole = True, whole.after(start.end())
-                if not whole.text.strip():
-                    continue
-            for equation in _equations(whole, settings, local):
-                raw.append(equation)
+            raw.extend(_equations(whole, settings, local))
         except FormulaError as fault:
             faults.append(fault)
         if len(raw) > MOST_FORMULAS:
@@ -223,7 +220,7 @@ def _depth(line: str) -> int:
     begun = sum(found.startswith('\\begin') for found in environments)
     text = BRACED.sub('', text)
     depth: int = 2 * begun - len(environments)
-    return depth + sum({'(': 1, '[': 1, '{': 1, ')': -1, ']': -1, '}': -1}.get(c, 0) for c in text)
+    return depth + sum((c in CLOSING) - (c in CLOSING.values()) for c in text)
 
 
 def _equations(chunk: _Chunk, settings: Settings, local: bool = False) -> Iterator[Raw]:
@@ -244,11 +241,9 @@ def _split(tokens: Sequence[FormulaToken], at: Sequence[str]) -> list[list[Formu
     parts: list[list[FormulaToken]] = [[]]
     depth = 0
     for token in tokens:
-        if token.kind == 'begin' or (token.kind == 'operator' and token.text in '([{'):
-            depth += 1
-        elif token.kind == 'end' or (token.kind == 'operator' and token.text in ')]}'):
-            depth -= 1
-        if depth == 0 and token.kind == 'operator' and token.text in at:
+        sign = token.text if token.kind == 'operator' else token.kind
+        depth += (sign in ('begin', *CLOSING)) - (sign in ('end', *CLOSING.values()))
+        if depth == 0 and sign in at:
             parts.append([])
         else:
             parts[-1].append(token)
@@ -311,8 +306,13 @@ def _set(settings: Settings, name: str, said: _Chunk) -> Settings:
             accepted = ' or '.join(repr(choice) for choice in CHOICES[name])
             raise said.fault(f'{name}: {word!r} is not accepted: {accepted}')
         return replace(settings, **CHOICES[name][word])
+    if name == 'point' and word in ('', 'tool'):
+        return replace(settings, point='')
     if name == 'point':
-        return replace(settings, point='' if word in ('', 'tool') else _one_name(said))
+        tokens = tokens_of(said.text, said.line, said.column)
+        if len(tokens) != 1 or tokens[0].kind != 'name':
+            raise said.fault("expected one name, such as 'point: o_3'")
+        return replace(settings, point=tokens[0].text)
     if name == 'at' and word in ('', 'random', 'random poses'):
         return replace(settings, at=())
     pairs = tuple(_equations(said, settings))
@@ -322,10 +322,3 @@ def _set(settings: Settings, name: str, said: _Chunk) -> Settings:
         raise said.fault("expected 'meaning: NAME = NAME', such as R_C = o_3")
     meanings = tuple((pair.left.text, pair.right.text) for pair in pairs)
     return replace(settings, meanings=settings.meanings + meanings)
-
-
-def _one_name(said: _Chunk) -> str:
-    tokens = tokens_of(said.text, said.line, said.column)
-    if len(tokens) != 1 or tokens[0].kind != 'name':
-        raise said.fault("expected one name, such as 'point: o_3'")
-    return tokens[0].text

@@ -346,16 +346,12 @@ class _Parser:
     def row_has_commas(self) -> bool:
         depth = 0
         for token in self.tokens[self.at :]:
-            if token.kind == 'operator' and token.text in '([{':
-                depth += 1
-            elif token.kind == 'operator' and token.text in ')]}':
-                depth -= 1
-                if depth < 0:
-                    return False
-            elif depth == 0 and token.kind == 'operator' and token.text in ',&':
-                return True
-            elif depth == 0 and (token.kind in ('newline', 'row') or token.text == ';'):
+            sign = token.text if token.kind == 'operator' else token.kind
+            depth += (sign in CLOSING) - (sign in CLOSING.values())
+            if depth < 0 or (depth == 0 and sign in ('newline', 'row', ';')):
                 return False
+            if depth == 0 and sign in (',', '&'):
+                return True
         return False
 
     def grid(self, opening: FormulaToken, rows: list[list[Node]], text: str) -> Node:

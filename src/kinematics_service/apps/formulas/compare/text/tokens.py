@@ -154,26 +154,25 @@ def _tokens_of_line(text: str, line: int, column: int) -> Iterator[FormulaToken]
         spaced = not kind
 
 
-def _token(text: str, at: int, line: int = 0, column: int = 0) -> tuple[str, str, int]:
+def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
     # The kind, the word and where it ends; an empty kind is what has no meaning.
+    place = line, column + at
     if found := PLUS_MINUS.match(text, at):
         raise FormulaError(
             f"'{found[0]}' is two signs: write the line once with + and once with -; to add a "
             'negative number, write + (-1)',
-            line,
-            column + at,
+            *place,
         )
     for kind, pattern, plain in TOKENS:
         if found := pattern.match(text, at):
             word = found[0] if plain is None else plain
             return _name(word, text, found.end()) if kind == 'name' else (kind, word, found.end())
     if text[at : at + 1] == '\\':
-        raise FormulaError('a backslash without a command', line, column + at)
+        raise FormulaError('a backslash without a command', *place)
     raise FormulaError(
         f'{text[at : at + 1]!r} has no meaning in a formula{ADVICE.get(text[at : at + 1], "")} '
         '(accepted: numbers, names, + - * / ^ = , ; brackets, and LaTeX commands)',
-        line,
-        column + at,
+        *place,
     )
 
 

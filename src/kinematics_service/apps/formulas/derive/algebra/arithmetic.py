@@ -116,17 +116,16 @@ class Arithmetic:
             result = result + self.ring.length(variable) * self.ring.length(factor)
         return result
 
-    def identity(self) -> Matrix:
-        """Return the 4 x 4 identity."""
-        return self.constant_matrix(sympy.eye(4).tolist())
-
     def constant_matrix(self, rows: Sequence[Sequence[sympy.Expr]]) -> Matrix:
         """Return a matrix of sympy expressions without angles."""
         return tuple(tuple(self.ring.length(sympy.sympify(e)) for e in row) for row in rows)
 
     def screw_z(self, theta: Affine, d: Affine) -> Matrix:
         """Return Rz(theta) Tz(d)."""
-        cosine, sine = self._cosine_and_sine(theta)
+        z = self.exponential(theta)
+        inverse = self.exponential((-theta[0], {v: -f for v, f in theta[1].items()}))
+        cosine = (z + inverse).scaled(1, 2)
+        sine = (z - inverse).times_i(3).scaled(1, 2).reduced()
         zero, one = self.ring.number(0), self.ring.number(1)
         return (
             (cosine, -sine, zero, zero),
@@ -143,12 +142,6 @@ class Arithmetic:
     def turn(self, axis: str) -> Matrix:
         """Return the rotation that puts the z axis where `axis` is."""
         return self.constant_matrix([[int(round(e)) for e in row] for row in Z_INTO[axis]])
-
-    def _cosine_and_sine(self, angle: Affine) -> tuple[Laurent, Laurent]:
-        z = self.exponential(angle)
-        negative = (-angle[0], {v: -f for v, f in angle[1].items()})
-        inverse = self.exponential(negative)
-        return (z + inverse).scaled(1, 2), (z - inverse).times_i(3).scaled(1, 2).reduced()
 
 
 def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -> Arithmetic:
@@ -189,18 +182,16 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
                 )
     offsets = _offsets(turns, names)
     units = {variable: parts * unit for variable, unit in units.items()}
-    steps = {v: _step(v, unit, turns) for v, unit in units.items()}
+    steps = {
+        v: math.gcd(*(int(factors.get(v, 0) * unit) for _, factors in turns)) or unit
+        for v, unit in units.items()
+    }
     arithmetic = Arithmetic(Ring(parts), names, units, steps, offsets, _angles(offsets, names))
     for variable in names.variables:
         arithmetic.angle_index(variable)
     for variable in names.variables:
         arithmetic.ring.index('number', variable)
     return arithmetic
-
-
-def _step(variable: sympy.Symbol, unit: int, turns: Sequence[Affine]) -> int:
-    exponents = [int(factors[variable] * unit) for _, factors in turns if variable in factors]
-    return math.gcd(*exponents) or unit
 
 
 def _offsets(turns: Sequence[Affine], names: Names) -> dict[sympy.Symbol, sympy.Expr]:

@@ -154,9 +154,7 @@ class Laurent:
         )
 
     def scaled(self, factor: int, divisor: int = 1) -> 'Laurent':
-        """Return the product with a fraction."""
-        if factor == 0:
-            return self.ring.number(0)
+        """Return the product with a fraction that is not 0."""
         return Laurent(
             self.ring,
             {m: factor * c for m, c in self.real.items()},
@@ -166,16 +164,11 @@ class Laurent:
 
     def times_i(self, power: int = 1) -> 'Laurent':
         """Return the product with a power of i."""
-        match power % 4:
-            case 0:
-                return self
-            case 2:
-                return -self
-            case 1:
-                minus = {m: -c for m, c in self.imaginary.items()}
-                return Laurent(self.ring, minus, self.real, self.divisor)
-        minus = {m: -c for m, c in self.real.items()}
-        return Laurent(self.ring, self.imaginary, minus, self.divisor)
+        result = self
+        for _ in range(power % 4):
+            minus = {m: -c for m, c in result.imaginary.items()}
+            result = Laurent(self.ring, minus, result.real, self.divisor)
+        return result
 
     def derivative(self, index: int, per_unit: int = 1) -> 'Laurent':
         """

@@ -8,6 +8,11 @@ Matrix = tuple[tuple[Laurent, ...], ...]
 Vector = tuple[Laurent, ...]
 
 
+def identity(ring: Ring) -> Matrix:
+    """Return the 4 x 4 identity."""
+    return tuple(tuple(ring.number(int(i == j)) for j in range(4)) for i in range(4))
+
+
 def product(one: Matrix, other: Matrix) -> Matrix:
     """Return a matrix product."""
     ring = one[0][0].ring

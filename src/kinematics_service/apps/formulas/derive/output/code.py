@@ -29,22 +29,17 @@ def _functions(
         yield name, replaced, reduced
 
 
-def _lengths(derivation: Derivation) -> str:
-    unit = derivation.robot.description.length_unit
-    given = (
-        name if value is None else f'{name} = {value!r} {unit}'
-        for name, value in derivation.lengths.items()
-    )
-    return ', '.join(given) or 'none'
-
-
 def _about(derivation: Derivation) -> list[str]:
     task = ' '.join(derivation.singular_set.determinant.rows)
     unit = derivation.robot.description.length_unit
+    lengths = ', '.join(
+        name if value is None else f'{name} = {value!r} {unit}'
+        for name, value in derivation.lengths.items()
+    )
     return [
         f'{derivation.robot.name}: kinematics, derived from its robot file.',
         f'Joints: {", ".join(v.name for v in derivation.variables)} (rad, {unit}).',
-        f'Lengths of the file: {_lengths(derivation)}.',
+        f'Lengths of the file: {lengths or "none"}.',
         'Jacobian: rows vx vy vz wx wy wz of the tool in base axes.',
         f'Task rows of the determinant: {task}.',
     ]
