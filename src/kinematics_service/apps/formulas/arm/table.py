@@ -134,9 +134,7 @@ class Table:
 
     def with_row(self, index: int, row: TableRow) -> 'Table':
         """Return the table with another row in one place."""
-        rows = list(self.rows)
-        rows[index] = row
-        return replace(self, rows=tuple(rows))
+        return replace(self, rows=(*self.rows[:index], row, *self.rows[index + 1 :]))
 
 
 def rotation(axis: str, angle: sp.Expr) -> sp.Matrix:
@@ -154,11 +152,8 @@ def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
 
 def inverse_pose(T: sp.Matrix) -> sp.Matrix:
     """Return the inverse of a 4 x 4 pose."""
-    R = T[:3, :3].T
-    result = sp.eye(4)
-    result[:3, :3] = R
-    result[:3, 3] = -R * T[:3, 3]
-    return result
+    R = sp.Matrix(T[:3, :3]).T
+    return sp.Matrix.vstack(sp.Matrix.hstack(R, -R * T[:3, 3]), sp.eye(4)[3, :])
 
 
 def motion(axis: str, argument: sp.Expr | sp.Matrix) -> sp.Matrix:
@@ -244,9 +239,7 @@ def table_of(description: RobotDescription) -> Table:
         name, symbol = constant.name, constants[constant.name]
         # A constant used both as a length and as an angle is a ratio.
         is_length, is_angle = name in used['length'], name in used['angle']
-        factor = sp.Integer(1)
-        if is_length != is_angle:
-            factor = length if is_length else degree
+        factor = sp.Integer(1) if is_length == is_angle else length if is_length else degree
         if names_in(constant.text) & set(constants):
             derived[symbol] = exact(constant.text, meanings, description.angle_unit) * factor
         else:

@@ -64,10 +64,10 @@ class Explained:
 def explain(check: Check) -> Explained:
     """Return the tested causes of a check that failed."""
     tried: list[str] = []
-    if not isinstance(check, QuantityCheck):
-        # One entry, a number.
-        return Explained(tuple(_repaired(check, check.right, 0, 0, tried)), tuple(tried))
-    explanations = _of_matrix(check, check.right, tried)
+    if isinstance(check, QuantityCheck):
+        explanations = _of_matrix(check, check.right, tried)
+    else:
+        explanations = _repaired(check, check.right, 0, 0, tried)
     return Explained(tuple(explanations), tuple(dict.fromkeys(tried)))
 
 
@@ -112,10 +112,13 @@ def _candidates(
 ) -> Iterator[_Candidate]:
     agreed = check.agrees(check.person, variant.values)
     for scope in cause.scopes:
-        for place, mask in _masks(scope, check):
+        for name, index in _parts(scope, check):
+            mask = np.zeros(check.shape, dtype=bool)
+            mask[index] = True
             if variant.columns and scope == COLUMN and not mask[:, variant.columns].any():
                 continue
             if (mask & wrong).any() and agreed[mask].all():
+                place = '' if mask.all() else f'{name}: '
                 yield _Candidate(cause.name, place, variant, mask & wrong)
 
 
@@ -131,15 +134,8 @@ def _best_whole(
     return best
 
 
-def _masks(scope: str, check: QuantityCheck) -> Iterator[tuple[str, Mask]]:
-    # The parts of a matrix, with their names; a part that is all of it has none.
-    for name, place in _parts(scope, check):
-        mask = np.zeros(check.shape, dtype=bool)
-        mask[place] = True
-        yield '' if mask.all() else f'{name}: ', mask
-
-
 def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
+    # The parts of a matrix: their names and their indices.
     rows, columns = check.shape
     if scope == WHOLE:
         yield '', np.s_[:]
@@ -156,8 +152,7 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
     elif scope == ROW and rows > 1:
         yield from ((f'row {i + 1}', np.s_[i]) for i in range(rows))
     elif scope == ENTRY:
-        for i, j in np.ndindex(rows, columns):
-            yield f'({i + 1},{j + 1})', np.s_[i, j]
+        yield from ((f'({i + 1},{j + 1})', np.s_[i, j]) for i, j in np.ndindex(rows, columns))
 
 
 def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:

@@ -44,7 +44,7 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
     if rows == columns and rows > 1:
         kind = 'inverse (its transpose)' if check.quantity.kind == 'rotation' else 'transpose'
         yield Variant(f'it is the {kind} of the right matrix', np.swapaxes(right, 1, 2))
-    if right.shape[1:] in ((4, 4), (3, 4)) and check.quantity.kind != 'numeric':
+    if right.shape[1:] in ((4, 4), (3, 4)):
         turned = right.copy()
         turned[:, :3, :3] = np.swapaxes(right[:, :3, :3], 1, 2)
         yield Variant('its rotation is transposed', turned)
@@ -67,20 +67,16 @@ def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
 
 def bottom_row(check: QuantityCheck) -> Iterator[Variant]:
     """Yield a derivative that kept the 1 of a pose in its corner."""
-    if check.quantity.kind == 'numeric':
-        values = check.right.copy()
-        values[:, 3, 3] = 1.0
-        yield Variant('(4,4) is the derivative of the constant 1: it is 0, not 1', values)
+    values = check.right.copy()
+    values[:, 3, 3] = 1.0
+    yield Variant('(4,4) is the derivative of the constant 1: it is 0, not 1', values)
 
 
 def another_quantity(check: QuantityCheck) -> Iterator[Variant]:
     """Yield everything else of the arm that has the person's shape."""
     for quantity, name in _quantities(check):
-        if quantity == check.quantity:
-            continue
-        values = value_of(quantity, check.world, check.reading)
-        values = check.cut(values, quantity)
-        if values.shape[1:] == check.shape:
+        values = check.cut(value_of(quantity, check.world, check.reading), quantity)
+        if quantity != check.quantity and values.shape[1:] == check.shape:
             yield Variant(f'it is {name}', values)
 
 
@@ -88,7 +84,6 @@ def _quantities(check: QuantityCheck) -> Iterator[tuple[Quantity, str]]:
     table = check.world.table
     rows, joints = len(table.rows), len(table.variables)
     first = check.reading.first_frame
-    same = {check.quantity.kind}
     for i in range(1, joints + 1):
         for part, name in (('v', 'J_v'), ('w', 'J_w'), ('all', 'J_')):
             yield Quantity('jacobian', i, part=part), f'{name}{i}'
@@ -100,7 +95,7 @@ def _quantities(check: QuantityCheck) -> Iterator[tuple[Quantity, str]]:
                 yield quantity, f'{name}{i + first}'
     for i in range(1, rows + 1):
         yield Quantity('row', i), f'the matrix of row {i}'
-        for j in range(rows) if same & {'pose', 'tool', 'row'} else ():
+        for j in range(rows) if check.quantity.kind in ('pose', 'tool', 'row') else ():
             if j != i:
                 yield Quantity('pose', j + first, i + first), f'T_{j + first}{i + first}'
 

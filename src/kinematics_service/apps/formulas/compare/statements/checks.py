@@ -170,7 +170,7 @@ class QuantityCheck(Check):
         size = whole.shape[1:]
         if size == (rows, columns):
             return whole
-        if size == (3, 1) and (rows, columns) == (1, 3):
+        if size[1] == 1 and size == (columns, rows):
             return np.swapaxes(whole, 1, 2)
         if size == (3, 1) and (rows, columns) == (4, 1):
             return np.concatenate([whole, np.ones((len(whole), 1, 1))], axis=1)
@@ -180,8 +180,6 @@ class QuantityCheck(Check):
             picked = self.jacobian_rows
             if len(picked) == rows:
                 return whole[:, picked]
-            if size == (6, 1) and (rows, columns) == (1, 6):
-                return np.swapaxes(whole, 1, 2)
         return whole
 
     @property

@@ -84,9 +84,7 @@ def poses_for(
         given[symbol] = np.full(count, value)
     for symbol, value in fixed:
         given.setdefault(symbol, np.full(count, _number(value)))
-    values: dict[sp.Symbol, Floats] = {}
-    for name in QUANTITIES:
-        values[sp.Symbol(f'{name}_i')] = rng.uniform(0.3, 1.3, count)
+    values = {sp.Symbol(f'{name}_i'): rng.uniform(*LENGTHS, count) for name in QUANTITIES}
     randomised = []
     for symbol in table.constants:
         if symbol in given:
@@ -171,8 +169,7 @@ def _with_coordinates(
             raise FormulaError(f'point: {reason}')
         point = value_of(quantity, world, settings)[:, :, 0]
     located = {symbol: point[:, k] for k, symbol in enumerate(POINT)}
-    for (i, j), symbol in ROTATION.items():
-        located[symbol] = world.pose[:, i, j]
+    located |= {symbol: world.pose[:, i, j] for (i, j), symbol in ROTATION.items()}
     R = world.pose[:, :3, :3].real
     in_plane = np.all(np.abs(R[:, 2, 2] - 1.0) < ROUND_OFF)
     located[ANGLE_IN_PLANE] = (
@@ -194,13 +191,8 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[sp.Symbol
         raise at.fault(f'at: {at.written} must be a number')
     result = _number(value)
     turns = joint is not None and not names.table.slides[joint]
-    if (
-        turns
-        and settings.degrees
-        and all(part.kind != 'deg' for part in postorder(raw.right, PARTS))
-    ):
-        result *= DEGREE
-    return symbol, result
+    has_unit = any(part.kind == 'deg' for part in postorder(raw.right, PARTS))
+    return symbol, result * DEGREE if turns and settings.degrees and not has_unit else result
 
 
 def _number(value: sp.Expr) -> float:
