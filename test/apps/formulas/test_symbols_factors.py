@@ -21,7 +21,6 @@ from kinematics_service.apps.formulas.derive import trigonometry
 from kinematics_service.apps.formulas.derive.algebra import factors
 from kinematics_service.apps.formulas.derive.algebra.arithmetic import arithmetic_of
 from kinematics_service.apps.formulas.derive.algebra.quotient import divided
-from kinematics_service.apps.formulas.derive.determinant import minors_of, simplest_view
 from kinematics_service.apps.formulas.derive.family import K, family_of
 from kinematics_service.apps.formulas.derive.file_factors import (
     checked_text,
@@ -29,6 +28,7 @@ from kinematics_service.apps.formulas.derive.file_factors import (
     factors_to_write,
     file_text,
 )
+from kinematics_service.apps.formulas.derive.minors import minors_of, simplest_view
 from kinematics_service.apps.formulas.derive.output.report import report_of
 from kinematics_service.apps.formulas.derive.output.text import text_of
 from kinematics_service.apps.formulas.derive.sampled_poses import sampler_of

@@ -11,8 +11,7 @@ from derivations import derived, marked
 import kinematics_service as ks
 from kinematics_service.apps.formulas.derive.algebra.numeric import Numbers
 from kinematics_service.apps.formulas.derive.algebra.zeros import Box, common_zero
-from kinematics_service.apps.formulas.derive.determinant import minors_of, simplest_view
-from kinematics_service.apps.formulas.derive.minors import product_of
+from kinematics_service.apps.formulas.derive.minors import minors_of, product_of, simplest_view
 from kinematics_service.apps.formulas.derive.output.report import Sentence, report_of
 from kinematics_service.apps.formulas.derive.singular_set import FamilySearch
 from kinematics_service.robot.robot import build_robot

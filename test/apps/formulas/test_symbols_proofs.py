@@ -7,9 +7,8 @@ import pytest
 import sympy
 from derivations import derived, marked
 
-from kinematics_service.apps.formulas.derive.determinant import minors_of, simplest_view
 from kinematics_service.apps.formulas.derive.family_proofs import CommonZeros, proves_lost
-from kinematics_service.apps.formulas.derive.minors import product_of
+from kinematics_service.apps.formulas.derive.minors import minors_of, product_of, simplest_view
 from kinematics_service.apps.formulas.derive.output.json_output import json_of
 from kinematics_service.apps.formulas.derive.output.report import Sentence, report_of
 from kinematics_service.apps.formulas.derive.singular_geometry import Lost

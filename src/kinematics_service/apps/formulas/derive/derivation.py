@@ -17,9 +17,15 @@ from .algebra.laurent import Laurent
 from .algebra.matrices import Matrix
 from .algebra.names import Names, names_of
 from .closed_loops import LoopEquations, closed_determinant, loops_of
-from .determinant import Minors, minors_of, simplest_view
 from .frames import Frames, frames_of
-from .minors import independent_columns, product_of, remainder_of
+from .minors import (
+    Minors,
+    independent_columns,
+    minors_of,
+    product_of,
+    remainder_of,
+    simplest_view,
+)
 from .sampled_poses import PoseSampler, sampler_of
 from .singular_set import (
     Determinant,

@@ -17,9 +17,9 @@ from .algebra.laurent import Laurent, Ring, Terms, from_terms, total
 from .algebra.matrices import Matrix, inverse, product
 from .algebra.numeric import Numbers
 from .algebra.quotient import divided
-from .determinant import minors
 from .frames import Frames
 from .jacobian import about, axes_seen_from, geometric, in_axes_of
+from .minors import minors
 from .singular_geometry import Lost
 
 # More minors than these are not looked at: the claim stays one of sampled poses.

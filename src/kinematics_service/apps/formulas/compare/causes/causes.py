@@ -2,7 +2,6 @@
 The table of causes a wrong matrix may have, the most telling first; a new cause is a new row.
 """
 
-from . import jacobian_slips as jacobian_slips
 from . import misreadings as misreadings
 from . import slips as slips
 from .variant import (
@@ -25,18 +24,18 @@ CAUSES = (
     # A sign turns a determinant into that of many other arms: the plain slip is said first.
     Cause('sign of the determinant', ('det',), (WHOLE,), slips.sign),
     Cause('axes of the frame itself', ('axis',), (WHOLE,), slips.own_axes),
-    Cause('kind of joint', JACOBIAN, (COLUMN,), jacobian_slips.joint_type),
-    Cause('order of the rows', JACOBIAN, (WHOLE,), jacobian_slips.row_order),
-    Cause('tool axes', JACOBIAN, (WHOLE, BLOCK), jacobian_slips.other_axes),
+    Cause('kind of joint', JACOBIAN, (COLUMN,), slips.joint_type),
+    Cause('order of the rows', JACOBIAN, (WHOLE,), slips.row_order),
+    Cause('tool axes', JACOBIAN, (WHOLE, BLOCK), slips.other_axes),
     Cause('standard or modified DH', (*TABLE, 'general'), (WHOLE,), misreadings.other_convention),
     Cause('matrix not inverted', TABLE, (WHOLE,), misreadings.not_inverted),
     Cause('transpose or inverse', (*MATRICES, *JACOBIAN), (WHOLE,), slips.transposed),
-    Cause('index of the axis', JACOBIAN, (WHOLE, BLOCK, COLUMN), jacobian_slips.axis_index),
-    Cause('point of the Jacobian', JACOBIAN, (WHOLE, BLOCK, COLUMN), jacobian_slips.other_point),
-    Cause('sum of columns', JACOBIAN, (COLUMN,), jacobian_slips.column_sums, many=True),
-    Cause('order of the columns', JACOBIAN, (WHOLE,), jacobian_slips.column_order),
-    Cause('cross product', JACOBIAN, (WHOLE, BLOCK, COLUMN), jacobian_slips.moment_arm),
-    Cause('degrees', JACOBIAN, (WHOLE, BLOCK, COLUMN), jacobian_slips.per_degree),
+    Cause('index of the axis', JACOBIAN, (WHOLE, BLOCK, COLUMN), slips.axis_index),
+    Cause('point of the Jacobian', JACOBIAN, (WHOLE, BLOCK, COLUMN), slips.other_point),
+    Cause('sum of columns', JACOBIAN, (COLUMN,), slips.column_sums, many=True),
+    Cause('order of the columns', JACOBIAN, (WHOLE,), slips.column_order),
+    Cause('cross product', JACOBIAN, (WHOLE, BLOCK, COLUMN), slips.moment_arm),
+    Cause('degrees', JACOBIAN, (WHOLE, BLOCK, COLUMN), slips.per_degree),
     Cause('millimetres', (*POSES, *VECTORS, *JACOBIAN), (WHOLE, BLOCK, COLUMN), slips.millimetres),
     Cause('derivative of a pose', ('numeric',), (WHOLE,), slips.bottom_row),
     Cause('base and tool', ('tool', 'pose', 'position'), (WHOLE,), slips.base_and_tool),

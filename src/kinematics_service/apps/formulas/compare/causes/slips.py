@@ -1,13 +1,19 @@
-"""Slips in any formula: sign, units, inverses, something else of the arm in its place."""
+"""
+Slips in a formula: sign, units, inverses, another quantity; in a Jacobian order, axes and points.
+"""
 
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations, permutations
 
 import numpy as np
 
 from .....rigid_motion import inverses
-from ..arm.quantities import Quantity, value_of, why_out_of_range
+from .....robot.file.parts.convention_table import CONVENTIONS
+from ...arm.numbers import DEGREE, Floats
+from ...arm.world import World
+from ..arm.quantities import Quantity, arranged, value_of, why_out_of_range
 from ..statements.checks import QuantityCheck
-from .jacobian_slips import mistaken
 from .variant import Variant
 
 MILLI = 1000.0
@@ -103,3 +109,199 @@ def _quantities(check: QuantityCheck) -> Iterator[tuple[Quantity, str]]:
 def sign(check: QuantityCheck) -> Iterator[Variant]:
     """Yield the right formula with the opposite sign."""
     yield Variant('the sign is wrong', -check.right)
+
+
+def mistaken(
+    check: QuantityCheck, sentence: str, J: Floats, columns: tuple[int, ...] = ()
+) -> Variant:
+    """Return a base-axes, linear-first Jacobian in the order and with the rows of the person's."""
+    whole = arranged(J, check.world, check.quantity, check.reading)
+    return Variant(sentence, check.cut(whole, check.quantity), columns)
+
+
+def row_order(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield the Jacobian with its two halves exchanged."""
+    if check.right.shape[1] == 6:
+        other = 'linear' if check.reading.angular_first else 'angular'
+        swapped = np.roll(check.right, 3, axis=1)
+        hint = f"write 'rows: {other} first'"
+        yield Variant(f'the {other} rows stand first (if that is meant, {hint})', swapped)
+
+
+def other_axes(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield the Jacobian in the axes of the other frame."""
+    other = 'tool' if check.reading.axes == 'base' else 'base'
+    reading = replace(check.reading, axes=other)
+    sentence = (
+        f'the rows are in {other} axes, not in {check.reading.axes} axes (if that is meant, '
+        f"write 'frame: {other}')"
+    )
+    yield Variant(sentence, check.right_of(check.world, reading=reading))
+
+
+def other_point(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield the Jacobian of another frame's origin instead of the tool's."""
+    world, first = check.world, check.reading.first_frame
+    p, w = world.pose[:, :3, 3], world.jacobian[:, 3:]
+    for k, frame in enumerate(world.frames[:-1]):
+        arm = frame[:, :3, 3] - p
+        if np.all(np.abs(arm) < 1e-12):
+            continue
+        J = world.jacobian.copy()
+        J[:, :3] += np.cross(w, arm[:, :, None], axis=1)
+        sentence = f'o_{k + first} stands where o_n belongs: the point is not the tool'
+        yield mistaken(check, sentence, J)
+
+
+def axis_index(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield the Jacobian with axes, or origins, of the frame beside the right one."""
+    convention = CONVENTIONS[check.world.table.convention]
+    if not convention.product:
+        yield from _other_letters(check)
+    if not convention.product or (convention.before_joint and convention.after_joint):
+        return
+    step = -1 if convention.before_joint else 1
+    right, wrong = ('i-1', 'i') if step == 1 else ('i', 'i-1')
+    versions = (
+        (step, 0, f'z_{wrong} stands where z_{right} belongs (the axis of joint i)'),
+        (0, step, f'o_{wrong} stands where o_{right} belongs'),
+        (step, step, f'z_{wrong}, o_{wrong} stand where z_{right}, o_{right} belong'),
+    )
+    for axis, origin, sentence in versions:
+        yield mistaken(check, sentence, _geometric(check.world, axis, origin))
+
+
+def _geometric(world: World, axis: int, origin: int) -> Floats:
+    J = np.zeros_like(world.jacobian)
+    late = int(bool(CONVENTIONS[world.table.convention].before_joint))
+    for i, k in world.row_columns:
+        row, variable = world.table.rows[i], world.table.variables[k]
+        frame = i + late
+        z = world.frames[frame + axis][:, :3, 2]
+        arm = world.pose[:, :3, 3] - world.frames[frame + origin][:, :3, 3]
+        turn = float(row['theta'].coeff(variable))
+        slide = float(row['d'].coeff(variable))
+        J[:, :3, k] += turn * np.cross(z, arm) + slide * z
+        J[:, 3:, k] += turn * z
+    return J
+
+
+def _other_letters(check: QuantityCheck) -> Iterator[Variant]:
+    world = check.world
+    for wrong in range(3):
+        J = world.jacobian.copy()
+        for (i, k), column in world.row_columns.items():
+            row = world.table.rows[i]
+            if row.axis[:1] != 'R':
+                continue
+            start = world.frames[i] @ world.evaluation.of_matrix(row.inner)
+            z = start[:, :3, wrong] * float(row.argument.coeff(world.table.variables[k]))
+            part = np.concatenate([np.cross(z, world.pose[:, :3, 3] - start[:, :3, 3]), z], axis=1)
+            J[:, :, k] += part - column
+        yield mistaken(check, f'the {"xyz"[wrong]} axis is taken for the axis of rotation', J)
+
+
+def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield linear columns without their cross product, or with an arm from the wrong end."""
+    world = check.world
+    p = world.pose[:, :3, 3]
+    bare, from_base, at_joint = (world.jacobian.copy() for _ in range(3))
+    for (i, k), column in world.row_columns.items():
+        w = column[:, 3:]
+        if np.all(np.abs(w) < 1e-12):
+            continue
+        start = world.frames[i][:, :3, 3]
+        bare[:, :3, k] = p - start
+        from_base[:, :3, k] = np.cross(w, p)
+        at_joint[:, :3, k] = np.cross(w, start)
+    sentence = 'the cross product is left out: o_n - o_i-1 instead of z x (o_n - o_i-1)'
+    yield mistaken(check, sentence, bare)
+    sentence = 'o_i-1 is not subtracted: z x o_n instead of z x (o_n - o_i-1)'
+    yield mistaken(check, sentence, from_base)
+    yield mistaken(check, 'z x o_i-1 instead of z x (o_n - o_i-1)', at_joint)
+
+
+def joint_type(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield prismatic columns written like revolute ones, and the reverse."""
+    world = check.world
+    for (i, k), column in world.row_columns.items():
+        v, w = column[:, :3], column[:, 3:]
+        J = world.jacobian.copy()
+        name = world.table.variables[k]
+        if world.table.slides[k]:
+            arm = world.pose[:, :3, 3] - world.frames[i][:, :3, 3]
+            versions: tuple[tuple[Floats, Floats, str], ...] = (
+                (np.cross(v, arm), v, f'the column of {name} is that of a revolute joint'),
+                (np.zeros_like(v), v, f'the column of {name} is [0; axis] instead of [axis; 0]'),
+                (v, v, f'the column of {name} has its axis in the angular rows too'),
+            )
+        else:
+            zero = np.zeros_like(w)
+            versions = ((w, zero, f'the column of {name} is that of a prismatic joint'),)
+        for linear, angular, sentence in versions:
+            J[:, :3, k], J[:, 3:, k] = linear, angular
+            yield mistaken(check, sentence, J, _column(check, k))
+
+
+def _column(check: QuantityCheck, k: int) -> tuple[int, ...]:
+    return (0,) if check.quantity.i else (k,)
+
+
+def column_order(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield the Jacobian with two columns exchanged, and with the columns reversed."""
+    n = check.right.shape[2]
+    names = check.names.table.variables
+    for i, j in combinations(range(n), 2):
+        order = list(range(n))
+        order[i], order[j] = j, i
+        sentence = f'the columns of {names[i]} and {names[j]} are exchanged'
+        yield Variant(sentence, check.right[:, :, order], (i, j))
+    yield Variant('the columns stand in reverse order', check.right[:, :, ::-1])
+
+
+def column_sums(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield columns in which what several rows add has a wrong sign or is left out."""
+    world = check.world
+    n = len(world.table.variables)
+    for (i, k), column in world.row_columns.items():
+        rows = [r for r, joint in world.row_columns if joint == k]
+        if len(rows) < 2:
+            continue
+        name = world.table.variables[k]
+        J = world.jacobian.copy()
+        J[:, :, k] -= 2.0 * column
+        sentence = (
+            f'J_{k + 1} is {_sum_text(check, k, rows)}, where c_i is the column of row i of the '
+            f'table; here it is {_sum_text(check, k, rows, flipped=i)}'
+        )
+        yield mistaken(check, sentence, J, _column(check, k))
+        J[:, :, k] += column
+        sentence = f'the column of {name} lacks what row {i + 1} of the table adds'
+        yield mistaken(check, sentence, J, _column(check, k))
+    for k, j in permutations(range(n), 2):
+        for sign, text in ((1.0, '+'), (-1.0, '-')):
+            J = world.jacobian.copy()
+            J[:, :, k] += sign * world.jacobian[:, :, j]
+            sentence = f'J_{k + 1} {text} J_{j + 1} stands where J_{k + 1} belongs'
+            yield mistaken(check, sentence, J, _column(check, k))
+
+
+def _sum_text(check: QuantityCheck, k: int, rows: list[int], flipped: int = -1) -> str:
+    variable = check.world.table.variables[k]
+    text = ''
+    for r in rows:
+        positive = float(check.world.table.rows[r].moving.coeff(variable)) > 0.0
+        sign = '+' if positive != (r == flipped) else '-'
+        text += f' {sign} c_{r + 1}' if text or sign == '-' else f'c_{r + 1}'
+    return text.strip()
+
+
+def per_degree(check: QuantityCheck) -> Iterator[Variant]:
+    """Yield the Jacobian for joint velocities in degrees, or with angular rows in degrees."""
+    J = check.world.jacobian
+    turning = ~np.array(check.world.table.slides)
+    scale = np.where(turning, DEGREE, 1.0)
+    sentence = 'the columns of turning joints are per degree, not per radian'
+    yield mistaken(check, sentence, J * scale)
+    rows = np.array([1.0] * 3 + [1.0 / DEGREE] * 3)[:, None]
+    yield mistaken(check, 'the angular rows are in degrees', J * rows)
