@@ -123,13 +123,7 @@ FUNCTIONS: dict[str, Callable[..., Floats]] = {
 }
 
 
+@lru_cache(maxsize=65536)
 def size_of(expression: sp.Expr) -> int:
     """Return the number of nodes of an expression as a tree, shared parts counted each time."""
-    known: dict[sp.Expr, int] = {}
-
-    def count(e: sp.Expr) -> int:
-        if e not in known:
-            known[e] = 1 + sum(count(part) for part in e.args)
-        return known[e]
-
-    return count(expression)
+    return 1 + sum(map(size_of, expression.args))

@@ -26,15 +26,13 @@ from ....robot.task import ROW_NAMES
 from .algebra.arithmetic import Arithmetic
 from .algebra.matrices import Matrix
 from .frames import Frames, frames_of
-from .jacobian import in_axes_of
+from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
 # Longer numerators, by their operations, are not multiplied out: that would be no shorter.
 MOST_OPERATIONS = 150
 # Joints and passive joints of a determinant that is multiplied out, at most.
 MOST_VARIABLES = 6
-
-LINEAR, ANGULAR = frozenset(ROW_NAMES[:3]), frozenset(ROW_NAMES[3:])
 
 
 @dataclass(frozen=True)
@@ -181,23 +179,16 @@ def closed_determinant(
     symbols = writer.arithmetic.names.variables
     if not robot.singularity.task.square or len(symbols) > MOST_VARIABLES:
         return None
-    turned = in_axes_of(J, frames.in_base[_simplest_frame(robot)])
-    rows = writer.matrix(
-        tuple(turned[ROW_NAMES.index(row)] for row in robot.singularity.task.rows)
-    )
+    # The axes in which the loops begin do not turn with the joints before them.
+    task = robot.singularity.task.axes.tolist()
+    frame = robot.description.loops[0].start.row if may_turn(task) else 0
+    turned = in_axes_of(J, frames.in_base[frame])
+    rows = writer.matrix(tuple(turned[k] for k in task))
     # det(A - B D^-1 C) det D = det [[A, B], [C, D]], of which no entry is a quotient.
     slopes = sympy.Matrix([e for loop in loops for e in loop.equations]).jacobian(list(symbols))
     numerator = rows.col_join(slopes).det(method='berkowitz')
     numerator = sympy.factor(_without_products(numerator))
     return numerator / sympy.Mul(*(loop.determinant for loop in loops))
-
-
-def _simplest_frame(robot: Robot) -> int:
-    # Three rows together have the same determinant in any axes: those where the loops begin do not
-    # turn with the joints before them.
-    rows = set(robot.singularity.task.rows)
-    whole = all(part <= rows or not part & rows for part in (LINEAR, ANGULAR))
-    return robot.description.loops[0].start.row if whole else 0
 
 
 def _equations(
@@ -209,12 +200,8 @@ def _equations(
     there = start.inv() * _chain(description, loop.there, loop.meets.motion, arithmetic)
     back = _chain(description, loop.links, IDENTITY, arithmetic)
     turn = back[:3, :3] * there[:3, :3].T
-    gap = [
-        *(back[i, 3] - there[i, 3] for i in range(3)),
-        (turn[2, 1] - turn[1, 2]) / 2,
-        (turn[0, 2] - turn[2, 0]) / 2,
-        (turn[1, 0] - turn[0, 1]) / 2,
-    ]
+    gap = [back[i, 3] - there[i, 3] for i in range(3)]
+    gap += [(turn[i, j] - turn[j, i]) / 2 for i, j in VEE]
     entries = (sympy.expand(gap[ROW_NAMES.index(row)]) for row in loop.rows)
     return tuple(min(_forms(entry), key=sympy.count_ops) for entry in entries)
 

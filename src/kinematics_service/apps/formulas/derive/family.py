@@ -88,7 +88,9 @@ def _candidates(
     if set(by_length) != {0} or multiple < 1 or not set(by_angle) <= {-multiple, 0, multiple}:
         return []
     above, rest = by_angle[multiple], by_angle.get(0, nothing)
-    common = _common_turn(above, arithmetic)
+    n = len(arithmetic.names.variables)
+    turns = {e[:n] for e in above.terms()}
+    common = turns.pop() if len(turns) == 1 else (0,) * n
     shift = sympy.Add(
         *(
             e * (v + arithmetic.offsets[v]) / arithmetic.units[v]
@@ -108,12 +110,6 @@ def _candidates(
     times = sympy.Rational(multiple, arithmetic.units[variable])
     simplicity = (moves, abs(times - 1), int(bool(rest)), parts, len(pure), -index)
     return [_Solved(variable, shift, cosine, sine, rest, False, times, simplicity)]
-
-
-def _common_turn(value: Laurent, arithmetic: Arithmetic) -> tuple[int, ...]:
-    n = len(arithmetic.names.variables)
-    turns = {e[:n] for e in value.terms()}
-    return next(iter(turns)) if len(turns) == 1 else (0,) * n
 
 
 def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[sympy.Expr, ...], sympy.Basic | None]:

@@ -4,7 +4,7 @@ The exact Jacobian by four methods, all in the base frame about the tool's origi
 Rows are the linear three, then the angular three; columns are per rad, or per length unit.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from functools import reduce
 from itertools import accumulate
@@ -201,6 +201,15 @@ METHODS: dict[str, Callable[[Frames, Arithmetic], Matrix]] = {
 def differences(one: Matrix, other: Matrix) -> int:
     """Return the number of terms of the difference of two matrices: 0 if they are equal."""
     return sum(len(a - b) for row, row_2 in zip(one, other) for a, b in zip(row, row_2))
+
+
+def may_turn(rows: Collection[int]) -> bool:
+    """
+    Return whether a determinant of these rows is the same in any axes.
+
+    It is if all three linear rows are among them, or none, and likewise the angular rows.
+    """
+    return all(len(set(part) & set(rows)) in (0, 3) for part in ((0, 1, 2), (3, 4, 5)))
 
 
 def in_axes_of(J: Matrix, T: Matrix) -> Matrix:

@@ -22,7 +22,7 @@ from .algebra.laurent import Laurent, total
 from .algebra.matrices import Matrix, Vector
 from .algebra.quotient import divided
 from .frames import Frames
-from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of
+from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of, may_turn
 from .sampled_poses import PoseSampler
 from .trigonometry import Writer
 
@@ -30,8 +30,6 @@ from .trigonometry import Writer
 MOST_SQUARED = 200
 # Minors of more terms together are written as they are, not as products.
 MOST_WRITTEN = 600
-# The linear ones and the angular ones.
-ROWS = ((0, 1, 2), (3, 4, 5))
 
 
 @dataclass(frozen=True)
@@ -105,12 +103,9 @@ def simplest_view(
     any_point
         Whether the point may be another than the tool: where minors of six rows are looked at.
     """
-    turnable = all(set(part) <= set(rows) or not set(part) & set(rows) for part in ROWS)
     if not any_point:
-        views = [
-            View(in_axes_of(J, T), f'frame {k}', 'the tool')
-            for k, T in enumerate(frames.in_base if turnable else frames.in_base[:1])
-        ]
+        seen_from = frames.in_base if may_turn(rows) else frames.in_base[:1]
+        views = [View(in_axes_of(J, T), f'frame {k}', 'the tool') for k, T in enumerate(seen_from)]
         return min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
     best: tuple[tuple[int, int, int], View] | None = None
     n = len(frames.rows)
@@ -252,11 +247,8 @@ def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
     # g sin^2 + g cos^2 = g: two minors that differ in the axes they are seen in only.
     left = list(terms)
     for term in terms:
-        for sine in (
-            a
-            for a in sympy.Mul.make_args(term)
-            if a.is_Pow and a.exp == 2 and a.base.func == sympy.sin
-        ):
+        squares = [a for a in sympy.Mul.make_args(term) if a.is_Pow and a.exp == 2]
+        for sine in (square for square in squares if square.base.func == sympy.sin):
             partner = term / sine * sympy.cos(sine.base.args[0]) ** 2
             if term in left and partner in left:
                 left.remove(term)

@@ -186,31 +186,20 @@ def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np
     # Which of N poses belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
-        gaps = [
-            _gap(names, claim, joint, _value(names, claim, value, k), q) for k in INTEGERS.tolist()
-        ]
+        # Distance of poses to a condition (rad or m), of an equation to first order.
+        gaps = []
+        for k in INTEGERS.tolist():
+            condition = _ZeroCondition(_value(names, claim, value, k))
+            if joint < 0:
+                slope = np.linalg.norm(condition.gradient(q), axis=-1)
+                gap = np.abs(condition(q)) / np.maximum(slope, np.finfo(float).tiny)
+            else:
+                gap = np.abs(q[:, joint] - condition(q) * _unit(names, claim, joint))
+                if not names.table.slides[joint]:
+                    gap = np.abs(np.remainder(gap + np.pi, 2 * np.pi) - np.pi)
+            gaps.append(np.where(np.isfinite(gap), gap, np.inf))
         holds &= np.min(gaps, axis=0) <= CLAIM_TOLERANCE
     return holds
-
-
-def _gap(
-    names: FormulaNames,
-    claim: Statement,
-    joint: int,
-    function: Callable[[Floats], Floats],
-    q: Floats,
-) -> Floats:
-    # Distance of poses to a condition (rad or m), of an equation to first order; inf where it has
-    # no value.
-    if joint < 0:
-        equation = _ZeroCondition(function)
-        slope = np.linalg.norm(equation.gradient(q), axis=-1)
-        gap = np.abs(equation(q)) / np.maximum(slope, np.finfo(float).tiny)
-    else:
-        gap = np.abs(q[:, joint] - function(q) * _unit(names, claim, joint))
-        if not names.table.slides[joint]:
-            gap = np.abs(np.remainder(gap + np.pi, 2 * np.pi) - np.pi)
-    return np.where(np.isfinite(gap), gap, np.inf)
 
 
 def _whole(

@@ -61,10 +61,6 @@ class FormulaNames:
         fits = found[1] == 'q' or (found[1] == 'd') == slides[index]
         return index if fits else None
 
-    def constant(self, key: str) -> sp.Symbol | None:
-        """Return the symbol of a named constant, or None."""
-        return self.constants.get(key)
-
     def value(self, token: FormulaToken, settings: Settings, general: bool = False) -> Value:
         """
         Return what a name stands for: a symbol, an expression, or a matrix.
@@ -110,12 +106,14 @@ class FormulaNames:
     def _factors(self, key: str) -> list[str]:
         # Cut a name that is a product of joints, constants and shorthands, each with its number.
         factors = FACTOR.findall(key)
-        known = ''.join(factors) == key and len(factors) > 1
-        return factors if known and all(map(self._is_scalar, factors)) else []
-
-    def _is_scalar(self, key: str) -> bool:
-        known = self.joint(key) is not None or key in self.constants
-        return known or SHORTHAND.fullmatch(key) is not None
+        is_product = ''.join(factors) == key and len(factors) > 1
+        are_scalars = (
+            self.joint(factor) is not None
+            or factor in self.constants
+            or SHORTHAND.fullmatch(factor)
+            for factor in factors
+        )
+        return factors if is_product and all(are_scalars) else []
 
     def _shorthand(self, found: re.Match[str], token: FormulaToken) -> sp.Expr:
         variables, total = self.table.variables, sp.Integer(0)

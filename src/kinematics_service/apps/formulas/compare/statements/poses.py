@@ -182,7 +182,7 @@ def _given(raw: Raw, settings: Settings, names: FormulaNames) -> tuple[sp.Symbol
     at = raw.left.at
     key = raw.left.text if raw.left.kind == 'name' else ''
     joint = names.joint(key)
-    symbol = names.constant(key) if joint is None else names.table.variables[joint]
+    symbol = names.constants.get(key) if joint is None else names.table.variables[joint]
     if symbol is None:
         known = ', '.join(s.name for s in (*names.table.variables, *names.table.constants))
         raise at.fault(f'at: {at.written!r} is neither a joint nor a constant (known: {known})')

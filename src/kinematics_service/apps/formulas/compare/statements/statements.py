@@ -170,7 +170,7 @@ class _Reader:
         key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
         if raw.left.kind != 'name' or raw.claim or key in COORDINATES:
             return ''
-        if self.names.joint(key) is not None or self.names.constant(key) is not None:
+        if self.names.joint(key) is not None or key in self.names.constants:
             return ''
         return key
 
@@ -202,7 +202,7 @@ class _Reader:
         general = raw.left.kind == 'name' and quantity_of(key) == Quantity('general')
         value = self._value(raw.right, replace(context, general=general))
         if raw.left.kind == 'name' and key not in COORDINATES:
-            if (constant := self.names.constant(key)) is not None and not is_matrix(value):
+            if (constant := self.names.constants.get(key)) is not None and not is_matrix(value):
                 if not value.is_number:
                     raise raw.left.at.fault(
                         f'{constant} is a constant of the robot: give it a number'

@@ -91,17 +91,8 @@ def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
     pieces, complete = _pieces(polynomial)
     if pieces is None:
         return _whole(value, arithmetic, complete)
-    steps = polynomial.steps
-    halves = [
-        (
-            {
-                tuple(x * step for x, step in zip(e, steps)): c
-                for e, c in _turned_back(piece, polynomial.turns).items()
-            },
-            power,
-        )
-        for piece, power in pieces
-    ]
+    turns, steps = polynomial.turns, polynomial.steps
+    halves = [(_turned_back(piece, turns, steps), power) for piece, power in pieces]
     wholes = paired([h for h in halves if arithmetic.moves(h[0])], arithmetic)
     if wholes is None:
         return _whole(value, arithmetic, complete=False, alone=True)
@@ -132,13 +123,9 @@ def stays_whole(value: Laurent, arithmetic: Arithmetic) -> bool:
 def _sliding_monomials(value: Laurent, arithmetic: Arithmetic) -> list[RealFactor]:
     # A prismatic variable that divides every term was taken off with the exponents.
     ring, terms = arithmetic.ring, value.terms()
-    found = []
-    for variable in arithmetic.names.variables:
-        index = ring.index('number', variable)
-        power = min(e[index] for e in terms)
-        if power:
-            found.append(RealFactor(ring.power(index), power))
-    return found
+    indices = [ring.index('number', variable) for variable in arithmetic.names.variables]
+    powers = [min(e[k] for e in terms) for k in indices]
+    return [RealFactor(ring.power(k), power) for k, power in zip(indices, powers) if power]
 
 
 def _whole(
@@ -292,7 +279,7 @@ def _candidates(element: PolyElement) -> Iterator[PolyElement]:
         turns, real = turned
         R, *_ = polynomial_ring([f'x{j}' for j in range(len(degrees))], ZZ)
         for factor, _ in _factor_list(R.from_dict(real)):
-            back = _turned_back(factor, turns)
+            back = _turned_back(factor, turns, [1] * len(turns))
             if len(back) > 1 and _stays_whole(factor):
                 yield ring.from_dict({e: ZZ_I(a, b) for e, (a, b) in back.items()})
 
@@ -360,13 +347,14 @@ def stays_whole_beside_i(cut: PolyElement) -> bool:
     return False
 
 
-def _turned_back(piece: PolyElement, turns: Sequence[int]) -> Terms:
+def _turned_back(piece: PolyElement, turns: Sequence[int], steps: Sequence[int]) -> Terms:
     terms: Terms = {}
     for exponents, c in piece.terms():
         c = ZZ_I.convert(c)
         a, b = int(c.x), int(c.y)
         quarter = -sum(t * e for t, e in zip(turns, exponents)) % 4
-        terms[tuple(exponents)] = ((a, b), (-b, a), (-a, -b), (b, -a))[quarter]
+        turned = tuple(e * step for e, step in zip(exponents, steps))
+        terms[turned] = ((a, b), (-b, a), (-a, -b), (b, -a))[quarter]
     return terms
 
 

@@ -155,7 +155,9 @@ def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     unit = _unit(moved[e], moved[_mirrored(e, set(indices))])
     real = {e: _product(unit, c) for e, c in moved.items()}
     common = math.gcd(*(x for pair in real.values() for x in pair))
-    if _leading_is_negative(real):
+    # A convention: sin q and cos q, not their negatives.
+    a, b = real[max(real)]
+    if (a, -b) < (0, 0):
         common = -common
     real = {e: (a // common, b // common) for e, (a, b) in real.items()}
     result = from_terms(arithmetic.ring, real)
@@ -192,9 +194,3 @@ def upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     if _is_whole(terms, _angle_indices(arithmetic)):
         return upright(terms, arithmetic)
     return from_terms(arithmetic.ring, terms)
-
-
-def _leading_is_negative(terms: Terms) -> bool:
-    # A convention: sin q and cos q, not their negatives.
-    a, b = terms[max(terms)]
-    return a < 0 or (a == 0 and b > 0)
