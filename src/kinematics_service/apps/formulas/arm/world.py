@@ -108,9 +108,7 @@ class World:
 
     def columns_of(self, joints: Sequence[int]) -> Floats:
         """Return the columns of some joints as if no loop moved any, shape (N, 6, k)."""
-        return self._summed(self._row_columns(joints), joints)
-
-    def _summed(self, parts: Mapping[tuple[int, int], Floats], joints: Sequence[int]) -> Floats:
+        parts = self._row_columns(joints)
         J = np.zeros((self.poses, 6, len(joints)), np.result_type(float, *parts.values()))
         for (_, k), column in parts.items():
             J[:, :, joints.index(k)] += column
@@ -121,7 +119,7 @@ class World:
         """
         Return J in base axes, reference point the tool's origin, shape (N, 6, n), linear first.
         """
-        J = self._summed(self.row_columns, range(len(self.table.variables)))
+        J = self.columns_of(range(len(self.table.variables)))
         if self.coupling is None:
             return J
         n = self.table.joints

@@ -61,15 +61,12 @@ def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
     best = min(found, key=lambda solved: solved.simplicity)
     solutions, condition = _roots(best, writer)
     offset = 0 if best.slides else arithmetic.offsets[best.variable]
-    shifted = tuple(_divided(root - best.shift, best.multiple) - offset for root in solutions)
+    sums = (sympy.Add.make_args(root - best.shift) for root in solutions)
+    shifted = tuple(sympy.Add(*(part / best.multiple for part in s)) - offset for s in sums)
     parts = [writer.expression(part) for part in (best.cosine, best.sine, best.rest)]
     moving = any(_has_joint(part, writer) for part in parts[:2])
     free = tuple(dict.fromkeys(part for part in parts if part != 0)) if moving else ()
     return Family(best.variable, shifted, condition, free)
-
-
-def _divided(angle: sympy.Expr, multiple: sympy.Expr) -> sympy.Expr:
-    return sympy.Add(*(part / multiple for part in sympy.Add.make_args(angle)))
 
 
 def _candidates(

@@ -112,16 +112,16 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     exact = derivation.exact
     q = exact.sampler.random(POSES, within=True)
     expressions = file_factors(robot, derivation.names)
-    product = np.ones(len(q))
-    reference = np.ones(len(q))
+    product = reference = np.ones(len(q))
     for factor in derivation.singular_set.factors:
         own = expressions.get(factor.name)
-        alike = (e for e in expressions.values() if _is_multiple(e, factor.expression))
+        ratios = ((e, sympy.simplify(e / factor.expression)) for e in expressions.values())
+        alike = (e for e, ratio in ratios if ratio.is_number)
         listed = next(alike, None) if own is None else own
         if listed is None:
             return float('inf')
-        product *= evaluated(listed, derivation.names, q) ** factor.power
-        reference *= evaluated(factor.expression, derivation.names, q) ** factor.power
+        product = product * evaluated(listed, derivation.names, q) ** factor.power
+        reference = reference * evaluated(factor.expression, derivation.names, q) ** factor.power
     if derivation.singular_set.determinant.square:
         reference = np.linalg.det(exact.sampler.arm(q).J_t)
     if not derivation.singular_set.factors:
@@ -130,10 +130,6 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
     constant = product[best] / reference[best]
     error = np.abs(product - constant * reference)
     return float(np.max(error) / np.max(np.abs(product)))
-
-
-def _is_multiple(one: sympy.Expr, other: sympy.Expr) -> bool:
-    return bool(sympy.simplify(one / other).is_number)
 
 
 def checked_text(derivation: Derivation, text: str) -> None:

@@ -106,12 +106,8 @@ def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
     turning = [j for j, turns in enumerate(arm.turns) if turns]
     if not angular or len(turning) < 3:
         return arm.tool
-    for count in (3, 2):
-        last = turning[-count:]
-        point = _meeting_point(arm, last)
-        if point is not None:
-            return point
-    return arm.tool
+    points = (_meeting_point(arm, turning[-count:]) for count in (3, 2))
+    return next((point for point in points if point is not None), arm.tool)
 
 
 def _meeting_point(arm: ArmAtPoses, joints: Sequence[int]) -> Floats | None:

@@ -352,9 +352,8 @@ def singular_factors(
     product: Factored, search: FamilySearch, writer: Writer, frames: Frames, J_t: Matrix
 ) -> tuple[SingularFactor, ...]:
     """Return the factors with their names and what their families mean."""
-    sampler, arithmetic = search.sampler, search.arithmetic
-    names = arithmetic.names
-    listed = file_factors(sampler.robot, names)
+    arithmetic = search.arithmetic
+    listed = file_factors(search.sampler.robot, arithmetic.names)
     found: list[SingularFactor] = []
     taken: set[str] = set()
     for factor in product.factors:
@@ -371,7 +370,7 @@ def singular_factors(
             }
             sampled = tuple(claim for claim, proved in proofs.items() if not proved)
         expression = writer.expression(factor.value)
-        own = _listed_name(listed, search.numbers(factor.value), sampler, names)
+        own = next((n for n, e in listed.items() if _is_multiple(e, factor.value, search)), None)
         # Two factors of one kind get numbers: elbow, elbow_2.
         stem = own or seen.geometric or str(expression)
         numbered = chain([stem], (f'{stem}_{k}' for k in count(2)))
@@ -412,16 +411,11 @@ def file_factors(robot: Robot, names: Names) -> dict[str, sympy.Expr]:
     return {factor.name: names.expression(factor.text) for factor in factors}
 
 
-def _listed_name(
-    listed: dict[str, sympy.Expr], numbers: Numbers, sampler: PoseSampler, names: Names
-) -> str | None:
+def _is_multiple(expression: sympy.Expr, factor: Laurent, search: FamilySearch) -> bool:
     # The same factor has the same ratio everywhere.
-    q = sampler.random(20)
-    for name, expression in listed.items():
-        ratio = evaluated(expression, names, q) / numbers(q)
-        if np.ptp(ratio) < 1e-9 * abs(float(ratio[0])):
-            return name
-    return None
+    q = search.sampler.random(20)
+    ratio = evaluated(expression, search.arithmetic.names, q) / search.numbers(factor)(q)
+    return bool(np.ptp(ratio) < 1e-9 * abs(float(ratio[0])))
 
 
 def evaluated(expression: sympy.Expr, names: Names, q: Floats) -> Floats:

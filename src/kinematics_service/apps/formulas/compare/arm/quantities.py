@@ -170,7 +170,12 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
         return np.asarray(np.asarray(arm.frame(i - 1))[origin] - pose[origin])
     J = np.asarray(arm.jacobian)
     if kind == 'numeric':
-        return _with_rotation_taken_out(J[..., i - 1])
+        # dT/dq with the rotation taken out: the twist of the column as a 4 x 4 matrix.
+        D = np.zeros((*J.shape[:-2], 4, 4), dtype=J.dtype)
+        D[..., :3, 3] = J[..., :3, i - 1]
+        for row, (k, l) in enumerate(((2, 1), (0, 2), (1, 0)), 3):
+            D[..., k, l], D[..., l, k] = J[..., row, i - 1], -J[..., row, i - 1]
+        return D
     return arranged(J, arm, quantity, reading)
 
 
@@ -179,15 +184,6 @@ def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp
     if quantity.kind in ('det', 'general') or quantity.form in ANGLES:
         return None
     return sp.ImmutableDenseMatrix(value_of(quantity, arm, reading))
-
-
-def _with_rotation_taken_out(column: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    D = np.zeros((*column.shape[:-1], 4, 4), dtype=column.dtype)
-    D[..., :3, 3] = column[..., :3]
-    for k, (row, col) in enumerate(((2, 1), (0, 2), (1, 0))):
-        D[..., row, col] = column[..., 3 + k]
-        D[..., col, row] = -column[..., 3 + k]
-    return D
 
 
 def arranged(J: Floats, arm: World | SymbolicArm, quantity: Quantity, reading: Settings) -> Floats:

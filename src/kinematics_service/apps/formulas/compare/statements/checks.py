@@ -16,7 +16,7 @@ import sympy as sp
 
 from .....robot.robot import Robot
 from ...arm.numbers import DEGREE, Evaluation, Floats
-from ...arm.table import Table, general_row
+from ...arm.table import general_row
 from ...arm.world import World
 from ..arm.quantities import ANGLES, ROWS, Quantity, row_order, value_of
 from ..text.file import Settings
@@ -161,7 +161,8 @@ class QuantityCheck(Check):
         if self.quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]
         if self.quantity.kind == 'general':
-            return _general(self.names.table, world)
+            table = replace(world.table, rows=(general_row(self.names.table),), variables=())
+            return World(table, world.evaluation.values, world.poses).rows[0]
         return np.asarray(value_of(self.quantity, world, reading))
 
     def cut(self, whole: Floats, quantity: Quantity) -> Floats:
@@ -252,8 +253,3 @@ def task_determinant(robot: Robot, world: World) -> Floats:
     if J_t.shape[1] != J_t.shape[2]:
         return np.full(len(J_t), np.nan)
     return np.asarray(np.linalg.det(J_t))
-
-
-def _general(table: Table, world: World) -> Floats:
-    general = replace(table, rows=(general_row(table),), variables=())
-    return World(general, world.evaluation.values, world.poses).rows[0]

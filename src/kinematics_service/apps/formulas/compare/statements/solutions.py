@@ -145,7 +145,12 @@ class PoseSearch:
         }
         for step_left in reversed(range(STEPS if self.moving else 1)):
             world = World(table, values, len(at), still=still)
-            gap = self._twist_to(target, world.pose)[:, : self.rows]
+            # The twist (v, w) that brings the pose there, to first order: 0 for the same pose, and
+            # for complex poses also for half a turn.
+            R = target[:, :3, :3] @ np.swapaxes(world.pose[:, :3, :3], 1, 2)
+            w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
+            twist = np.concatenate([target[:, :3, 3] - world.pose[:, :3, 3], w], axis=1)
+            gap = twist[:, : self.rows]
             if not step_left or float(np.max(np.abs(gap))) <= HIT / 10:
                 break
             J = world.columns_of(self.moving)[:, : self.rows]
@@ -164,13 +169,6 @@ class PoseSearch:
                 length = values[table.variables[k]]
                 reached &= (length >= low - HIT) & (length <= high + HIT)
         return reached
-
-    def _twist_to(self, target: Floats, pose: Floats) -> Floats:
-        # The twist (v, w) that brings the pose there, to first order: 0 for the same pose, and for
-        # complex poses also for half a turn.
-        R = target[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
-        w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
-        return np.concatenate([target[:, :3, 3] - pose[:, :3, 3], w], axis=1)
 
 
 class EquationCheck(Check):

@@ -160,10 +160,13 @@ class _Reader:
                 fixed.append(found)
             else:
                 maybe_unused.append((raw, None))
-        unused = tuple(
-            self._unused(raw, fault) for raw, fault in maybe_unused if id(raw) not in self.used
-        )
-        return Understood(tuple(statements), tuple(fixed), tuple(self.faults), unused)
+        unused = []
+        for raw, cause in maybe_unused:
+            if id(raw) not in self.used:
+                why = f' ({cause.line}:{cause.column}: {cause.message})' if cause else ''
+                message = 'is no formula this command knows, and no other formula uses it'
+                unused.append(raw.left.at.fault(f'{raw.left.at.written!r} {message}{why}'))
+        return Understood(tuple(statements), tuple(fixed), tuple(self.faults), tuple(unused))
 
     def _definition_key(self, raw: Raw) -> str:
         # The name that other formulas use; joints, constants and coordinates are the robot's.
@@ -300,13 +303,6 @@ class _Reader:
             return found
         others = [local[key] for local in self.local.values() if key in local]
         return others[0] if len(others) == 1 else None
-
-    def _unused(self, raw: Raw, fault: FormulaError | None) -> FormulaError:
-        why = f' ({fault.line}:{fault.column}: {fault.message})' if fault else ''
-        return raw.left.at.fault(
-            f'{raw.left.at.written!r} is no formula this command knows, and no other formula uses '
-            f'it{why}'
-        )
 
 
 def _refuse_long(value: sp.Expr, at: FormulaToken) -> None:

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TypedDict
+from typing import Any
 
 from .....errors import FormulaError
 from .syntax import CLOSING, Node, parse, parse_lines
@@ -28,17 +28,8 @@ DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
 
-class Change(TypedDict, total=False):
-    """Fields of `Settings` that one word of a file sets."""
-
-    angular_first: bool
-    axes: str
-    degrees: bool
-    first_frame: int
-
-
 # Accepted words of each setting, and the fields they set.
-CHOICES: dict[str, dict[str, Change]] = {
+CHOICES: dict[str, dict[str, dict[str, Any]]] = {
     'rows': {'linear first': {'angular_first': False}, 'angular first': {'angular_first': True}},
     'frame': {'base': {'axes': 'base'}, 'tool': {'axes': 'tool'}},
     'units': {'rad': {'degrees': False}, 'deg': {'degrees': True}},
@@ -141,7 +132,10 @@ def read_formulas(text: str) -> FormulaFile:
                 words = found[1].lower()
                 said = chunk.after(len(chunk.text) - len(found[2].lstrip()))
                 if words == 'singular':
-                    raw.append(_claim(said, settings))
+                    conditions = tuple(_equations(said, settings))
+                    if not conditions:
+                        raise said.fault("expected a condition, such as 'singular: q3 = k*pi'")
+                    raw.append(replace(conditions[0], claim=conditions))
                 else:
                     settings = _set(settings, words, said)
                 continue
@@ -290,13 +284,6 @@ def _without_joints(tokens: list[FormulaToken]) -> list[FormulaToken]:
         return tokens
     inside = [token.text for token in rest[1:-1] if token.text != ',']
     return [name] if inside and all(map(JOINTS.fullmatch, inside)) else tokens
-
-
-def _claim(said: _Chunk, settings: Settings) -> Raw:
-    conditions = tuple(_equations(said, settings))
-    if not conditions:
-        raise said.fault("expected a condition, such as 'singular: q3 = k*pi'")
-    return replace(conditions[0], claim=conditions)
 
 
 def _set(settings: Settings, name: str, said: _Chunk) -> Settings:

@@ -238,15 +238,12 @@ def _in_quarters(angle: sympy.Expr) -> tuple[int, sympy.Expr]:
     # Whole quarter turns and the rest, which is the angle itself where it has a part of pi.
     turns = sympy.expand(angle).coeff(sympy.pi)
     rest = sympy.expand(angle - turns * sympy.pi)
-    if rest.is_number and not rest.is_zero and abs(_quarter_error(rest)) < NEAREST_DOUBLE:
-        turns, rest = turns + sympy.Rational(round(float(rest) * 2 / math.pi), 2), sympy.Integer(0)
+    if rest.is_number and not rest.is_zero:
+        printed = float(rest) * 2 / math.pi
+        if round(printed) and abs(printed - round(printed)) < NEAREST_DOUBLE:
+            turns, rest = turns + sympy.Rational(round(printed), 2), sympy.Integer(0)
     quarters = 2 * turns
     return (int(quarters), rest) if quarters.is_Integer else (0, angle)
-
-
-def _quarter_error(angle: sympy.Expr) -> float:
-    turned = float(angle) * 2 / math.pi
-    return turned - round(turned) if round(turned) else 1.0
 
 
 def _odd_angle(ring: Ring, angle: sympy.Expr) -> Laurent:

@@ -19,7 +19,8 @@ def text_of(blocks: Sequence[Block]) -> str:
         if isinstance(block, Heading):
             lines += ['', block.text, '=-~'[block.level - 1] * len(block.text)]
         elif isinstance(block, Equation):
-            lines += _equation(_plain(block.left), block.right)
+            left = block.left.replace('\\dot{q}', 'qdot')
+            lines += _equation(re.sub(r'[\\{}]', '', left), block.right)
         else:
             lines.append(''.join(p if isinstance(p, str) else written(p) for p in block.parts))
     # One empty line where two matrices follow each other.
@@ -29,12 +30,6 @@ def text_of(blocks: Sequence[Block]) -> str:
 def written(expression: sympy.Expr | sympy.Matrix) -> str:
     """Return an expression in one line."""
     return str(DecimalPrinter().doprint(expression))
-
-
-def _plain(left: str) -> str:
-    if left.startswith('\\dot'):
-        return 'qdot(t)'
-    return re.sub(r'[\\{}]', '', left)
 
 
 def _equation(left: str, right: sympy.Expr) -> list[str]:
