@@ -183,7 +183,7 @@ def closed_determinant(
     task = robot.singularity.task.axes.tolist()
     frame = robot.description.loops[0].start.row if may_turn(task) else 0
     turned = in_axes_of(J, frames.in_base[frame])
-    rows = writer.matrix(tuple(turned[k] for k in task))
+    rows = writer.matrix(turned[task])
     # det(A - B D^-1 C) det D = det [[A, B], [C, D]], of which no entry is a quotient.
     slopes = sympy.Matrix([e for loop in loops for e in loop.equations]).jacobian(list(symbols))
     numerator = rows.col_join(slopes).det(method='berkowitz')
@@ -201,7 +201,7 @@ def _equations(
     back = _chain(description, loop.links, IDENTITY, arithmetic)
     turn = back[:3, :3] * there[:3, :3].T
     gap = [back[i, 3] - there[i, 3] for i in range(3)]
-    gap += [(turn[i, j] - turn[j, i]) / 2 for i, j in VEE]
+    gap += [(turn[i, j] - turn[j, i]) / 2 for i, j in zip(*VEE)]
     entries = (sympy.expand(gap[ROW_NAMES.index(row)]) for row in loop.rows)
     return tuple(min(_forms(entry), key=sympy.count_ops) for entry in entries)
 

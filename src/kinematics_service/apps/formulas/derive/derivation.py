@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from math import comb
 
+import numpy as np
 import sympy
 
 from ....errors import DerivationError
@@ -113,12 +114,12 @@ class Derivation:
     @cached_property
     def z(self) -> tuple[sympy.Matrix, ...]:
         """Return the direction of the axis of each row that moves, base axes."""
-        return tuple(self.exact.writer.matrix(tuple(zip(axis.z))) for axis in self._axes)
+        return tuple(self.exact.writer.matrix(axis.z[:, None]) for axis in self._axes)
 
     @cached_property
     def o(self) -> tuple[sympy.Matrix, ...]:
         """Return a point on the axis of each row that moves, base axes."""
-        return tuple(self.exact.writer.matrix(tuple(zip(axis.o))) for axis in self._axes)
+        return tuple(self.exact.writer.matrix(axis.o[:, None]) for axis in self._axes)
 
     @property
     def _axes(self) -> tuple[ways.Axis, ...]:
@@ -211,7 +212,8 @@ class Derivation:
             There is no such frame.
         """
         J = self.exact.jacobian_in(frame)
-        return self._by_joints(self.exact.writer.matrix((*J[3:], *J[:3]) if angular_first else J))
+        J = np.roll(J, 3, axis=0) if angular_first else J
+        return self._by_joints(self.exact.writer.matrix(J))
 
     def _by_joints(self, J: sympy.Matrix) -> sympy.Matrix:
         return J * self.loop_coupling if self.loops else J
@@ -336,7 +338,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     if families is None:
         return None
     product = without_integers(families, writer)
-    J_t = tuple(minors.view.J[i] for i in sampler.rows)
+    J_t = minors.view.J[[*sampler.rows]]
     factors = singular_factors(product, search, writer, exact.frames, J_t)
     constant = writer.expression(product.constant)
     remainder = remainder_of(rests, writer, arithmetic)

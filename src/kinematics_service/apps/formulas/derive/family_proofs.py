@@ -14,7 +14,7 @@ import numpy as np
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import factored
 from .algebra.laurent import Laurent, Ring, Terms, from_terms, total
-from .algebra.matrices import Matrix, inverse, product
+from .algebra.matrices import Matrix, inverse
 from .algebra.numeric import Numbers
 from .algebra.quotient import divided
 from .frames import Frames
@@ -181,9 +181,9 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
         J = in_axes_of(geometric(frames, arithmetic), frames.in_base[lost.frame])
     else:
         axes = axes_seen_from(frames, lost.point)
-        J = about(frames, arithmetic, axes, (arithmetic.ring.number(0),) * 3)
+        J = about(frames, arithmetic, axes, np.full(3, arithmetic.ring.number(0)))
         T_base_point, T_base_frame = frames.in_base[lost.point], frames.in_base[lost.frame]
-        J = in_axes_of(J, product(inverse(T_base_point), T_base_frame))
+        J = in_axes_of(J, inverse(T_base_point) @ T_base_frame)
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
         return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])

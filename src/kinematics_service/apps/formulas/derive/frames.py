@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import reduce
 from itertools import accumulate, groupby
 
+import numpy as np
 import sympy
 
 from ....errors import DerivationError
@@ -18,7 +19,7 @@ from ....robot.file.parts.description import (
     RobotDescription,
 )
 from .algebra.arithmetic import NOTHING, Arithmetic
-from .algebra.matrices import Matrix, identity, inverse, product, transposed
+from .algebra.matrices import Matrix, identity, inverse
 from .algebra.names import Affine
 
 # The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
@@ -85,14 +86,13 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     """
     rows = tuple(_row(link, description.convention, arithmetic) for link in description.links)
     transforms = tuple(
-        product(product(row.before, arithmetic.screw_z(row.theta, row.d)), row.after)
-        for row in rows
+        row.before @ arithmetic.screw_z(row.theta, row.d) @ row.after for row in rows
     )
     tool = _motion(description.tool.motion, arithmetic)
     base = _motion(description.base.motion, arithmetic)
-    in_base = tuple(accumulate(transforms, product, initial=base))
-    T = product(in_base[-1], tool)
-    size = sum(len(entry) for row in T for entry in row)
+    in_base = tuple(accumulate(transforms, np.matmul, initial=base))
+    T = in_base[-1] @ tool
+    size = sum(map(len, T.flat))
     if size > MOST_TERMS:
         nearly = any(one.approximate for one in description.singularity.factors)
         said = description.uncertainty
@@ -128,15 +128,13 @@ def _row(link: Link, convention: str, arithmetic: Arithmetic) -> ExactRow:
         argument = names.affine(link.argument.text, is_angle=link.turns)
         turn = arithmetic.turn(link.axis[1])
         theta, d = (argument, NOTHING) if link.turns else (NOTHING, argument)
-        return ExactRow(turn, theta, d, transposed(turn))
+        return ExactRow(turn, theta, d, turn.T)
     before = _motion(link.inner, arithmetic)
     after = inverse(_motion(link.outer, arithmetic))
     if link.joint is None:
         return ExactRow(before, NOTHING, NOTHING, after)
     joint = _row(link.joint, convention, arithmetic)
-    return ExactRow(
-        product(before, joint.before), joint.theta, joint.d, product(joint.after, after)
-    )
+    return ExactRow(before @ joint.before, joint.theta, joint.d, joint.after @ after)
 
 
 def _constants(motions: Sequence[NamedMotion], link: DhRow, arithmetic: Arithmetic) -> Matrix:
@@ -151,7 +149,7 @@ def _constants(motions: Sequence[NamedMotion], link: DhRow, arithmetic: Arithmet
             else:
                 length += names.length(text)
         screws.append(arithmetic.about_axis(axis, (angle, {}), (length, {})))
-    return reduce(product, screws) if screws else identity(arithmetic.ring)
+    return reduce(np.matmul, screws) if screws else identity(arithmetic.ring)
 
 
 def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
@@ -170,14 +168,14 @@ def _motion(motion: RigidMotion, arithmetic: Arithmetic) -> Matrix:
     translation = arithmetic.constant_matrix(
         [[1, 0, 0, x], [0, 1, 0, y], [0, 0, 1, z], [0, 0, 0, 1]]
     )
-    return product(translation, R)
+    return translation @ R
 
 
 def _rotation(angles: Sequence[sympy.Expr], arithmetic: Arithmetic) -> Matrix:
     roll, pitch, yaw = angles
     about = arithmetic.about_axis
-    turned = product(about('z', (yaw, {}), NOTHING), about('y', (pitch, {}), NOTHING))
-    return product(turned, about('x', (roll, {}), NOTHING))
+    turned = about('z', (yaw, {}), NOTHING) @ about('y', (pitch, {}), NOTHING)
+    return turned @ about('x', (roll, {}), NOTHING)
 
 
 def _roll_pitch_yaw(turns: list[list[sympy.Expr]], motion: RigidMotion) -> list[sympy.Expr]:

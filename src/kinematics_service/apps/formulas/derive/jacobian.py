@@ -9,27 +9,15 @@ from dataclasses import dataclass
 from functools import reduce
 from itertools import accumulate
 
+import numpy as np
 import sympy
 
 from .algebra.arithmetic import Arithmetic
-from .algebra.laurent import total
-from .algebra.matrices import (
-    Matrix,
-    Vector,
-    cross,
-    identity,
-    inverse,
-    minus,
-    position_of,
-    product,
-    rotation_of,
-    times,
-    transposed,
-)
+from .algebra.matrices import Matrix, identity, inverse
 from .frames import Frames
 
 # Entries of an antisymmetric matrix that are its vector.
-VEE = ((2, 1), (0, 2), (1, 0))
+VEE = ([2, 0, 1], [1, 2, 0])
 
 
 @dataclass(frozen=True)
@@ -37,8 +25,8 @@ class Axis:
     """The axis one row of the table moves along: its direction z and a point o on it."""
 
     row: int
-    z: Vector
-    o: Vector
+    z: Matrix
+    o: Matrix
 
 
 def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
@@ -60,8 +48,8 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
     for row, T in _row_starts(frames, frame):
         exact = frames.rows[row]
         if exact.moves:
-            start = product(T, exact.before)
-            axes.append(Axis(row, transposed(start)[2][:3], position_of(start)))
+            start = T @ exact.before
+            axes.append(Axis(row, start[:3, 2], start[:3, 3]))
     return tuple(sorted(axes, key=lambda axis: axis.row))
 
 
@@ -71,9 +59,9 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
         yield from enumerate(frames.in_base[:-1])
         return
     before, after = frames.row_transforms[:frame], frames.row_transforms[frame:]
-    onwards = accumulate(after, product, initial=identity(frames.tool[0][0].ring))
+    onwards = accumulate(after, np.matmul, initial=identity(frames.tool[0][0].ring))
     yield from zip(range(frame, len(frames.rows)), onwards)
-    yield from zip(reversed(range(frame)), accumulate(map(inverse, reversed(before)), product))
+    yield from zip(reversed(range(frame)), accumulate(map(inverse, reversed(before)), np.matmul))
 
 
 def coupling(frames: Frames, arithmetic: Arithmetic) -> sympy.Matrix:
@@ -88,7 +76,7 @@ def coupling(frames: Frames, arithmetic: Arithmetic) -> sympy.Matrix:
 
 
 def jacobian_of(
-    frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], linear: Sequence[Vector]
+    frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], linear: Sequence[Matrix]
 ) -> Matrix:
     """
     Return J of axes, in the frame they are seen from: J = J_open C, with the `coupling` C.
@@ -98,26 +86,26 @@ def jacobian_of(
     linear
         Velocity of the point while the row of each axis turns, per rad.
     """
-    nothing = (arithmetic.ring.number(0),) * 3
-    open_: list[Vector] = []
+    nothing = np.full(3, arithmetic.ring.number(0))
+    open_: list[Matrix] = []
     for axis, velocity in zip(axes, linear):
         row = frames.rows[axis.row]
-        open_ += [(*velocity, *axis.z)] if row.theta[1] else []
-        open_ += [(*axis.z, *nothing)] if row.d[1] else []
+        open_ += [np.concatenate([velocity, axis.z])] if row.theta[1] else []
+        open_ += [np.concatenate([axis.z, nothing])] if row.d[1] else []
     C = arithmetic.constant_matrix(coupling(frames, arithmetic).tolist())
-    return product(transposed(tuple(open_)), C)
+    return np.transpose(open_) @ C
 
 
-def about(frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], point: Vector) -> Matrix:
+def about(frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], point: Matrix) -> Matrix:
     """Return J of axes about a point by z x (p - o) and z, in the frame both are seen from."""
-    linear = [cross(axis.z, minus(point, axis.o)) for axis in axes]
+    linear = [np.cross(axis.z, point - axis.o) for axis in axes]
     return jacobian_of(frames, arithmetic, axes, linear)
 
 
 def geometric(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     """Return J by z x (p - o) and z; of a prismatic joint [z; 0]."""
     axes = axes_seen_from(frames, -1)
-    return about(frames, arithmetic, axes, position_of(frames.T_base_tool))
+    return about(frames, arithmetic, axes, frames.T_base_tool[:3, 3])
 
 
 def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
@@ -127,15 +115,14 @@ def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     s_o is added up link by link from the tool backwards, s_o(i) = s_o(i + 1) - R_i step_i, as in
     "000_823ec4230178d515.txt", lines 40-58; the rows are put linear first here.
     """
-    tool = times(rotation_of(frames.in_base[-1]), position_of(frames.tool))
-    seen: Vector = tuple(-e for e in tool)
-    s_o: dict[int, Vector] = {}
+    seen = -(frames.in_base[-1][:3, :3] @ frames.tool[:3, 3])
+    s_o: dict[int, Matrix] = {}
     for k, row in reversed([*enumerate(frames.rows)]):
-        R = rotation_of(frames.in_base[k])
-        seen = minus(seen, times(R, position_of(frames.row_transforms[k])))
-        s_o[k] = tuple(a + b for a, b in zip(seen, times(R, position_of(row.before))))
+        R = frames.in_base[k][:3, :3]
+        seen = seen - R @ frames.row_transforms[k][:3, 3]
+        s_o[k] = seen + R @ row.before[:3, 3]
     axes = axes_seen_from(frames, -1)
-    linear = [cross(s_o[axis.row], axis.z) for axis in axes]
+    linear = [np.cross(s_o[axis.row], axis.z) for axis in axes]
     return jacobian_of(frames, arithmetic, axes, linear)
 
 
@@ -147,17 +134,15 @@ def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     multiply.
     """
     middle = (len(frames.rows) + 1) // 2
-    p = position_of(frames.T_base_tool)
-    A = rotation_of(frames.in_base[middle])
-    B = rotation_of(reduce(product, (*frames.row_transforms[middle:], frames.tool)))
+    p = frames.T_base_tool[:3, 3]
+    A = frames.in_base[middle][:3, :3]
+    B = reduce(np.matmul, (*frames.row_transforms[middle:], frames.tool))[:3, :3]
     columns = []
     for variable in arithmetic.names.variables:
-        before = product(derivative(A, arithmetic, variable), transposed(A))
-        behind = product(derivative(B, arithmetic, variable), transposed(B))
-        behind = product(product(A, behind), transposed(A))
-        turning = (before[i][j] + behind[i][j] for i, j in VEE)
-        columns.append((*derivative((p,), arithmetic, variable)[0], *turning))
-    return transposed(tuple(columns))
+        before = derivative(A, arithmetic, variable) @ A.T
+        behind = A @ (derivative(B, arithmetic, variable) @ B.T) @ A.T
+        columns.append([*derivative(p, arithmetic, variable), *(before + behind)[VEE]])
+    return np.transpose(columns)
 
 
 def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
@@ -168,26 +153,24 @@ def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     differentiated alone and carried to the base. The rest is the velocity of the base's own
     origin; the tool's is it plus w x p, because T' diag(R^-1, 1) keeps the tool's position.
     """
-    p = position_of(frames.T_base_tool)
+    p = frames.T_base_tool[:3, 3]
     columns = []
     for variable in arithmetic.names.variables:
-        spatial: list[Matrix] = []
+        spatial = np.full((4, 4), arithmetic.ring.number(0))
         for row, T in zip(frames.rows, frames.in_base):
             if variable in row.theta[1] or variable in row.d[1]:
-                screw, start = arithmetic.screw_z(row.theta, row.d), product(T, row.before)
-                rate = product(derivative(screw, arithmetic, variable), inverse(screw))
-                spatial.append(product(product(start, rate), inverse(start)))
-        v, w = (
-            tuple(total(arithmetic.ring, (S[i][j] for S in spatial)) for i, j in entries)
-            for entries in (((0, 3), (1, 3), (2, 3)), VEE)
-        )
-        columns.append((*(a + b for a, b in zip(v, cross(w, p))), *w))
-    return transposed(tuple(columns))
+                screw, start = arithmetic.screw_z(row.theta, row.d), T @ row.before
+                rate = derivative(screw, arithmetic, variable) @ inverse(screw)
+                spatial = spatial + start @ rate @ inverse(start)
+        w = spatial[VEE]
+        columns.append([*(spatial[:3, 3] + np.cross(w, p)), *w])
+    return np.transpose(columns)
 
 
 def derivative(matrix: Matrix, arithmetic: Arithmetic, variable: sympy.Symbol) -> Matrix:
     """Return the derivative of every entry by a joint variable."""
-    return tuple(tuple(arithmetic.derivative(entry, variable) for entry in row) for row in matrix)
+    entries = [arithmetic.derivative(entry, variable) for entry in matrix.flat]
+    return np.reshape(np.array(entries), matrix.shape)
 
 
 METHODS: dict[str, Callable[[Frames, Arithmetic], Matrix]] = {
@@ -200,7 +183,7 @@ METHODS: dict[str, Callable[[Frames, Arithmetic], Matrix]] = {
 
 def differences(one: Matrix, other: Matrix) -> int:
     """Return the number of terms of the difference of two matrices: 0 if they are equal."""
-    return sum(len(a - b) for row, row_2 in zip(one, other) for a, b in zip(row, row_2))
+    return sum(map(len, (one - other).flat))
 
 
 def may_turn(rows: Collection[int]) -> bool:
@@ -216,5 +199,5 @@ def in_axes_of(J: Matrix, T: Matrix) -> Matrix:
     """
     Return J in the axes of a frame whose pose in the base frame is T; the point stays the tool.
     """
-    R_t = transposed(rotation_of(T))
-    return (*product(R_t, J[:3]), *product(R_t, J[3:]))
+    R_t = T[:3, :3].T
+    return np.concatenate([R_t @ J[:3], R_t @ J[3:]])

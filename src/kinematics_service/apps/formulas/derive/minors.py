@@ -19,7 +19,7 @@ from ....kernel import Floats
 from .algebra.arithmetic import Arithmetic
 from .algebra.factors import Factored, RealFactor, factored
 from .algebra.laurent import Laurent, total
-from .algebra.matrices import Matrix, Vector
+from .algebra.matrices import Matrix
 from .algebra.quotient import divided
 from .frames import Frames
 from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of, may_turn
@@ -76,7 +76,7 @@ class Minors:
 
 
 def _size(J: Matrix) -> int:
-    return sum(len(entry) for row in J for entry in row)
+    return sum(map(len, J.flat))
 
 
 def simplest_view(
@@ -109,7 +109,7 @@ def simplest_view(
         return min(views, key=lambda v: sum(len(v.J[i][j]) for i in rows for j in columns))
     best: tuple[tuple[int, int, int], View] | None = None
     n = len(frames.rows)
-    origin: Vector = (arithmetic.ring.number(0),) * 3
+    origin = np.full(3, arithmetic.ring.number(0))
     # Frames in the middle first, since they see axes through the fewest rows: a frame cannot be
     # better if its angular rows alone are longer than the best found.
     for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):

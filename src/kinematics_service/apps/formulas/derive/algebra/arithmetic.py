@@ -15,7 +15,7 @@ from .....errors import DerivationError
 from .....rigid_motion import Z_INTO
 from .....robot.file.parts.description import RobotDescription
 from .laurent import Laurent, Ring, from_terms
-from .matrices import Matrix, product, transposed
+from .matrices import Matrix
 from .names import Affine, Names
 
 # Constant angles that are no quarter turns and stay symbols.
@@ -118,7 +118,7 @@ class Arithmetic:
 
     def constant_matrix(self, rows: Sequence[Sequence[sympy.Expr]]) -> Matrix:
         """Return a matrix of sympy expressions without angles."""
-        return tuple(tuple(self.ring.length(sympy.sympify(e)) for e in row) for row in rows)
+        return np.array([[self.ring.length(sympy.sympify(e)) for e in row] for row in rows])
 
     def screw_z(self, theta: Affine, d: Affine) -> Matrix:
         """Return Rz(theta) Tz(d)."""
@@ -127,17 +127,19 @@ class Arithmetic:
         cosine = (z + inverse).scaled(1, 2)
         sine = (z - inverse).times_i(3).scaled(1, 2).reduced()
         zero, one = self.ring.number(0), self.ring.number(1)
-        return (
-            (cosine, -sine, zero, zero),
-            (sine, cosine, zero, zero),
-            (zero, zero, one, self.length(d)),
-            (zero, zero, zero, one),
+        return np.array(
+            [
+                [cosine, -sine, zero, zero],
+                [sine, cosine, zero, zero],
+                [zero, zero, one, self.length(d)],
+                [zero, zero, zero, one],
+            ]
         )
 
     def about_axis(self, axis: str, theta: Affine, d: Affine) -> Matrix:
         """Return the rotation about, and translation along, axis x, y or z."""
         turn = self.turn(axis)
-        return product(product(turn, self.screw_z(theta, d)), transposed(turn))
+        return turn @ self.screw_z(theta, d) @ turn.T
 
     def turn(self, axis: str) -> Matrix:
         """Return the rotation that puts the z axis where `axis` is."""
