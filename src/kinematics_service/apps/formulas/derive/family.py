@@ -1,6 +1,5 @@
 """Solve a factor for one joint: a cosine with a phase, or linear; when its zeros exist."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sympy
@@ -51,11 +50,9 @@ class _Solved:
 
 def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
     """Return where a factor vanishes."""
-    found = [
-        solved
-        for index, variable in enumerate(arithmetic.names.variables)
-        for solved in _candidates(value, arithmetic, variable, index)
-    ]
+    variables = enumerate(arithmetic.names.variables)
+    candidates = (_solved(value, arithmetic, variable, index) for index, variable in variables)
+    found = [solved for solved in candidates if solved is not None]
     if not found:
         return Family(None, (), None, ())
     best = min(found, key=lambda solved: solved.simplicity)
@@ -69,9 +66,9 @@ def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
     return Family(best.variable, shifted, condition, free)
 
 
-def _candidates(
+def _solved(
     value: Laurent, arithmetic: Arithmetic, variable: sympy.Symbol, index: int
-) -> Sequence[_Solved]:
+) -> _Solved | None:
     ring = arithmetic.ring
     turning, sliding = arithmetic.angle_index(variable), ring.index('number', variable)
     by_angle, by_length = value.by_power(turning), value.by_power(sliding)
@@ -80,10 +77,10 @@ def _candidates(
         above, rest = by_length[1], by_length.get(0, nothing)
         moves = int(arithmetic.moves(above.terms()))
         simple = (moves, 0, int(bool(rest)), 1, len(above), -index)
-        return [_Solved(variable, sympy.Integer(0), above, above, rest, True, 1, simple)]
+        return _Solved(variable, sympy.Integer(0), above, above, rest, True, 1, simple)
     multiple = max(by_angle)
     if set(by_length) != {0} or multiple < 1 or not set(by_angle) <= {-multiple, 0, multiple}:
-        return []
+        return None
     above, rest = by_angle[multiple], by_angle.get(0, nothing)
     n = len(arithmetic.names.variables)
     turns = {e[:n] for e in above.terms()}
@@ -106,7 +103,7 @@ def _candidates(
     parts = int(bool(cosine)) + int(bool(sine))
     times = sympy.Rational(multiple, arithmetic.units[variable])
     simplicity = (moves, abs(times - 1), int(bool(rest)), parts, len(pure), -index)
-    return [_Solved(variable, shift, cosine, sine, rest, False, times, simplicity)]
+    return _Solved(variable, shift, cosine, sine, rest, False, times, simplicity)
 
 
 def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[sympy.Expr, ...], sympy.Basic | None]:

@@ -104,6 +104,7 @@ class PoseSampler:
     def arm(self, q: Floats) -> ArmAtPoses:
         """Return the arm's numbers at poses in the file's units."""
         task = self.robot.singularity.task
+        column_scales = task.column_scales[list(self.moving)]
         J, frames, tool = self.kinematics(q)
         omega = np.swapaxes(J[:, 3:], 1, 2)
         size = np.linalg.norm(omega, axis=2, keepdims=True)
@@ -113,7 +114,7 @@ class PoseSampler:
         # v = w x r with r from the axis to the tool: its foot on the axis is p + z x v.
         origins = tool[:, None] + np.cross(axes, velocity)
         return ArmAtPoses(
-            J_t=task_jacobian(task, J) * task.row_scales[:, None] * self.column_scales,
+            J_t=task_jacobian(task, J) * task.row_scales[:, None] * column_scales,
             frames=frames,
             axes=axes,
             origins=origins,
@@ -166,11 +167,6 @@ class PoseSampler:
     def slides(self) -> npt.NDArray[np.bool_]:
         """Return which of the moving joints are prismatic, shape (moving,)."""
         return self.robot.prismatic[list(self.moving)]
-
-    @property
-    def column_scales(self) -> Floats:
-        """Return the factor of each column: the characteristic length of prismatic joints."""
-        return self.robot.singularity.task.column_scales[list(self.moving)]
 
 
 def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:

@@ -78,12 +78,9 @@ def poses_for(
         values.
     """
     table, rng = names.table, np.random.default_rng(SEED)
-    given: dict[sp.Symbol, Floats] = {}
-    for raw in settings.at:
-        symbol, value = _given(raw, settings, names)
-        given[symbol] = np.full(count, value)
-    for symbol, value in fixed:
-        given.setdefault(symbol, np.full(count, _number(value)))
+    pairs = [(symbol, _number(value)) for symbol, value in reversed(fixed)]
+    pairs += [_given(raw, settings, names) for raw in settings.at]
+    given = {symbol: np.full(count, value) for symbol, value in pairs}
     values = {sp.Symbol(f'{name}_i'): rng.uniform(*LENGTHS, count) for name in QUANTITIES}
     randomised = []
     for symbol in table.constants:

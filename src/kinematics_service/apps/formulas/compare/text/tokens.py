@@ -17,7 +17,6 @@ UNICODE = {
     '×': '\\times ', '′': "'", 'ᵀ': "'", 'ᵢ': '_i',
     **{sign: f'^{digit}' for digit, sign in enumerate('⁰¹²³⁴⁵⁶⁷⁸⁹')},
 }  # fmt: skip
-GREEK_LETTER = re.compile(f'([{"".join(GREEK)}])([A-Za-z0-9]?)')
 SUBSCRIPT = re.compile('[₀₁₂₃₄₅₆₇₈₉]+')
 SAME_LETTER = {'varphi': 'phi', 'vartheta': 'theta', 'varsigma': 'sigma'}
 
@@ -115,12 +114,9 @@ def plain_letters(text: str) -> str:
     text = plain_signs(text)
     text = SUBSCRIPT.sub(lambda found: '_' + found[0].translate(SUBSCRIPTS), text)
     # `θ1` is one name, `θa` a product.
-    return GREEK_LETTER.sub(
-        lambda found: (
-            f'\\{GREEK[found[1]]}{"_" if found[2].isdigit() else " " * bool(found[2])}' + found[2]
-        ),
-        text,
-    )
+    text = re.sub(f'([{"".join(GREEK)}])(?=[0-9])', r'\1_', text)
+    text = re.sub(f'([{"".join(GREEK)}])(?=[A-Za-z])', r'\1 ', text)
+    return text.translate({ord(sign): f'\\{name}' for sign, name in GREEK.items()})
 
 
 def tokens_of(text: str, line: int = 1, column: int = 1) -> list[FormulaToken]:

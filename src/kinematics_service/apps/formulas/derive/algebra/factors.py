@@ -23,7 +23,7 @@ from sympy.polys.rings import PolyElement
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
-from .half_factors import paired, upright, upright_half
+from .half_factors import lowered, paired, upright, upright_half
 from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
@@ -158,24 +158,18 @@ class _Polynomial:
 
     @classmethod
     def of(cls, value: Laurent) -> '_Polynomial':
-        terms = value.terms()
-        generators = value.ring.generators
-        n = len(generators)
-        lowest = [min(e[k] for e in terms) for k in range(n)]
+        terms = lowered(value.terms())
         steps = tuple(
-            1 if g.kind == 'number' else math.gcd(value.ring.parts, *(e[k] - low for e in terms))
-            for k, (g, low) in enumerate(zip(generators, lowest))
+            1 if g.kind == 'number' else math.gcd(value.ring.parts, *(e[k] for e in terms))
+            for k, g in enumerate(value.ring.generators)
         )
-        terms = {
-            tuple((x - low) // step for x, low, step in zip(e, lowest, steps)): c
-            for e, c in terms.items()
-        }
-        names = [f'x{k}' for k in range(n)]
+        terms = {tuple(x // step for x, step in zip(e, steps)): c for e, c in terms.items()}
+        names = [f'x{k}' for k in range(len(steps))]
         turned = _turned_real(terms)
         if turned is None:
             R, *_ = polynomial_ring(names, ZZ_I)
             whole = {e: ZZ_I(a, b) for e, (a, b) in terms.items()}
-            return cls(R.from_dict(whole), (0,) * n, steps)
+            return cls(R.from_dict(whole), (0,) * len(steps), steps)
         R, *_ = polynomial_ring(names, ZZ)
         return cls(R.from_dict(turned[1]), turned[0], steps)
 

@@ -46,7 +46,6 @@ class Numbers:
 
     def gradient(self, q: Floats) -> Floats:
         """Return the derivatives by each joint variable, shape (..., n)."""
-        q = np.asarray(q, dtype=float)
         return np.stack([first(q) for first in self.firsts], axis=-1)
 
     @property
@@ -93,14 +92,10 @@ class Sum:
 
     def __call__(self, q: Floats) -> Floats:
         """Return the value at q, shape (...,)."""
-        return np.asarray(np.sum(self.terms(q), axis=-1).real)
-
-    def terms(self, q: Floats) -> Complexes:
-        """Return each term at q, shape (..., terms), complex."""
         terms: Complexes = self.coefficients * np.exp(1j * (q @ self.turns))
         for k in np.flatnonzero(np.any(self.powers, axis=0)):
             terms = terms * q[..., k, None] ** self.powers[:, k]
-        return terms
+        return np.asarray(np.sum(terms, axis=-1).real)
 
     def magnitude(self, largest: Floats) -> Floats:
         """Return the sum of the sizes of the terms, a bound where |q| <= largest, shape (...,)."""

@@ -163,11 +163,9 @@ def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
         pose = _shown(functions, centers[nearest], box) if len(centers) else None
         if pose is not None:
             return Zero(True, pose)
-        rows = np.arange(len(centers))
-        radii = np.array(radii)
-        radii[rows, along] /= 2
-        shift = np.zeros_like(radii)
-        shift[rows, along] = radii[rows, along]
+        halved = np.arange(len(middle)) == along[:, None]
+        radii = np.where(halved, radii / 2, radii)
+        shift = np.where(halved, radii, 0.0)
         centers, radii = np.concatenate([centers - shift, centers + shift]), np.tile(radii, (2, 1))
     return Zero(False, None)
 
