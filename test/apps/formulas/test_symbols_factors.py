@@ -233,7 +233,7 @@ def test_a_factor_that_splits_into_sums_of_sine_and_cosine_is_not_called_irreduc
 @pytest.mark.slow
 @pytest.mark.parametrize('most', [6000, 0])
 def test_that_the_minors_share_no_factor_is_said_only_where_it_is_proved(monkeypatch, most):
-    monkeypatch.setattr(factors, 'MOST_TERMS', most)
+    monkeypatch.setattr(factors, 'MAX_TERMS', most)
     text = PLANAR.replace('\nlinks:', '\n  - {name: j3, variable: q3, type: revolute}\nlinks:')
     text = text.replace('\nsing', '\n  - {a: 0.1, alpha: 0, d: 0, theta: q3}\nsing')
     derivation = ks.derive(ks.robot_from_text(text))

@@ -29,7 +29,7 @@ from ..derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
-SAME = 1e-12
+ROTATION_TOLERANCE = 1e-12
 AXES = {'x': 0, 'y': 1, 'z': 2}
 
 
@@ -189,7 +189,7 @@ def _pose(rigid: RigidMotion, names: Names) -> sp.Matrix:
     ]
     rotation_read = {k: float(rigid.matrix.flat[k]) for k in range(11) if k % 4 < 3}
     if any(
-        not entries[k].is_number or abs(float(entries[k]) - value) > SAME
+        not entries[k].is_number or abs(float(entries[k]) - value) > ROTATION_TOLERANCE
         for k, value in rotation_read.items()
     ):
         # The reader took the nearest rotation of printed digits.

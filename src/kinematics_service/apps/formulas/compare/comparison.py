@@ -20,8 +20,8 @@ from .statements.claims import judge_claims
 from .statements.names import FormulaNames
 from .statements.poses import Poses, poses_for
 from .statements.solutions import (
-    BRANCH,
-    MOST_POSES,
+    BRANCH_POSE_RATIO,
+    MIN_HIT_RATIO,
     EquationCheck,
     PassiveJointCheck,
     SolutionCheck,
@@ -32,7 +32,7 @@ from .text.file import Settings, read_formulas
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
 # A pose or two of them lose more digits near the end of acos.
-ALL_POSES = 0.99
+MIN_REMARKED_RATIO = 0.99
 
 
 @dataclass(frozen=True)
@@ -326,15 +326,15 @@ def _branch(check: SolutionCheck) -> list[str]:
         return []
     if bool(check.wrong.any()):
         slides = any(check.names.table.slides)
-        if slides and share + (1.0 - share) * check.branches(None) >= MOST_POSES:
+        if slides and share + (1.0 - share) * check.branches(None) >= BRANCH_POSE_RATIO:
             return ['gives another branch, with a length outside its limits']
-        if solved < BRANCH:
+        if solved < MIN_HIT_RATIO:
             return []
         arctangent = check.expressions.has(sp.atan)
         why = '; atan cannot tell the quadrants apart, atan2 can' if arctangent else ''
         return [f'right, or another branch, at {solved:.0%} of the poses only{why}']
-    beside = f'; no solution at {1.0 - solved:.0%}' if solved < ALL_POSES else ''
-    if share < BRANCH:
+    beside = f'; no solution at {1.0 - solved:.0%}' if solved < MIN_REMARKED_RATIO else ''
+    if share < MIN_HIT_RATIO:
         return [
             'gives another branch: with other values of the other joints the tool is there too'
             + beside
@@ -356,7 +356,7 @@ def _with_the_others(verdicts: Sequence[Verdict], checks: Sequence[Check]) -> li
     for group in groups.values():
         first = replace(group[0], others=tuple(check.statement for check in group))
         hits_all = all(check.share == 1.0 for check in group)
-        if hits_all or first.together is None or first.together >= MOST_POSES:
+        if hits_all or first.together is None or first.together >= BRANCH_POSE_RATIO:
             continue
         names = ', '.join(dict.fromkeys(check.statement.name for check in group))
         times = f'at {first.together:.0%} of the poses only' if first.together else 'at no pose'

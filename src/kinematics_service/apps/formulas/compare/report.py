@@ -8,7 +8,7 @@ from ....typography import counted
 from .causes.explanation import Explanation
 from .comparison import AGREES, Comparison, Verdict
 
-MOST_ENTRIES = 12
+MAX_ENTRIES = 12
 
 
 def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator[str]:
@@ -75,13 +75,13 @@ def _verdict(verdict: Verdict, verbose: bool) -> Iterator[str]:
 
 
 def _entries(verdict: Verdict, size: int) -> Iterator[str]:
-    for entry in verdict.entries[:MOST_ENTRIES]:
+    for entry in verdict.entries[:MAX_ENTRIES]:
         label = f', {verdict.labels[entry.row]}' if verdict.labels else ''
         where = f'({entry.row + 1},{entry.column + 1}){label}: ' if size > 1 else ''
         right = f', right is {entry.right}' if entry.right else ''
         yield f'  {where}yours is {entry.yours}{right}'
-    if len(verdict.entries) > MOST_ENTRIES:
-        yield f'  and {len(verdict.entries) - MOST_ENTRIES} more'
+    if len(verdict.entries) > MAX_ENTRIES:
+        yield f'  and {len(verdict.entries) - MAX_ENTRIES} more'
 
 
 def _cause(cause: Explanation, verdict: Verdict) -> Iterator[str]:

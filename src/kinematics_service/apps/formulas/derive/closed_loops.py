@@ -30,9 +30,9 @@ from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
 # Longer numerators, by their operations, are not multiplied out: that would be no shorter.
-MOST_OPERATIONS = 150
+MAX_OPERATIONS = 150
 # Joints and passive joints of a determinant that is multiplied out, at most.
-MOST_VARIABLES = 6
+MAX_VARIABLES = 6
 
 
 @dataclass(frozen=True)
@@ -71,7 +71,7 @@ def simplified(expression: sympy.Expr) -> sympy.Expr:
 
 def _forms(expression: sympy.Expr) -> list[sympy.Expr]:
     # The expression, and where it is not long that by sums of angles.
-    long = sympy.count_ops(expression) > MOST_OPERATIONS
+    long = sympy.count_ops(expression) > MAX_OPERATIONS
     return [expression] if long else [expression, _without_products(expression)]
 
 
@@ -165,7 +165,7 @@ def closed_determinant(
     """
     Return det(J_t) of the task rows of an arm with loops, a product over those of the loops.
 
-    None where it is not square, or of more than MOST_VARIABLES joints and passive joints.
+    None where it is not square, or of more than MAX_VARIABLES joints and passive joints.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def closed_determinant(
         Of the arm with its loops open.
     """
     symbols = writer.arithmetic.names.variables
-    if not robot.singularity.task.square or len(symbols) > MOST_VARIABLES:
+    if not robot.singularity.task.square or len(symbols) > MAX_VARIABLES:
         return None
     # The axes in which the loops begin do not turn with the joints before them.
     task = robot.singularity.task.axes.tolist()

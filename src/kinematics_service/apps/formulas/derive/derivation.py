@@ -42,7 +42,7 @@ from .singular_set import (
 from .trigonometry import Writer, writer_of
 
 # Minors of a strongly redundant arm grow like binomials; beyond this they are not written out.
-MOST_MINORS = 100
+MAX_MINORS = 100
 
 Progress = Callable[[str], None]
 
@@ -370,7 +370,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
 
 def _minors(exact: Exact, columns: Sequence[int], rank: int) -> Minors | None:
     sampler = exact.sampler
-    if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MOST_MINORS:
+    if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MAX_MINORS:
         return None
     # Sums of squared minors depend on the point, unless six rows have full rank: their ratios
     # do not.

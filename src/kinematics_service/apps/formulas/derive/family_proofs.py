@@ -23,8 +23,8 @@ from .minors import minors
 from .singular_geometry import Lost
 
 # More minors than these are not looked at: the claim stays one of sampled poses.
-MOST_MINORS = 250
-MOST_TERMS = 3000
+MAX_MINORS = 250
+MAX_TERMS = 3000
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class CommonZeros:
 
     def vanish(self, rows: Sequence[int], columns: Sequence[int], size: int) -> bool:
         """Return whether it is proved that all minors of these rows and columns vanish."""
-        if math.comb(len(rows), size) * math.comb(len(columns), size) > MOST_MINORS:
+        if math.comb(len(rows), size) * math.comb(len(columns), size) > MAX_MINORS:
             return False
         return self.are_zero(minors(self.J, rows, columns, size))
 
@@ -82,7 +82,7 @@ class _Branch:
             value = replaced.put_into(value)
         if not value or self.factor is None:
             return not value
-        return len(value) <= MOST_TERMS and divided(value, self.factor) is not None
+        return len(value) <= MAX_TERMS and divided(value, self.factor) is not None
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from .algebra.matrices import Matrix, identity, inverse
 from .algebra.names import Affine
 
 # The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
-MOST_TERMS = 6000
+MAX_POSE_TERMS = 6000
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     in_base = tuple(accumulate(transforms, np.matmul, initial=base))
     T = in_base[-1] @ tool
     size = sum(map(len, T.flat))
-    if size > MOST_TERMS:
+    if size > MAX_POSE_TERMS:
         nearly = any(one.approximate for one in description.singularity.factors)
         said = description.uncertainty
         advice = (
@@ -108,7 +108,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
         if nearly:
             advice += '; the factors here are those of that one, approximately'
         raise DerivationError(
-            f'the pose of the tool has {size} terms (at most {MOST_TERMS}): {advice}'
+            f'the pose of the tool has {size} terms (at most {MAX_POSE_TERMS}): {advice}'
         )
     return Frames(rows, transforms, tool, in_base, T)
 

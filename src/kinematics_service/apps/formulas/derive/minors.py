@@ -27,9 +27,9 @@ from .sampled_poses import PoseSampler
 from .trigonometry import Writer
 
 # Minors of more terms are not multiplied out to see whether the sum of squares is shorter.
-MOST_SQUARED = 200
+MAX_SQUARED_TERMS = 200
 # Minors of more terms together are written as they are, not as products.
-MOST_WRITTEN = 600
+MAX_FACTORED_TERMS = 600
 
 
 @dataclass(frozen=True)
@@ -227,11 +227,11 @@ def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmeti
     if not rests:
         return sympy.Integer(1)
     written = [writer.expression(rest) for rest in rests]
-    if sum(map(len, rests)) <= MOST_WRITTEN:
+    if sum(map(len, rests)) <= MAX_FACTORED_TERMS:
         products = [_product(rest, writer, arithmetic) for rest in rests]
         written = [min(pair, key=sympy.count_ops) for pair in zip(products, written)]
     squares = sympy.factor_terms(sympy.Add(*_without_pythagoras([e**2 for e in written])))
-    if sum(map(len, rests)) > MOST_SQUARED:
+    if sum(map(len, rests)) > MAX_SQUARED_TERMS:
         return sympy.sqrt(squares)
     summed = total(arithmetic.ring, (rest * rest for rest in rests))
     return sympy.sqrt(min((_product(summed, writer, arithmetic), squares), key=sympy.count_ops))

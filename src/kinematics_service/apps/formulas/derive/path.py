@@ -18,9 +18,9 @@ from .derivation import Derivation
 TIME = sympy.Symbol('t', real=True)
 SAMPLES = 4001
 # Steps, each of which narrows the bottom of a valley to a sixteenth.
-NARROWED = 9
+NARROWING_STEPS = 9
 # Values below this share of the largest value count as 0: round-off.
-NOTHING = 1e-12
+ROUND_OFF = 1e-12
 
 Values = Callable[[Floats], Floats]
 
@@ -118,7 +118,7 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
     ]
     times = np.unique(np.concatenate([times, bottoms]))
     f = value(times)
-    f = np.where(np.abs(f) < NOTHING * size, 0.0, f)
+    f = np.where(np.abs(f) < ROUND_OFF * size, 0.0, f)
     found = [
         (time, time, False)
         for k in np.flatnonzero(f[:-1] * f[1:] < 0)
@@ -135,7 +135,7 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
 
 def _bottom(value: Values, low: float, high: float) -> float:
     # Where |f| is smallest between two times of one sign, or where f has the other sign.
-    for _ in range(NARROWED):
+    for _ in range(NARROWING_STEPS):
         times = np.linspace(low, high, 33)
         f = value(times)
         k = int(np.argmin(f * np.sign(f[0])))

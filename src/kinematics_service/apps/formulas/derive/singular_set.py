@@ -40,8 +40,8 @@ from .singular_geometry import (
 from .trigonometry import Writer
 
 # Longer rests of minors, and more sets of their factors, are not solved: no one reads them.
-MOST_REST_TERMS = 40
-MOST_HITTING_SETS = 20
+MAX_REST_TERMS = 40
+MAX_HITTING_SETS = 20
 
 
 @dataclass(frozen=True)
@@ -468,7 +468,7 @@ def remainder_zeros(
     arithmetic, pieces = search.arithmetic, list[Laurent]()
     hitting: list[frozenset[int]] = [frozenset()]
     for rest in sorted(rests, key=len):
-        if len(rest) > MOST_REST_TERMS:
+        if len(rest) > MAX_REST_TERMS:
             return None
         of_this = set()
         for factor in factored(rest, arithmetic).factors:
@@ -481,7 +481,7 @@ def remainder_zeros(
             pieces += [factor.value] if k == len(pieces) else []
         grown = {one if one & of_this else one | {k} for one in hitting for k in of_this}
         hitting = [one for one in grown if not any(other < one for other in grown)]
-        if len(hitting) > MOST_HITTING_SETS:
+        if len(hitting) > MAX_HITTING_SETS:
             return None
     found: dict[frozenset[int], FamilyCrossing] = {}
     for one in hitting:

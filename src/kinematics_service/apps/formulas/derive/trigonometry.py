@@ -16,13 +16,13 @@ from .algebra.matrices import Matrix
 from .frames import Frames
 
 # Terms of a polynomial, at most, that is written in every basis.
-LARGE = 400
-LEAF = 24
+MAX_COMPARED_TERMS = 400
+MAX_FACTORED_TERMS = 24
 # Integers above this come from angles that have become fractions: shown as decimals.
-LONG = 10**15
+MAX_INTEGER = 10**15
 DIGITS = 17
 # Entries with more terms are not tidied: sympy takes minutes.
-UNTIDY = 1000
+MAX_TIDIED_TERMS = 1000
 
 
 @dataclass(frozen=True)
@@ -74,17 +74,17 @@ class Writer:
         return self._written[key]
 
     def _shortest(self, value: Laurent) -> sympy.Expr:
-        if value.divisor > LONG or len(value) > UNTIDY:
+        if value.divisor > MAX_INTEGER or len(value) > MAX_TIDIED_TERMS:
             plain = replace(self, divisor=value.divisor, _nested_before={})
             return self._with_numbers(plain._products(value, self.sums))
         candidates = [self._products(value, self.sums)]
-        if len(value) <= LARGE and self.singles != self.sums:
+        if len(value) <= MAX_COMPARED_TERMS and self.singles != self.sums:
             candidates.append(self._products(value, self.singles))
         lengths = [sympy.count_ops(form) for form in candidates]
         # Each group has the same exponents of the angles: it is a polynomial in lengths.
         moving = range(len(self.arithmetic.names.variables))
         split = value.grouped([*moving, *self._fixed_places()])
-        if len(value) <= LARGE and self._fewest_operations(split) < min(lengths):
+        if len(value) <= MAX_COMPARED_TERMS and self._fewest_operations(split) < min(lengths):
             candidates.append(self._cosines_of_sums(split))
             lengths.append(sympy.count_ops(candidates[-1]))
         shortest = candidates[lengths.index(min(lengths))]
@@ -121,7 +121,7 @@ class Writer:
         if self.divisor is None:
             return sympy.Integer(c)
         fraction = sympy.Rational(c, self.divisor)
-        return fraction if self.divisor <= LONG else sympy.Float(fraction, DIGITS)
+        return fraction if self.divisor <= MAX_INTEGER else sympy.Float(fraction, DIGITS)
 
     def _letter(self, meaning: sympy.Expr) -> sympy.Expr:
         # Numbers are letters while an expression is built: sympy would make 0.0825 cos q + 0.4 a
@@ -229,7 +229,7 @@ def _nothing_shared(terms: Sequence[sympy.Expr]) -> sympy.Expr | None:
 
 @lru_cache(maxsize=4096)
 def _tidied(leaf: sympy.Expr) -> sympy.Expr:
-    if leaf.is_Add and len(leaf.args) <= LEAF:
+    if leaf.is_Add and len(leaf.args) <= MAX_FACTORED_TERMS:
         leaf = sympy.factor(leaf)
     return sympy.factor_terms(leaf)
 

@@ -90,7 +90,7 @@ class SymbolicArm:
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
 
 
-LONGEST_SHOWN = 160
+MAX_SHOWN_CHARACTERS = 160
 
 
 def shown(expression: sp.Expr) -> str:
@@ -99,4 +99,4 @@ def shown(expression: sp.Expr) -> str:
     """
     best = min((expression, sp.factor_terms(expression)), key=sp.count_ops)
     text = str(best)
-    return text if len(text) <= LONGEST_SHOWN else ''
+    return text if len(text) <= MAX_SHOWN_CHARACTERS else ''

@@ -14,8 +14,8 @@ import sympy as sp
 # Which arguments lead to a part of an expression, from outside.
 Path = tuple[int, ...]
 
-LONGEST_EDITED = 400  # nodes; beyond, a formula is only located
-MOST_TERMS = 7
+MAX_EDITED_NODES = 400  # nodes; beyond, a formula is only located
+MAX_COMBINED_TERMS = 7
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def signs(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     yield Edit('the sign of the whole is wrong', (), -e)
     for size in (1, 2, 3):
         for path, part in _sums(e):
-            if len(part.args) > MOST_TERMS and size > 1:
+            if len(part.args) > MAX_COMBINED_TERMS and size > 1:
                 continue
             if size < len(part.args):
                 for chosen in combinations(part.args, size):
@@ -157,7 +157,7 @@ def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
     factors = {part for _, part in places(e) if part.func in (sp.sin, sp.cos) or part.is_Symbol}
     for path, part in _sums(e):
-        if len(part.args) > MOST_TERMS:
+        if len(part.args) > MAX_COMBINED_TERMS:
             continue
         for size in range(1, len(part.args)):
             for chosen in combinations(part.args, size):
@@ -171,7 +171,7 @@ def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 def lost_plus(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """Yield the expression with a product made a sum of two products."""
     for path, part in places(e):
-        if not part.is_Mul or len(part.args) > MOST_TERMS:
+        if not part.is_Mul or len(part.args) > MAX_COMBINED_TERMS:
             continue
         for size in range(1, len(part.args) // 2 + 1):
             for chosen in combinations(part.args, size):

@@ -18,14 +18,14 @@ from ..arm.quantities import expression_of
 from ..statements.checks import Check, Mask, QuantityCheck
 from ..statements.solutions import SolutionCheck
 from .causes import CAUSES
-from .edits import EDITS, EXTRA, LONGEST_EDITED, SOLUTION_EDITS, replaced
+from .edits import EDITS, EXTRA, MAX_EDITED_NODES, SOLUTION_EDITS, replaced
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
-MOST_ALTERNATIVES = 3
-MOST_MISSING_TERMS = 12
+MAX_ALTERNATIVES = 3
+MAX_MISSING_TERMS = 12
 # Share of the wrong entries, at most, that a whole-matrix cause may leave wrong to count as the
 # first of two mistakes.
-LEFT_OVER = 0.34
+MAX_LEFT_RATIO = 0.34
 
 DROPPED = 'dropped term or factor'
 
@@ -126,7 +126,7 @@ def _best_whole(
     check: QuantityCheck, wrong: Mask, variants: list[tuple[str, Variant]]
 ) -> tuple[str, Variant] | None:
     # One mistake in everything and a second one in a few entries.
-    best, least = None, int(LEFT_OVER * wrong.sum())
+    best, least = None, int(MAX_LEFT_RATIO * wrong.sum())
     for name, variant in variants:
         left = int((~check.agrees(check.person, variant.values)).sum())
         if 0 < left <= least and wrong.sum() - left >= 2:
@@ -173,7 +173,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
         }
-        alternatives = tuple(reversed(also.values()))[:MOST_ALTERNATIVES]
+        alternatives = tuple(reversed(also.values()))[:MAX_ALTERNATIVES]
         entries = _entries(best.mask & left)
         chosen.append(Explanation(best.cause, f'{best.place}{sentence}', entries, alternatives))
         left &= ~best.mask
@@ -198,7 +198,7 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     expression = check.expressions[i, j]
     table = check.names.table
     size = size_of(expression)
-    if size > LONGEST_EDITED or (not expression.free_symbols and expression.is_Rational):
+    if size > MAX_EDITED_NODES or (not expression.free_symbols and expression.is_Rational):
         return []
     symbols = (*table.variables, *table.constants)
     if isinstance(check, QuantityCheck) and check.quantity.kind == 'general':
@@ -221,7 +221,7 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
                 continue
             found.setdefault(edit.sentence, kind.name)
             break
-        if len(found) > MOST_ALTERNATIVES:
+        if len(found) > MAX_ALTERNATIVES:
             break
     if not found:
         return []
@@ -242,10 +242,10 @@ def _missing_terms(
     exact = right_entry(check, i, j) if values is check.right else None
     terms = check.names.table.constants
     if exact is not None:
-        if size_of(exact) > LONGEST_EDITED:
+        if size_of(exact) > MAX_EDITED_NODES:
             return []
         terms = sp.Add.make_args(sp.expand(exact))
-    if len(terms) > MOST_MISSING_TERMS:
+    if len(terms) > MAX_MISSING_TERMS:
         return []
     missing = values[:, i, j] - check.person[:, i, j]
     for size in (1, 2, 3):

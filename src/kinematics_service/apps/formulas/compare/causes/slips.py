@@ -16,7 +16,7 @@ from ..arm.quantities import Quantity, arranged, value_of, why_out_of_range
 from ..statements.checks import QuantityCheck
 from .variant import Variant
 
-MILLI = 1000.0
+MILLIMETRES_PER_METRE = 1000.0
 
 
 def own_axes(check: QuantityCheck) -> Iterator[Variant]:
@@ -31,16 +31,16 @@ def millimetres(check: QuantityCheck) -> Iterator[Variant]:
     """Yield lengths in millimetres."""
     if check.quantity.kind == 'jacobian':
         J = check.world.jacobian.copy()
-        J[:, :3] *= MILLI
+        J[:, :3] *= MILLIMETRES_PER_METRE
         yield mistaken(check, 'the linear rows are in mm', J)
-        J[:, :3, list(check.world.table.slides)] /= MILLI
+        J[:, :3, list(check.world.table.slides)] /= MILLIMETRES_PER_METRE
         yield mistaken(check, 'lengths are in mm', J)
     elif check.quantity.kind in ('tool', 'pose', 'row', 'general'):
         values = check.right.copy()
-        values[:, :3, 3:] *= MILLI
+        values[:, :3, 3:] *= MILLIMETRES_PER_METRE
         yield Variant('the position is in mm', values)
     else:
-        yield Variant('lengths are in mm', check.right * MILLI)
+        yield Variant('lengths are in mm', check.right * MILLIMETRES_PER_METRE)
 
 
 def transposed(check: QuantityCheck) -> Iterator[Variant]:

@@ -22,10 +22,10 @@ from .names import ANGLE_IN_PLANE, POINT, ROTATION, FormulaNames
 
 SEED = 20240523
 POSES = 8
-LENGTHS = (0.3, 1.3)  # m, and rad for named angles
-SLIDE = 1.0  # m of an unlimited prismatic joint
-ROUND_OFF = 1e-9  # of the axis of an arm in a plane
-TRIED = 2000  # positions at which closed loops may close
+LENGTH_RANGE = (0.3, 1.3)  # m, and rad for named angles
+SLIDE_RANGE = 1.0  # m of an unlimited prismatic joint
+AXIS_TOLERANCE = 1e-9  # of the axis of an arm in a plane
+CLOSURE_SAMPLES = 2000  # positions at which closed loops may close
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def poses_for(
     pairs = [(symbol, _number(value)) for symbol, value in reversed(fixed)]
     pairs += [_given(raw, settings, names) for raw in settings.at]
     given = {symbol: np.full(count, value) for symbol, value in pairs}
-    values = {sp.Symbol(f'{name}_i'): rng.uniform(*LENGTHS, count) for name in QUANTITIES}
+    values = {sp.Symbol(f'{name}_i'): rng.uniform(*LENGTH_RANGE, count) for name in QUANTITIES}
     randomised = []
     for symbol in table.constants:
         if symbol in given:
@@ -89,7 +89,7 @@ def poses_for(
         elif symbol in table.derived:
             values[symbol] = Evaluation(values, count).of(table.derived[symbol])
         elif symbol in symbols and not table.passive:
-            values[symbol] = np.full(count, rng.uniform(*LENGTHS))
+            values[symbol] = np.full(count, rng.uniform(*LENGTH_RANGE))
             randomised.append(symbol.name)
         else:
             values[symbol] = np.full(count, table.given[symbol])
@@ -120,10 +120,10 @@ def _close(
                 f'{symbol} {why}: an arm with closed loops is compared with the numbers of its '
                 'robot file'
             )
-    drawn = [_drawn(robot, k, rng, TRIED) for k in range(table.joints)]
+    drawn = [_drawn(robot, k, rng, CLOSURE_SAMPLES) for k in range(table.joints)]
     q = np.stack([values[joint] for joint in joints], axis=1)
     for k, joint in enumerate(joints):
-        drawn[k] = np.full(TRIED, given[joint][0]) if joint in given else drawn[k]
+        drawn[k] = np.full(CLOSURE_SAMPLES, given[joint][0]) if joint in given else drawn[k]
     tried = np.concatenate([q, np.stack(drawn, axis=1)])
     good = tried[closes_at(robot.chain, tried)]
     if len(good) < count:
@@ -146,7 +146,7 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
     low, high = robot.limits[k]
     if robot.prismatic[k]:
         low = low if np.isfinite(low) else 0.0
-        high = high if np.isfinite(high) else low + SLIDE
+        high = high if np.isfinite(high) else low + SLIDE_RANGE
         low += 0.1 * (high - low)  # an arm that is not extended at all is a special case
     elif not np.isfinite(high - low):
         low, high = -np.pi, np.pi
@@ -168,7 +168,7 @@ def _with_coordinates(
     located = {symbol: point[:, k] for k, symbol in enumerate(POINT)}
     located |= {symbol: world.pose[:, i, j] for (i, j), symbol in ROTATION.items()}
     R = world.pose[:, :3, :3].real
-    in_plane = np.all(np.abs(R[:, 2, 2] - 1.0) < ROUND_OFF)
+    in_plane = np.all(np.abs(R[:, 2, 2] - 1.0) < AXIS_TOLERANCE)
     located[ANGLE_IN_PLANE] = (
         np.arctan2(R[:, 1, 0], R[:, 0, 0]) if in_plane else R[:, 0, 0] * np.nan
     )

@@ -25,22 +25,22 @@ from .statements import Statement
 Limits: TypeAlias = Floats  # (n, 2), rad or m
 
 # Share of the poses at which one branch of an inverse must hit: fewer are coincidences.
-BRANCH = 0.1
+MIN_HIT_RATIO = 0.1
 # An angle near the end of acos has half the digits.
-HIT = 1e-7
+HIT_TOLERANCE = 1e-7
 # Another branch is one at nearly every pose; starts and steps that find it where there is one.
-MOST_POSES = 0.9
+BRANCH_POSE_RATIO = 0.9
 STARTS = 24
 FIRST_STARTS = 4  # none at any pose: there is none
 STEPS = 20
 SEED = 1955
 # Poses at which another branch is looked for, and choices among several formulas of each joint.
-ASKED = 40
-MOST_CHOICES = 16
+MAX_BRANCH_POSES = 40
+MAX_CHOICES = 16
 # A joint that moves a point by less a rad does not move it.
-STILL = 1e-9
+STILL_SPEED = 1e-9
 # Entries of the same pose; those of half a turn's differ by 2.
-SAME_POSE = 1e-3
+ROTATION_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,14 +84,14 @@ class PoseSearch:
     def moving(self) -> list[int]:
         """Return those of the joints that move what counts."""
         sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
-        return [k for k in self.joints if sizes[k] > STILL]
+        return [k for k in self.joints if sizes[k] > STILL_SPEED]
 
     @property
     def is_redundant(self) -> bool:
         """Return whether the joints can always follow those that are given."""
         J = self.target.jacobian[:, : self.rows]
         followed, all_of_them = (
-            int(np.linalg.matrix_rank(J[:, :, columns], tol=STILL).max()) if columns else 0
+            int(np.linalg.matrix_rank(J[:, :, columns], tol=STILL_SPEED).max()) if columns else 0
             for columns in (self.moving, [*self.moving, *self.given])
         )
         return followed == all_of_them
@@ -151,7 +151,7 @@ class PoseSearch:
             w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
             twist = np.concatenate([target[:, :3, 3] - world.pose[:, :3, 3], w], axis=1)
             gap = twist[:, : self.rows]
-            if not step_left or float(np.max(np.abs(gap))) <= HIT / 10:
+            if not step_left or float(np.max(np.abs(gap))) <= HIT_TOLERANCE / 10:
                 break
             J = world.columns_of(self.moving)[:, : self.rows]
             J_t = np.swapaxes(J, 1, 2).conj()
@@ -161,13 +161,13 @@ class PoseSearch:
             step *= np.minimum(1.0, 0.7 / np.maximum(longest, 1e-300))
             for column, k in enumerate(self.moving):
                 values[table.variables[k]] = values[table.variables[k]] + step[:, column]
-        reached: Mask = np.max(np.abs(gap), axis=1) <= HIT
+        reached: Mask = np.max(np.abs(gap), axis=1) <= HIT_TOLERANCE
         if self.whole:
-            reached &= np.max(np.abs(world.pose - target), axis=(1, 2)) <= SAME_POSE
+            reached &= np.max(np.abs(world.pose - target), axis=(1, 2)) <= ROTATION_TOLERANCE
         for k, (low, high) in enumerate(() if limits is None else limits):
             if table.slides[k]:
                 length = values[table.variables[k]]
-                reached &= (length >= low - HIT) & (length <= high + HIT)
+                reached &= (length >= low - HIT_TOLERANCE) & (length <= high + HIT_TOLERANCE)
         return reached
 
 
@@ -232,7 +232,7 @@ class SolutionCheck(Check):
         difference = self.in_radians(values) - self.right[:, 0, 0]
         if self.turns:
             difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
-        return np.asarray(np.abs(difference) <= max(self.tolerance, HIT))
+        return np.asarray(np.abs(difference) <= max(self.tolerance, HIT_TOLERANCE))
 
     def in_radians(self, values: Floats) -> Floats:
         """Return a formula's values in SI units."""
@@ -249,7 +249,7 @@ class SolutionCheck(Check):
         """Return whether the whole pose decides, as the point says nothing about the joint."""
         column = self.world.jacobian[:, :3, self.statement.joint]
         turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}
-        return bool(turned) or float(np.max(np.abs(column))) < STILL
+        return bool(turned) or float(np.max(np.abs(column))) < STILL_SPEED
 
     @cached_property
     def together(self) -> float | None:
@@ -263,7 +263,7 @@ class SolutionCheck(Check):
         for statement in self.others:
             by_joint.setdefault(statement.joint, []).append(statement)
         choices = [*product(*by_joint.values())]
-        if len(by_joint) < 2 or len(choices) > MOST_CHOICES:
+        if len(by_joint) < 2 or len(choices) > MAX_CHOICES:
             return None
         table = self.names.table
         whole = any(self.of(other).is_about_the_pose for other in self.others)
@@ -303,7 +303,7 @@ class SolutionCheck(Check):
     @cached_property
     def wrong(self) -> Mask:
         """Return whether the formula is wrong, shape (1, 1)."""
-        return np.array([[self.solved < MOST_POSES and not self.is_a_root]])
+        return np.array([[self.solved < BRANCH_POSE_RATIO and not self.is_a_root]])
 
     @cached_property
     def solved(self) -> float:
@@ -318,7 +318,10 @@ class SolutionCheck(Check):
         As of an arm that reaches back over its shoulder: where it has a value this is a root of
         the arm's equations, and at some poses the tool can be there.
         """
-        return self.solved >= BRANCH and self.branches(None, out_of_reach=True) >= MOST_POSES
+        return (
+            self.solved >= MIN_HIT_RATIO
+            and self.branches(None, out_of_reach=True) >= BRANCH_POSE_RATIO
+        )
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
@@ -331,7 +334,9 @@ class SolutionCheck(Check):
         joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])
         others = ~self.hits(self.person[:, 0, 0])
-        missed = np.flatnonzero(others & np.isfinite(here) if out_of_reach else others)[:ASKED]
+        missed = np.flatnonzero(others & np.isfinite(here) if out_of_reach else others)[
+            :MAX_BRANCH_POSES
+        ]
         held = self.expressions.free_symbols
         free = [k for k, v in enumerate(table.variables) if k != joint and v not in held]
         whole = self.is_about_the_pose
@@ -348,4 +353,4 @@ class SolutionCheck(Check):
     def passes(self, values: Floats, right: Floats) -> bool:
         """Return whether another formula gives the joint back at enough poses and at more."""
         share = float(np.mean(self.hits(values)))
-        return share >= BRANCH and share > self.share + BRANCH
+        return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO

@@ -16,10 +16,10 @@ from ..text.syntax import PARTS, Node
 from ..text.tokens import FormulaToken
 from .names import COORDINATES, FormulaNames
 
-LONGEST = 200_000  # nodes of an expression, shared parts counted each time
-DEEPEST_DEFINITION = 40
+MAX_NODES = 200_000  # nodes of an expression, shared parts counted each time
+MAX_DEFINITION_DEPTH = 40
 # Decimals from which on a number beside a letter counts as a rounded one: 0.5 is a half.
-ROUNDED = 4
+MIN_ROUNDED_DECIMALS = 4
 
 
 @dataclass(frozen=True)
@@ -284,7 +284,7 @@ class _Reader:
                 return self.names.value(token, equation.settings, context.general)
             if key in opened:
                 raise token.fault(f'{token.written!r} is defined by itself')
-            if len(opened) > DEEPEST_DEFINITION:
+            if len(opened) > MAX_DEFINITION_DEPTH:
                 raise token.fault('definitions nested too deep')
             self.used.add(id(raw))
             if (id(raw), context) not in self.known:
@@ -307,7 +307,7 @@ class _Reader:
 
 def _refuse_long(value: sp.Expr, at: FormulaToken) -> None:
     entries = value if is_matrix(value) else (value,)
-    if any(size_of(entry) > LONGEST for entry in entries):
+    if any(size_of(entry) > MAX_NODES for entry in entries):
         raise at.fault(f'{at.written!r} is longer than this command can compare')
 
 
@@ -322,7 +322,7 @@ def _numbers(node: Node) -> Iterator[Node]:
 
 
 def _is_rounded(text: str) -> bool:
-    return _decimals(text) >= ROUNDED and 'e' not in text.lower()
+    return _decimals(text) >= MIN_ROUNDED_DECIMALS and 'e' not in text.lower()
 
 
 def _decimals(text: str) -> int:

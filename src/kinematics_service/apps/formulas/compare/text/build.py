@@ -11,20 +11,20 @@ import sympy as sp
 from .....errors import FormulaError
 from .....robot.file.text.expression_syntax import folded
 from ...arm.table import inverse_pose
-from .syntax import MOST_ENTRIES, PARTS, Node
+from .syntax import MAX_MATRIX_ENTRIES, PARTS, Node
 from .tokens import FormulaToken
 
 Value: TypeAlias = sp.Expr | sp.ImmutableDenseMatrix
 Lookup: TypeAlias = Callable[[FormulaToken], Value]
 ReadNumber: TypeAlias = Callable[[str, FormulaToken], Value]
 
-MOST_DIGITS = 40
-HIGHEST_POWER = 24
-LARGEST_NUMBER_BITS = 4096
-LARGEST_POWER = 1000
-DEEPEST_CALLS = 12
+MAX_DIGITS = 40
+MAX_EXPONENT = 24
+MAX_NUMBER_BITS = 4096
+MAX_POWER = 1000
+MAX_CALL_DEPTH = 12
 # A decimal this long that is a rounded multiple of pi/12 is that multiple: 1.5708, 3.14159.
-DIGITS_OF_PI = 4
+MIN_PI_DECIMALS = 4
 TWELFTHS = tuple(k for k in range(1, 49) if k % 12 == 0 or k <= 24)
 
 
@@ -74,10 +74,10 @@ def _refuse_large(node: Node, value: Value) -> None:
     # Products double the digits of their numbers each time.
     for entry in value if is_matrix(value) else (value,):
         for factor in sp.Mul.make_args(entry):
-            if factor.is_Rational and _bits(factor) > LARGEST_NUMBER_BITS:
+            if factor.is_Rational and _bits(factor) > MAX_NUMBER_BITS:
                 raise node.at.fault('the number is too large')
-            if factor.is_Pow and factor.exp.is_Rational and abs(factor.exp) > LARGEST_POWER:
-                raise node.at.fault(f'a power higher than {LARGEST_POWER}')
+            if factor.is_Pow and factor.exp.is_Rational and abs(factor.exp) > MAX_POWER:
+                raise node.at.fault(f'a power higher than {MAX_POWER}')
 
 
 def _bits(number: Value) -> int:
@@ -105,10 +105,10 @@ def number(text: str, at: FormulaToken) -> Value:
         Too many digits, or too large an exponent.
     """
     mantissa, _, exponent = text.lower().partition('e')
-    if len(mantissa) > MOST_DIGITS or len(exponent) > 3 or abs(int(exponent or 0)) > 60:
-        raise at.fault(f'a number of more than {MOST_DIGITS} digits, or beyond 1e60')
+    if len(mantissa) > MAX_DIGITS or len(exponent) > 3 or abs(int(exponent or 0)) > 60:
+        raise at.fault(f'a number of more than {MAX_DIGITS} digits, or beyond 1e60')
     digits = len(mantissa.partition('.')[2])
-    if digits >= DIGITS_OF_PI and not exponent:
+    if digits >= MIN_PI_DECIMALS and not exponent:
         for k in TWELFTHS:
             multiple = sp.pi * k / 12
             rounded, cut = f'{float(multiple):.{digits}f}', f'{float(multiple):.16f}'
@@ -122,8 +122,8 @@ def _unwrapped(value: Value) -> Value:
 
 
 def _stacked(node: Node, parts: list[Value]) -> Value:
-    if sum(len(part) if is_matrix(part) else 1 for part in parts) > MOST_ENTRIES:
-        raise node.at.fault(f'a matrix of more than {MOST_ENTRIES} entries')
+    if sum(len(part) if is_matrix(part) else 1 for part in parts) > MAX_MATRIX_ENTRIES:
+        raise node.at.fault(f'a matrix of more than {MAX_MATRIX_ENTRIES} entries')
     rows, at = [], 0
     for length in node.rows:
         blocks = [part if is_matrix(part) else sp.Matrix([[part]]) for part in parts[at:][:length]]
@@ -180,12 +180,12 @@ def _powered(node: Node, base: Value, exponent: Value) -> Value:
                 'the only power of a matrix is ^-1, of a square one; frame 3 in frame 2 is T_23'
             )
         return _inverse(node, base)
-    if not (exponent.is_Rational and abs(exponent) <= HIGHEST_POWER and exponent.q <= 4):
-        raise node.at.fault(f'an exponent must be a number of at most {HIGHEST_POWER}')
+    if not (exponent.is_Rational and abs(exponent) <= MAX_EXPONENT and exponent.q <= 4):
+        raise node.at.fault(f'an exponent must be a number of at most {MAX_EXPONENT}')
     if base == 0 and exponent < 0:
         raise node.at.fault('division by zero')
     bits = _bits(base) if base.is_Rational else 1
-    if bits * abs(exponent) > LARGEST_NUMBER_BITS:
+    if bits * abs(exponent) > MAX_NUMBER_BITS:
         raise node.at.fault('the number is too large')
     return base**exponent
 
@@ -261,8 +261,8 @@ def _called(node: Node, arguments: list[Value]) -> Value:
     arguments = [_unwrapped(argument) for argument in arguments]
     if any(map(is_matrix, arguments)):
         raise node.at.fault(f'{node.text} of a matrix')
-    if max(map(_functions_inside, arguments)) >= DEEPEST_CALLS:
-        raise node.at.fault(f'functions nested more than {DEEPEST_CALLS} deep')
+    if max(map(_functions_inside, arguments)) >= MAX_CALL_DEPTH:
+        raise node.at.fault(f'functions nested more than {MAX_CALL_DEPTH} deep')
     value = _SCALAR[node.text.replace('arc', 'a')](*arguments)
     if not value.is_finite and value.is_number:
         raise node.at.fault(f'{node.text} is not finite here')

@@ -19,7 +19,7 @@ BEGINS_A_MATRIX = re.compile(r'\s*(\$|\[|\\begin|\\left|\\\[|Matrix|sp\.|sympy\.
 BRACED = re.compile(r'\\(?:begin|end)\s*\{[^{}]{0,40}\}')
 
 # Each takes up to a second.
-MOST_FORMULAS = 200
+MAX_FORMULAS = 200
 
 # Names of a matrix whose determinant is meant: `det(J)`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
@@ -146,8 +146,8 @@ def read_formulas(text: str) -> FormulaFile:
             raw.extend(_equations(whole, settings, local))
         except FormulaError as fault:
             faults.append(fault)
-        if len(raw) > MOST_FORMULAS:
-            message = f'more than {MOST_FORMULAS} formulas: split the file'
+        if len(raw) > MAX_FORMULAS:
+            message = f'more than {MAX_FORMULAS} formulas: split the file'
             faults.append(FormulaError(message, chunk.line, 1))
             break
     return FormulaFile(tuple(raw), tuple(faults))

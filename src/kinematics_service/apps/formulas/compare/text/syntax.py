@@ -25,14 +25,14 @@ FUNCTIONS = {
 }  # fmt: skip
 MATRIX_CALLS = frozenset(('Matrix', 'ImmutableMatrix', 'array'))
 INVERSE = {'sin': 'asin', 'cos': 'acos', 'tan': 'atan'}
-DEEPEST = 60
+MAX_DEPTH = 60
 # How strongly an operator binds what stands before it; what follows binds by one more.
 SUM, PRODUCT, SIGN, POWER, POSTFIX = range(1, 6)
 BINDING = {'+': SUM, '-': SUM, '*': PRODUCT, '/': PRODUCT, 'x': PRODUCT, '^': POWER, "'": POSTFIX}
 TRANSPOSE = (('T',), ('top',), ('{', 'T', '}'), ('{', 'top', '}'))
 CLOSING = {'(': ')', '[': ']', '{': '}'}
 # A Jacobian of dozens of joints has fewer.
-MOST_ENTRIES = 1000
+MAX_MATRIX_ENTRIES = 1000
 
 
 @dataclass(frozen=True)
@@ -143,8 +143,8 @@ class _Parser:
     def expression(self, least: int = SUM) -> Node:
         """Return what stands up to a token that binds less."""
         self.depth += 1
-        if self.depth > DEEPEST:
-            raise self.error(f'brackets and signs nested more than {DEEPEST} deep')
+        if self.depth > MAX_DEPTH:
+            raise self.error(f'brackets and signs nested more than {MAX_DEPTH} deep')
         node = self.operand(self.take())
         while (power := self.binding()) >= least:
             node = self.combined(node, power)
@@ -358,8 +358,8 @@ class _Parser:
         if not rows:
             raise opening.fault('a matrix without entries')
         parts = tuple(node for row in rows for node in row)
-        if len(parts) > MOST_ENTRIES:
-            raise opening.fault(f'a matrix of more than {MOST_ENTRIES} entries')
+        if len(parts) > MAX_MATRIX_ENTRIES:
+            raise opening.fault(f'a matrix of more than {MAX_MATRIX_ENTRIES} entries')
         return Node('matrix', text, parts, opening, tuple(len(row) for row in rows))
 
     def begins_an_entry(self) -> bool:

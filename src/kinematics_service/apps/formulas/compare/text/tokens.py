@@ -70,7 +70,7 @@ ADVICE = {
 }
 # `+-` is one of two signs, or the sign of a number that is added.
 PLUS_MINUS = re.compile(r'[±∓]|\\(?:pm|mp)(?![A-Za-z])|\+/?-')
-MOST_TOKENS = 50_000
+MAX_TOKENS = 50_000
 
 
 @dataclass(frozen=True)
@@ -134,8 +134,8 @@ def tokens_of(text: str, line: int = 1, column: int = 1) -> list[FormulaToken]:
             tokens.append(FormulaToken('newline', '\n', '', line + offset - 1, 0, True))
         first = column if offset == 0 else 1
         tokens.extend(_tokens_of_line(part, line + offset, first))
-        if len(tokens) > MOST_TOKENS:
-            raise FormulaError(f'more than {MOST_TOKENS} words', line + offset, 1)
+        if len(tokens) > MAX_TOKENS:
+            raise FormulaError(f'more than {MAX_TOKENS} words', line + offset, 1)
     return tokens
 
 

@@ -19,12 +19,12 @@ from .matrices import Matrix
 from .names import Affine, Names
 
 # Constant angles that are no quarter turns and stay symbols.
-MOST_LETTERS = 2
+MAX_ANGLE_SYMBOLS = 2
 # A row turns by p/q of a joint's angle: p and q are exponents, which have room for a product of
 # dozens of them.
-MOST_PARTS = 500
+MAX_ANGLE_PARTS = 500
 # 1.5707963267948966 is what a program prints for pi/2.
-NEAREST_DOUBLE = 1e-15
+QUARTER_TURN_TOLERANCE = 1e-15
 
 NOTHING: Affine = (sympy.Integer(0), {})
 
@@ -176,7 +176,7 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
                     'frames are no polynomials in sines and cosines of the joints'
                 )
             units[variable] = int(sympy.ilcm(units[variable], factor.q))
-            if max(units[variable], abs(factor) * units[variable]) > MOST_PARTS:
+            if max(units[variable], abs(factor) * units[variable]) > MAX_ANGLE_PARTS:
                 raise DerivationError(
                     f'{text}: {variable} turns an axis by {float(factor):.12g} of its angle, '
                     'whose sine and cosine are no short polynomials in those of the joint; '
@@ -242,7 +242,7 @@ def _in_quarters(angle: sympy.Expr) -> tuple[int, sympy.Expr]:
     rest = sympy.expand(angle - turns * sympy.pi)
     if rest.is_number and not rest.is_zero:
         printed = float(rest) * 2 / math.pi
-        if round(printed) and abs(printed - round(printed)) < NEAREST_DOUBLE:
+        if round(printed) and abs(printed - round(printed)) < QUARTER_TURN_TOLERANCE:
             turns, rest = turns + sympy.Rational(round(printed), 2), sympy.Integer(0)
     quarters = 2 * turns
     return (int(quarters), rest) if quarters.is_Integer else (0, angle)
@@ -252,7 +252,7 @@ def _odd_angle(ring: Ring, angle: sympy.Expr) -> Laurent:
     upright, sign = (-angle, -1) if angle.is_negative else (angle, 1)
     letters = [g for g in ring.generators if g.kind == 'fixed_angle']
     part = upright / ring.parts
-    if ('fixed_angle', part) in ring.indices or len(letters) < MOST_LETTERS:
+    if ('fixed_angle', part) in ring.indices or len(letters) < MAX_ANGLE_SYMBOLS:
         return ring.power(ring.index('fixed_angle', part), sign * ring.parts)
     tangent = Fraction(float(sympy.tan(angle / 2))).limit_denominator(10**9)
     p, q = tangent.numerator, tangent.denominator

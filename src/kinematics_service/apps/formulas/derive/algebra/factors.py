@@ -28,17 +28,17 @@ from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
 # Random lines a polynomial is cut with; one on which it does not factor shows that it does not.
-LINES, MOST_ON_LINE = 8, 23
+CUT_LINES, MAX_LINE_COEFFICIENT = 8, 23
 SEED = 1955
 # 3 modulo 4: of what stays whole beside i about half of them show it.
 PRIMES = (7, 11, 19, 23, 31, 43, 47, 59, 67, 71, 79, 83)
 # Above this many terms the full factoring, whose time grows steeply, is not tried.
-MOST_TERMS = 6000
+MAX_TERMS = 6000
 # The same over the Gaussian integers, where it takes seconds from four generators on.
-MOST_GAUSSIAN = 40
-MOST_LETTERS = 3
+MAX_GAUSSIAN_TERMS = 40
+MAX_GAUSSIAN_GENERATORS = 3
 # Of a product that was not shown to be split fully shorter factors are looked at one by one.
-MOST_ALONE = 100
+MAX_SHORT_TERMS = 100
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
 
 def stays_whole(value: Laurent, arithmetic: Arithmetic) -> bool:
     """Return whether it is proved of a short factor that no real factors can be split off."""
-    if len(value) > MOST_ALONE:
+    if len(value) > MAX_SHORT_TERMS:
         return False
     product = factored(value, arithmetic)
     return product.complete and [(f.power, f.splits) for f in product.factors] == [(1, False)]
@@ -212,7 +212,7 @@ def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[PolyElement, int]] | No
         return _gaussian_pieces(element)
     if len(element) > 12 and _irreducible_on_a_line(element, ZZ):
         return None, _stays_whole(element)
-    if len(element) > MOST_TERMS:
+    if len(element) > MAX_TERMS:
         return None, False
     found, complete = [], True
     for factor, power in _factor_list(element):
@@ -238,7 +238,7 @@ def _gaussian_pieces(element: PolyElement) -> tuple[list[tuple[PolyElement, int]
     if _irreducible_on_a_line(element, ZZ_I):
         return [*found, (element, 1)], True
     letters = sum(map(bool, _degrees(element)))
-    if letters > MOST_LETTERS or len(element) > MOST_GAUSSIAN:
+    if letters > MAX_GAUSSIAN_GENERATORS or len(element) > MAX_GAUSSIAN_TERMS:
         return [*found, (element, 1)], False
     return found + _gaussian_factors(element), True
 
@@ -267,7 +267,9 @@ def _candidates(element: PolyElement) -> Iterator[PolyElement]:
         for e, c in element.terms():
             parts.setdefault(e[k], {})[(*e[:k], 0, *e[k + 1 :])] = (int(c.x), int(c.y))
         shortest = min(parts.values(), key=len)
-        turned = _turned_real(shortest) if degree and 1 < len(shortest) <= MOST_ALONE else None
+        turned = (
+            _turned_real(shortest) if degree and 1 < len(shortest) <= MAX_SHORT_TERMS else None
+        )
         if turned is None:
             continue
         turns, real = turned
@@ -307,9 +309,10 @@ def _irreducible_on_a_line(
     R, t = polynomial_ring('t', domain)
     degrees, random = _degrees(element), Random(SEED)
     degree = max(sum(e) for e in element)
-    for _ in range(LINES):
+    for _ in range(CUT_LINES):
         lines = [
-            random.randint(1, MOST_ON_LINE) * t + random.randint(1, MOST_ON_LINE) for _ in degrees
+            random.randint(1, MAX_LINE_COEFFICIENT) * t + random.randint(1, MAX_LINE_COEFFICIENT)
+            for _ in degrees
         ]
         powers = [[line**e for e in range(most + 1)] for line, most in zip(lines, degrees)]
         cut = R.zero

@@ -14,17 +14,17 @@ from .....kernel import Floats
 from .numeric import Numbers, smallest_step, values_and_gradients
 
 # A zero is within this of the pose that shows it, rad or the unit of length.
-NEAR = 1e-9
+ZERO_DISTANCE = 1e-9
 # Relative to the sum of the sizes of a few hundred terms.
 ROUND_OFF = 1e-13
 STEPS = 32
 # Poses are looked at after so many steps, the best of them.
-LOOK = 8
-TRIED = 10
+STEPS_PER_CHECK = 8
+CHECKED_POSES = 10
 # Terms evaluated and boxes halved before the question is left open: seconds.
-MOST_TERMS = 100_000_000
-MOST_BOXES = 200_000
-AT_ONCE = 4096
+MAX_TERM_EVALUATIONS = 100_000_000
+MAX_BOXES = 200_000
+BATCH_SIZE = 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +111,8 @@ def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> tuple[float, ..
     # Newton's smallest steps inside the box: a joint that is pushed against a bound stays there.
     for count in range(STEPS + 1):
         f, G = values_and_gradients(functions, q)
-        if count % LOOK == 0:
-            for k in np.argsort(np.max(np.abs(f), axis=-1))[:TRIED]:
+        if count % STEPS_PER_CHECK == 0:
+            for k in np.argsort(np.max(np.abs(f), axis=-1))[:CHECKED_POSES]:
                 if _has_zero_beside(functions, q[k], f[k], G[k]):
                     return tuple(q[k].tolist())
         step = _step(f, G)
@@ -135,10 +135,10 @@ def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floa
     sigma = np.linalg.svd(G, compute_uv=False)
     if len(sigma) < len(f) or sigma[-1] <= 1e-9 * sigma[0]:
         return False
-    largest = np.abs(q) + NEAR
+    largest = np.abs(q) + ZERO_DISTANCE
     size = float(np.linalg.norm(np.abs(f) + _round_off(functions, largest)))
     inverse = 2.0 / float(sigma[-1])
-    if inverse * size > NEAR / 2:
+    if inverse * size > ZERO_DISTANCE / 2:
         return False
     change = float(np.linalg.norm(_bends(functions, largest)))
     return inverse * inverse * change * size <= 0.5
@@ -147,19 +147,19 @@ def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floa
 def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
     middle, half = (box.low + box.high) / 2, np.where(moving, (box.high - box.low) / 2, 0.0)
     # The bounds belong to the box, and so does what round-off leaves beside them.
-    centers, radii = middle[None], np.where(moving, half + NEAR, 0.0)[None]
+    centers, radii = middle[None], np.where(moving, half + ZERO_DISTANCE, 0.0)[None]
     terms = sum(len(f.function.powers) for f in functions) * (1 + len(middle))
-    left = min(MOST_BOXES, MOST_TERMS // max(1, terms))
+    left = min(MAX_BOXES, MAX_TERM_EVALUATIONS // max(1, terms))
     while len(centers):
         left -= len(centers)
         if left < 0:
             return Zero(None, None)
         parts = [
-            _undecided(functions, centers[k : k + AT_ONCE], radii[k : k + AT_ONCE])
-            for k in range(0, len(centers), AT_ONCE)
+            _undecided(functions, centers[k : k + BATCH_SIZE], radii[k : k + BATCH_SIZE])
+            for k in range(0, len(centers), BATCH_SIZE)
         ]
         centers, radii, sizes, along = (np.concatenate(part) for part in zip(*parts))
-        nearest = np.argsort(sizes)[:TRIED]
+        nearest = np.argsort(sizes)[:CHECKED_POSES]
         pose = _shown(functions, centers[nearest], box) if len(centers) else None
         if pose is not None:
             return Zero(True, pose)

@@ -4,7 +4,7 @@ from ..derivation import Derivation
 from .latex import formula
 
 # Longer formulas are named and not shown: nobody reads a page of terms.
-LONGEST = 2_000
+MAX_CHARACTERS = 2_000
 
 
 def latex_of(derivation: Derivation) -> str:
@@ -21,7 +21,7 @@ def latex_of(derivation: Derivation) -> str:
             lines.append(rf'{left_side} &: \text{{too many minors to write out}}')
             continue
         right = formula(derivation.in_angles(expression))
-        if len(right) > LONGEST:
+        if len(right) > MAX_CHARACTERS:
             right = rf'\texttt{{derivation.{name}}}'.replace('_', r'\_')
         lines.append(f'{left_side} &= {right}')
     return '$$\\begin{aligned}' + r' \\[1ex] '.join(lines) + '\\end{aligned}$$'

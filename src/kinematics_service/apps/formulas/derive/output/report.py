@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import sympy
 
-from ..closed_loops import MOST_VARIABLES
+from ..closed_loops import MAX_VARIABLES
 from ..derivation import Derivation
 from ..family import Family
 from ..path import Path
 from ..singular_set import FamilyCrossing, SingularFactor
 
 # An expression of more operations is named, not printed again inside a sentence.
-LONG = 60
+LONG_EXPRESSION_OPERATIONS = 60
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ def _closed_determinant(derivation: Derivation) -> Iterator[Block]:
     elif derivation.determinant is None:
         yield say(
             f'The determinant of the arm, rows {rows}, is that of these rows of J. It is not '
-            f'multiplied out: that is done of {MOST_VARIABLES} joints and passive ones at most. '
+            f'multiplied out: that is done of {MAX_VARIABLES} joints and passive ones at most. '
             f'Here are {len(derivation.names.variables)}.'
         )
     else:
@@ -274,7 +274,7 @@ def _short(name: str) -> str:
 def _family(derivation: Derivation, factor: SingularFactor) -> Iterator[Block]:
     yield Heading(_short(factor.name), 3)
     yield from _in_both(derivation, '0', factor.expression)
-    if sympy.count_ops(factor.expression) > LONG and factor.irreducible:
+    if sympy.count_ops(factor.expression) > LONG_EXPRESSION_OPERATIONS and factor.irreducible:
         yield say(
             'It is irreducible: with its lengths as letters it has no real factors with '
             'fractions as coefficients.'

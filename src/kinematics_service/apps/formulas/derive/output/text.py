@@ -9,7 +9,7 @@ from ..file_factors import DecimalPrinter
 from .report import Block, Equation, Heading
 
 # Characters in a line of a matrix, at most; spaces between its columns.
-WIDEST, GAP = 150, 3
+MAX_WIDTH, COLUMN_GAP = 150, 3
 
 
 def text_of(blocks: Sequence[Block]) -> str:
@@ -40,10 +40,10 @@ def _equation(left: str, right: sympy.Expr) -> list[str]:
     entries = [[written(right[i, j]) for j in range(right.cols)] for i in range(right.rows)]
     widths = [max(map(len, column)) for column in zip(*entries)]
     name = f'  {left} = '
-    if len(name) + sum(widths) + GAP * len(widths) + 2 > WIDEST:
+    if len(name) + sum(widths) + COLUMN_GAP * len(widths) + 2 > MAX_WIDTH:
         head = f'  {left}: {right.rows} x {right.cols}, too wide for columns'
         return [head, *_one_by_one(entries)]
-    rows = [(' ' * GAP).join(map(str.ljust, row, widths)) for row in entries]
+    rows = [(' ' * COLUMN_GAP).join(map(str.ljust, row, widths)) for row in entries]
     begins = [' ' * len(name)] * right.rows
     begins[(right.rows - 1) // 2] = name
     return ['', *(f'{begin}[ {row} ]' for begin, row in zip(begins, rows)), '']
