@@ -29,6 +29,7 @@ from ..derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
+# Entries of a printed rotation that are nearer to the rotation of the reader are exact.
 ROTATION_TOLERANCE = 1e-12
 AXES = {'x': 0, 'y': 1, 'z': 2}
 
@@ -43,9 +44,9 @@ class TableRow:
     convention
         As in the robot file.
     quantities : pairs (name, value)
-        m and rad; none where the rows of the convention are no quantities.
+        m and rad; empty for conventions whose rows have no named quantities.
     axis, argument
-        An elementary motion, `Rz` for example; no axis: none.
+        An elementary motion, for example `Rz`; an empty axis means no motion.
     inner, outer
         Constant poses of a shape row.
     """
@@ -58,17 +59,17 @@ class TableRow:
     outer: sp.Matrix = EYE
 
     def __getitem__(self, name: str) -> sp.Expr:
-        """Return a quantity by its name, 0 where the convention has none of this name."""
+        """Return a quantity by its name; 0 if the convention has no quantity of this name."""
         return dict(self.quantities).get(name, ZERO)
 
     @property
     def order(self) -> Convention:
-        """Return its convention, which says in which order the quantities multiply."""
+        """Return the convention, which fixes the order in which the quantities multiply."""
         return CONVENTIONS[self.convention]
 
     @property
     def factors(self) -> list[tuple[str, sp.Expr | sp.Matrix]]:
-        """Return what multiplies to the row: axes with their arguments, '' with a pose."""
+        """Return the factors of the row: an axis with its argument, or '' with a pose."""
         if self.quantities:
             return [(axis, self[name]) for axis, name in self.order.motions]
         joint = [(self.axis, self.argument)] if self.axis else []
@@ -76,7 +77,7 @@ class TableRow:
 
     @cached_property
     def moving(self) -> sp.Expr:
-        """Return what the joint variables of the row stand in, for searching."""
+        """Return the sum of the expressions that contain the row's joint variables."""
         return sum((self[name] for name in MOVING), self.argument)
 
     @cached_property
@@ -99,8 +100,7 @@ class Table:
     Parameters
     ----------
     variables
-        Symbols of the joint variables, and behind them of the joints that closed loops move, of
-        which there are `passive`.
+        Symbols of the joint variables, then of the `passive` joints that closed loops move.
     constants
         Symbols of the named constants; `given` has those that are plain numbers in the file,
         `derived` the expressions of the others.
@@ -192,7 +192,7 @@ def _pose(rigid: RigidMotion, names: Names) -> sp.Matrix:
         not entries[k].is_number or abs(float(entries[k]) - value) > ROTATION_TOLERANCE
         for k, value in rotation_read.items()
     ):
-        # The reader took the nearest rotation of printed digits.
+        # The file's reader replaced a rounded matrix by the nearest rotation.
         for k, value in rotation_read.items():
             entries[k] = sp.Rational(repr(value))
     return sp.ImmutableDenseMatrix(4, 4, entries)
@@ -237,7 +237,7 @@ def table_of(description: RobotDescription) -> Table:
     derived: dict[sp.Symbol, sp.Expr] = {}
     for constant in description.constants:
         name, symbol = constant.name, constants[constant.name]
-        # A constant used both as a length and as an angle is a ratio.
+        # A constant used as a length and as an angle is a ratio: it has no unit.
         is_length, is_angle = name in used['length'], name in used['angle']
         factor = sp.Integer(1) if is_length == is_angle else length if is_length else degree
         if names_in(constant.text) & set(constants):

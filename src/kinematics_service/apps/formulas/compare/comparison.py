@@ -31,7 +31,8 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# A pose or two of them lose more digits near the end of acos.
+# A remark names poses without a solution only below this ratio of solved poses: near the end of
+# acos one or two of 200 poses lose too many digits.
 MIN_REMARKED_RATIO = 0.99
 
 
@@ -45,7 +46,7 @@ class WrongEntry:
     row, column
         From 0.
     yours, right
-        Expressions or numbers; right is empty where it is too long to print.
+        Expressions or numbers; right is empty if it is too long to print.
     difference
         The largest, over the poses.
     """
@@ -67,15 +68,15 @@ class Verdict:
     status
         `agrees` or `differs`.
     entries
-        The wrong ones.
+        The wrong entries.
     causes
-        Tested causes, the most telling first.
+        Tested causes, those that explain the most entries first.
     unexplained
-        How many wrong entries no cause explains.
+        Number of wrong entries that no cause explains.
     tried
         Every cause that was tested.
     remarks
-        Facts beside the comparison: a determinant of -1, a structural singularity, a branch.
+        Other facts: a determinant of -1, a structural singularity, a branch.
     shape
         Rows and columns of the formula.
     """
@@ -102,7 +103,7 @@ class Comparison:
     poses
         Number of random poses.
     randomised
-        Constants that got random values somewhere.
+        Constants that got random values in a formula.
     passed_over
         Definitions that no formula uses.
     """
@@ -129,8 +130,8 @@ def compare(robot: Robot, text: str) -> Comparison:
     robot
         The arm.
     text
-        Formulas in plain, sympy, MATLAB or LaTeX syntax. Of an arm with closed loops they are of
-        joints and of passive joints, and compared where the loops close.
+        Formulas in plain, sympy, MATLAB or LaTeX syntax. Formulas of an arm with closed loops may
+        contain joints and passive joints; they are compared at poses at which the loops close.
     """
     names = FormulaNames(table_of(robot.description))
     understood = understand(read_formulas(text), names)
@@ -217,7 +218,7 @@ def _verdict(check: Check) -> Verdict:
         base = replace(base, remarks=tuple(_branch(check)))
     if not check.wrong.any():
         return replace(base, remarks=base.remarks + _rounded(check))
-    # Causes are tested on the table alone, which loops do not leave as it is.
+    # Causes are tested on the table alone, without the loops that close it.
     explained = Explained((), ()) if check.names.table.passive else explain(check)
     entries = tuple(_wrong_entry(check, int(i), int(j)) for i, j in np.argwhere(check.wrong))
     found = {entry for cause in explained.explanations for entry in cause.entries}
@@ -232,7 +233,7 @@ def _verdict(check: Check) -> Verdict:
 
 
 def _rounded(check: Check) -> tuple[str, ...]:
-    # A remark for printed numbers, which are compared to their last digit.
+    # Printed numbers are compared to their last digit: a remark gives the difference.
     worst = float(np.max(check.gap(check.person, check.right)))
     rounded = check.statement.decimals or check.statement.half_units
     if not rounded or worst <= ROUND_OFF:
@@ -346,7 +347,7 @@ def _branch(check: SolutionCheck) -> list[str]:
 
 
 def _with_the_others(verdicts: Sequence[Verdict], checks: Sequence[Check]) -> list[Verdict]:
-    # Formulas that are right one by one may belong to different solutions.
+    # Formulas that are right alone may belong to different solutions.
     right = {verdict.line for verdict in verdicts if verdict.status == AGREES}
     groups: dict[Settings, list[SolutionCheck]] = {}
     for check in checks:

@@ -8,6 +8,7 @@ from ....typography import counted
 from .causes.explanation import Explanation
 from .comparison import AGREES, Comparison, Verdict
 
+# Wrong entries that a report lists of one formula.
 MAX_ENTRIES = 12
 
 
@@ -22,7 +23,7 @@ def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator
     file
         The name of the formulas' file.
     verbose
-        Name the causes that were tested if none explains a difference.
+        Whether to name the tested causes if no cause explains a difference.
     """
     verdicts = comparison.verdicts
     wrong = sum(verdict.status != AGREES for verdict in verdicts)

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import sympy as sp
 
 from ...arm.numbers import Floats
@@ -28,7 +27,7 @@ ACCEPTED = (
 @dataclass(frozen=True)
 class Quantity:
     """
-    Something of the arm a formula may be about.
+    A quantity of the arm that a formula may define.
 
     Parameters
     ----------
@@ -46,7 +45,7 @@ class Quantity:
     rows
         The Jacobian's rows that are meant, by their places; empty: as many as are written.
     either
-        Whether two digits may also be the number of one frame or row.
+        Whether two digits may also be one number of a frame or row.
     """
 
     kind: str
@@ -89,7 +88,7 @@ _PATTERNS = {
 
 
 def quantity_of(key: str) -> Quantity | None:
-    """Return what a name without underscores means, or None where it is none of these."""
+    """Return the quantity of a name without underscores; None if the name means no quantity."""
     for pattern, quantity in _PATTERNS.items():
         if found := re.fullmatch(pattern, key):
             groups = {name: text for name, text in found.groupdict().items() if text}
@@ -102,7 +101,7 @@ def quantity_of(key: str) -> Quantity | None:
 
 
 def why_out_of_range(quantity: Quantity, table: Table, reading: Settings) -> str:
-    """Return why an index is too large, or nothing."""
+    """Return the reason why an index is out of range, or an empty text."""
     rows, joints = len(table.rows), table.joints
     low, high = 0, rows + reading.first_frame
     if quantity.kind in ('row', 'jacobian', 'numeric'):
@@ -133,7 +132,7 @@ def why_out_of_range(quantity: Quantity, table: Table, reading: Settings) -> str
 PARTS = {'rotation': np.s_[..., :3, :3], 'axis': np.s_[..., :3, 2:3], 'origin': np.s_[..., :3, 3:]}
 
 
-def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) -> npt.NDArray[Any]:
+def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) -> Floats:
     """
     Return a quantity of an arm, an array; not for `det` and `general`.
 
@@ -180,7 +179,7 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
 
 
 def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp.Matrix | None:
-    """Return what a quantity is, as a matrix of expressions; None for those without one."""
+    """Return a quantity as a matrix of expressions; None if it has no expression."""
     if quantity.kind in ('det', 'general') or quantity.form in ANGLES:
         return None
     return sp.ImmutableDenseMatrix(value_of(quantity, arm, reading))

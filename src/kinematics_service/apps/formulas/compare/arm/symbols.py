@@ -66,7 +66,7 @@ class SymbolicArm:
         return [row_matrix(row) for row in self.table.rows]
 
     def frame(self, at: int) -> sp.Matrix:
-        """Return a frame in the base frame, which is what is before frame 0."""
+        """Return a frame in the base frame; the base frame itself for a negative number."""
         return EYE if at < 0 else self.frames[at]
 
     def between(self, i: int, j: int) -> sp.Matrix:
@@ -90,12 +90,13 @@ class SymbolicArm:
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
 
 
+# Longer expressions of right entries are left out of a report.
 MAX_SHOWN_CHARACTERS = 160
 
 
 def shown(expression: sp.Expr) -> str:
     """
-    Return an expression in its shortest cheap form; empty where that is still too long to read.
+    Return an expression in the shorter of two forms, or an empty text if it is too long to read.
     """
     best = min((expression, sp.factor_terms(expression)), key=sp.count_ops)
     text = str(best)

@@ -11,10 +11,12 @@ from itertools import combinations
 
 import sympy as sp
 
-# Which arguments lead to a part of an expression, from outside.
+# Indices of arguments that lead to a part of an expression, outermost first.
 Path = tuple[int, ...]
 
-MAX_EDITED_NODES = 400  # nodes; beyond, a formula is only located
+# Longer formulas, by nodes of their trees, are located but not edited.
+MAX_EDITED_NODES = 400
+# Combinations of terms are tried in sums and products of at most this many parts.
 MAX_COMBINED_TERMS = 7
 
 

@@ -21,10 +21,12 @@ from .causes import CAUSES
 from .edits import EDITS, EXTRA, MAX_EDITED_NODES, SOLUTION_EDITS, replaced
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
+# Other causes that a report names beside the first one.
 MAX_ALTERNATIVES = 3
+# Dropped terms are looked for among at most this number of terms.
 MAX_MISSING_TERMS = 12
-# Share of the wrong entries, at most, that a whole-matrix cause may leave wrong to count as the
-# first of two mistakes.
+# A cause of a whole matrix is the first of two mistakes if it leaves at most this ratio of the
+# wrong entries wrong.
 MAX_LEFT_RATIO = 0.34
 
 DROPPED = 'dropped term or factor'
@@ -95,7 +97,7 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
 
 
 def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
-    # A patch for every entry does not explain a matrix.
+    # A separate repair for every entry does not explain a matrix.
     return found if len(found) <= max(2, wrong // 3) else []
 
 
@@ -125,7 +127,7 @@ def _candidates(
 def _best_whole(
     check: QuantityCheck, wrong: Mask, variants: list[tuple[str, Variant]]
 ) -> tuple[str, Variant] | None:
-    # One mistake in everything and a second one in a few entries.
+    # One mistake in the whole matrix and a second mistake in a few entries.
     best, least = None, int(MAX_LEFT_RATIO * wrong.sum())
     for name, variant in variants:
         left = int((~check.agrees(check.person, variant.values)).sum())
@@ -156,8 +158,8 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
-    # The fewest causes, and the entries that none explains: always the cause that explains most of
-    # the remaining entries; then table order.
+    # Greedy set cover: take the cause that explains the most remaining entries, the first of the
+    # table if two explain the same number. Return the causes and the unexplained entries.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -204,18 +206,18 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     if isinstance(check, QuantityCheck) and check.quantity.kind == 'general':
         symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
     if isinstance(check, SolutionCheck):
-        # The joint itself would explain every formula of it.
+        # The joint's own symbol would repair every formula of the joint.
         symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
-    found: dict[str, str] = {}  # by sentence: kinds of edits may come to the same one
+    found: dict[str, str] = {}  # kinds by sentence: two kinds of edits may give one sentence
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
             values = check.evaluation.with_part(expression, edit.path, edit.part)
             if not check.passes(values, right[:, i, j]):
                 continue
-            # An edit that makes all of it vanish means that 0 belongs there, and no other cause.
+            # An edit to 0 says only that the entry is 0; EXTRA has a sentence for this.
             may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
             if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
                 continue
@@ -263,7 +265,7 @@ def _missing_factor(
     check: QuantityCheck, terms: Sequence[sp.Expr], values: Floats, i: int, j: int
 ) -> list[Explanation]:
     if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
-        return []  # a factor 0 would explain every entry that stands where 0 belongs
+        return []  # a factor 0 would explain every entry that must be 0
     factors = {f for term in terms for f in sp.Mul.make_args(term)}
     for factor in sorted(factors, key=str):
         value = check.world.evaluation.of(factor) * check.person[:, i, j]
@@ -273,7 +275,7 @@ def _missing_factor(
 
 
 def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
-    """Return the right expression of an entry, or None if it has none."""
+    """Return the right expression of an entry; None if the quantity has no expression."""
     if check.quantity.kind == 'numeric':
         return None
     if check.quantity.kind == 'general':
@@ -291,7 +293,7 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
 
 
 def _grouped(found: list[Explanation]) -> list[Explanation]:
-    # One explanation for the same slip in several entries.
+    # Join explanations of the same slip in several entries.
     groups: dict[tuple[str, str], Explanation] = {}
     for one in found:
         first = groups.get(key := (one.cause, one.sentence))

@@ -16,7 +16,7 @@ from ..arm.quantities import Quantity, arranged, value_of, why_out_of_range
 from ..statements.checks import QuantityCheck
 from .variant import Variant
 
-MILLIMETRES_PER_METRE = 1000.0
+MILLIMETRES_PER_METRE = 1000.0  # by definition
 
 
 def own_axes(check: QuantityCheck) -> Iterator[Variant]:

@@ -47,14 +47,14 @@ class Cause:
     name
         For the list of what was tried.
     kinds
-        Kinds of quantities it makes sense for.
+        Kinds of quantities it applies to.
     scopes
         Parts of a matrix it may explain: the whole, a block, a column, a row, an entry.
     variants
         Its mistaken versions.
     many
-        Has so many versions that one of them fits a single configuration by chance; tried at
-        random poses only.
+        Whether it is tried at random poses only. A cause of many versions would fit a single
+        configuration by chance.
     """
 
     name: str

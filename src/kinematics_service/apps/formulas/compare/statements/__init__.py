@@ -1,1 +1,1 @@
-"""What the formulas of a file say about a robot, and whether it is true."""
+"""Statements of a file of formulas about a robot, and the checks of them."""

@@ -22,10 +22,14 @@ from .names import ANGLE_IN_PLANE, POINT, ROTATION, FormulaNames
 
 SEED = 20240523
 POSES = 8
-LENGTH_RANGE = (0.3, 1.3)  # m, and rad for named angles
-SLIDE_RANGE = 1.0  # m of an unlimited prismatic joint
-AXIS_TOLERANCE = 1e-9  # of the axis of an arm in a plane
-CLOSURE_SAMPLES = 2000  # positions at which closed loops may close
+# Random constants, m, or rad for named angles: of one size, and never 0.
+LENGTH_RANGE = (0.3, 1.3)
+# Travel of a prismatic joint without limits, m.
+SLIDE_RANGE = 1.0
+# An arm moves in a plane if its tool turns about z alone: 1 minus the cosine of the tilt.
+AXIS_TOLERANCE = 1e-9
+# Random positions at which closed loops are tried.
+CLOSURE_SAMPLES = 2000
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,7 @@ class Poses:
     chosen
         Names of the joints that `at` gives values.
     coupling : shape (N, P, n)
-        How the joints that closed loops move follow the others there; None without loops.
+        Rates of the passive joints per rate of the joints; None without loops.
     """
 
     count: int
@@ -61,13 +65,13 @@ def poses_for(
     count: int = POSES,
 ) -> Poses:
     """
-    Return poses for a formula in which certain symbols stand.
+    Return poses for a formula that contains certain symbols.
 
     Parameters
     ----------
     symbols
-        Constants among them get random values, unless `fixed` or the `at` line gives them one, or
-        the arm has closed loops: these close for its own.
+        Constants among them get random values, unless `fixed` or the `at` line gives them a value.
+        An arm with closed loops keeps its own constants, for which the loops close.
     fixed
         Constants and their values.
 
@@ -110,7 +114,7 @@ def _close(
     given: Mapping[sp.Symbol, Floats],
     count: int,
 ) -> Floats:
-    # Brings the joints to positions at which the loops close, and completes them there.
+    # Move the joints to positions at which the loops close, and add the passive joints.
     table, rng = names.table, np.random.default_rng(SEED)
     joints = table.variables[: table.joints]
     for symbol in given:
@@ -147,7 +151,7 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
     if robot.prismatic[k]:
         low = low if np.isfinite(low) else 0.0
         high = high if np.isfinite(high) else low + SLIDE_RANGE
-        low += 0.1 * (high - low)  # an arm that is not extended at all is a special case
+        low += 0.1 * (high - low)  # a fully retracted arm may be a special case
     elif not np.isfinite(high - low):
         low, high = -np.pi, np.pi
     return rng.uniform(low, high, count)
