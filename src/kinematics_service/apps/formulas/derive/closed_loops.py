@@ -29,9 +29,9 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# Longer numerators, by their operations, are not multiplied out: that would be no shorter.
+# Numerators of more operations are not multiplied out: the result would not be shorter.
 MAX_OPERATIONS = 150
-# Joints and passive joints of a determinant that is multiplied out, at most.
+# A determinant of more joints and passive joints is not multiplied out.
 MAX_VARIABLES = 6
 
 
@@ -43,16 +43,16 @@ class LoopEquations:
     Attributes
     ----------
     name
-        Of the loop.
+        The loop's name.
     passive
         Symbols psi of its passive joints.
     equations
-        Phi, each 0 where the loop is closed: the end of its own chain seen from where it meets the
-        table, in the axes of the frame where it begins.
+        Phi, each 0 if the loop is closed: the end of the loop's own chain relative to the frame
+        in which it meets the table, in the axes of the frame in which the loop begins.
     coupling
         d psi / d q by the joints of the arm, one row a passive joint.
     determinant
-        Of d Phi / d psi: where it is 0 the loop is flat and may change its branch.
+        The determinant of d Phi / d psi; if it is 0, the loop is flat and may change its branch.
     """
 
     name: str
@@ -63,21 +63,21 @@ class LoopEquations:
 
 
 def simplified(expression: sympy.Expr) -> sympy.Expr:
-    """Return a quotient of sines and cosines with a shorter numerator, where there is one."""
+    """Return a quotient of sines and cosines with the shortest numerator of two forms."""
     numerator, denominator = sympy.fraction(expression)
     forms = [sympy.factor_terms(form, clear=False) for form in _forms(numerator)]
     return min(forms, key=sympy.count_ops) / denominator
 
 
 def _forms(expression: sympy.Expr) -> list[sympy.Expr]:
-    # The expression, and where it is not long that by sums of angles.
+    # The expression and, if it is short, its form with sums of angles.
     long = sympy.count_ops(expression) > MAX_OPERATIONS
     return [expression] if long else [expression, _without_products(expression)]
 
 
 def _without_products(expression: sympy.Expr) -> sympy.Expr:
-    # Sines and cosines of sums of angles in place of their products: of links that turn about
-    # parallel axes most terms cancel. A thirtieth of the time of `sympy.trigsimp`.
+    # Write products of sines and cosines as sines and cosines of sums: with parallel axes most
+    # terms cancel. It takes a thirtieth of the time of `sympy.trigsimp`.
     return sympy.expand(TR8(sympy.expand(expression)))
 
 
@@ -96,7 +96,7 @@ def loop_equations(
     Parameters
     ----------
     name
-        Of the loop.
+        The loop's name.
     constraint
         Phi, as many expressions as there are passive joints.
     joints, passive
@@ -122,11 +122,11 @@ def loops_of(
     robot
         The arm.
     arm
-        It with its loops open.
+        The arm with its loops open.
     arithmetic
-        Of the arm and of the rows of its loops.
+        The arithmetic of the arm and of the rows of its loops.
     tell
-        Told in a few words what is being done.
+        Called with a few words about the next step.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def loops_of(
     """
     loops = robot.description.loops
     for group in loop_groups(loops):
-        # The inverse of so many equations is no formula that anybody reads.
+        # The inverse of the equations of several loops is too long to read.
         if len(group) > 1:
             names = ', '.join(repr(loop.name) for loop in group)
             raise DerivationError(
@@ -165,16 +165,16 @@ def closed_determinant(
     """
     Return det(J_t) of the task rows of an arm with loops, a product over those of the loops.
 
-    None where it is not square, or of more than MAX_VARIABLES joints and passive joints.
+    None if it is not square, or has more than MAX_VARIABLES joints and passive joints.
 
     Parameters
     ----------
     robot
         The arm.
     J
-        By joints and passive joints, base axes.
+        The Jacobian by joints and passive joints, base axes.
     frames
-        Of the arm with its loops open.
+        The frames of the arm with its loops open.
     """
     symbols = writer.arithmetic.names.variables
     if not robot.singularity.task.square or len(symbols) > MAX_VARIABLES:
@@ -194,8 +194,8 @@ def closed_determinant(
 def _equations(
     description: RobotDescription, loop: LoopDescription, arithmetic: Arithmetic
 ) -> tuple[sympy.Expr, ...]:
-    # The residual of a loop as the kernel has it; of a rotation its axis times the sine, which is
-    # zero with it.
+    # The residual of a loop, as in the kernel. The residual of a rotation is its axis times the
+    # sine of its angle.
     start = _chain(description, (), loop.start.motion, arithmetic)
     there = start.inv() * _chain(description, loop.there, loop.meets.motion, arithmetic)
     back = _chain(description, loop.links, IDENTITY, arithmetic)

@@ -41,7 +41,7 @@ from .singular_set import (
 )
 from .trigonometry import Writer, writer_of
 
-# Minors of a strongly redundant arm grow like binomials; beyond this they are not written out.
+# More minors are not written out; their number grows like binomials with the redundant joints.
 MAX_MINORS = 100
 
 Progress = Callable[[str], None]
@@ -178,7 +178,7 @@ class Derivation:
     @property
     def angles(self) -> dict[sympy.Symbol, sympy.Expr]:
         """
-        Return q + offset by the symbol of theta, of joints whose offset is no quarter turn.
+        Return q + offset by the symbol of theta, for joints whose offset is not a quarter turn.
 
         Examples
         --------
@@ -209,7 +209,7 @@ class Derivation:
         Raises
         ------
         DerivationError
-            There is no such frame.
+            The frame is unknown.
         """
         J = self.exact.jacobian_in(frame)
         J = np.roll(J, 3, axis=0) if angular_first else J
@@ -257,16 +257,16 @@ def derive(
     robot
         The arm.
     locked
-        Joint variables held still, with the expression in the file's units that stands in their
-        place: `{'q3': '0'}` makes a six-joint arm of a seven-joint one. Not with closed loops.
+        Joint variables that are held still, and the expressions, in the file's units, that replace
+        them: `{'q3': '0'}` makes a six-joint arm of a seven-joint arm. Not with closed loops.
     progress
-        Told in a few words what is being done.
+        Called with a few words about the next step.
 
     Raises
     ------
     DerivationError
-        A name to lock is unknown, an angle is no fraction of a joint's, the pose is too long, or
-        closed loops need each other's passive joints.
+        A name to lock is unknown, a row turns by an irrational multiple of a joint's angle, the
+        pose is too long, or closed loops need each other's passive joints.
 
     Examples
     --------
@@ -315,7 +315,7 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
-    # None if a factor is a single family in half angles only.
+    # None if the families of a factor need half angles.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     search = FamilySearch(sampler, sampler.in_random_letters)
@@ -372,8 +372,8 @@ def _minors(exact: Exact, columns: Sequence[int], rank: int) -> Minors | None:
     sampler = exact.sampler
     if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MAX_MINORS:
         return None
-    # Sums of squared minors depend on the point, unless six rows have full rank: their ratios
-    # do not.
+    # The point may change if six rows have full rank: the ratios of the minors stay the same.
+    # Other sums of squared minors depend on the point.
     view = simplest_view(exact.J, exact.frames, exact.arithmetic, sampler.rows, columns, rank == 6)
     return minors_of(view, sampler.rows, columns, rank)
 

@@ -19,13 +19,13 @@ class Family:
     Attributes
     ----------
     variable
-        The joint it is solved for; None where the factor is left as an equation.
+        The joint for which the factor is solved; None if it stays an equation.
     solutions
         Values of that joint by the others; k is any integer.
     condition
         When they exist, a sympy relation; None: always.
     free
-        Where all of these are 0 every value of that joint is a solution; empty: nowhere.
+        If all these expressions are 0, every value of the joint is a solution; empty: never.
     """
 
     variable: sympy.Symbol | None

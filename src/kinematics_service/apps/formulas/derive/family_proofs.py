@@ -1,7 +1,7 @@
 """
-Prove for a whole family what was found at its poses, by division: multiples of a factor vanish.
+Prove statements about a whole family by polynomial division: multiples of its factor vanish.
 
-A rank is at most r if every minor of size r + 1 vanishes. One pose shows that it is not less.
+A rank is at most r if every minor of size r + 1 vanishes. One pose shows that it is not lower.
 """
 
 import math
@@ -22,7 +22,7 @@ from .jacobian import about, axes_seen_from, geometric, in_axes_of
 from .minors import minors
 from .singular_geometry import Lost
 
-# More minors than these are not looked at: the claim stays one of sampled poses.
+# A statement that needs more minors is not proved; it holds at sampled poses only.
 MAX_MINORS = 250
 MAX_TERMS = 3000
 

@@ -22,7 +22,7 @@ from .algebra.arithmetic import NOTHING, Arithmetic
 from .algebra.matrices import Matrix, identity, inverse
 from .algebra.names import Affine
 
-# The largest bundled arm, of seven joints, has 5000; beyond, products of entries take minutes.
+# Terms of the tool's pose. The largest bundled arm has 5000; more terms take minutes.
 MAX_POSE_TERMS = 6000
 
 
@@ -179,8 +179,8 @@ def _rotation(angles: Sequence[sympy.Expr], arithmetic: Arithmetic) -> Matrix:
 
 
 def _roll_pitch_yaw(turns: list[list[sympy.Expr]], motion: RigidMotion) -> list[sympy.Expr]:
-    # Angles instead of entries: their sines and cosines are orthogonal by themselves. A matrix of
-    # rounded decimals is no rotation; the library takes the nearest one, and so does this.
+    # A rotation by its angles is exactly orthogonal. A matrix of rounded decimals is not: take the
+    # nearest rotation, as the library does.
     R = sympy.Matrix(turns)
     if sympy.simplify(R * R.T) != sympy.eye(3):
         return [sympy.Rational(repr(angle)) for angle in roll_pitch_yaw(motion.matrix).tolist()]

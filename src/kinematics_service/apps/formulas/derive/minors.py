@@ -26,9 +26,9 @@ from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of, may_turn
 from .sampled_poses import PoseSampler
 from .trigonometry import Writer
 
-# Minors of more terms are not multiplied out to see whether the sum of squares is shorter.
+# The sum of the squares of longer minors is not multiplied out to find a shorter form.
 MAX_SQUARED_TERMS = 200
-# Minors of more terms together are written as they are, not as products.
+# Minors of more terms together are not factored.
 MAX_FACTORED_TERMS = 600
 
 

@@ -17,9 +17,9 @@ from .derivation import Derivation
 
 TIME = sympy.Symbol('t', real=True)
 SAMPLES = 4001
-# Steps, each of which narrows the bottom of a valley to a sixteenth.
+# Steps of the search for a minimum; each narrows the interval to a sixteenth.
 NARROWING_STEPS = 9
-# Values below this share of the largest value count as 0: round-off.
+# Values below 1e-12 of the largest value are 0 up to round-off.
 ROUND_OFF = 1e-12
 
 Values = Callable[[Floats], Floats]

@@ -17,12 +17,12 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.zeros import Box
 from .singular_geometry import ArmAtPoses, rank_at
 
-# Enough for a coincidence to show, few enough for a second.
+# Sampled poses of a family: a coincidence at all of them is unlikely, and they take a second.
 POSES = 60
-# Two values of each letter, so that chance does not decide: those of the file times these, so that
-# families that exist in the file exist.
+# Two random values of each letter exclude coincidences. They are near the value of the file, so
+# that the families of the file exist.
 SEEDS = (1955, 1964)
-LETTER_FACTORS = (0.8, 1.25)
+LETTER_FACTORS = (0.8, 1.25)  # times the value of the file
 # Step of central differences: round-off and the third derivative are both below 1e-9.
 STEP = 1e-6
 
@@ -39,9 +39,9 @@ class PoseSampler:
     moving
         Indices of the joints that move.
     still : shape (n,), rad or m
-        Positions of the others.
+        Positions of the locked joints.
     to_si : shape (moving,)
-        Multiplies a joint position of the file's length unit; 1 for angles.
+        Metres per length unit of the file for prismatic joints; 1 for angles.
     arithmetic
         The arithmetic of the exact arm, with values of its letters.
     table
@@ -93,7 +93,7 @@ class PoseSampler:
         Parameters
         ----------
         periods : shape (moving,), rad
-            After which a joint's frames repeat.
+            The period of the frames in each joint.
         """
         low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
         # An angle has all its values within a period.

@@ -13,7 +13,7 @@ import numpy as np
 
 from ....kernel import Floats, Integers
 
-# At Newton's poses on a family the round-off is 1e-12; other values there are above 1e-3.
+# Newton's method ends with a round-off of 1e-12 on a family; values that are not 0 exceed 1e-3.
 ZERO = 1e-7
 AXES = 'xyz'
 
@@ -98,10 +98,10 @@ def parallel(one: Floats, other: Floats) -> bool:
 
 def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
     """
-    Return the point the position of the arm is judged by, shape (N, 3).
+    Return the point that represents the position of the arm, shape (N, 3).
 
-    If the task has angular rows, it is the point in which the last three axes meet, else the last
-    two. Otherwise it is the tool.
+    If the task has angular rows, it is the point in which the last three axes meet, or else the
+    last two. Otherwise it is the tool.
     """
     turning = [j for j, turns in enumerate(arm.turns) if turns]
     if not angular or len(turning) < 3:
@@ -135,7 +135,7 @@ def name_of(
     arm
         At poses on the family.
     elsewhere
-        At other poses, where what gives the name must not hold.
+        At other poses, at which the test of the name must fail.
     joints
         Indices of the joints in the factor.
     angular
@@ -185,8 +185,8 @@ def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bo
 
 
 def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
-    # The wrist point in the plane of axis 1 and the direction of axis 2; on axis 1 itself where
-    # nothing is offset to the side.
+    # The wrist point lies in the plane of axis 1 and the direction of axis 2. Without an offset to
+    # the side it lies on axis 1.
     if len(arm.turns) < 2 or not arm.turns[0]:
         return False
     z, o = arm.axes[:, 0], arm.origins[:, 0]
@@ -198,7 +198,7 @@ def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
 
 
 def rank_at(J_t: Floats) -> int:
-    """Return the rank most of the poses have."""
+    """Return the most frequent rank at the poses."""
     return int(np.bincount(ranks_at(J_t)).argmax())
 
 
@@ -274,7 +274,7 @@ def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> 
 
 
 def _direction(vectors: Floats, frames: Floats) -> Lost | None:
-    # The first frame in whose axes the direction is the same at every pose, axes before others.
+    # The first frame in which the direction is constant; frames with an axis along it come first.
     length = np.linalg.norm(vectors, axis=1)
     if np.any(length < ZERO):
         return None
@@ -312,7 +312,7 @@ class Idle:
 
 
 def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
-    """Return the joint motion that does not move the task, if it is of the same joints always."""
+    """Return the joint motion that does not move the task; None if its joints vary by pose."""
     n = arm.J_t.shape[2]
     good = ranks_at(arm.J_t) == rank
     if n - rank != 1 or not good.any():

@@ -39,7 +39,8 @@ from .singular_geometry import (
 )
 from .trigonometry import Writer
 
-# Longer rests of minors, and more sets of their factors, are not solved: no one reads them.
+# Rests of minors with more terms, and more sets of their factors, are not solved: too long to
+# read.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 
@@ -52,30 +53,30 @@ class SingularFactor:
     Attributes
     ----------
     name
-        The robot file's where it lists this factor, else from the geometry, else the expression.
+        The robot file's name of this factor, else a name by the geometry, else the expression.
     expression
         Sympy; the file's length unit, joint angles in rad.
     power
         Its power in the product.
     irreducible
-        Whether it is proved that it cannot be split further into real factors with fractions as
-        coefficients, its lengths being letters.
+        Whether it is proved that it does not split into real factors with fractions as
+        coefficients, with lengths as letters.
     family
         The joint positions at which it is 0.
     rank
         Rank of the task rows on the family; None if no pose was found on it.
     lost, idle
-        In words: the motion that cannot be made, and the joint motion that makes none.
+        In words: the motion that the tool cannot make, and the joint motion that moves nothing.
     sampled
-        Which of rank, lost and idle are seen at sampled poses of the family, with the lengths of
-        the file, and not proved for all of it.
+        Which of rank, lost and idle hold at sampled poses of the family, with the lengths of the
+        file, and are not proved for the whole family.
     within_limits
         Whether a pose of the family is inside the joint limits, with the lengths of the file,
-        shown or proved; None if that is not decided.
+        shown or proved; None if this is not decided.
     pose
-        One that is, rad or the file's unit of length: within 1e-9 of a pose of the family.
+        A pose inside the limits, rad or the file's unit of length, within 1e-9 of the family.
     special
-        In words, a lower rank on a part of it, with the lengths of the file; None: no such part.
+        In words, a lower rank on a part of the family, with the lengths of the file, or None.
     """
 
     name: str
@@ -95,18 +96,18 @@ class SingularFactor:
 @dataclass(frozen=True)
 class FamilyCrossing:
     """
-    A crossing: several families meet there.
+    A set of poses at which several families meet.
 
     Attributes
     ----------
     names
         Names of their factors.
     rank
-        Rank of the task rows there; None if no pose was found, and none is proved impossible.
+        Rank of the task rows there; None if no pose was found, and a crossing is not disproved.
     within_limits, pose
-        As those of a factor.
+        As in `SingularFactor`.
     sampled
-        Whether that they meet, and the rank, is seen at sampled poses and not proved.
+        Whether the crossing and its rank hold at sampled poses and are not proved.
     """
 
     names: tuple[str, ...]
@@ -136,12 +137,12 @@ class Determinant:
     rows, columns
         The names of the task rows, and the joints whose columns are used.
     minors
-        How many there are.
+        Number of the minors.
     identically_zero
         Whether it is 0 at every pose.
     split
-        Whether it is proved that no factor is missing: if there are minors, that they have no
-        other factor in common.
+        Whether it is proved that no factor is missing. If there are minors: that they have no
+        other common factor.
     """
 
     square: bool
@@ -159,14 +160,14 @@ class Determinant:
 @dataclass(frozen=True)
 class SingularSet:
     """
-    Everything that is known of it.
+    The singular set of an arm.
 
     Attributes
     ----------
     determinant
         The determinant, or the product that vanishes in its place.
     factors
-        One a family.
+        The factors, one for each family.
     crossings
         Crossings of two or more families.
     generic_rank
@@ -174,12 +175,12 @@ class SingularSet:
     dependent
         Joints whose motions cancel at every pose; empty for most arms.
     complete
-        Whether the families are all there is; False where a remainder may vanish too, or where the
-        product was not fully split.
+        Whether the families are the whole singular set. False if a remainder may vanish, too, or
+        if the product is not proved to be fully split.
     remainder_zeros
         Factors that are 0 together exactly if the remainder is 0; None: not solved.
     special
-        In words, a lower rank everywhere, with the lengths of the file; None: no lower rank.
+        In words, a lower rank everywhere with the lengths of the file, or None.
     """
 
     determinant: Determinant
@@ -194,8 +195,8 @@ class SingularSet:
 
 @dataclass(frozen=True)
 class _Meaning:
-    # The meaning of a factor at poses of its family and random values of the letters; `special`
-    # is true of the values of the file alone.
+    # The meaning of a factor at poses of its family with random values of the letters; `special`
+    # holds for the values of the file only.
     within: Zero
     geometric: str | None = None
     rank: int | None = None
@@ -284,7 +285,7 @@ class FamilySearch:
 
     def poses(self, functions: Sequence[Numbers], count: int = POSES) -> Floats:
         """
-        Return seeded poses where all functions vanish; few or none where they have no common zero.
+        Return seeded poses at which all functions vanish; empty without a common zero.
         """
         sampler, starts = self.sampler, self.sampler.random(count)
         scaled = [f.scaled_to(starts) for f in functions]
@@ -295,7 +296,7 @@ class FamilySearch:
 
     @property
     def _periods(self) -> Floats:
-        # After which the frames of each joint repeat, rad.
+        # The period of the frames in each joint, rad.
         units = self.arithmetic.units
         return 2 * np.pi * np.array([units[v] for v in self.arithmetic.names.variables])
 
@@ -314,10 +315,10 @@ class FamilySearch:
 
 def families_of(product: Factored, search: FamilySearch) -> Factored | None:
     """
-    Return a product whose factors are one family each; None where that takes half angles.
+    Return a product whose factors are one family each; None if this needs half angles.
 
-    The halves of a factor are one family where they have the same rank, as those of sin q in most
-    arms: stretched and folded.
+    The halves of a factor are one family if they have the same rank, as stretched and folded, the
+    halves of sin q, in most arms.
     """
     found: list[RealFactor] = []
     constant = product.constant
@@ -338,7 +339,7 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
 
 
 def without_integers(product: Factored, writer: Writer) -> Factored:
-    """Return the same product with the integers that divide whole factors in its constant."""
+    """Return the product with the integers that divide its factors moved to its constant."""
     constant, factors = product.constant, []
     for factor in product.factors:
         content, _ = writer.expression(factor.value).as_content_primitive()
@@ -437,7 +438,7 @@ def crossings_of(
 def _crossing(
     named: Sequence[tuple[Laurent, str]], search: FamilySearch, J_t: Matrix
 ) -> FamilyCrossing | None:
-    # Factors that vanish together; None if it is proved that they do not.
+    # The common zeros of factors; None if it is proved that they have none.
     values, names = zip(*named)
     functions = [search.numbers(value) for value in values]
     poses, meet = search.poses(functions), None
@@ -462,8 +463,8 @@ def remainder_zeros(
     """
     Return the common zeros of the rests of the minors, or None if they are not solved.
 
-    Each rest vanishes where one of its factors does, so all vanish where the factors of a minimal
-    hitting set do.
+    A rest vanishes if one of its factors does, so all rests vanish if the factors of a minimal
+    hitting set vanish.
     """
     arithmetic, pieces = search.arithmetic, list[Laurent]()
     hitting: list[frozenset[int]] = [frozenset()]

@@ -15,13 +15,13 @@ from .algebra.laurent import Exponents, Laurent, Terms, from_terms
 from .algebra.matrices import Matrix
 from .frames import Frames
 
-# Terms of a polynomial, at most, that is written in every basis.
+# Longer polynomials are written in one basis only.
 MAX_COMPARED_TERMS = 400
 MAX_FACTORED_TERMS = 24
-# Integers above this come from angles that have become fractions: shown as decimals.
+# Larger divisors come from angles that were replaced by fractions: write decimals.
 MAX_INTEGER = 10**15
 DIGITS = 17
-# Entries with more terms are not tidied: sympy takes minutes.
+# Entries of more terms are not simplified: sympy takes minutes.
 MAX_TIDIED_TERMS = 1000
 
 
@@ -45,7 +45,7 @@ class Basis:
 @dataclass(frozen=True)
 class Writer:
     """
-    It writes polynomials of one arm as sympy expressions.
+    A writer of polynomials of one arm as sympy expressions.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Writer:
         if len(value) <= MAX_COMPARED_TERMS and self.singles != self.sums:
             candidates.append(self._products(value, self.singles))
         lengths = [sympy.count_ops(form) for form in candidates]
-        # Each group has the same exponents of the angles: it is a polynomial in lengths.
+        # A group has one set of exponents of the angles: it is a polynomial in lengths.
         moving = range(len(self.arithmetic.names.variables))
         split = value.grouped([*moving, *self._fixed_places()])
         if len(value) <= MAX_COMPARED_TERMS and self._fewest_operations(split) < min(lengths):
@@ -91,7 +91,7 @@ class Writer:
         return self._with_numbers(shortest / value.divisor)
 
     def _with_numbers(self, expression: sympy.Expr) -> sympy.Expr:
-        # Angles last: in theta the forms are as short as without offsets, and compared as such.
+        # Insert offsets last, so that forms are compared by their lengths in theta.
         numbers = {symbol: number for number, symbol in self._numbers.items()}
         return expression.xreplace(numbers | self.arithmetic.in_variables)
 
@@ -124,14 +124,15 @@ class Writer:
         return fraction if self.divisor <= MAX_INTEGER else sympy.Float(fraction, DIGITS)
 
     def _letter(self, meaning: sympy.Expr) -> sympy.Expr:
-        # Numbers are letters while an expression is built: sympy would make 0.0825 cos q + 0.4 a
-        # fraction in front of a sum of integers.
+        # Numbers are symbols while an expression is built: sympy would write 0.0825 cos q + 0.4 as
+        # a fraction times a sum of integers.
         if meaning.is_Symbol:
             return meaning
         return self._numbers.setdefault(meaning, sympy.Symbol(f'_{len(self._numbers)}'))
 
     def _cosines_of_sums(self, groups: Mapping[Exponents, Terms]) -> sympy.Expr:
-        # Real: the group of -e is the conjugate of that of e: each pair is one cosine, one sine.
+        # The polynomial is real: the groups of e and -e are conjugate and give a cosine and a
+        # sine.
         angles = self._angles_of_generators()
         result = sympy.Integer(0)
         for exponents, terms in groups.items():
@@ -144,8 +145,8 @@ class Writer:
         return sympy.factor_terms(result)
 
     def _fewest_operations(self, groups: Mapping[Exponents, Terms]) -> int:
-        # Of `_cosines_of_sums`: that many functions, sums inside them and sums of them. Writing it
-        # takes longer than all else where it is long, and it is hardly ever the shortest there.
+        # A lower bound of the operations of `_cosines_of_sums`: its functions, the sums inside
+        # them and the sum of them. The bound avoids writing a long form that is not the shortest.
         functions = 0
         inside = 0
         for exponents, terms in groups.items():
@@ -197,8 +198,8 @@ class Writer:
 
 
 def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
-    # As `sympy.factor_terms`, which would look into every summand again: they are done already,
-    # but for a sum that has lost the number in front of it.
+    # `sympy.factor_terms` without its pass through every summand: the summands are factored
+    # already, except a sum that has lost its leading number.
     content, rest = sum_.as_content_primitive(clear=False)
     if not rest.is_Add:
         return sum_
@@ -245,7 +246,7 @@ def writer_of(frames: Frames, arithmetic: Arithmetic) -> Writer:
 
 
 def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ...]]:
-    # Angles add up as long as nothing but z stays z between the rows.
+    # Angles of rows add up as long as their z axes are parallel.
     variables = arithmetic.names.variables
     total = [0] * len(variables)
     found: list[tuple[int, ...]] = []
@@ -269,7 +270,7 @@ def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ..
 
 
 def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis | None:
-    # The first of the sums that are independent; joints in none of them stand for themselves.
+    # The first independent sums, then joints that are in no sum.
     variables = arithmetic.names.variables
     n = len(variables)
     chosen: list[Sequence[int]] = []

@@ -24,43 +24,47 @@ from .statements import Statement
 
 Limits: TypeAlias = Floats  # (n, 2), rad or m
 
-# Share of the poses at which one branch of an inverse must hit: fewer are coincidences.
+# A formula gives a branch of the inverse if it gives the joint's value at this ratio of the poses.
+# A lower ratio is a coincidence.
 MIN_HIT_RATIO = 0.1
-# An angle near the end of acos has half the digits.
+# Distance (rad or m) of a formula's value from the joint: acos near its end loses half the digits.
 HIT_TOLERANCE = 1e-7
-# Another branch is one at nearly every pose; starts and steps that find it where there is one.
+# A formula gives another branch if the tool reaches its pose at this ratio of the poses.
 BRANCH_POSE_RATIO = 0.9
+# Newton's method: random starts, and steps from each start.
 STARTS = 24
-FIRST_STARTS = 4  # none at any pose: there is none
 STEPS = 20
+# The search ends if no pose is reached from the first starts.
+FIRST_STARTS = 4
 SEED = 1955
-# Poses at which another branch is looked for, and choices among several formulas of each joint.
+# Poses at which another branch is searched for: each takes STARTS searches.
 MAX_BRANCH_POSES = 40
+# Combinations of formulas, one formula a joint, that are tried together.
 MAX_CHOICES = 16
-# A joint that moves a point by less a rad does not move it.
+# A joint does not move a point whose speed is lower, m/rad: round-off.
 STILL_SPEED = 1e-9
-# Entries of the same pose; those of half a turn's differ by 2.
+# Entries of equal poses; those of a pose turned by half a turn differ by 2.
 ROTATION_TOLERANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class PoseSearch:
     """
-    Whether joints can bring the tool to where it is at each pose when others have given values.
+    Search for joint positions that bring the tool to its pose; some joints have given values.
 
     Parameters
     ----------
     table, poses
         The arm, and where the tool is.
     whole
-        Whether its rotation counts, too.
+        Whether the tool must reach its rotation, too.
     joints
-        Indices of those that may move.
+        Indices of the joints that may move.
     given
-        Indices of those whose values are given.
+        Indices of the joints whose values are given.
     out_of_reach
-        Whether positions may be complex: where there are such, those that are given are a root of
-        the arm's equations, though the links are too short or too long.
+        Whether positions may be complex. If complex positions exist, the given values are a root
+        of the arm's equations, although the links are too short or too long to reach it.
     """
 
     table: Table
@@ -77,18 +81,18 @@ class PoseSearch:
 
     @property
     def rows(self) -> int:
-        """Return how many rows of the Jacobian count."""
+        """Return the number of Jacobian rows that the search uses."""
         return 6 if self.whole else 3
 
     @cached_property
     def moving(self) -> list[int]:
-        """Return those of the joints that move what counts."""
+        """Return the joints that move the tool in these rows."""
         sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
         return [k for k in self.joints if sizes[k] > STILL_SPEED]
 
     @property
     def is_redundant(self) -> bool:
-        """Return whether the joints can always follow those that are given."""
+        """Return whether the joints can follow every motion of the given joints."""
         J = self.target.jacobian[:, : self.rows]
         followed, all_of_them = (
             int(np.linalg.matrix_rank(J[:, :, columns], tol=STILL_SPEED).max()) if columns else 0
@@ -100,7 +104,7 @@ class PoseSearch:
         self, given: Mapping[sp.Symbol, Floats], wanted: Mask, limits: Limits | None = None
     ) -> Mask:
         """
-        Return at which of the wanted poses the joints bring the tool there, shape (N,).
+        Return at which of the wanted poses the joints bring the tool to its pose, shape (N,).
 
         Parameters
         ----------
@@ -108,7 +112,7 @@ class PoseSearch:
             Values of other joints.
         wanted : shape (N,)
         limits
-            Limits inside which lengths stay; None: any length.
+            Limits of the prismatic joints; None: any length.
         """
         finite = np.all([np.isfinite(v) for v in given.values()], axis=0)
         left = wanted & finite
@@ -127,7 +131,7 @@ class PoseSearch:
         random: np.random.Generator,
         limits: Limits | None,
     ) -> Mask:
-        # Newton's damped steps from random positions.
+        # Damped Newton steps from random positions.
         table = self.table
         values = {s: v[at] for s, v in {**self.poses.values, **given}.items()}
         for k in self.moving:
@@ -182,12 +186,12 @@ class EquationCheck(Check):
 
 class PassiveJointCheck(Check):
     """
-    A formula of a joint that closed loops move: equal at every pose, whole turns left out.
+    A formula of a joint that closed loops move: equal at every pose, up to whole turns.
     """
 
     @cached_property
     def right(self) -> Floats:
-        """Return the joint's position, with the turns of the formula, shape (N, 1, 1)."""
+        """Return the joint's position plus the formula's whole turns, shape (N, 1, 1)."""
         table, joint = self.names.table, self.statement.joint
         position = self.poses.values[table.variables[joint]]
         if table.slides[joint]:
@@ -202,7 +206,7 @@ class PassiveJointCheck(Check):
 @dataclass(frozen=True, eq=False)
 class SolutionCheck(Check):
     """
-    A formula of the inverse kinematics: put into the forward kinematics it gives the joint back.
+    A formula of the inverse kinematics: from the tool's pose it must return the joint's value.
 
     Parameters
     ----------
@@ -241,12 +245,12 @@ class SolutionCheck(Check):
 
     @cached_property
     def share(self) -> float:
-        """Return the share of the poses at which the formula gives the joint's own value."""
+        """Return the ratio of the poses at which the formula gives the joint's own value."""
         return float(np.mean(self.hits(self.person[:, 0, 0])))
 
     @cached_property
     def is_about_the_pose(self) -> bool:
-        """Return whether the whole pose decides, as the point says nothing about the joint."""
+        """Return whether the check needs the whole pose: the joint does not move the point."""
         column = self.world.jacobian[:, :3, self.statement.joint]
         turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}
         return bool(turned) or float(np.max(np.abs(column))) < STILL_SPEED
@@ -254,10 +258,11 @@ class SolutionCheck(Check):
     @cached_property
     def together(self) -> float | None:
         """
-        Return the share of the poses at which formulas of the file, put together, reach the tool.
+        Return the ratio of the poses at which formulas of the file together reach the tool's pose.
 
-        Each joint takes one of its formulas, by the values of the others' formulas; joints without
-        a formula are free. None where the file has formulas of one joint only, or too many.
+        Each joint takes one of its formulas, evaluated with the values of the other formulas;
+        joints without a formula are free. None if the file has formulas of one joint only, or
+        more than `MAX_CHOICES` combinations.
         """
         by_joint: dict[int, list[Statement]] = {}
         for statement in self.others:
@@ -284,7 +289,7 @@ class SolutionCheck(Check):
         return replace(self, statement=statement)
 
     def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
-        # Values of the joints, each by those it is written with; None where they go in a circle.
+        # Values of the joints in the order in which formulas use them; None for a circle.
         variables, found = self.names.table.variables, dict[int, Floats]()
         needed = {
             k: [j for j in chosen if j != k and variables[j] in one.value.free_symbols]
@@ -307,7 +312,7 @@ class SolutionCheck(Check):
 
     @cached_property
     def solved(self) -> float:
-        """Return the share of the poses at which the formula gives the joint or another branch."""
+        """Return the ratio of the poses at which the formula gives the joint or another branch."""
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
     @cached_property
@@ -315,8 +320,8 @@ class SolutionCheck(Check):
         """
         Return whether the formula gives a branch that the arm cannot reach at some poses.
 
-        As of an arm that reaches back over its shoulder: where it has a value this is a root of
-        the arm's equations, and at some poses the tool can be there.
+        An example is the branch in which an arm reaches back over its shoulder. The formula's
+        values are roots of the arm's equations, and at some poses the arm reaches them.
         """
         return (
             self.solved >= MIN_HIT_RATIO
@@ -325,11 +330,12 @@ class SolutionCheck(Check):
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
-        Return at which share of the other poses the tool can be in its place with this joint so.
+        Return the ratio of the missed poses at which the tool is reached with the formula's value.
 
-        The joints that stand in the formula keep their values, and lengths stay inside the limits
-        where such are given. Where the other joints can always bring the point there, the whole
-        pose decides. Out of reach poses count at which the formula has a value.
+        A pose is missed if the formula does not give the joint's own value there. Joints that the
+        formula contains keep their values; lengths stay inside the limits, if given. If the other
+        joints can always bring the point to its place, the search uses the whole pose. With
+        `out_of_reach` only poses count at which the formula has a value.
         """
         joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])
@@ -351,6 +357,6 @@ class SolutionCheck(Check):
         return float(np.mean(search.reached({self.variable: here}, asked, limits)[asked]))
 
     def passes(self, values: Floats, right: Floats) -> bool:
-        """Return whether another formula gives the joint back at enough poses and at more."""
+        """Return whether another formula gives the joint at clearly more poses."""
         share = float(np.mean(self.hits(values)))
         return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO

@@ -16,9 +16,11 @@ from ..text.syntax import PARTS, Node
 from ..text.tokens import FormulaToken
 from .names import COORDINATES, FormulaNames
 
-MAX_NODES = 200_000  # nodes of an expression, shared parts counted each time
+# Nodes of an expression that is compared, shared parts counted each time.
+MAX_NODES = 200_000
+# Definitions that use each other.
 MAX_DEFINITION_DEPTH = 40
-# Decimals from which on a number beside a letter counts as a rounded one: 0.5 is a half.
+# A number with at least this many decimals is a rounded one: 0.5 is exactly a half.
 MIN_ROUNDED_DECIMALS = 4
 
 
@@ -45,10 +47,9 @@ class Statement:
         Pairs of a claim: a joint index and the joint's value, with the integer k; or, for an
         equation in several joints, -1 and the expression that is 0.
     decimals
-        Decimal places of a formula that is nothing but numbers, else None.
+        Decimal places of a formula that contains only numbers, else None.
     inexact
-        The same with a symbol added to each number that is given with many decimals; None where
-        there is none.
+        The statement with a symbol added to each rounded number; None without rounded numbers.
     half_units
         These symbols, and half a unit of the last decimal of each number.
     """
@@ -80,8 +81,8 @@ class Statement:
 @dataclass(frozen=True)
 class Understood:
     """
-    The statements of a file, values it sets (`L1 = 0.2`), what it got wrong, and what it defines
-    without use.
+    The statements of a file, its values of constants (`L1 = 0.2`), its errors, and its unused
+    definitions.
     """
 
     statements: tuple[Statement, ...]
@@ -97,8 +98,8 @@ def understand(file: FormulaFile, names: FormulaNames) -> Understood:
 
 @dataclass(frozen=True)
 class _Context:
-    # The place of an expression, by the index of its equation, and how it is read: with the
-    # symbols of any row, with the integer k, with a symbol beside each rounded number.
+    # The index of the equation that contains an expression, and whether it may contain symbols of
+    # any row, the integer k, and a symbol beside each rounded number.
     index: int
     general: bool = False
     integers: bool = False
@@ -312,7 +313,7 @@ def _refuse_long(value: sp.Expr, at: FormulaToken) -> None:
 
 
 def _is_formula(key: str, right: Node) -> bool:
-    # After `where` stand definitions, until a formula with a name of its own comes.
+    # Definitions follow `where`, up to the next formula that is compared.
     quantity = quantity_of(key)
     return quantity is not None and (quantity.kind == 'det' or right.kind == 'matrix')
 

@@ -18,12 +18,13 @@ Value: TypeAlias = sp.Expr | sp.ImmutableDenseMatrix
 Lookup: TypeAlias = Callable[[FormulaToken], Value]
 ReadNumber: TypeAlias = Callable[[str, FormulaToken], Value]
 
+# Bounds of numbers, powers and nesting: longer formulas would take minutes.
 MAX_DIGITS = 40
 MAX_EXPONENT = 24
 MAX_NUMBER_BITS = 4096
 MAX_POWER = 1000
 MAX_CALL_DEPTH = 12
-# A decimal this long that is a rounded multiple of pi/12 is that multiple: 1.5708, 3.14159.
+# A number with this many decimals that is a rounded multiple of pi/12 means the multiple: 1.5708.
 MIN_PI_DECIMALS = 4
 TWELFTHS = tuple(k for k in range(1, 49) if k % 12 == 0 or k <= 24)
 

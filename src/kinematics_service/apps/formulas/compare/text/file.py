@@ -18,7 +18,7 @@ GOES_ON = re.compile(r'(=|(?<![*/])[*/+-]|&|\\\\|\.\.\.)\s*$')
 BEGINS_A_MATRIX = re.compile(r'\s*(\$|\[|\\begin|\\left|\\\[|Matrix|sp\.|sympy\.|np\.)')
 BRACED = re.compile(r'\\(?:begin|end)\s*\{[^{}]{0,40}\}')
 
-# Each takes up to a second.
+# Formulas of a file; each takes up to a second.
 MAX_FORMULAS = 200
 
 # Names of a matrix whose determinant is meant: `det(J)`.
@@ -79,7 +79,7 @@ class Raw:
     left, right
         Trees of both sides; of a chain a = b = c the first and the last.
     local
-        Stands after `where`: a definition for the formula above only.
+        Whether it follows `where`: a definition for the formula above only.
     claim
         The conditions of a `singular:` line; left and right are those of the first.
     """
@@ -202,7 +202,7 @@ def _end_of_rows(lines: Sequence[str], at: int) -> int:
 
 
 def _bare(line: str) -> str:
-    # Without its comment; `\%` is none.
+    # Without its comment; `\%` does not begin one.
     found = re.search(r'(?<!\\)[#%]', line)
     text = (line[: found.start()] if found else line).rstrip()
     return '' if text.strip() in ('$$', '$', '\\[', '\\]') else text
@@ -263,7 +263,7 @@ def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_li
 
 
 def _of_a_jacobian(left: Node) -> Node:
-    # det(J) on a left side, read as a product so far, is what `det` is.
+    # The parser reads det(J) on a left side as a product; it means `det`.
     if left.kind != '*' or left.parts[0].text != 'det':
         return left
     det, of = left.parts
@@ -273,7 +273,7 @@ def _of_a_jacobian(left: Node) -> Node:
 
 
 def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
-    # Without the ends of lines before and after them.
+    # Without newlines at both ends.
     words = [k for k, token in enumerate(tokens) if token.kind != 'newline']
     return tokens[words[0] : words[-1] + 1] if words else []
 

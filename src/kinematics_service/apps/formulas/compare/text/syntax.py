@@ -1,8 +1,8 @@
 r"""
 The grammar of formulas: a Pratt parser from tokens to a tree; nothing is ever evaluated.
 
-Pratt, Top down operator precedence, POPL 1973: each token binds what stands left of it with its
-power, and an expression ends at a token that binds less than the one before the expression.
+Pratt, Top down operator precedence, POPL 1973: each operator binds its left operand with a power,
+and an expression ends at an operator that binds less than the operator before the expression.
 
 Accepted are sums, products (also implicit: `2 L1 c1`), powers, functions, `\frac`, `\sqrt`,
 matrices as `[a b; c d]`, `[[a, b], [c, d]]`, `Matrix(...)` or `\begin{bmatrix}`, transposes,
@@ -26,12 +26,12 @@ FUNCTIONS = {
 MATRIX_CALLS = frozenset(('Matrix', 'ImmutableMatrix', 'array'))
 INVERSE = {'sin': 'asin', 'cos': 'acos', 'tan': 'atan'}
 MAX_DEPTH = 60
-# How strongly an operator binds what stands before it; what follows binds by one more.
+# Binding powers of the operators to their left operands; the right operand binds by one more.
 SUM, PRODUCT, SIGN, POWER, POSTFIX = range(1, 6)
 BINDING = {'+': SUM, '-': SUM, '*': PRODUCT, '/': PRODUCT, 'x': PRODUCT, '^': POWER, "'": POSTFIX}
 TRANSPOSE = (('T',), ('top',), ('{', 'T', '}'), ('{', 'top', '}'))
 CLOSING = {'(': ')', '[': ']', '{': '}'}
-# A Jacobian of dozens of joints has fewer.
+# Entries of a matrix; a Jacobian of 100 joints has 600.
 MAX_MATRIX_ENTRIES = 1000
 
 
@@ -141,7 +141,7 @@ class _Parser:
             self.at += 1
 
     def expression(self, least: int = SUM) -> Node:
-        """Return what stands up to a token that binds less."""
+        """Return the expression up to an operator that binds less."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise self.error(f'brackets and signs nested more than {MAX_DEPTH} deep')
@@ -166,7 +166,7 @@ class _Parser:
         return PRODUCT if factor and not (self.by_blanks and token.spaced) else 0
 
     def combined(self, left: Node, power: int) -> Node:
-        """Return a node of what stands before a token and, unless it stands behind, after it."""
+        """Return the node of an operator, of its left operand and of its right one, if any."""
         token = self.next
         assert token is not None  # it binds
         if power == POSTFIX:
@@ -196,7 +196,7 @@ class _Parser:
         return self.expression(SIGN) if self.is_next('-', '+') else self.operand(self.take())
 
     def operand(self, token: FormulaToken) -> Node:
-        """Return what a token begins."""
+        """Return the operand that a token begins."""
         if token.kind == 'number':
             return Node('number', token.text, (), token)
         if token.kind == 'name':

@@ -70,6 +70,7 @@ ADVICE = {
 }
 # `+-` is one of two signs, or the sign of a number that is added.
 PLUS_MINUS = re.compile(r'[±∓]|\\(?:pm|mp)(?![A-Za-z])|\+/?-')
+# Words of a file: more would take minutes.
 MAX_TOKENS = 50_000
 
 
@@ -86,11 +87,11 @@ class FormulaToken:
         The number, the name without underscores (a frame above it first, `0z1`), or the operator
         in its plain form.
     written
-        As it stands in the file.
+        The text in the file.
     line, column
         Counted from 1.
     spaced
-        Whether white space stands before it, which separates the entries of a MATLAB row.
+        Whether white space precedes it; it separates the entries of a MATLAB row.
     """
 
     kind: str
@@ -101,7 +102,7 @@ class FormulaToken:
     spaced: bool
 
     def fault(self, message: str) -> FormulaError:
-        """Return an error about what stands here."""
+        """Return an error at this token."""
         return FormulaError(message, self.line, self.column)
 
 
@@ -151,7 +152,7 @@ def _tokens_of_line(text: str, line: int, column: int) -> Iterator[FormulaToken]
 
 
 def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
-    # The kind, the word and where it ends; an empty kind is what has no meaning.
+    # The kind, the word and its end; the kind of spaces and sizes is empty.
     place = line, column + at
     if found := PLUS_MINUS.match(text, at):
         raise FormulaError(

@@ -18,12 +18,13 @@ from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix
 from .names import Affine, Names
 
-# Constant angles that are no quarter turns and stay symbols.
+# Constant angles, other than quarter turns, that stay symbols; further ones become fractions.
 MAX_ANGLE_SYMBOLS = 2
-# A row turns by p/q of a joint's angle: p and q are exponents, which have room for a product of
-# dozens of them.
+# A row turns by p/q of a joint's angle. p and q are exponents of 16 bits, so products of dozens of
+# rows fit.
 MAX_ANGLE_PARTS = 500
-# 1.5707963267948966 is what a program prints for pi/2.
+# Distance of a printed number from a multiple of pi/2, in quarter turns: a program prints pi/2 as
+# 1.5707963267948966.
 QUARTER_TURN_TOLERANCE = 1e-15
 
 NOTHING: Affine = (sympy.Integer(0), {})
@@ -45,8 +46,8 @@ class Arithmetic:
         The exponents of that generator are multiples of this: of the parts, times what the rows
         that turn by a multiple of the joint's angle have in common.
     offsets
-        theta = q + offset of each joint variable, rad: 0 but where the rows' offset is no number
-        of quarter turns. In theta such an arm is as short as one without offsets.
+        theta = q + offset of each joint variable, rad. The offset is 0 if the table adds whole
+        quarter turns only. In theta the formulas are as short as without offsets.
     angles
         The symbol of theta; the joint variable itself where its offset is 0.
     """
@@ -60,7 +61,7 @@ class Arithmetic:
 
     @property
     def in_variables(self) -> dict[sympy.Symbol, sympy.Expr]:
-        """Return what stands for each theta: q + offset."""
+        """Return the expression of each theta: q + offset."""
         return {
             angle: v + self.offsets[v] for v, angle in self.angles.items() if self.offsets[v] != 0
         }
@@ -88,7 +89,7 @@ class Arithmetic:
         return [*map(self.angle_index, variables), *lengths]
 
     def moves(self, exponents: Iterable[Sequence[int]]) -> bool:
-        """Return whether a joint variable stands in monomials."""
+        """Return whether monomials contain a joint variable."""
         joints = self.joint_indices
         return any(e[k] for e in exponents for k in joints)
 
@@ -197,8 +198,8 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
 
 
 def _offsets(turns: Sequence[Affine], names: Names) -> dict[sympy.Symbol, sympy.Expr]:
-    # The first row that a joint turns decides what its theta is; what is left of another row's
-    # constant stays a constant.
+    # The first row that a joint turns fixes its offset; other rows keep the difference of their
+    # constants to this offset.
     offsets: dict[sympy.Symbol, sympy.Expr] = {}
     for constant, factors in turns:
         unknown = [variable for variable in factors if variable not in offsets]
@@ -227,9 +228,10 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
     """
     Return exp(i angle) of a constant angle, a sympy expression in rad; quarter turns exactly.
 
-    The first few other angles stay symbols. The results of arms with many (a calibrated one has a
-    dozen) would be too long to read: further ones become a fraction (1 + i t)^2 / (1 + t^2), of
-    modulus 1 exactly, so that rotations stay rotations, and within 1e-16 rad of the file's angle.
+    The first two other angles stay symbols. Formulas with more symbols would be too long to read
+    (a calibrated arm has a dozen such angles): further angles become (1 + i t)^2 / (1 + t^2) with
+    a fraction t. Its modulus is exactly 1, so rotations stay rotations, and it is within 1e-16 rad
+    of the file's angle.
     """
     quarters, rest = _in_quarters(angle)
     result = ring.number(1).times_i(quarters)
@@ -237,7 +239,7 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
 
 
 def _in_quarters(angle: sympy.Expr) -> tuple[int, sympy.Expr]:
-    # Whole quarter turns and the rest, which is the angle itself where it has a part of pi.
+    # Whole quarter turns and the rest; 0 and the angle itself if it has another multiple of pi.
     turns = sympy.expand(angle).coeff(sympy.pi)
     rest = sympy.expand(angle - turns * sympy.pi)
     if rest.is_number and not rest.is_zero:

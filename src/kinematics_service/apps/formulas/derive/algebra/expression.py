@@ -10,14 +10,14 @@ from .....robot.file.text.expression_syntax import evaluated, syntax_tree
 
 def exact(text: str, meanings: Mapping[str, sympy.Expr], angle_unit: str = 'rad') -> sympy.Expr:
     """
-    Return what a text of the file says, in the file's units.
+    Return the expression of a text of the file, in the file's units.
 
     Parameters
     ----------
     text
         An expression that the file's reader has accepted.
     meanings
-        What each name stands for: symbols, or the expressions of derived constants.
+        The meaning of each name: a symbol, or the expression of a derived constant.
     angle_unit
         'rad' or 'deg': of the trigonometric functions, as in the file.
     """

@@ -1,11 +1,11 @@
 """
 Factors of a real trigonometric polynomial, each real and with every angle whole.
 
-In exp(i q) a sine has two factors, z - 1 and z + 1 (sine and cosine of half the angle), and the
-coefficients are complex. So: turn the generators by quarter turns until every coefficient is real,
-factor over the integers, turn back, and multiply the halves that belong together. Where no quarter
-turns make them real, and where a factor may be a product of two complex ones, the Gaussian
-integers are factored over.
+In z = exp(i q) a sine has two factors, z - 1 and z + 1 (sine and cosine of half the angle), and
+the coefficients are complex. The method turns the generators by quarter turns until every
+coefficient is real, factors over the integers, turns back, and multiplies the halves that belong
+together. It factors over the Gaussian integers if no quarter turns make the coefficients real, or
+if a factor may be a product of two complex factors.
 """
 
 import math
@@ -27,32 +27,36 @@ from .half_factors import lowered, paired, upright, upright_half
 from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
-# Random lines a polynomial is cut with; one on which it does not factor shows that it does not.
-CUT_LINES, MAX_LINE_COEFFICIENT = 8, 23
+# Random lines on which a polynomial is restricted; it is irreducible if a restriction is.
+CUT_LINES = 8
+# Largest integer coefficient of a line.
+MAX_LINE_COEFFICIENT = 23
 SEED = 1955
-# 3 modulo 4: of what stays whole beside i about half of them show it.
+# Primes that are 3 modulo 4; about half of them prove that a polynomial stays irreducible over the
+# Gaussian integers.
 PRIMES = (7, 11, 19, 23, 31, 43, 47, 59, 67, 71, 79, 83)
-# Above this many terms the full factoring, whose time grows steeply, is not tried.
+# Longer polynomials are not factored: the time grows steeply.
 MAX_TERMS = 6000
-# The same over the Gaussian integers, where it takes seconds from four generators on.
+# Longer polynomials, or of more generators, are not factored over the Gaussian integers: four
+# generators take seconds.
 MAX_GAUSSIAN_TERMS = 40
 MAX_GAUSSIAN_GENERATORS = 3
-# Of a product that was not shown to be split fully shorter factors are looked at one by one.
+# Shorter factors are tested alone if the product is not proved to be fully split.
 MAX_SHORT_TERMS = 100
 
 
 @dataclass(frozen=True)
 class RealFactor:
     """
-    A factor and how often it stands in the product.
+    A factor and its power in the product.
 
     Attributes
     ----------
     halves
-        Of a product of two factors of half angles these; empty for others. They are real in a
+        The two factors of half angles, if it is their product; else empty. They are real in a
         ring with half angles.
     alone
-        Whether it is a product with factors of half angles which the ring does not have.
+        Whether it has factors of half angles that the ring does not contain.
     splits
         As `half_factors.Whole` has it.
     """
@@ -74,10 +78,10 @@ class Factored:
     constant
         Lengths and numbers.
     factors
-        Those with joint variables.
+        The factors with joint variables.
     complete
-        Whether it is proved that no factor can be split further into real ones with fractions as
-        coefficients; False where that was not tried, too.
+        Whether it is proved that no factor splits further into real factors with fractions as
+        coefficients; False if this was not tried.
     """
 
     constant: Laurent
@@ -121,7 +125,7 @@ def stays_whole(value: Laurent, arithmetic: Arithmetic) -> bool:
 
 
 def _sliding_monomials(value: Laurent, arithmetic: Arithmetic) -> list[RealFactor]:
-    # A prismatic variable that divides every term was taken off with the exponents.
+    # Powers of prismatic variables that divide every term.
     ring, terms = arithmetic.ring, value.terms()
     indices = [ring.index('number', variable) for variable in arithmetic.names.variables]
     powers = [min(e[k] for e in terms) for k in indices]
@@ -133,7 +137,7 @@ def _whole(
 ) -> Factored:
     if not arithmetic.moves(value.terms()):
         return Factored(value, (), True)
-    # Lengths that divide every term are no part of what is whole.
+    # Lengths that divide every term belong to the constant.
     terms = value.terms()
     common = [
         min(e[k] for e in terms) if generator.kind == 'number' else 0
@@ -150,8 +154,9 @@ def _whole(
 
 @dataclass(frozen=True)
 class _Polynomial:
-    # A sympy polynomial, over the integers where quarter turns make all coefficients real, else
-    # over the Gaussian ones; the exponents taken off and divided by those of whole angles.
+    # A sympy polynomial over the integers if quarter turns make all coefficients real, else over
+    # the Gaussian integers. The lowest exponents are 0, and whole angles have exponents in steps
+    # of 1.
     element: PolyElement
     turns: tuple[int, ...]
     steps: tuple[int, ...]
@@ -189,8 +194,8 @@ def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], A
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
-    # Wanted: t with (sum t_k e_k + [coefficient is imaginary]) the same parity for every term.
-    # Linear over the field of two elements; None where a coefficient is neither.
+    # Find t such that (sum t_k e_k + [coefficient is imaginary]) has one parity for all terms: a
+    # linear system over the field of two elements. None if a coefficient is not real or imaginary.
     if any(a and b for a, b in terms.values()):
         return None
     first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())
@@ -225,8 +230,8 @@ def _pieces(polynomial: _Polynomial) -> tuple[list[tuple[PolyElement, int]] | No
 
 
 def _gaussian_pieces(element: PolyElement) -> tuple[list[tuple[PolyElement, int]], bool]:
-    # Factors that are found without the factoring of Gaussian polynomials are taken off first:
-    # most are sines and cosines of half an angle, or have a generator less.
+    # Divide first by candidates, which need no Gaussian factoring: most factors are sines and
+    # cosines of half an angle, or lack a generator.
     found: list[tuple[PolyElement, int]] = []
     for candidate in _candidates(element):
         power = 0
@@ -244,7 +249,8 @@ def _gaussian_pieces(element: PolyElement) -> tuple[list[tuple[PolyElement, int]
 
 
 def _gaussian_factors(element: PolyElement) -> list[tuple[PolyElement, int]]:
-    # Sympy before 1.13 leaves whole what lacks the first generator: of each factor they go.
+    # Sympy before 1.13 does not split polynomials that lack the first generator, so unused
+    # generators are removed from each factor.
     ring = element.ring
     used = [symbol for symbol, degree in zip(ring.symbols, _degrees(element)) if degree]
     found: list[tuple[PolyElement, int]] = []
@@ -261,7 +267,7 @@ def _candidates(element: PolyElement) -> Iterator[PolyElement]:
     for generator, degree in zip(ring.gens, degrees):
         for unit in (1, -1, ZZ_I(0, 1), ZZ_I(0, -1)) if degree else ():
             yield generator - unit
-    # What has one of the generators not divides every coefficient of its powers.
+    # A factor without a generator divides the coefficient of each power of the generator.
     for k, degree in enumerate(degrees):
         parts: dict[int, Terms] = {}
         for e, c in element.terms():
@@ -285,7 +291,7 @@ def _degrees(element: PolyElement) -> list[int]:
 
 
 def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
-    # Sympy's factoring takes points at random, and a bad one costs minutes: the same ones always.
+    # Sympy's factoring uses random points, and a bad point costs minutes: fix the seed.
     seed_random(SEED)
     return [(factor, int(power)) for factor, power in element.factor_list()[1]]
 

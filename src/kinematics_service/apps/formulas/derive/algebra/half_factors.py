@@ -24,11 +24,11 @@ class Whole:
     Attributes
     ----------
     halves
-        The two factors it is a product of where half a turn of an angle makes one of the other, as
-        sin q is one of sin q/2 and cos q/2.
+        Its two factors, if half a turn of an angle turns one into the other, as sin q/2 and
+        cos q/2 of sin q.
     splits
-        Whether the halves are real without half angles, as those of cos 2q are: where a row turns
-        by twice a joint's angle.
+        Whether the halves are real without half angles, as those of cos 2q are. A row that turns
+        by twice a joint's angle gives such factors.
     """
 
     terms: Terms
@@ -39,10 +39,10 @@ class Whole:
 
 def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whole] | None:
     """
-    Return whole factors of the irreducible ones; None where one is of half angles and stays alone.
+    Return whole factors of irreducible factors; None if a factor of half angles has no partner.
 
-    Those of even degree in every angle are whole. The others come in pairs: with the factor that
-    half a turn of an odd angle makes of them, or with their conjugate, each as often as the other.
+    Factors of even degree in every angle are whole. The other factors come in pairs of one power:
+    a factor and its copy turned by half a turn of an odd angle, or a factor and its conjugate.
     """
     indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts
     joints = [
@@ -89,8 +89,8 @@ def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
 
 
 def _half_turned(terms: Terms, joints: Sequence[tuple[int, int]]) -> Terms | None:
-    # One of the angles of odd degree, a joint's or that of its row, is turned by half a turn (two
-    # of a sum would be a full one); None where there is none.
+    # Turn one angle of odd degree, a joint's or its row's, by half a turn. Two angles of a sum
+    # would make a full turn. None if no angle has odd degree.
     for k, step in joints:
         lowest = min(e[k] for e in terms)
         if _turns(terms, k) % (2 * step) == step and all(
@@ -148,7 +148,7 @@ def _product(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
 
 def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """Return a factor as a polynomial that is its own conjugate."""
-    # The monomial and the complex number taken off that make it real: f = conjugate of f.
+    # Multiply by the monomial and the complex number that make f its own conjugate.
     indices = _angle_indices(arithmetic)
     moved = _centred(terms, indices)
     e = next(iter(moved))
@@ -179,8 +179,8 @@ def _centred(terms: Terms, indices: Sequence[int]) -> Terms:
 
 
 def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
-    # g = u f with u c(e) conjugate to u c(-e): u^2 = conj(c(-e)) / c(e), a unit; most of ours are
-    # powers of i times 1 + i. conj(c(e) + c(-e)) always does where it is not 0, when i does.
+    # Find u such that u c(e) is conjugate to u c(-e): u^2 = conj(c(-e)) / c(e). Most u are powers
+    # of i times 1 + i. If c(e) + c(-e) = 0, then u = i; else u = conj(c(e) + c(-e)).
     (a, b), (c, d) = one, opposite
     for unit in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
         real, imaginary = _product(unit, opposite)

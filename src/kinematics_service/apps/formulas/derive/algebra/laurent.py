@@ -34,8 +34,8 @@ class Generator:
     ----------
     kind
         `angle`: exp(i meaning) of a joint variable, or of a part of it; `fixed_angle`: of a
-        constant one; `number`: the meaning itself, a length, a prismatic variable, or a number
-        that is no fraction.
+        constant angle; `number`: the meaning itself, a length, a prismatic variable, or an
+        irrational or decimal number.
     meaning
         A sympy expression, rad or the file's length unit.
     """
@@ -47,13 +47,13 @@ class Generator:
 @dataclass
 class Ring:
     """
-    The generators so far; the only object here that changes, and it only grows.
+    The generators of the polynomials of an arm. It is the only object here that changes: it grows.
 
     Attributes
     ----------
     parts
-        2 where every angle is a double of what its generator is of: sines and cosines of half
-        angles are polynomials, too.
+        2 if the generators are exp(i q / 2), so that sines and cosines of half angles are
+        polynomials, too; else 1.
     """
 
     parts: int = 1
@@ -70,7 +70,7 @@ class Ring:
 
     @property
     def offset(self) -> int:
-        """Return what makes every digit of a monomial positive when added."""
+        """Return the monomial that makes every digit of a sum with it positive."""
         return sum(HALF << (BITS * k) for k in range(len(self.generators)))
 
     def exponents(self, monomial: int) -> tuple[int, ...]:
@@ -94,8 +94,8 @@ class Ring:
         """
         Return a sympy expression without angles: numbers, symbols, their sums and products.
 
-        A number that is neither (a square root, a decimal) becomes a generator of its own, so that
-        the fractions of the arithmetic stay those of cosines and the factoring stays generic.
+        Another number (a square root, a decimal) becomes a generator, so that the coefficients
+        stay fractions of 2 and 4 and the factors stay those of generic lengths.
         """
         if expression.is_Integer:
             return self.number(int(expression))
@@ -259,7 +259,7 @@ def _add_product(
     for m, c in one.items():
         c *= sign
         for n, d in pairs:
-            # Added up once: 0.80 of the time, of a third of a long derivation.
+            # One addition of m and n takes 0.80 of the time, in a third of a long derivation.
             monomial = m + n
             into[monomial] = get(monomial, 0) + c * d
 

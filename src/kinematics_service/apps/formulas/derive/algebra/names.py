@@ -32,10 +32,10 @@ class Names:
     lengths
         The constants that stay symbols.
     values
-        The value of each of them, in the file's units.
+        The value of each length, in the file's units.
     meanings
-        What stands for each name of the file, in the file's units: a symbol, or the expression of
-        a constant that is made of others or turns up in an angle.
+        The expression of each name of the file, in the file's units: a symbol, or the expression
+        of a constant that contains other constants or is used in an angle.
     angle_unit
         'rad' or 'deg', the file's.
     length_unit
@@ -50,7 +50,7 @@ class Names:
     length_unit: sympy.Expr = sympy.Integer(1)
 
     def expression(self, text: str) -> sympy.Expr:
-        """Return what a text says, in the file's units."""
+        """Return the expression of a text, in the file's units."""
         return exact(text, self.meanings, self.angle_unit)
 
     def angle(self, text: str) -> sympy.Expr:
@@ -85,7 +85,7 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     description
         The file.
     locked
-        Joint variables that do not move, with the expression that stands in their place.
+        Joint variables that do not move, and the expressions that replace them.
     """
     known = [joint.variable for joint in description.joints]
     unit = description.angle_unit

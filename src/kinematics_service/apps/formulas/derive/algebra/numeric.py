@@ -15,6 +15,7 @@ from .laurent import Laurent, from_terms
 Complexes = npt.NDArray[np.complex128]
 
 STEPS = 60
+# Newton's method ends at steps of this length (rad or the unit of length): round-off.
 CONVERGED = 1e-12
 BISECTIONS = 80
 
@@ -166,7 +167,7 @@ def smallest_step(f: Floats, G: Floats, damping: float | Floats) -> Floats:
 
 
 def bisected(value: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function changes its sign between two places, to round-off."""
+    """Return the sign change of a function between two arguments, to round-off."""
     below = value(low)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2

@@ -1,8 +1,8 @@
 """
 Decide whether polynomials vanish together in a box, by Newton-Kantorovich and by bisection.
 
-A zero is shown by Newton and Kantorovich's theorem at a pose in the box; that there is none is
-proved by halving the box until on each part a polynomial is farther from 0 than it can move there.
+The theorem of Newton and Kantorovich shows a zero beside a pose in the box. Bisection proves that
+no zero exists: the box is halved until on each part a polynomial cannot reach 0.
 """
 
 from collections.abc import Sequence
@@ -13,18 +13,19 @@ import numpy as np
 from .....kernel import Floats
 from .numeric import Numbers, smallest_step, values_and_gradients
 
-# A zero is within this of the pose that shows it, rad or the unit of length.
+# Distance of a zero from the pose that shows it, rad or the unit of length.
 ZERO_DISTANCE = 1e-9
-# Relative to the sum of the sizes of a few hundred terms.
+# Round-off of a sum of a few hundred terms, relative to the sum of their absolute values.
 ROUND_OFF = 1e-13
+# Steps of Newton's method; every 8 steps the best poses are checked for zeros.
 STEPS = 32
-# Poses are looked at after so many steps, the best of them.
 STEPS_PER_CHECK = 8
+# Poses with the smallest values that are checked.
 CHECKED_POSES = 10
-# Terms evaluated and boxes halved before the question is left open: seconds.
+# Terms evaluated, and boxes halved, before the search ends without an answer: seconds.
 MAX_TERM_EVALUATIONS = 100_000_000
 MAX_BOXES = 200_000
-BATCH_SIZE = 4096
+BATCH_SIZE = 4096  # boxes evaluated at once, to bound memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +51,9 @@ class Zero:
     Attributes
     ----------
     exists
-        Whether there is one; None if that is not decided.
+        Whether a zero exists; None if this is not decided.
     pose
-        Of n joints, in the box and within 1e-9 of a zero; None if none is shown.
+        The n joint positions, in the box and within 1e-9 of a zero; None if no zero is shown.
     """
 
     exists: bool | None
@@ -72,7 +73,7 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     starts : shape (N, n)
         Poses to look from, in the box.
     """
-    # A free length is searched to twice as far as the starts go; beyond, as t = 1 / length.
+    # A free length is searched up to twice the largest start, and beyond it as t = 1 / length.
     free = np.isinf(box.low) | np.isinf(box.high)
     reach = np.where(free, 2 * np.max(np.abs(starts), axis=0) + 1e-6, np.inf)
     near = Box(np.maximum(box.low, -reach), np.minimum(box.high, reach))
@@ -108,7 +109,7 @@ def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
 
 
 def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> tuple[float, ...] | None:
-    # Newton's smallest steps inside the box: a joint that is pushed against a bound stays there.
+    # Least-norm Newton steps inside the box; a joint at a bound stays if its step leads outside.
     for count in range(STEPS + 1):
         f, G = values_and_gradients(functions, q)
         if count % STEPS_PER_CHECK == 0:
@@ -146,7 +147,7 @@ def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floa
 
 def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
     middle, half = (box.low + box.high) / 2, np.where(moving, (box.high - box.low) / 2, 0.0)
-    # The bounds belong to the box, and so does what round-off leaves beside them.
+    # The bounds belong to the box; a margin covers round-off.
     centers, radii = middle[None], np.where(moving, half + ZERO_DISTANCE, 0.0)[None]
     terms = sum(len(f.function.powers) for f in functions) * (1 + len(middle))
     left = min(MAX_BOXES, MAX_TERM_EVALUATIONS // max(1, terms))

@@ -3,7 +3,7 @@
 from ..derivation import Derivation
 from .latex import formula
 
-# Longer formulas are named and not shown: nobody reads a page of terms.
+# Characters of LaTeX; longer formulas, of more than a page, are named and not shown.
 MAX_CHARACTERS = 2_000
 
 

@@ -8,8 +8,9 @@ import sympy
 from ..file_factors import DecimalPrinter
 from .report import Block, Equation, Heading
 
-# Characters in a line of a matrix, at most; spaces between its columns.
-MAX_WIDTH, COLUMN_GAP = 150, 3
+# Characters in a line of a matrix; a wider matrix is printed entry by entry.
+MAX_WIDTH = 150
+COLUMN_GAP = 3  # spaces
 
 
 def text_of(blocks: Sequence[Block]) -> str:
