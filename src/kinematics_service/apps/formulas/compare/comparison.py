@@ -277,12 +277,10 @@ def _wrong_entry(check: Check, i: int, j: int) -> WrongEntry:
     worst = float(np.max(np.abs(yours - right))) if np.isfinite(gap).all() else np.inf
     expression = check.expressions[i, j]
     text = shown(expression) or f'{yours[0]:.6g} at pose 1'
-    proper = ''
     fixed = check.is_one_configuration or not np.ptp(right)
     whole = not check.names.table.passive and not check.is_one_configuration
-    if isinstance(check, QuantityCheck) and whole:
-        entry = right_entry(check, i, j)
-        proper = '' if entry is None else shown(entry)
+    entry = right_entry(check, i, j) if isinstance(check, QuantityCheck) and whole else None
+    proper = '' if entry is None else shown(entry)
     if not proper and not isinstance(check, SolutionCheck):
         value = right[0] if abs(right[0]) > 1e-12 else 0.0
         proper = f'{value:.6g}' + ('' if fixed else ' at pose 1')

@@ -9,6 +9,7 @@ factor of all minors is a factor of the shortest one and divides the others.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import combinations, product
 
 import numpy as np
@@ -159,20 +160,17 @@ def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
     # Rows with the fewest terms last: the small minors, which are used most often, stay short.
     order = sorted(range(len(matrix)), key=lambda i: -sum(len(e) for e in matrix[i]))
     rows = [matrix[i] for i in order]
-    known: dict[tuple[int, ...], Laurent] = {(): ring.number(1)}
 
+    @cache
     def minor(columns: tuple[int, ...]) -> Laurent:
-        if columns not in known:
-            row = rows[len(rows) - len(columns)]
-            summands = []
-            for index, column in enumerate(columns):
-                if row[column]:
-                    below = minor(columns[:index] + columns[index + 1 :])
-                    if below:
-                        value = row[column] * below
-                        summands.append(-value if index % 2 else value)
-            known[columns] = total(ring, summands)
-        return known[columns]
+        if not columns:
+            return ring.number(1)
+        row, summands = rows[-len(columns)], []
+        for index, column in enumerate(columns):
+            if row[column] and (below := minor(columns[:index] + columns[index + 1 :])):
+                value = row[column] * below
+                summands.append(-value if index % 2 else value)
+        return total(ring, summands)
 
     return minor(tuple(range(len(matrix)))).scaled(Permutation(order).signature())
 

@@ -133,29 +133,26 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
     table = check.names.table
     for i, row in enumerate(table.rows):
         where = f'row {i + 1}'
-
-        def with_(*, i: int = i, row: TableRow = row, **changes: sp.Expr) -> Table:
-            return table.with_row(i, row.with_quantities(changes))
-
+        edits: list[tuple[dict[str, sp.Expr], str]] = []
         # All but theta, in the order of the alphabet.
         axes = sorted((name, axis) for axis, name in row.order.motions if name != 'theta')
         angles = [name for name, axis in axes if axis[0] == 'R']
         lengths = [name for name, axis in axes if axis[0] == 'T']
         for name in angles:
             if row[name] not in (0, sp.pi):
-                sentence = f'{name} of {where} has the wrong sign'
-                yield _at(check, with_(**{name: -row[name]}), sentence)
-                yield _at(check, with_(**{name: ZERO}), f'{name} of {where} taken for 0')
+                edits.append(({name: -row[name]}, f'{name} of {where} has the wrong sign'))
+                edits.append(({name: ZERO}, f'{name} of {where} taken for 0'))
         for name in lengths:
             if row[name] != 0:
-                sentence = f'{name} of {where} ({row[name]}) is left out'
-                yield _at(check, with_(**{name: ZERO}), sentence)
-                sentence = f'{name} of {where} ({row[name]}) has the wrong sign'
-                yield _at(check, with_(**{name: -row[name]}), sentence)
+                length = f'{name} of {where} ({row[name]})'
+                edits.append(({name: ZERO}, f'{length} is left out'))
+                edits.append(({name: -row[name]}, f'{length} has the wrong sign'))
         for one, other in combinations(lengths, 2):
             if row[one] != row[other]:
-                exchanged = with_(**{one: row[other], other: row[one]})
-                yield _at(check, exchanged, f'{one} and {other} of {where} are exchanged')
+                exchanged = {one: row[other], other: row[one]}
+                edits.append((exchanged, f'{one} and {other} of {where} are exchanged'))
+        for changes, sentence in edits:
+            yield _at(check, table.with_row(i, row.with_quantities(changes)), sentence)
 
 
 def row_left_out(check: QuantityCheck) -> Iterator[Variant]:

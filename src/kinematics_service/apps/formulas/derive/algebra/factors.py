@@ -23,7 +23,7 @@ from sympy.polys.rings import PolyElement
 from sympy.polys.rings import ring as polynomial_ring
 
 from .arithmetic import Arithmetic
-from .half_factors import lowered, paired, upright, upright_half
+from .half_factors import lowered, lowest, paired, upright, upright_half
 from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
@@ -139,12 +139,10 @@ def _whole(
         return Factored(value, (), True)
     # Lengths that divide every term belong to the constant.
     terms = value.terms()
-    common = [
-        min(e[k] for e in terms) if generator.kind == 'number' else 0
-        for k, generator in enumerate(arithmetic.ring.generators)
-    ]
-    lowered = {tuple(x - low for x, low in zip(e, common)): c for e, c in terms.items()}
-    rest = from_terms(arithmetic.ring, lowered, value.divisor)
+    generators = zip(lowest(terms), arithmetic.ring.generators)
+    common = [low if generator.kind == 'number' else 0 for low, generator in generators]
+    divided = {tuple(x - low for x, low in zip(e, common)): c for e, c in terms.items()}
+    rest = from_terms(arithmetic.ring, divided, value.divisor)
     moving = [RealFactor(rest, 1, alone=alone), *_sliding_monomials(value, arithmetic)]
     moving = [factor for factor in moving if arithmetic.moves(factor.value.terms())]
     constant = quotient_constant(value, _product(moving, arithmetic), arithmetic)

@@ -112,11 +112,9 @@ def _frames(derivation: Derivation) -> Iterator[Block]:
         'T_i,k is frame k in frame i, and T the tool in the base frame; R and p are its rotation '
         'and its position. A matrix that is one of those above is named, not written again.'
     )
-    transforms = [(f'{k - 1},{k}', T) for k, T in enumerate(derivation.row_transforms, 1)]
-    transforms += [(f'base,{k}', T) for k, T in enumerate(derivation.frames)]
-    transforms.append(('T', derivation.T))
-    named = [(f'T_{{{k}}}' if k != 'T' else k, derivation.in_angles(T)) for k, T in transforms]
-    yield from _once(named)
+    named = [(f'T_{{{k - 1},{k}}}', T) for k, T in enumerate(derivation.row_transforms, 1)]
+    named += [(f'T_{{base,{k}}}', T) for k, T in enumerate(derivation.frames)]
+    yield from _once([(k, derivation.in_angles(T)) for k, T in (*named, ('T', derivation.T))])
     for k, (z, o) in enumerate(zip(derivation.z, derivation.o), 1):
         yield Equation(f'z_{{{k}}}', derivation.in_angles(z))
         yield Equation(f'o_{{{k}}}', derivation.in_angles(o))
