@@ -35,7 +35,7 @@ class Evaluation:
         self._known: dict[sp.Expr, Floats] = dict(values)
 
     def of(self, expression: sp.Expr) -> Floats:
-        """Return N numbers, NaN or infinite where the expression has no value."""
+        """Return N numbers; NaN or infinite if the expression has no value at a pose."""
         with np.errstate(all='ignore'):
             return self._of(expression)
 
@@ -83,7 +83,7 @@ class Evaluation:
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        if name not in FUNCTIONS:  # what sympy alone brings in, where a number may not be real
+        if name not in FUNCTIONS:  # sympy introduces such functions for numbers that are not real
             return np.full_like(arguments[0], np.nan)
         result = FUNCTIONS[name](*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result
@@ -91,8 +91,8 @@ class Evaluation:
 
 @lru_cache(maxsize=4096)
 def _entries(matrix: sp.Matrix) -> tuple[Floats, tuple[tuple[int, sp.Expr], ...]]:
-    # The numbers of a matrix, most of its entries, and the others with their places: sympy takes
-    # longer to list them than they take to be computed.
+    # The plain numbers of a matrix, and the other entries with their indices. Cached, as sympy
+    # takes longer to list the entries than numpy takes to evaluate them.
     entries = matrix.flat()
     plain = [e.is_number and not e.args for e in entries]
     numbers = [_number(e) if is_plain else 0.0 for e, is_plain in zip(entries, plain)]

@@ -70,7 +70,7 @@ class World:
         return self.evaluation.of_matrix(self.table.tool)
 
     def frame(self, at: int) -> Floats:
-        """Return a frame in the base frame, which is what is before frame 0, shape (N, 4, 4)."""
+        """Return a frame in the base frame, shape (N, 4, 4); the identity if `at` < 0."""
         return np.broadcast_to(np.eye(4), self.base.shape) if at < 0 else self.frames[at]
 
     def between(self, i: int, j: int) -> Floats:

@@ -390,7 +390,7 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     """
     description = robot.description
     arm = opened(description) if description.loops else description
-    # The angles of the ring are those of all rows.
+    # The ring contains the angles of all rows.
     rows_of_loops = (link for loop in description.loops for link in loop.links)
     whole = replace(arm, links=(*arm.links, *rows_of_loops))
     arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)

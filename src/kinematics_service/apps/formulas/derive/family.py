@@ -37,7 +37,7 @@ class Family:
 @dataclass(frozen=True)
 class _Solved:
     # cosine cos y + sine sin y + rest = 0 with y = multiple * joint + shift;
-    # where it slides, cosine * joint + rest = 0.
+    # of a prismatic joint, cosine * joint + rest = 0.
     variable: sympy.Symbol
     shift: sympy.Expr
     cosine: Laurent
@@ -49,7 +49,7 @@ class _Solved:
 
 
 def family_of(value: Laurent, arithmetic: Arithmetic, writer: Writer) -> Family:
-    """Return where a factor vanishes."""
+    """Return the family of poses at which a factor vanishes."""
     variables = enumerate(arithmetic.names.variables)
     candidates = (_solved(value, arithmetic, variable, index) for index, variable in variables)
     found = [solved for solved in candidates if solved is not None]

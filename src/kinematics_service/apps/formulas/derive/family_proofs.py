@@ -73,7 +73,7 @@ class CommonZeros:
 
 @dataclass(frozen=True)
 class _Branch:
-    # Generators that stand for something else, one after the other, and a factor that is 0 then.
+    # Generators that are replaced, one after the other, and a factor that is 0 then.
     replaced: tuple['_Replaced', ...]
     factor: Laurent | None
 
@@ -106,7 +106,7 @@ class _Replaced:
 
 
 def _branches(factors: Sequence[Laurent], arithmetic: Arithmetic) -> list[_Branch] | None:
-    # All but one factor are solved for a generator, and what it is goes into the others.
+    # Solve a factor for a generator, insert the solution into the others, and repeat to the last.
     if len(factors) < 2:
         return [_Branch((), next(iter(factors), None))]
     for k, factor in enumerate(factors):

@@ -17,7 +17,7 @@ POSES = 1000
 
 
 class DecimalPrinter(StrPrinter):  # type: ignore[misc]
-    """Sympy's own strings, with decimals where the file had decimals."""
+    """Sympy's own strings, but decimals of the file stay decimals."""
 
     def _print_Rational(self, expr: sympy.Expr) -> str:
         return decimal(expr) or f'{expr.p}/{expr.q}'

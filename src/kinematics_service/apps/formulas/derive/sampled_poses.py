@@ -132,7 +132,7 @@ class PoseSampler:
 
     @cached_property
     def in_random_letters(self) -> tuple['PoseSampler', ...]:
-        """Return the arm with two random values of each letter; as it is if it has no letters."""
+        """Return the arm with two random values of each letter; itself if it has no letters."""
         names, found = self.arithmetic.names, []
         for seed in SEEDS if names.values else ():
             factors = np.random.default_rng(seed).uniform(*LETTER_FACTORS, len(names.values))

@@ -246,7 +246,7 @@ class FamilySearch:
         return Numbers(value, self.arithmetic).scaled_to(self.sampler.random())
 
     def meaning(self, value: Laurent) -> _Meaning:
-        """Return what a factor means where it is 0."""
+        """Return the rank, name and lost motion at the zeros of a factor."""
         sampler, arithmetic = self.sampler, self.arithmetic
         numbers = self.numbers(value)
         within = self.zero_within_limits([numbers])

@@ -173,7 +173,7 @@ class Writer:
         return self._nested(from_terms(ring, changed), tuple(angles.items()))
 
     def _nested(self, value: Laurent, angles: Sequence[tuple[int, sympy.Expr]]) -> sympy.Expr:
-        # One angle after the other: C + P cos u + S sin u, and C, P, S likewise by the next ones.
+        # One angle after the other: C + P cos u + S sin u, with C, P and S by the next angles.
         if not angles:
             return self._leaf(value.terms(), False)
         key = (frozenset(value.real.items()), frozenset(value.imaginary.items()), angles)

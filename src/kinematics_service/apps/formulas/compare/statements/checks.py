@@ -26,7 +26,7 @@ from .statements import Statement
 
 Mask = npt.NDArray[np.bool_]
 
-# Round-off of formulas with some hundred operations, relative to the larger of both values and 1.
+# Round-off of formulas of some hundred operations, relative to 1 plus the larger value.
 ROUND_OFF = 1e-9
 
 
@@ -51,13 +51,13 @@ class Check(ABC):
 
     @cached_property
     def world(self) -> World:
-        """Return the robot as it is, at the poses."""
+        """Return the robot of the file at the poses."""
         poses = self.poses
         return World(self.names.table, poses.values, poses.count, poses.coupling)
 
     @cached_property
     def evaluation(self) -> Evaluation:
-        """Return what the person's expressions are evaluated with."""
+        """Return the evaluation of the person's expressions, in the person's units."""
         values: Mapping[sp.Symbol, Floats] = self.poses.values
         degrees = self.statement.settings.degrees
         if degrees:
@@ -72,7 +72,7 @@ class Check(ABC):
 
     @property
     def tolerance(self) -> float:
-        """Return the largest difference that counts as none."""
+        """Return the largest difference between equal values."""
         decimals = self.statement.decimals
         return 0.5000001 * 10.0**-decimals if decimals else ROUND_OFF
 
@@ -110,7 +110,7 @@ class Check(ABC):
     @cached_property
     def rounding(self) -> Floats:
         """
-        Return how far rounded numbers can move each entry, or its right value, (N, rows, columns).
+        Return the change of each entry by rounded numbers, shape (N, rows, columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
         assert inexact is not None  # it has half units
@@ -125,7 +125,7 @@ class Check(ABC):
 
     @cached_property
     def is_one_configuration(self) -> bool:
-        """Return whether all poses are one, so that many things may be equal by coincidence."""
+        """Return whether all poses are equal, so that entries may be equal by coincidence."""
         given = {*self.poses.chosen, *(s.name for s in self.names.table.constants)}
         still = not self.poses.randomised and not self.expressions.free_symbols - {
             s for s in self.poses.values if s.name in given
@@ -213,7 +213,7 @@ class QuantityCheck(Check):
             check = replace(self, statement=meant)
             found.append(check)
             whole = check.whole_of(self.world, settings)
-            # Those in which a planar arm moves: x, y and the angle phi.
+            # The rows in which a planar arm moves: x, y and the angle phi.
             rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
             if len(rows) == self.shape[0] < whole.shape[1]:
                 chosen = replace(check.quantity, rows=rows)

@@ -53,7 +53,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class _ZeroCondition:
-    # A function of N poses (N, n) that vanishes where the equation holds.
+    # A function of N poses (N, n) that is 0 if the equation holds.
     function: Callable[[Floats], Floats]
 
     def __call__(self, q: Floats) -> Floats:
@@ -114,7 +114,7 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
-            # Its poses are those of the numbers of the file.
+            # The verdict for the numbers of the file, whose pose the remark gives.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
         special = f'with {numbers} of this file it agrees, with other values not'

@@ -23,7 +23,7 @@ MAX_FORMULAS = 200
 
 # Names of a matrix whose determinant is meant: `det(J)`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
-# `J(q) = ...`, `T(\theta_1, \theta_2) = ...`: a left side and what it depends on.
+# `J(q) = ...`, `T(\theta_1, \theta_2) = ...`: a left side and its variables.
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 

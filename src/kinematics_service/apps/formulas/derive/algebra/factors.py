@@ -295,9 +295,9 @@ def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
 
 
 def _stays_whole(element: PolyElement) -> bool:
-    # Whether a polynomial that is irreducible over the integers is proved not to be a product of
-    # two complex ones, which might be real in the angles, as those of cos 2q = (cos q + sin q)
-    # (cos q - sin q): they are conjugate, and so of one degree in every generator.
+    # Whether it is proved that a polynomial, irreducible over the integers, is not a product of
+    # two complex factors. Complex factors may be real in the angles, as in cos 2q = (cos q + sin
+    # q) (cos q - sin q). They are conjugate, so they have the same degree in every generator.
     odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 

@@ -190,7 +190,7 @@ def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
 
 
 def upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
-    """Return a factor as `upright` does where the ring has its half angles, else as it is."""
+    """Return a factor as `upright` does if the ring has its half angles, else unchanged."""
     if _is_whole(terms, _angle_indices(arithmetic)):
         return upright(terms, arithmetic)
     return from_terms(arithmetic.ring, terms)

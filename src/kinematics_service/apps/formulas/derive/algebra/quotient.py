@@ -16,7 +16,7 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
     ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
         return None
-    # The group with the fewest terms says what it is.
+    # The quotient of the shortest group is the candidate.
     ring, key = arithmetic.ring, min(ours, key=lambda key: len(ours[key]))
     quotient = divided(from_terms(ring, theirs[key]), from_terms(ring, ours[key]))
     if quotient is None:

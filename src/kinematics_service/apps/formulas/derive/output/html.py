@@ -17,7 +17,7 @@ MATHML = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math
 
 
 class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
-    """Sympy's MathML, with decimals where the file had decimals."""
+    """Sympy's MathML, but decimals of the file stay decimals."""
 
     def _print_Rational(self, expr: Any) -> Any:
         text = decimal(expr)

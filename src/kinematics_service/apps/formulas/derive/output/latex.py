@@ -26,7 +26,7 @@ SPECIAL = {
 
 
 class DecimalLatexPrinter(LatexPrinter):  # type: ignore[misc]
-    """Sympy's LaTeX, with decimals where the file had decimals."""
+    """Sympy's LaTeX, but decimals of the file stay decimals."""
 
     def _print_Rational(self, expr: sympy.Expr) -> str:
         return decimal(expr) or str(super()._print_Rational(expr))

@@ -34,7 +34,7 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Equation:
-    """A symbol in letters and what it is: `left` is LaTeX-like, `J`, `T_{01}`, `z_{1}`."""
+    """A symbol and its expression: `left` is LaTeX-like, `J`, `T_{01}`, `z_{1}`."""
 
     left: str
     right: sympy.Expr | sympy.Matrix
