@@ -340,14 +340,12 @@ def floor_of(rows, A):
 def zeros(runs):
     """Print how far zeros of an SO-101 are off that touches of a sheet tell."""
     robot, place = robot_of('so101'), pose_of([0.0, -0.25, 0.0], (0.0, 0.0, 0.1))
-    words = 'nothing', '--backlash', 'the way'
-    for each, noise, told in product((1, 2, 3), (6e-4, 1e-3), words):
+    for each, noise, told in product((1, 2, 3), (6e-4, 1e-3), ('nothing', 'the way')):
         errors, deviations, plays = [], [], []
         for seed in range(runs):
             made = sheet_touches(robot, place, each, noise, np.radians(0.5), seed)
             way = made.approach if told == 'the way' else None
-            play = np.radians(0.5) if told == '--backlash' else 0.0
-            found = calibrate_zeros(robot, made.q, made.points, approach=way, play=play)
+            found = calibrate_zeros(robot, made.q, made.points, approach=way)
             own = zeros_of(found)[1:4]  # the sheet hides the others
             errors.append(np.degrees([one.correction for one in own] - made.zeros[1:4]))
             deviations.append(np.degrees([one.deviation for one in own]))

@@ -119,24 +119,6 @@ def test_the_way_joints_came_tells_the_backlash_and_sharpens_the_zeros():
     assert abs(np.mean(plays) - PLAY) < 0.1 * PLAY
 
 
-@pytest.mark.slow
-def test_a_play_that_is_known_is_weighed_as_a_noise_of_the_joints():
-    errors, weighed, shares, left = [], [], [], []
-    for seed in range(8):
-        touches, without = found_by(seed)
-        errors.extend(known_errors(touches, without)[0])
-        fitted = calibrate_zeros(touches.robot, touches.q, touches.points, play=PLAY)
-        off, share = known_errors(touches, fitted)
-        weighed.extend(off)
-        shares.extend(share)
-        left.append(fitted.noise.position)
-    assert np.std(weighed) < 0.95 * np.std(errors)
-    # What remains is the noise of a touch, between the true one and the millimetre it is weighed
-    # by beside the play: of a play taken three times too large less than half of it would.
-    assert TOUCH < np.mean(left) < 1e-3
-    assert 0.5 < np.mean(np.square(shares)) < 1.4
-
-
 def test_few_touches_do_not_pretend():
     touches = touches_of(3, each=1, crosses=('A1', 'C2', 'B3', 'A4'))
     found = calibrate_zeros(touches.robot, touches.q, touches.points)
@@ -262,7 +244,6 @@ def test_wrong_options_of_zeros_are_sentences(tmp_path, capsys):
     for code, sentence, *options in (
         (2, 'No such option: --fit', *zeros, '--fit', 'offsets'),
         (2, 'or --html FILE for the sheet to print'),
-        (2, "'1mm' is no angle; write for instance 0.5deg", *zeros, '--backlash', '1mm'),
         (2, 'exists already', *zeros, '--motors', old, old),
         (1, 'no calibration of servos with a homing_offset of each', *zeros, '--motors', bad, new),
         (1, 'would be', *zeros, '--motors', old, new),

@@ -15,15 +15,13 @@ import numpy.typing as npt
 
 from ...errors import CalibrationError
 from ...kernel import Floats
-from ...kinematics.forward import forward_kinematics, jacobian
 from ...kinematics.uncertainty.parameters import parameters_of
 from ...robot.file.parts.parameters import ENDS
 from ...robot.robot import Robot
 from ..checking.errors import angle_in_words, length_in_words
 from ..checking.hypotheses import DEGREES, from_degrees
 from .calibration import calibrate
-from .checking import BACKLASH, OPTIONS, ROUND_OFF, rigid_positions
-from .placing import Free, offsets_of
+from .checking import BACKLASH, OPTIONS, ROUND_OFF
 from .result import Calibration
 
 # A zero is known if its standard deviation is less (rad, m).
@@ -64,7 +62,6 @@ def calibrate_zeros(
     *,
     approach: npt.ArrayLike | None = None,
     noise: tuple[float, float] | None = None,
-    play: float = 0.0,
     fix: tuple[str, ...] = (),
     check: bool = True,
     progress: Callable[[str], None] = lambda phase: None,
@@ -80,8 +77,6 @@ def calibrate_zeros(
         in the frame of the sheet, wherever that lies.
     approach, noise, fix, progress
         As `calibrate` takes them.
-    play : rad
-        Of the turning joints, where nothing tells to which side it was: a noise of theirs.
     check
         Whether what would explain a refusal is tried.
 
@@ -94,15 +89,12 @@ def calibrate_zeros(
     # Before, zeros may be off by ten times as much as they are to be known to.
     before = {one.name: 10.0 * KNOWN[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
-
-    touch = TOUCH if noise is None else noise[0]
     # Zeros far off would be taken for another robot by a check that knows of none.
     fitted = partial(
         calibrate,
         robot,
         poses=points,
         approach=approach,
-        whitening=_whitening(robot, q, points, touch, play) if approach is None else None,
         fit=fit,
         tolerances=before,
         check=False,
@@ -118,20 +110,6 @@ def calibrate_zeros(
     if fitted(from_degrees(robot, q)).accepted:
         raise CalibrationError(f'{DEGREES}{OPTIONS[DEGREES]}')
     return fitted(q, check=True)
-
-
-def _whitening(
-    robot: Robot, q: Floats, points: Floats, touch: float, play: float
-) -> Floats | None:
-    if not play:
-        return None
-    # By the covariance of where the tip is: of a touch, and of joints at one end of their play.
-    A = forward_kinematics(robot, q)
-    placed = offsets_of(A, rigid_positions(points), True, Free())
-    J = placed.base[:3, :3] @ jacobian(robot, q, at=placed.tool[:3, 3])[:, :3]
-    J = J[:, :, ~robot.prismatic] * (0.5 * play / touch)
-    factor = np.linalg.cholesky(np.eye(3) + J @ np.swapaxes(J, 1, 2))
-    return np.asarray(np.linalg.inv(factor))
 
 
 def _hidden(found: Calibration) -> tuple[str, ...]:

@@ -1,6 +1,5 @@
 """The command `calibrate-zeros`: the zeros of joints by touches of a printed sheet."""
 
-import math
 import os
 import sys
 from enum import Enum
@@ -13,7 +12,6 @@ from ....cli.options import RobotOption, WrongUsage, given_robot, named
 from ....output_file import say_written, write_file
 from ....printing import attributes
 from ....robot.robot import Robot
-from ...recordings.commands.frame_options import given_limit
 from ..checking import refuse_loops, rigid_positions
 from ..output.calibration_run import CalibratedPoses, CalibrationRun, origin_of
 from ..output.servo_file import read_servos, servos_text
@@ -52,10 +50,6 @@ def calibrate_zeros(
     files: FilesArgument = None,
     point: PointOption = POINT,
     sheet: Annotated[SheetChoice, named('--sheet', 'The paper of the sheet.')] = SheetChoice.a4,
-    backlash: Annotated[
-        Optional[str],
-        named('--backlash', 'The play of the turning joints, if it is known: 0.5deg.', 'ANGLE'),
-    ] = None,
     motors: Annotated[
         tuple[Path, Path],
         named(
@@ -84,13 +78,6 @@ def calibrate_zeros(
     """
     arm, given, paper = given_robot(robot), files or [], SHEETS[sheet.value]
     written, reading = outputs.checked(given), table.selection(arm)
-    play = 0.0 if backlash is None else given_limit('--backlash', backlash).angle
-    if math.isinf(play):
-        raise WrongUsage(f'--backlash: {backlash!r} is no angle; write for instance 0.5deg')
-    if play >= math.pi and backlash is not None:
-        raise WrongUsage(
-            f'--backlash: {backlash!r} is half a turn or more: no joint has such play'
-        )
     refuse_loops(arm.description)
     servos = _servos(arm, motors, outputs.force)
     if not given:
@@ -110,7 +97,6 @@ def calibrate_zeros(
             q,
             points,
             approach=np.concatenate(came) if len(came) == len(rows) else None,
-            play=play,
             progress=one.tell,
             **attributes(one, 'fix', 'noise', 'check'),
         )
