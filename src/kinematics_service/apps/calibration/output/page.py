@@ -13,7 +13,7 @@ from ....robot.file.parts.parameters import TABLE_GROUPS
 from ....version import __version__
 from ...recordings.audit.report import charts
 from ...recordings.audit.report.charts import ValueScale, nice_ticks, shown
-from ..identified_table import KNOWN, CalibratedParameter
+from ..identified_table import CalibratedParameter
 from ..report import cells_of, not_nothing, sentences_of
 from ..result import Calibration
 
@@ -57,7 +57,6 @@ def page_of(found: Calibration, origin: PageOrigin) -> str:
         _by_joint(found),
         '<h2>What is known, and how well</h2>\n',
         _parameters(found),
-        _directions(found),
     ]
     return document(title, body, resource(__package__, 'page.css'))
 
@@ -150,18 +149,6 @@ def _bar(one: CalibratedParameter) -> str:
         f'<rect class="{known}" y="3" height="6" width="{across(one.deviation):.1f}"/>'
         f'<line class="correction solid" x1="{x:.1f}" x2="{x:.1f}" y1="0" y2="12"/></svg>'
     )
-
-
-def _directions(found: Calibration) -> str:
-    values = np.maximum(found.singular_values, np.finfo(np.float64).tiny)
-    plot = PointPlot(
-        'how well each combination of the parameters is identified',
-        f'singular values in units of the priors; identifiable above {KNOWN:g}',
-        'direction, counted from 1',
-        np.arange(1.0, len(values) + 1.0),
-        [('after', values)],
-    )
-    return plot.html().replace('></span>after</span>', '></span>direction</span>')
 
 
 @dataclass(frozen=True, eq=False)
