@@ -17,7 +17,7 @@ from .causes import Causes, TestedCause, causes_of
 from .errors import EXPLAINED, NOMINAL, Errors, PoseLimit, errors_of
 from .hypotheses import ComparedData
 from .joint_motion import SampledMotion
-from .lag import Later, extrapolated, looked_up
+from .lag import Later, looked_up
 from .offsets import Fit, equations_of, fit_offsets, free_directions, scale_of
 
 # A remainder below both (m, rad) needs no cause: the best laser trackers leave 0.02 mm and, of a
@@ -85,7 +85,6 @@ def diagnose_frames(
     q: npt.ArrayLike,
     poses: npt.ArrayLike,
     stamps: npt.ArrayLike | None = None,
-    qdot: npt.ArrayLike | None = None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None = None,
     *,
     limit: PoseLimit = EXPLAINED,
@@ -105,8 +104,6 @@ def diagnose_frames(
         The tool's poses by the second source, at the same times.
     stamps : shape (N,), s
         Times of the poses; needed only to find a lag in seconds.
-    qdot : shape (N, n), rad/s or m/s
-        Joint velocities, to find a lag if q does not tell the motion between the poses.
     motion : shapes (K,), s, and (K, n), rad or m
         Rising times and joint positions around the stamps, to find a lag; default: those of the
         poses themselves.
@@ -129,7 +126,7 @@ def diagnose_frames(
     """
     robot = as_robot(robot)
     given = _given(robot, q, poses)
-    given = given._replace(later=_later(robot, given.q, stamps, qdot, motion), read=read)
+    given = given._replace(later=_later(robot, given.q, stamps, motion), read=read)
     A = evaluate(robot, given.q).pose
     as_given = errors_of(
         given.poses[:, :3, 3] - A[:, :3, 3],
@@ -202,7 +199,6 @@ def _later(
     robot: Robot,
     q: Floats,
     stamps: npt.ArrayLike | None,
-    qdot: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> Later | None:
     # Returns how to look the joints up at another time, by the best knowledge of their motion.
@@ -221,11 +217,6 @@ def _later(
         if len(times) < 2 or not (np.all(np.diff(times) > 0.0) and np.all(np.isfinite(positions))):
             raise FramesError('the motion must have rising times and finite joint positions')
         return looked_up(SampledMotion(times, positions, robot.continuous), t)
-    if qdot is not None:
-        speeds = np.nan_to_num(numbers_of('qdot', qdot))
-        if speeds.shape != q.shape:
-            raise FramesError(f'qdot must have the shape {q.shape}, not {speeds.shape}')
-        return extrapolated(q, speeds)
     if t is None:
         samples = np.arange(len(q), dtype=np.float64)
         return looked_up(SampledMotion(samples, q, robot.continuous, 1.5), samples, 'samples')

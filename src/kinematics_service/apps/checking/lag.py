@@ -51,12 +51,6 @@ class Later(NamedTuple):
     unit: str = 's'
 
 
-def extrapolated(q: Floats, rates: Floats) -> Later:
-    """Return joints known at the poses alone, at constant rates (N, n) per s."""
-    known = np.ones(len(q), dtype=bool)
-    return Later(lambda lag: JointsAtTimes(q + lag * rates, rates, known), REACH)
-
-
 def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
     """Return joints of a motion; `stamps` (N,) are those of the poses, `unit` s or samples."""
     reach = REACH if unit == 's' else REACH_IN_SAMPLES
