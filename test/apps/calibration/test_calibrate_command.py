@@ -659,7 +659,6 @@ def test_a_row_without_joints_does_not_make_the_others_evenly_spread(tmp_path, c
         (['', '--html', '-'], '--html: give a file; only --json can be printed with -'),
         (['', '--output', '-'], '--output: give a file; only --json can be printed with -'),
         (['-zeros', '--html', '-'], '--html: give a file'),
-        (['-zeros', '--backlash', '400deg'], "--backlash: '400deg' is half a turn or more"),
         (['-propose', '--count', '0'], '--count: 0 is not within 1 and 200 poses'),
         (['', '--own', 'bas'], "--own: 'bas' is not one of base, tool"),
         (

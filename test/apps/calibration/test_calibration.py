@@ -25,13 +25,12 @@ from recordings import recorded
 from tolerances import DIFFERENCE, DIFFERENCE_STEP, ROUND_OFF
 
 import kinematics_service as ks
-from kinematics_service.apps.calibration.corrections import corrected_robot
-from kinematics_service.apps.calibration.file_sections import tolerances_section
 from kinematics_service.apps.calibration.identified_table import (
     CalibratedParameter,
     structural_rank,
 )
 from kinematics_service.apps.calibration.report import sentences_of
+from kinematics_service.apps.calibration.robot_text import CalibrationOrigin, calibrated_text
 from kinematics_service.kinematics.uncertainty.corrected_chain import pose_change, poses_of
 from kinematics_service.kinematics.uncertainty.parameters import (
     parameters_of,
@@ -39,6 +38,7 @@ from kinematics_service.kinematics.uncertainty.parameters import (
     scaled_jacobian,
 )
 from kinematics_service.rigid_motion import exponential, pose_of, rotation_vector
+from kinematics_service.robot.file.parts.description import Tolerances
 from kinematics_service.robot.file.parts.parameters import end_parameters
 
 # Without noise parameters come back as exactly (m, rad).
@@ -311,34 +311,16 @@ def test_what_is_proposed_depends_on_the_tolerances_of_the_robot_file():
     assert not np.array_equal(proposed.q, usual.q)
 
 
-@pytest.mark.parametrize(
-    ('name', 'before', 'after'),
-    [
-        # beta2 and beta3 become rows of their own: alpha of these.
-        ('ur5e', 'a2: 1, alpha3: 2, theta4: 3, d6: 4', 'a2: 1, alpha4: 2, theta6: 3, d8: 4'),
-        ('ur5e', 'beta2: 1, beta3: 2, gear4: 3', 'alpha3: 1, alpha5: 2, gear4: 3'),
-        (
-            'craig_3r',
-            'a3: 1, alpha3: 2, d3: 3, theta3: 4, beta3: 5, a4: 6',
-            'a3: 1, alpha3: 2, d4: 3, theta4: 4, alpha4: 5, a5: 6',
-        ),
-        (
-            'rrp_elementary',
-            'Ry3: 1, Tx3: 2, Tx4: 3, Tx5: 4',
-            'Ry5: 1, Tx4: 2, Tx6: 3, Tx8: 4',
-        ),
-    ],
-)
-def test_tolerances_of_numbers_move_with_their_rows(name, before, after):
-    robot = with_tolerance(name, f'{{of: {{{before}}}}}')
-    parameters = parameters_of(robot).table
-    errors = 1e-3 * np.ones(len(parameters))
-    corrected = corrected_robot(robot, parameters, errors)
-    moved = corrected.description.tolerances.named
-    assert ', '.join(f'{name}: {value:g}' for name, value in moved) == after
-    # And in words, as the file of the corrected arm has them.
-    own = f'of: {{{after}}}'
-    assert tolerances_section(corrected.description) == [f'tolerance: {{{own}}}']
+def test_a_calibrated_table_has_no_tolerances_of_the_nominal_one():
+    robot = with_tolerance('ur5e', '{length: 2e-3, of: {a2: 1e-4}}')
+    arm = measured_arm('ur5e', 20, NOISE)
+    found = ks.calibrate(robot, arm.q, arm.poses)
+    assert found.calibrated.description.tolerances == Tolerances()
+    text = (
+        ks.bundled_robots()['ur5e'].read_text() + '\ntolerance: {length: 2e-3, of: {a2: 1e-4}}\n'
+    )
+    origin = CalibrationOrigin('made up', '2026-01-01')
+    assert '\ntolerance:' not in calibrated_text(found, text, arm.q, arm.poses, origin)
 
 
 # Gear ratios

@@ -10,7 +10,6 @@ import numpy as np
 from ...errors import KinematicsError
 from ...kernel import Floats
 from ...kinematics.uncertainty.corrected_chain import small_motion
-from ...kinematics.uncertainty.parameters import EXTRA_PLACES
 from ...rigid_motion import exact_rpy
 from ...robot.file.parts.convention_table import Axis
 from ...robot.file.parts.description import (
@@ -24,8 +23,8 @@ from ...robot.file.parts.description import (
     Tolerances,
     Uncertainty,
 )
-from ...robot.file.parts.parameters import WITH_EXTRA, ArmParameter
-from ...robot.file.parts.tolerances import EXTRA, GEAR
+from ...robot.file.parts.parameters import ArmParameter
+from ...robot.file.parts.tolerances import GEAR
 from ...robot.file.text.expressions import Affine, Expression
 from ...robot.robot import Robot, build_robot
 from ...robot.task import ROW_NAMES
@@ -41,9 +40,9 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
     """
     Return the robot with corrections of its table.
 
-    Known poses and the uncertainty of the table, which were those of the nominal one, are left
-    out. Its task stays that of the nominal table. Its singular factors are approximate now; they
-    are left out if their zeros are far from singular poses.
+    Known poses, tolerances and the uncertainty of the table, which were those of the nominal one,
+    are left out. Its task stays that of the nominal table. Its singular factors are approximate
+    now; they are left out if their zeros are far from singular poses.
 
     Parameters
     ----------
@@ -65,7 +64,7 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
         uncertainty=of_joints_alone(nominal.uncertainty),
         known_poses=(),
         warnings=(),
-        tolerances=table.tolerances(links, ends_at),
+        tolerances=Tolerances(),
         singularity=replace(nominal.singularity, task=task_of(robot)),
     )
     return built_nearly(corrected) if found else build_robot(corrected)
@@ -181,33 +180,6 @@ class _Corrections:
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))
         return tuple(links), tuple(ends_at)
-
-    def tolerances(self, links: Sequence[Link], ends_at: Sequence[int]) -> Tolerances:
-        # Single numbers by the rows that they stand in now.
-        named = []
-        for name, value in self.description.tolerances.named:
-            word = name.rstrip('0123456789')
-            if word != GEAR:
-                name = self._moved(word, int(name.removeprefix(word)), links, ends_at)
-            named.append((name, value))
-        return replace(self.description.tolerances, named=tuple(named))
-
-    def _moved(self, word: str, k: int, links: Sequence[Link], ends_at: Sequence[int]) -> str:
-        # The name of a number of row k, counted from 1, where corrections have added rows.
-        row, convention = ends_at[k], self.description.convention
-        if convention not in WITH_EXTRA:
-            rows = range(ends_at[k - 1], row)
-            own = (n + 1 for n in rows if getattr(links[n], 'axis', '') == word)
-            return f'{word}{next(own, row)}'
-        if not any(self.of(k - 1, place) for place in EXTRA_PLACES):
-            return f'{word}{row}'
-        # Standard: the row and then the one with the extra numbers; modified: that has d and
-        # theta.
-        extra = row + 1 if convention == 'standard' else row
-        if word in EXTRA:
-            return f'{"alpha" if EXTRA[word] == "Ry" else "a"}{extra}'
-        first = convention == 'modified' and word in ('a', 'alpha')
-        return f'{word}{row - first}'
 
     def _dh_rows(self, k: int, link: DhRow, turn: float) -> tuple[list[Link], float]:
         def corrected(name: str, given: Expression) -> Expression:

@@ -10,7 +10,6 @@ import yaml
 from yaml import MappingNode
 
 from ...errors import RobotFileWriteError
-from ...robot.file.parts.convention_table import CONVENTIONS
 from ...robot.file.parts.description import (
     IDENTITY,
     DhRow,
@@ -20,9 +19,7 @@ from ...robot.file.parts.description import (
     Placement,
     PointDescription,
     RigidMotion,
-    RobotDescription,
 )
-from ...robot.file.parts.tolerances import GEAR, kind_of
 from ...robot.file.text.yaml_reader import LOADER
 from ...robot.file.writing.writer import BOM, entry_of, last_line, scalar, written_entries
 
@@ -121,30 +118,6 @@ def points_section(points: Sequence[PointDescription]) -> list[str]:
             for one in points
         ),
     ]
-
-
-def tolerances_section(description: RobotDescription) -> list[str]:
-    """Return the line of what the numbers of a table may be off by; none if nothing is said."""
-    given = description.tolerances
-    scales = {'angle': 1.0 / description.radians, 'length': 1.0 / description.metres}
-    convention = CONVENTIONS[description.convention]
-    parts = [
-        f'{key}: {_number(value * scales.get(key, 1.0))}'
-        for key, value in (('length', given.length), ('angle', given.angle), (GEAR, given.gear))
-        if value is not None
-    ]
-    named = [
-        f'{name}: {_number(value * scales.get(kind_of(name, convention), 1.0))}'
-        for name, value in given.named
-    ]
-    if named:
-        parts.append(f'of: {{{", ".join(named)}}}')
-    return [f'tolerance: {{{", ".join(parts)}}}'] if parts else []
-
-
-def _number(value: float) -> str:
-    # Of a standard deviation nine digits are more than enough, and hide what units leave.
-    return f'{value:.9g}'
 
 
 def _link(link: Link) -> str:

@@ -195,13 +195,11 @@ class FitProblem:
         return rows[:, self.columns] / DISTANCE_DEVIATION, remainders / DISTANCE_DEVIATION
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
-        """Return the problem of these groups of parameters alone."""
+        """Return the problem of these groups alone, none of which moves joints."""
         kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
-        still = len(self.parameters) - self.given.rates.shape[2]
-        rates = self.given.rates[:, :, [k - still for k in kept if k >= still]]
         return replace(
             self,
-            given=self.given._replace(rates=rates),
+            given=self.given._replace(rates=self.given.rates[:, :, :0]),
             parameters=tuple(self.parameters[k] for k in kept),
             prior=self.prior[kept],
             columns=self.columns[kept],

@@ -12,12 +12,7 @@ from ...kinematics.acceleration import jacobian_rate
 from ...kinematics.arguments import numbers_of
 from ...kinematics.forward import BASE, cross, in_axes_of
 from ...kinematics.tool_state import ToolState, evaluate, velocities_of
-from ...kinematics.uncertainty.arm_errors import (
-    covariances,
-    errors_of_file,
-    pose_errors,
-    table_errors_of,
-)
+from ...kinematics.uncertainty.arm_errors import covariances, pose_errors, table_errors_of
 from ...robot.points import TOOL
 from ...robot.robot import AnyRobot, Robot, as_robot
 from .identified_table import IdentifiedTable
@@ -178,24 +173,20 @@ def _errors(
     said = robot.description.uncertainty
     if calibration is not None and not isinstance(calibration, IdentifiedTable):
         raise CalibrationError(f'calibration must be a Calibration, not {calibration!r:.80}')
-    if joints is None and calibration is None:
-        of_file = errors_of_file(robot)
-        if of_file is None or (said is not None and not said.of_pose and velocities is None):
-            raise CalibrationError(
-                f'the file of {robot.name} does not say how far its poses may be off: give '
-                'joints or a calibration, or write its section uncertainty'
-            )
-        if velocities is None:
-            return of_file
+    silent = said is None or not (said.of_pose or velocities is not None)
+    if silent and joints is None and calibration is None:
+        raise CalibrationError(
+            f'the file of {robot.name} does not say how far its poses may be off: give joints or '
+            'a calibration, or write its section uncertainty'
+        )
     of_joints: npt.ArrayLike = 0.0 if said is None else said.joint_deviations
     if joints is not None:
         of_joints = joints
-    floor = (0.0, 0.0)
     if calibration is not None:
-        table = calibration.table_errors(robot, q)
+        table, floor = calibration.table_errors(robot, q), (0.0, 0.0)
     else:
         table = table_errors_of(robot, said)
-        floor = (said.floor_xyz, said.floor_rpy) if said else floor
+        floor = (said.floor_xyz, said.floor_rpy) if said else (0.0, 0.0)
     return pose_errors(
         robot,
         table,

@@ -40,7 +40,6 @@ from .file_sections import (
     placement_section,
     points_section,
     singularity_section,
-    tolerances_section,
     with_sections,
 )
 from .fitting import outlier_limit, widened
@@ -117,13 +116,12 @@ def calibrated_text(
     source = '; '.join(part for part in parts if part)[:LONGEST_SOURCE]
     sections: dict[str, Sequence[str] | None] = {
         'source': [f'source: {json.dumps(source, ensure_ascii=False)}'],
+        'tolerance': None,  # of the nominal table
         'links': links_section(robot.description.links),
         'singularity': singularity_section(text, factors, task_of(found.robot) or ()),
     }
     if robot.description.points:
         sections['points'] = points_section(robot.description.points)
-    if robot.description.tolerances.named:
-        sections['tolerance'] = tolerances_section(robot.description)
     if frames == 'measured':
         for end in ENDS:
             sections[end] = placement_section(end, getattr(robot.description, end), 'as measured')

@@ -267,7 +267,7 @@ def _loops(robot: Robot) -> Iterator[str]:
         values = closure.passive[at : at + len(passive)]
         at += len(passive)
         positions = ', '.join(
-            f'{joint.name} = {_rounded(value):.6g}' for joint, value in zip(passive, values)
+            f'{joint.name} = {round(value, 12) + 0.0:.6g}' for joint, value in zip(passive, values)
         )
         move = 'moves' if len(group) == 1 else 'are closed together and move'
         rows = sum(len(loop.rows) for loop in group)
