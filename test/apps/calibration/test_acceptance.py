@@ -288,15 +288,9 @@ def test_corrections_far_beyond_their_usual_errors_are_remarked():
     )
 
 
-def test_the_start_of_base_and_tool_is_said():
+def test_base_and_tool_begin_near_what_is_found():
     arm = measured_arm('ur5e', 40, NOISE, seed=2)
     found = ks.calibrate(arm.robot, arm.q, arm.poses)
-    base, tool = [one for one in sentences_of(found) if one.startswith('Corrections of the ')]
-    assert base.startswith('Corrections of the base are along its axes, and begin at ')
-    assert tool.startswith('Corrections of the tool are along its axes, and begin at ')
-    xyz = base.partition('begin at ')[2].partition(' m')[0]
-    assert np.allclose(np.array(xyz.split(), dtype=float), found.base_starts[0][:3, 3], atol=1e-5)
-    # From there it is not far to what was found.
     ends = found.base_offsets[0] @ arm.robot.description.base.motion.matrix
     assert np.abs(found.base_starts[0] - ends).max() < 0.02
 

@@ -532,7 +532,7 @@ def test_what_a_controller_knows_of_its_arm_is_found(tmp_path, capsys):
     options = ['--robot', 'ur3e', '--fix', 'base', '--frames', 'measured', '--output', output]
     code, out, err = run(capsys, 'calibrate', file, *options)
     assert (code, err) == (0, '')
-    assert 'less than 1e-6 mm, less than 1e-6 deg after' in out
+    assert 'below 1e-6 mm, below 1e-6 deg after' in out
     assert run(capsys, 'check', '--strict', output)[0] == 0
     code, out, _ = run(capsys, 'audit', file, '--robot', output, '--json', '-')
     # Now base and tool of the file are those of the controller, too.

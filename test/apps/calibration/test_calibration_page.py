@@ -9,6 +9,7 @@ from calibrated_arms import BASE, measured_arm, touching_arm
 from chromium import chromium_tab
 
 import kinematics_service as ks
+from kinematics_service.apps.calibration.checking import not_nothing
 from kinematics_service.apps.calibration.output.page import (
     BOTTOM,
     HEIGHT,
@@ -16,7 +17,6 @@ from kinematics_service.apps.calibration.output.page import (
     PointPlot,
     page_of,
 )
-from kinematics_service.apps.calibration.report import not_nothing
 
 NOISE = 5e-5
 ORIGIN = PageOrigin(('tracker <1>.csv',), 'ur5e.yaml', '2031-02-03', ('A remark',))

@@ -407,7 +407,10 @@ def refuse_mistake(sentence: str, left: float, middle: float) -> None:
 
 def in_words(position: float, rotation: float, positions: bool) -> str:
     """Return a length (m), and an angle (rad) where orientations are measured, in words."""
-    length, angle = length_in_words(position), angle_in_words(rotation)
-    length = 'less than 1e-6 mm' if length == '0 mm' else length
-    angle = 'less than 1e-6 deg' if angle == '0 deg' else angle
+    length, angle = map(not_nothing, (length_in_words(position), angle_in_words(rotation)))
     return length if positions else f'{length}, {angle}'
+
+
+def not_nothing(words: str) -> str:
+    """Return a deviation or an error in words, where round-off is small and not 0."""
+    return f'below 1e-6 {words[2:]}' if words.startswith('0 ') else words

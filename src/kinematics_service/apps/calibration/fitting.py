@@ -300,11 +300,10 @@ class _Equations:
             [rows, problem.distance_equations(values)[1], -values / problem.prior]
         )
 
-    def solved(self, values: Floats, there: Equations | None = None) -> _Step:
-        # `there`: the equations of the problem at the values, if they are known.
+    def solved(self, values: Floats) -> _Step:
         # Rows, known distances and priors move so with numbers in their deviations.
         problem, count = self.problem, len(values)
-        remainders, J = problem.equations(values) if there is None else there
+        remainders, J = problem.equations(values)
         moves = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
         known = problem.distance_equations(values)[0] * problem.prior
         rows = np.concatenate([moves.reshape(-1, count), known, np.eye(count)])
@@ -407,16 +406,10 @@ def widened(noise: Noise, freedom: Noise) -> Noise:
     return Noise(*(np.array(noise) * np.sqrt(1.0 + 2.0 / (f - 2.0))).tolist())
 
 
-def refined(
-    problem: FitProblem, values: Floats, noise: Noise, used: Flags, there: Equations | None = None
-) -> Floats:
-    """
-    Return the corrections by some of the rows alone, the noise being known.
-
-    `there`: the equations of the problem at the values that it begins with, if they are known.
-    """
-    for k in range(MAX_ROUNDS if len(values) else 0):
-        solved = _Equations(problem, noise, used).solved(values, there if k == 0 else None)
+def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
+    """Return the corrections by some of the rows alone, the noise being known."""
+    for _ in range(MAX_ROUNDS if len(values) else 0):
+        solved = _Equations(problem, noise, used).solved(values)
         values = values + problem.prior * solved.step
         # By the deviations after, of which exact poses leave next to nothing; or those before.
         moved = np.linalg.norm(solved.triangle @ solved.step)
@@ -446,10 +439,9 @@ def held_out_remainders(
         The block of each row.
     """
     result = np.zeros((len(problem.given.q), 2, 3))
-    equations = problem.equations(values)
     for k in np.unique(blocks):
         block = blocks == k
-        without = refined(problem, values, found.noise, found.used & ~block, equations)
+        without = refined(problem, values, found.noise, found.used & ~block)
         result[block] = problem.remainders(without)[block]
     return result
 

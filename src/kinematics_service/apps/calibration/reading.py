@@ -293,17 +293,11 @@ def read_images(
 
 
 def _image(folder: Path, name: str) -> Path:
-    # Of a name with its ending or without.
-    exact = [folder / name] if (folder / name).is_file() else []
-    files = exact or sorted(one for one in folder.iterdir() if one.stem == name)
-    if not files:
-        raise CalibrationError(f'{folder}: there is no image {name!r}')
-    if len(files) > 1:
-        which = ', '.join(one.name for one in files)
+    if not (folder / name).is_file():
         raise CalibrationError(
-            f'{folder}: the image {name!r} may be {which}: write it with its ending'
+            f'{folder}: there is no image {name!r}; write names with their endings'
         )
-    return files[0]
+    return folder / name
 
 
 def _column(file: Path, column: str) -> list[str]:

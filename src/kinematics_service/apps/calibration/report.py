@@ -8,12 +8,12 @@ import numpy as np
 from ...kernel import Floats
 from ...printing import Json, attributes
 from ...rigid_motion import inverse, roll_pitch_yaw
-from ...robot.file.parts.parameters import ENDS, TABLE_GROUPS, end_parameters
+from ...robot.file.parts.parameters import TABLE_GROUPS, end_parameters
 from ...typography import listed
 from ..checking.errors import angle_in_words, length_in_words
 from .board_views import view_document, view_sentences
 from .camera import ON_TOOL
-from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words
+from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words, not_nothing
 from .identified_table import CalibratedParameter
 from .result import BLOCKS, Calibration
 
@@ -82,7 +82,6 @@ def sentences_of(found: Calibration) -> Iterator[str]:
         )
     if found.outliers:
         yield _outliers(found)
-    yield from _starts(found)
     yield from found.remarks
 
 
@@ -117,22 +116,6 @@ def _of_conditions(found: Calibration) -> Iterator[str]:
             )
 
 
-def _starts(found: Calibration) -> Iterator[str]:
-    named = {one.name for one in found.parameters}
-    frames = (
-        (found.base_starts, 'frame 0 of the table, in the frame of the poses'),
-        (found.tool_starts, "the tool in the last row's frame"),
-    )
-    for end, (starts, frame) in zip(ENDS, frames):
-        for k, T in enumerate(starts):
-            if own := {one.name for one in end_parameters(end, k)} & named:
-                xyz, rpy = pose_numbers(T)
-                yield (
-                    f'Corrections of the {min(own).partition(".")[0]} are along its axes, and '
-                    f'begin at {" ".join(xyz)} m, roll pitch yaw {" ".join(rpy)} deg: {frame}'
-                )
-
-
 def _outliers(found: Calibration) -> str:
     rows = found.outliers
     names = {k: f' {one.name}' for k, one in enumerate(found.views.seen if found.views else ())}
@@ -150,11 +133,6 @@ def cells_of(one: CalibratedParameter, found: Calibration) -> tuple[str, str, st
     known = 'identifiable' if one.identifiable else alone
     correction = f'{"+" if one.correction > 0.0 else ""}{one.in_words(one.correction)}'
     return one.name, correction, not_nothing(one.in_words(one.deviation)), known
-
-
-def not_nothing(words: str) -> str:
-    """Return a deviation or an error in words, where round-off is small and not 0."""
-    return f'below 1e-6 {words[2:]}' if words.startswith('0 ') else words
 
 
 def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Json]:

@@ -316,17 +316,13 @@ def _of_poses(poses: Floats) -> Iterator[Hypothesis]:
     yield undone('millimetres', 'the poses are in millimetres, not metres', R, 1e-3 * p)
     yield undone('millimetres', LENGTHS_IN_MM, R, 1e3 * p, 1e-3)
     positions = 'the positions are in tool axes, not in base axes'
-    yield undone('tool_axes', positions, R, _turned(R, p))
-    yield undone('tool_axes', INVERSE, Rt, -_turned(Rt, p))
+    yield undone('tool_axes', positions, R, np.einsum('nij,nj->ni', R, p))
+    yield undone('tool_axes', INVERSE, Rt, -np.einsum('nij,nj->ni', Rt, p))
     yield undone('tool_axes', 'the orientations are those of the base in tool axes', Rt, p)
     read = 'the quaternions are w x y z, and are read as x y z w'
     yield undone('quaternion_order', read, from_wxyz, p)
     were_read = 'the quaternions are x y z w, and were read as w x y z'
     yield undone('quaternion_order', were_read, from_xyzw, p)
-
-
-def _turned(M: Floats, v: Floats) -> Floats:
-    return np.asarray(np.einsum('nij,nj->ni', M, v))
 
 
 def quaternions_of(poses: Floats) -> Floats:

@@ -170,13 +170,9 @@ class CalibrationRun(NamedTuple):
         """Return the calibration from rows, as the library's `calibrate` takes them."""
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
         # What the robot file says of single numbers holds beside the option.
-        limit = self.limit or PoseLimit(math.inf, math.inf)
-        named = dict(self.arm.description.tolerances.named)
-        sizes = {
-            one.name: limit.angle if one.angle else limit.position
-            for one in parameters_of(self.arm).table
-            if one.name not in named
-        }
+        limit, named = self.limit, dict(self.arm.description.tolerances.named)
+        table = [one for one in parameters_of(self.arm).table if one.name not in named]
+        sizes = {one.name: limit[one.angle] for one in table} if limit else {}
         return calibrate(
             self.arm,
             q,

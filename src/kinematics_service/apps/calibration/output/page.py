@@ -13,8 +13,9 @@ from ....robot.file.parts.parameters import TABLE_GROUPS
 from ....version import __version__
 from ...recordings.audit.report import charts
 from ...recordings.audit.report.charts import ValueScale, nice_ticks, shown
+from ..checking import not_nothing
 from ..identified_table import CalibratedParameter
-from ..report import cells_of, not_nothing, sentences_of
+from ..report import cells_of, sentences_of
 from ..result import Calibration
 
 # Rows drawn at most.
