@@ -3,7 +3,7 @@
 import numpy as np
 from arms import robot_of
 
-from kinematics_service.apps.calibration.collecting import MOST, PoseCollector
+from kinematics_service.apps.calibration.collecting import MAX_POSES, PoseCollector
 
 STEP = 10_000_000
 
@@ -65,8 +65,8 @@ def test_stamps_that_step_back_begin_a_new_time():
 
 def test_poses_kept_have_a_bound_and_early_ones_stay():
     one = collector()
-    for k in range(3 * MOST):
+    for k in range(3 * MAX_POSES):
         one.note_state(k * STEP, np.array([0.1 * k, 0.0]))
         one.note_pose(k * STEP, pose(k))
-    assert MOST // 2 <= len(one) <= MOST
+    assert MAX_POSES // 2 <= len(one) <= MAX_POSES
     assert one.collected().poses[0, 0, 3] == 0.0

@@ -16,13 +16,13 @@ import numpy as np
 from ...robot.file.parts.parameters import ANGLE, GEARS, LENGTH
 from ...robot.robot import Robot
 from ...typography import listed
-from ..checking.diagnosis import LEAST
+from ..checking.diagnosis import MIN_POSES
 from ..checking.errors import EXPLAINED, PoseLimit, angle_in_words, length_in_words
 from ..checking.judgement import FrameLimits
 from ..recordings.readers.block import Flags
 from .checking import NAMES_IN_SENTENCE
 from .fitting import FitProblem, Identified, normal_scores, one_more
-from .identified_table import KNOWN
+from .identified_table import KNOWN_RATIO
 from .result import Calibration
 
 # Largest share of rows that are outliers: more of them contradict the arm.
@@ -60,7 +60,7 @@ class JudgedFit(NamedTuple):
 
 
 def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
-    """Return why what was found is no calibration, a sentence each; none if it is one."""
+    """Return a sentence for each reason against the calibration; none if it is accepted."""
     found, out, reasons = fit.found, fit.contradicting, list[str]()
     if np.sum(out) > OUTLIER_SHARE * found.count:
         reasons.append(
@@ -93,7 +93,7 @@ def _by_joint(found: Calibration, out: Flags) -> str:
     # The rows that are highest, lowest or farthest from the middle in a joint, up to each one that
     # was left out: how many of them were left out, and how likely as many are by chance.
     left, count, rows = int(np.sum(out)), len(out), found.rows
-    if left < LEAST or left == count:
+    if left < MIN_POSES or left == count:
         return ''
     least_likely, tests = (TEST_LEVEL, ''), 3 * found.q.shape[1] * left
     for name, slides, q in zip(found.robot.joint_names, found.robot.prismatic, found.q.T):
@@ -133,14 +133,15 @@ def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
     # An axis that is off by a usual error e moves the tool by e times the motion of its joint: a
     # distance of a turning axis (m), the direction of a sliding one (rad). The standard deviation
-    # of e is the noise over the norm of the motion; it is known if that is KNOWN times smaller.
+    # of e is the noise over the norm of the motion; it is known if that is
+    # KNOWN_RATIO times smaller.
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)
     named = [
         f'{robot.joint_names[j]} (by '
         f'{(length_in_words if robot.prismatic[j] else angle_in_words)(float(np.ptp(q[:, j])))})'
-        for j in np.flatnonzero(usual * seen < KNOWN * found.noise.position)
+        for j in np.flatnonzero(usual * seen < KNOWN_RATIO * found.noise.position)
     ]
     if named:
         yield (

@@ -12,13 +12,13 @@ from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import apart, exponential, inverses
 from ...robot.chain import FrozenArrays
 from ...robot.robot import Robot
-from ..checking.diagnosis import LEAST
+from ..checking.diagnosis import MIN_POSES
 from ..recordings.readers.block import Flags
 from .boards.board import SeenCorners
 from .boards.intrinsics import Intrinsics
 from .boards.opencv import opencv
 from .camera import ON_TOOL, Camera
-from .checking import ALIKE, NAMES_IN_SENTENCE
+from .checking import MIN_CHANGE, NAMES_IN_SENTENCE
 from .placing import Free, offsets_of
 
 if TYPE_CHECKING:
@@ -187,7 +187,10 @@ def board_poses(camera: Intrinsics, seen: SeenCorners) -> list[BoardPose]:
     free = 2 * len(seen.points) - 6
     most = best.squares * (1.0 + POSE_DEVIATIONS**2 / free)
     turned = apart(best.pose[None], np.array([one.pose for one in [best, *others]]))[1][1:]
-    return [best, *(one for one, w in zip(others, turned) if one.squares < most and w > ALIKE)]
+    return [
+        best,
+        *(one for one, w in zip(others, turned) if one.squares < most and w > MIN_CHANGE),
+    ]
 
 
 def board_views(
@@ -219,14 +222,14 @@ def board_views(
     found = {k: board_poses(intrinsics, one) for k, one in given.items()}
     sure = [k for k, one in found.items() if len(one) == 1]
     if len(sure) < len(found):
-        if len(sure) < LEAST:
+        if len(sure) < MIN_POSES:
             left_out += [f'{names[k]}: {TOO_FLAT}' for k in found if k not in sure]
             found = {k: found[k] for k in sure}
         else:
             found = _decided(robot, q, found, sure, camera)
-    if len(found) < LEAST:
+    if len(found) < MIN_POSES:
         raise CalibrationError(
-            f'{len(found)} of {len(seen)} images tell where the board is: at least {LEAST} '
+            f'{len(found)} of {len(seen)} images tell where the board is: at least {MIN_POSES} '
             f'are needed. {_named(left_out)}'
         )
     poses, squares = (np.array(values) for values in zip(*(one[0] for one in found.values())))

@@ -27,11 +27,11 @@ from ...stop_signals import StopSignal
 from .collecting import CollectedPoses, PoseCollector
 
 # Hears every publisher, reliable or not.
-HEARD = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
+ANY_SENDER = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 # Period (s) of looks at what has come; a silent topic is explained after this time (s).
-LOOK, SILENT = 0.25, 5.0
+PERIOD, SILENCE = 0.25, 5.0
 # Number of poses of the first fit; the next one needs this many times as many.
-FIRST, AGAIN = 8, 1.25
+MIN_POSES, NEXT_FIT_RATIO = 8, 1.25
 
 
 class LiveTopics(NamedTuple):
@@ -108,14 +108,14 @@ class _Session:
         self.collector = PoseCollector(robot)
         self._node, self._fit, self._say = node, fit, say
         self._estimator = Estimator(robot, EstimatorSettings(joint_prefix))
-        self._due, self._thread = FIRST, None
+        self._due, self._thread = MIN_POSES, None
         self._found: LiveFit | None = None
         self._complete = False
         self._refused = ''
         self._begin, self._explained = time.monotonic(), False
-        self._states = LatestMessage(node, topics.states, JointState, HEARD, self._on_state)
-        self._poses = LatestMessage(node, topics.poses, PoseStamped, HEARD, self._on_pose)
-        steady_timer(node, LOOK, self._look)
+        self._states = LatestMessage(node, topics.states, JointState, ANY_SENDER, self._on_state)
+        self._poses = LatestMessage(node, topics.poses, PoseStamped, ANY_SENDER, self._on_pose)
+        steady_timer(node, PERIOD, self._look)
         say(f'collecting joint states of {self._states.topic} and poses of {self._poses.topic}')
 
     _thread: threading.Thread | None
@@ -143,11 +143,11 @@ class _Session:
         busy = self._thread is not None and self._thread.is_alive()
         count = len(self.collector)
         if count >= self._due and not busy and not self._complete:
-            self._due = int(AGAIN * count) + 1
+            self._due = int(NEXT_FIT_RATIO * count) + 1
             poses = self.collector.collected()
             self._thread = threading.Thread(target=self._fit_poses, args=(poses,), daemon=True)
             self._thread.start()
-        if not count and not self._explained and time.monotonic() - self._begin > SILENT:
+        if not count and not self._explained and time.monotonic() - self._begin > SILENCE:
             self._explained = True
             self._explain()
 

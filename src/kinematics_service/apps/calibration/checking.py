@@ -16,8 +16,8 @@ from ...robot.file.parts.description import RobotDescription
 from ...robot.file.parts.parameters import ArmParameter
 from ...robot.robot import Robot
 from ..checking.diagnosis import (
-    LEAST,
-    LEAST_FOR_CAUSE,
+    CAUSE_POSES,
+    MIN_POSES,
     FrameDiagnosis,
     check_rotations,
     diagnose_frames,
@@ -34,17 +34,17 @@ from ..recordings.readers.source import MAX_POSES
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
 # Joints, and rotations, that differ by less (rad, m) are the same.
-ALIKE = 1e-3
+MIN_CHANGE = 1e-3
 # No robot is off by this much (m) with base and tool fitted.
-NO_CALIBRATION = 0.02
+MAX_ERROR = 0.02
 # The frame check leaves out rows that are this many medians off.
-MEDIANS_OFF = 5.0
+OUTLIER_MEDIANS = 5.0
 # Corrections and sizes beyond this many of their deviations are remarked on.
 REMARKED_DEVIATIONS = 4.0
 # A mistake is named if undoing it leaves a third or less.
-DECISIVE = 3.0
+NAMED_RATIO = 3.0
 # A rival leaves nearly as little: within this factor.
-AS_WELL = 2.0
+RIVAL_RATIO = 2.0
 # Rows of hypotheses that are compared at once, some 20 MB.
 ROWS_AT_ONCE = 20_000
 # Names in one sentence.
@@ -196,11 +196,11 @@ def measured(
     result = Measured.of(at, T, positions, marks.astype(np.int64), rates)
     for k in range(result.set_count if count else 1):
         own = result.of_set(k)
-        if len(own.q) < LEAST:
+        if len(own.q) < MIN_POSES:
             few = '1 pose is' if len(own.q) == 1 else f'{len(own.q)} poses are'
             raise CalibrationError(
-                f'{few} too few: at least {LEAST} are needed, and some {robot.dof + 4} or more '
-                'identify most of an arm'
+                f'{few} too few: at least {MIN_POSES} are needed, and some {robot.dof + 4} or '
+                'more identify most of an arm'
             )
         try:
             check_rotations(own.poses[:, :3, :3])
@@ -235,12 +235,12 @@ def position_numbers(q: Floats) -> Integers:
     numbers, different = np.full(len(q), -1), 0
     while np.any(left := numbers < 0):
         first = q[int(np.argmax(left))]
-        numbers[left & (np.max(np.abs(q - first), axis=1) < ALIKE)] = different
+        numbers[left & (np.max(np.abs(q - first), axis=1) < MIN_CHANGE)] = different
         different += 1
     return numbers
 
 
-def check_different(q: Floats, whose: str, least: int = LEAST) -> None:
+def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
     """
     Refuse joint positions (N, n), rad or m, that are fewer different ones than tell anything.
 
@@ -298,17 +298,17 @@ def _checked(
 ) -> FrameDiagnosis | None:
     q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
-    if positions and len(q) >= LEAST_FOR_CAUSE:
+    if positions and len(q) >= CAUSE_POSES:
         # Base and point alone bring three positions near any three.
         _check_positions(robot, q, poses, middle, free)
-    near = np.flatnonzero(found.remainder <= MEDIANS_OFF * middle + ALIKE)
+    near = np.flatnonzero(found.remainder <= OUTLIER_MEDIANS * middle + MIN_CHANGE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MAX_POSES).astype(int))]
     diagnosis = None
-    if not positions and len(near) >= LEAST_FOR_CAUSE:
+    if not positions and len(near) >= CAUSE_POSES:
         diagnosis = diagnose_frames(robot, q[near], poses[near], read=read)
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
-        if min(left, middle) > NO_CALIBRATION:
+        if min(left, middle) > MAX_ERROR:
             # No cause that turns with the poses explains it: one of their positions may.
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
@@ -318,7 +318,7 @@ def _checked(
                 said = said.replace(said.partition(':')[0], IN_METRES.capitalize())
                 option = OPTIONS[IN_METRES]
             raise CalibrationError(f'the frame check comes first: {said}{option}')
-    if middle <= NO_CALIBRATION:
+    if middle <= MAX_ERROR:
         return diagnosis
 
     def left_of(joints: Floats) -> Floats:
@@ -358,9 +358,9 @@ def explained_by_joints(
     sizes = np.median(np.concatenate(remains), axis=1).tolist()
     tried = sorted(zip(sizes, (one.sentence for one in changes)))
     best = tried[0][0]
-    if best * DECISIVE > middle or best > NO_CALIBRATION:
+    if best * NAMED_RATIO > middle or best > MAX_ERROR:
         return ''
-    near = [one for one in tried if one[0] <= AS_WELL * best]
+    near = [one for one in tried if one[0] <= RIVAL_RATIO * best]
     words = '; '.join(
         f'{sentence}: with that undone {length_in_words(size)} remain' for size, sentence in near
     )
@@ -385,7 +385,7 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
         others[:, :3, 3] = poses[:, :3, 3] @ scale
         found = offsets_of(forward_kinematics(robot, joints), others, True, free)
         left = float(np.median(found.remainder))
-        if middle > ALIKE and left < NO_CALIBRATION:
+        if middle > MIN_CHANGE and left < MAX_ERROR:
             refuse_mistake(sentence, left, middle)
 
 
@@ -398,7 +398,7 @@ def refuse_mistake(sentence: str, left: float, middle: float) -> None:
     CalibrationError
         So it is.
     """
-    if left * DECISIVE < middle:
+    if left * NAMED_RATIO < middle:
         raise CalibrationError(
             f'{sentence}: with that undone {length_in_words(left)} remain of '
             f'{length_in_words(middle)} (medians){OPTIONS.get(sentence, "")}'

@@ -46,7 +46,7 @@ from .placing import Offsets
 
 # Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a
 # lag, s, and of a backlash, rad.
-ANYWHERE, ANY_LAG = 1.0, 0.1
+PLACE_PRIOR, LAG_PRIOR = 1.0, 0.1
 NOTHING_SAID = Tolerances()
 # The word for all groups, gear ratios too: these are fitted where they are asked for alone.
 EVERYTHING = 'all'
@@ -280,7 +280,7 @@ def prior_of(
         Those of the robot file, where `tolerances` has none.
     """
     if one.group not in TABLE_GROUPS:
-        return tolerances.get(one.name, ANY_LAG if one in (LAG, BACKLASH) else ANYWHERE)
+        return tolerances.get(one.name, LAG_PRIOR if one in (LAG, BACKLASH) else PLACE_PRIOR)
     by_kind = of_file.angle if one.angle else of_file.length
     usual = dict(of_file.named).get(one.name)
     usual = usual or (of_file.gear if one.group == GEARS else by_kind)

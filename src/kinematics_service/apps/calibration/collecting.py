@@ -16,11 +16,11 @@ MAX_GAP = SECOND // 10
 # Joint states kept at most: four seconds at 500 Hz.
 STATES = 2048
 # Poses that are ahead of the joint states kept at most.
-AHEAD = STATES // 8
+MAX_AHEAD = STATES // 8
 # Poses whose joints differ by less (rad, prismatic joints by length) are one.
-VARIETY = 0.02
+MIN_CHANGE = 0.02
 # Poses kept at most.
-MOST = 2000
+MAX_POSES = 2000
 
 
 class CollectedPoses(NamedTuple):
@@ -85,12 +85,12 @@ class PoseCollector:
         Number of poses that differed from the one before them, those that were dropped too.
     """
 
-    def __init__(self, robot: Robot, most: int = MOST) -> None:
+    def __init__(self, robot: Robot, most: int = MAX_POSES) -> None:
         self.unmatched = self.different = 0
         self._most = most
         self._scales = robot.singularity.task.column_scales
         self._states: deque[tuple[int, Floats]] = deque(maxlen=STATES)
-        self._ahead: deque[tuple[int, Floats]] = deque(maxlen=AHEAD)
+        self._ahead: deque[tuple[int, Floats]] = deque(maxlen=MAX_AHEAD)
         self._pairs: list[_MatchedPose] = []
 
     def __len__(self) -> int:
@@ -110,7 +110,7 @@ class PoseCollector:
         if self._states and stamp < self._states[-1][0]:
             self._match(stamp, pose)
         else:
-            if len(self._ahead) == AHEAD:
+            if len(self._ahead) == MAX_AHEAD:
                 self.unmatched += 1
             self._ahead.append((stamp, pose))
 
@@ -148,7 +148,7 @@ class PoseCollector:
 
     def _keep(self, pair: _MatchedPose) -> None:
         pairs = self._pairs
-        if pairs and np.max(np.abs((pair.q - pairs[-1].q) / self._scales)) < VARIETY:
+        if pairs and np.max(np.abs((pair.q - pairs[-1].q) / self._scales)) < MIN_CHANGE:
             if pair.speed < pairs[-1].speed:
                 pairs[-1] = pair
             return

@@ -11,15 +11,15 @@ from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import apart
 from ...robot.robot import Robot
 from ..checking.angle_orders import order_hypotheses_of
-from ..checking.errors import MOST, NOMINAL, Errors
+from ..checking.errors import ERROR_LIMIT, NOMINAL, Errors
 from ..checking.hypotheses import ComparedData, Hypothesis, hypotheses_of, joint_hypotheses_of
 from ..checking.offsets import fit_offsets
 from ..recordings.readers.block import Flags
-from .checking import AS_WELL, DECISIVE, Measured, in_words
+from .checking import NAMED_RATIO, RIVAL_RATIO, Measured, in_words
 from .placing import Free, offsets_of
 
 # Rows by which mistakes are compared, besides as many that were left out.
-SIFTED = 40
+SAMPLES = 40
 # Mistakes that are then tried in a calibration.
 MISTAKE_TRIALS = 3
 
@@ -96,8 +96,8 @@ def explained(
     found.sort(key=lambda one: (not one[1].accepted, one[1].left.position_rms))
     good = [one for one in found if one[1].accepted]
     rms = [one.left.position_rms for _, one in good]
-    decided = bool(good) and all(other > AS_WELL * rms[0] for other in rms[1:])
-    far, turned = left.position_rms / DECISIVE, max(left.rotation_rms, NOMINAL.angle)
+    decided = bool(good) and all(other > RIVAL_RATIO * rms[0] for other in rms[1:])
+    far, turned = left.position_rms / NAMED_RATIO, max(left.rotation_rms, NOMINAL.angle)
     better = [one for one in found if one[1].left.position_rms < far]
     better = [one for one in better if one[1].left.rotation_rms <= turned]
     sentences = (
@@ -130,7 +130,7 @@ def scores_of_poses(
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]
-    some = [np.unique(np.linspace(0, len(own) - 1, SIFTED).astype(int)) for own in both]
+    some = [np.unique(np.linspace(0, len(own) - 1, SAMPLES).astype(int)) for own in both]
     rows = np.concatenate([own[at] for own, at in zip(both, some) if len(own)])
     near = used[rows]
 
@@ -141,8 +141,10 @@ def scores_of_poses(
         X, Y, *_ = offsets_of(a, b, True, Free()) if given.positions else fit_offsets(a, b)
         lengths, angles = apart(B, X[:, None] @ A @ Y[:, None])
         units = np.array([one.unit for one in changes])
-        squares = (units[:, None] * lengths / MOST.position) ** 2
-        return truncated(squares if given.positions else squares + (angles / MOST.angle) ** 2)
+        squares = (units[:, None] * lengths / ERROR_LIMIT.position) ** 2
+        return truncated(
+            squares if given.positions else squares + (angles / ERROR_LIMIT.angle) ** 2
+        )
 
     return scores
 

@@ -26,7 +26,7 @@ from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
 from .ur_calibration import JOINTS, UrCalibration, read_ur_calibration
 
 # Poses that the corrections are found by; the others of the seeded ones prove them.
-FOUND_BY = 100
+FITTED_POSES = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     q = np.clip(seeded_poses(robot.limits, [False] * JOINTS), -np.pi, np.pi)
     expected = _poses(given, robot, q)
     nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
-    some, rest = slice(0, FOUND_BY), slice(FOUND_BY, None)
+    some, rest = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
     # Where the first axis is not that of the base, or the last one not that of the tool, their
     # frames are corrected, too.
     tried: tuple[tuple[tuple[str, ...], Frames], ...] = ((ENDS, 'robot'), ((), 'measured'))

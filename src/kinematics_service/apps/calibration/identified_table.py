@@ -29,13 +29,13 @@ from ..checking.errors import angle_in_words, length_in_words, time_in_words
 from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
 # A direction is known where the poses tell it this much better than its prior does.
-KNOWN = 3.0
+KNOWN_RATIO = 3.0
 # Coefficients below this share of the largest are round-off.
-SMALL = 1e-6
+COEFFICIENT_RATIO = 1e-6
 # Singular values below this share of the largest are round-off.
-NOTHING = 1e-9
+SINGULAR_VALUE_RATIO = 1e-9
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
-SAME = 1e-8
+POSE_TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class CalibratedParameter(ArmParameter):
         """Return whether the poses identify it; else it mostly stays where its prior has it."""
         # Of base and tool nothing was known before: they are measured by usual errors.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
-        return KNOWN * self.deviation < before
+        return KNOWN_RATIO * self.deviation < before
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ class IdentifiedTable(FrozenArrays):
         errors, own = calibrated_errors(robot, self), table_corrections(robot, self)
         state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
         off = apart(poses_of(own.chain, own.values, state.q), state.pose)
-        if np.max(off, initial=0.0) > SAME:
+        if np.max(off, initial=0.0) > POSE_TOLERANCE:
             raise CalibrationError(
                 f'the calibration of {self.robot.name} is one of another arm: '
                 'give the calibrated robot'
@@ -234,7 +234,7 @@ class ParameterCombination:
 def structural_rank(J: Floats) -> int:
     """Return the rank of a scaled Jacobian, up to round-off."""
     values = np.linalg.svd(J, compute_uv=False)
-    return int(np.sum(values > NOTHING * values[0])) if len(values) else 0
+    return int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) if len(values) else 0
 
 
 def motion_of(six: Floats) -> Floats:
@@ -260,7 +260,7 @@ def combinations_of(
     if J.size:
         # The directions that no row tells, up to round-off.
         _, values, right = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
-        null = _reduced(right[int(np.sum(values > NOTHING * values[0])) :])
+        null = _reduced(right[int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) :])
     sets: list[set[int]] = []
     for row in null:
         own = set(np.flatnonzero(row).tolist())
@@ -278,14 +278,14 @@ def _reduced(null: Floats) -> Floats:
         if done == len(rows):
             break
         pivot = done + int(np.argmax(np.abs(rows[done:, column])))
-        if abs(rows[pivot, column]) < SMALL:
+        if abs(rows[pivot, column]) < COEFFICIENT_RATIO:
             continue
         rows[[done, pivot]] = rows[[pivot, done]]
         rows[done] /= rows[done, column]
         others = np.arange(len(rows)) != done
         rows[others] -= rows[others, column : column + 1] * rows[done]
         done += 1
-    rows[np.abs(rows) < SMALL] = 0.0
+    rows[np.abs(rows) < COEFFICIENT_RATIO] = 0.0
     return rows
 
 

@@ -8,14 +8,14 @@ from ...kernel import Floats
 from ..checking.offsets import fit_offsets, nearest_rotation
 
 # Rounds of least trimmed squares (Rousseeuw 1984), which fit the nearest rows of the last round.
-ROUNDS = 3
+TRIM_ROUNDS = 3
 # The share of the rows that is kept.
 TRIMMED_SHARE = 0.7
 # Steps by turns to the base and the tool of positions.
-STEPS = 40
+PLACING_STEPS = 40
 # Where the tool's point moves the positions by less than this share of its own motion, it is not
 # told by them and stays in the frame of the tool.
-UNTOLD = 1e-6
+MIN_RATIO = 1e-6
 
 
 class Offsets(NamedTuple):
@@ -49,7 +49,7 @@ def offsets_of(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
     if A.ndim == 3:
         return Offsets(*(values[0] for values in offsets_of(A[None], B[None], positions, free)))
     found, each = _offsets(A, B, positions, free), np.arange(len(A))[:, None]
-    for _ in range(ROUNDS):
+    for _ in range(TRIM_ROUNDS):
         order = np.argsort(found.remainder, axis=1, kind='stable')
         rows = order[:, : max(3, round(TRIMMED_SHARE * A.shape[1]))]
         some = _offsets(A[each, rows], B[each, rows], positions, free)
@@ -75,7 +75,7 @@ def _with_remainder(X: Floats, Y: Floats, A: Floats, B: Floats) -> Offsets:
     return Offsets(X, Y, np.linalg.norm(B[..., :3, 3] - M[..., :3, 3], axis=-1))
 
 
-def _of_positions(A: Floats, B: Floats, steps: int = STEPS) -> tuple[Floats, Floats]:
+def _of_positions(A: Floats, B: Floats, steps: int = PLACING_STEPS) -> tuple[Floats, Floats]:
     # p_B = X (p_A + R_A y), with y the tool's point, about the means: the base by turns as of
     # points on two bodies (Kabsch 1976), the point by least squares. Sums over the rows are all
     # that this takes.
@@ -84,7 +84,7 @@ def _of_positions(A: Floats, B: Floats, steps: int = STEPS) -> tuple[Floats, Flo
     still, turning = np.einsum('hni,hnj->hij', to, of), np.einsum('hni,hnjk->hkij', to, by)
     along = np.einsum('hnjk,hnj->hk', by, of)
     values, vectors = np.linalg.eigh(np.einsum('hnji,hnjk->hik', by, by))
-    told = values > UNTOLD**2 * A.shape[1]
+    told = values > MIN_RATIO**2 * A.shape[1]
     inverse = np.divide(1.0, values, out=np.zeros_like(values), where=told)
     y = np.zeros((len(A), 3))
     R = nearest_rotation(still)

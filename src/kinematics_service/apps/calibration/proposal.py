@@ -37,22 +37,22 @@ from .result import Calibration
 # Standard deviation of a measured number (m, rad) where nothing has been measured yet.
 NOISE = 5e-5
 # Share of the range of a joint that is kept free at either end.
-MARGIN = 0.02
+LIMIT_MARGIN = 0.02
 # A gain of the logarithm of the volume below this is none.
-GAIN = 1e-6
-MOST = 200
+MIN_GAIN = 1e-6
+MAX_COUNT = 200
 # Positions that are looked at, of those given or around those of images.
-MOST_GIVEN = 4096
-# How far around a joint turns (rad), or slides by the characteristic length.
+MAX_GIVEN = 4096
+# Largest motion around a given position, rad; sliding joints: times the characteristic length.
 SPREAD = 0.5
 # Share of each joint's speed limit that the motion takes.
 SPEED_SHARE = 0.25
 # Speed (rad/s, m/s) of a joint without a limit.
 USUAL_SPEED = 1.0
 # Time (s) that the arm stands still at each pose, to be measured.
-HOLD = 2.0
+HOLD_TIME = 2.0
 # Time (s) from rest to the first pose.
-START = 5.0
+START_TIME = 5.0
 # Decimals of joint positions and times.
 DIGITS = 6
 
@@ -158,8 +158,8 @@ def propose_poses(
     refuse_loops(robot.description)
     if after is not None and after.points:
         raise CalibrationError('poses to measure next are not proposed for touched points')
-    if not 1 <= number_or_nan(count) <= MOST or count != int(count):
-        raise CalibrationError(f'{count} poses: propose between 1 and {MOST}')
+    if not 1 <= number_or_nan(count) <= MAX_COUNT or count != int(count):
+        raise CalibrationError(f'{count} poses: propose between 1 and {MAX_COUNT}')
     by_images = after is not None and after.views is not None
     if among is None:
         q = _candidates(robot) if after is None or not by_images else _around(robot, after)
@@ -173,8 +173,8 @@ def propose_poses(
             )
         # The same position twice tells what it tells once.
         rows = np.sort(np.unique(q, axis=0, return_index=True)[1])
-        if len(rows) > MOST_GIVEN:
-            rows = rows[np.linspace(0, len(rows) - 1, MOST_GIVEN).astype(int)]
+        if len(rows) > MAX_GIVEN:
+            rows = rows[np.linspace(0, len(rows) - 1, MAX_GIVEN).astype(int)]
     if line_of_sight is not None:
         rows = rows[line_of_sight.is_free(forward_kinematics(robot, q[rows]))]
     if after is not None:
@@ -204,7 +204,7 @@ def _candidates(robot: Robot) -> Floats:
     turn = np.where(robot.prismatic, np.inf, np.pi)
     low, high = np.clip([q.min(axis=0), q.max(axis=0)], -turn, turn)
     share = (q - q.min(axis=0)) / np.ptp(q, axis=0)
-    q = low + (MARGIN + (1.0 - 2.0 * MARGIN) * share) * (high - low)
+    q = low + (LIMIT_MARGIN + (1.0 - 2.0 * LIMIT_MARGIN) * share) * (high - low)
     away = np.asarray(singularity(robot, q).level) == Level.OK
     if not np.any(away):
         raise CalibrationError(f'no pose of {robot.name} is away from singular ones')
@@ -227,10 +227,10 @@ def _has_board_in_view(after: Calibration, poses: Floats) -> Flags:
 def _around(robot: Robot, after: Calibration) -> Floats:
     # Few positions of all have the board in the image: more of those near the ones that had it.
     random = np.random.default_rng(SEED)
-    q = after.q[random.integers(after.count, size=MOST_GIVEN)]
+    q = after.q[random.integers(after.count, size=MAX_GIVEN)]
     q = q + random.uniform(-1.0, 1.0, q.shape) * SPREAD * robot.singularity.task.column_scales
     low, high = robot.limits.T
-    margin = MARGIN * np.where(np.isfinite(high - low), high - low, 0.0)
+    margin = LIMIT_MARGIN * np.where(np.isfinite(high - low), high - low, 0.0)
     inside = np.all((q > low + margin) & (q < high - margin), axis=1)
     q = q[inside & _has_board_in_view(after, forward_kinematics(robot, q))]
     return np.asarray(q[np.asarray(singularity(robot, q).level) == Level.OK])
@@ -289,7 +289,7 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
         for place in range(count):
             others = chosen[:place] + chosen[place + 1 :]
             changed = [*others[:place], _best(J, information, others), *others[place:]]
-            if (grown := _value(J, information, changed)) > value + GAIN:
+            if (grown := _value(J, information, changed)) > value + MIN_GAIN:
                 chosen, value, exchanged = changed, grown, True
     return chosen
 
@@ -344,7 +344,7 @@ def trajectory_text(proposed: ProposedPoses) -> str:
     names = ', '.join(f'"{name}"' for name in proposed.robot.joint_names)
     lines = [f'joint_names: [{names}]', 'points:']
     for time, q in zip(_times(proposed), proposed.q):
-        for moment in (time, time + HOLD):
+        for moment in (time, time + HOLD_TIME):
             at = f'sec: {int(moment)}, nanosec: {round((moment - int(moment)) * SECOND)}'
             positions = ', '.join(_written(q))
             lines.append(f'  - {{positions: [{positions}], time_from_start: {{{at}}}}}')
@@ -355,8 +355,8 @@ def _times(proposed: ProposedPoses) -> list[float]:
     # When the arm arrives at each pose.
     limits = proposed.robot.velocity_limits
     speeds = SPEED_SHARE * np.where(np.isfinite(limits), limits, USUAL_SPEED)
-    times = [START]
+    times = [START_TIME]
     for before, after in zip(proposed.q, proposed.q[1:]):
         moved = float(np.max(np.abs(after - before) / speeds))
-        times.append(round(times[-1] + HOLD + moved, 3))
+        times.append(round(times[-1] + HOLD_TIME + moved, 3))
     return times

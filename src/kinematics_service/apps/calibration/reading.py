@@ -11,7 +11,7 @@ from ...estimation.estimator import Estimator, EstimatorSettings
 from ...kernel import Floats
 from ...rigid_motion import inverses
 from ...robot.robot import Robot
-from ..checking.diagnosis import LEAST_FOR_CAUSE, diagnose_frames
+from ..checking.diagnosis import CAUSE_POSES, diagnose_frames
 from ..checking.errors import time_in_words
 from ..checking.joint_motion import SampledMotion
 from ..recordings.audit.frames import ChosenPoses, chosen_poses, matched
@@ -135,7 +135,7 @@ def read_measured(
 def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> float:
     # The time (s) after which joints are where the poses have them, if the frame check says so.
     q, poses, stamps, motion = chosen.q, chosen.poses, chosen.stamps, chosen.motion
-    if motion is None or kind == 'position' or len(q) < LEAST_FOR_CAUSE:
+    if motion is None or kind == 'position' or len(q) < CAUSE_POSES:
         return 0.0
     poses = inverses(poses) if on_tool else poses
     try:

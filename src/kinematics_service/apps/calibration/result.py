@@ -18,7 +18,7 @@ from .checking import in_words
 from .chosen_parameters import TouchedPoint
 from .explanations import RefusalCauses
 from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
-from .identified_table import KNOWN, IdentifiedTable, ParameterCombination
+from .identified_table import KNOWN_RATIO, IdentifiedTable, ParameterCombination
 
 # Blocks of rows that are held out in turn.
 BLOCKS = 5
@@ -217,7 +217,7 @@ class Calibration(IdentifiedTable):
     @property
     def known(self) -> int:
         """Return the number of directions that these poses tell better than the priors."""
-        return int(np.sum(self.singular_values > KNOWN))
+        return int(np.sum(self.singular_values > KNOWN_RATIO))
 
     @cached_property
     def without(self) -> FitErrors:

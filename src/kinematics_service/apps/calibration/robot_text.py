@@ -23,7 +23,7 @@ from ...robot.file.reader import parse_robot
 from ...robot.robot import Robot, build_robot, robot_from_text
 from ...typography import number_text
 from ...version import __version__
-from ..checking.errors import MOST
+from ..checking.errors import ERROR_LIMIT
 from .camera import ON_TOOL
 from .checking import ROUND_OFF
 from .corrections import (
@@ -48,13 +48,13 @@ from .report import facts_of
 from .result import Calibration
 
 # Known poses written.
-KNOWN_POSES = 5
-LONGEST_SOURCE = 2000
+KNOWN_POSE_COUNT = 5
+MAX_SOURCE_LENGTH = 2000
 
 # Digits of L: poses that are known far better than each number still are by its products.
 DIGITS = 6
 # Smaller shares of a row are written as zero.
-NEGLIGIBLE = 1e-7
+NEGLIGIBLE_RATIO = 1e-7
 OF_JOINTS = ('encoder_noise', 'encoder_resolution', 'backlash', 'velocity_noise')
 
 Frames = Literal['robot', 'measured']
@@ -113,7 +113,7 @@ def calibrated_text(
     robot = placed_robot(found, frames)
     factors = robot.description.singularity.factors
     parts = description.source, f'calibrated from {origin.data}, {origin.date}'
-    source = '; '.join(part for part in parts if part)[:LONGEST_SOURCE]
+    source = '; '.join(part for part in parts if part)[:MAX_SOURCE_LENGTH]
     sections: dict[str, Sequence[str] | None] = {
         'source': [f'source: {json.dumps(source, ensure_ascii=False)}'],
         'tolerance': None,  # of the nominal table
@@ -209,7 +209,7 @@ def _known_poses(
     # Of what is refused rows count that contradict it.
     outliers = set(found.outliers) if found.accepted else set()
     rows = np.array([k for k in range(len(q)) if k not in outliers])
-    rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSES).astype(int))]
+    rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSE_COUNT).astype(int))]
     expected = forward_kinematics(robot, q[rows])
     T = poses[rows]
     if found.positions:
@@ -242,7 +242,7 @@ def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[floa
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))
-        for noise, most, of_instrument in zip(found.noise, MOST, known)
+        for noise, most, of_instrument in zip(found.noise, ERROR_LIMIT, known)
     )
     lever = 0.0
     if found.camera is not None:
@@ -284,7 +284,7 @@ def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[st
     if parameters:
         lines.append('  covariance:  # of these numbers, L L^T: a row of L each')
     for k, (one, row) in enumerate(zip(parameters, factor)):
-        least = NEGLIGIBLE * float(np.linalg.norm(row))
+        least = NEGLIGIBLE_RATIO * float(np.linalg.norm(row))
         numbers = (x if abs(x) > least else 0.0 for x in row[: k + 1].tolist())
         share = one.group == GEARS
         texts = (_scaled(x, one.angle, None if share else description) for x in numbers)

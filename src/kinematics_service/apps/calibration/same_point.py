@@ -22,14 +22,14 @@ from ...kinematics.uncertainty.parameters import parameters_of
 from ...robot.file.parts.parameters import GROUPS, LENGTH, SIX, ArmParameter, end_parameters
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
-from ..checking.diagnosis import LEAST
-from ..checking.errors import MOST, length_in_words
+from ..checking.diagnosis import MIN_POSES
+from ..checking.errors import ERROR_LIMIT, length_in_words
 from ..checking.hypotheses import DEGREES, Hypothesis, from_degrees
 from ..recordings.readers.block import Flags
 from .checking import (
-    ALIKE,
+    MAX_ERROR,
+    MIN_CHANGE,
     NAMES_IN_SENTENCE,
-    NO_CALIBRATION,
     Measured,
     check_different,
     check_mark,
@@ -37,7 +37,7 @@ from .checking import (
     refuse_mistake,
     rigid_positions,
 )
-from .chosen_parameters import ANYWHERE, ChosenParameters, TouchedPoint, usual_motions
+from .chosen_parameters import PLACE_PRIOR, ChosenParameters, TouchedPoint, usual_motions
 from .explanations import truncated
 from .fitting import (
     MAX_ROUNDS,
@@ -51,16 +51,16 @@ from .fitting import (
     outlier_limit,
 )
 from .identified_table import ParameterCombination, combinations_of, structural_rank
-from .placing import STEPS
+from .placing import PLACING_STEPS
 
 # The group of the positions of points.
 POINTS = 'points'
 # A pose touches a point to round-off (m).
-TOUCHES = 1e-13
+TOUCH_TOLERANCE = 1e-13
 # Longest step to there (rad, m).
 STEP_LIMIT = 0.5
 # Joints do not turn farther (rad): more is in degrees.
-FARTHEST_TURN = 4 * np.pi
+MAX_TURN = 4 * np.pi
 # A constant motion that turns the sign of translations: a correction of the point is the opposite
 # one of the tip.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
@@ -111,7 +111,7 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
             # Differences to the means of each point; nothing is known of the tip before.
             J, off = R - mean_R[..., point, :, :], mean_at[..., point, :] - at
             M = np.einsum('...n,...nij,...nik->...jk', weights, J, J)
-            M = M + (noise[..., None] / ANYWHERE) ** 2 * np.eye(3)
+            M = M + (noise[..., None] / PLACE_PRIOR) ** 2 * np.eye(3)
             right = np.einsum('...n,...nij,...ni->...j', weights, J, off)
             tip = np.linalg.solve(M, right[..., None])[..., 0]
         points = mean_at + np.einsum('...kij,...j->...ki', mean_R, tip)
@@ -160,15 +160,15 @@ class SamePointParameters(ChosenParameters):
         names = tuple(dict.fromkeys(marks))
         point = np.array([names.index(one) for one in marks], dtype=np.int64)
         if not names:
-            raise CalibrationError(f'no point is touched: {LEAST} poses at one are needed')
+            raise CalibrationError(f'no point is touched: {MIN_POSES} poses at one are needed')
         for k, name in enumerate(names):
             check_mark('point', name)
             own = joints[point == k]
-            if len(own) < LEAST:
+            if len(own) < MIN_POSES:
                 poses = '1 pose' if len(own) == 1 else f'{len(own)} poses'
                 raise CalibrationError(
-                    f'point {name} is touched from {poses}: at least {LEAST} are needed, and some '
-                    f'{2 * robot.dof} or more at each point identify most of an arm'
+                    f'point {name} is touched from {poses}: at least {MIN_POSES} are needed, and '
+                    f'some {2 * robot.dof} or more at each point identify most of an arm'
                 )
             # An arm of three joints has no more than a few poses there.
             check_different(own, f'the {len(own)} poses at point {name}', least=2)
@@ -227,7 +227,7 @@ class SamePointParameters(ChosenParameters):
 
     def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
         """Return what tells how badly touches fit with each mistake undone."""
-        q, far = self.given.q, MOST.position
+        q, far = self.given.q, ERROR_LIMIT.position
         return lambda changes: truncated(
             (self._distances(np.stack([one.joints(q) for one in changes])) / far) ** 2
         )
@@ -238,13 +238,13 @@ class SamePointParameters(ChosenParameters):
 
     def _check_touches(self, start: TouchStart) -> None:
         robot, q, middle = self.robot, self.given.q, float(np.median(start.distances))
-        if middle < ALIKE:
+        if middle < MIN_CHANGE:
             return
         # Angles so small bring the tip to nearly one point, whatever was touched.
-        if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > FARTHEST_TURN:
+        if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > MAX_TURN:
             left = self._distances(from_degrees(robot, q))
             refuse_mistake(DEGREES, float(np.median(left)), middle)
-        if middle > NO_CALIBRATION:
+        if middle > MAX_ERROR:
             raise CalibrationError(
                 f'half of the touches are more than {length_in_words(middle)} from their points: '
                 f'no robot {robot.name} is off by as much; it is another robot, or the rows are '
@@ -254,8 +254,8 @@ class SamePointParameters(ChosenParameters):
     def _check_distances(self, start: TouchStart) -> None:
         for (i, j), given in self.apart.items():
             found = float(np.linalg.norm(start.points[j] - start.points[i]))
-            if abs(given - found) > NO_CALIBRATION:
-                thousandth = abs(given / 1000 - found) < NO_CALIBRATION
+            if abs(given - found) > MAX_ERROR:
+                thousandth = abs(given / 1000 - found) < MAX_ERROR
                 raise CalibrationError(
                     f'points {self.names[i]} and {self.names[j]} are {length_in_words(found)} '
                     f'apart by the touches, not {length_in_words(given)}: no table is off by as '
@@ -358,10 +358,10 @@ class SamePointParameters(ChosenParameters):
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
     # Joint positions near q at which the tip is at its target, and whether it is, by damped steps
     # (Levenberg and Marquardt).
-    for _ in range(STEPS + 1):
+    for _ in range(PLACING_STEPS + 1):
         T, J = forward_kinematics(robot, q), jacobian(robot, q, at=tip)[:, :3]
         left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
-        exact = np.linalg.norm(left, axis=1) < TOUCHES
+        exact = np.linalg.norm(left, axis=1) < TOUCH_TOLERANCE
         squares = np.sum(left**2, axis=1) + np.finfo(float).eps
         inverse = np.linalg.inv(J @ np.swapaxes(J, 1, 2) + squares[:, None, None] * np.eye(3))
         step = np.einsum('nji,njk,nk->ni', J, inverse, left)

@@ -20,10 +20,10 @@ from ..checking.errors import PoseLimit
 from ..checking.judgement import FrameLimits
 from ..checking.other_robots import OtherRobot, left_by, other_robot
 from .collecting import CollectedPoses
-from .zero_jump import NEWEST, JumpDetector, Watched
+from .zero_jump import RECENT, JumpDetector, Watched
 
 # Poses of the first diagnosis, and new ones before the next while something is wrong.
-FIRST = 20
+MIN_NEW = 20
 # A jump makes poses look wrong in one of these ways, too: then the jump is reported.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
 # The remedy if poses remain far off and no mistake explains it.
@@ -71,11 +71,11 @@ def examined(
     if before is None:
         return restarted(robot, limits, None, new, way)
     watched = before.detector.observe(new) if before.detector else None
-    newest = watched.recent if watched else before.newest.followed_by(new).at(slice(-NEWEST, None))
+    newest = watched.recent if watched else before.newest.followed_by(new).at(slice(-RECENT, None))
     now = replace(before, newest=newest, unseen=before.unseen + len(new.stamps), watched=watched)
     if watched and not watched.jump:
         now = replace(now, since_jump='')
-    if min(now.unseen, len(newest.stamps)) < FIRST:
+    if min(now.unseen, len(newest.stamps)) < MIN_NEW:
         return now
     if watched and watched.jump:
         return replace(now, unseen=0, since_jump=diagnosed(robot, newest, way))
@@ -94,7 +94,7 @@ def restarted(
     way: list[tuple[int, Floats]],
 ) -> Examined:
     """Return what the newest poses say alone; a test goes on if it has the same level before."""
-    recent, judge = newest.at(slice(-NEWEST, None)), judge_of(limits)
+    recent, judge = newest.at(slice(-RECENT, None)), judge_of(limits)
     found = diagnosed(robot, recent, way)
     if isinstance(found, str) or robot.chain.loops:
         return Examined(0, recent, found)
@@ -105,11 +105,11 @@ def restarted(
     last = before.diagnosis if before and before.detector else ''
     if before and not isinstance(last, str) and judge.level(last) == level != Level.ERROR:
         return replace(before, unseen=0, diagnosis=found)
-    detector = JumpDetector(robot, newest.at(slice(FIRST)))
+    detector = JumpDetector(robot, newest.at(slice(MIN_NEW)))
     left = left_by(robot, detector.begun_with.q, detector.begun_with.poses)
     if left is None or not left.within(judge.explained):
         return Examined(0, recent, found)
-    watched = detector.observe(newest.at(slice(FIRST, None)))
+    watched = detector.observe(newest.at(slice(MIN_NEW, None)))
     return Examined(0, newest, found, detector=detector, watched=watched)
 
 

@@ -16,7 +16,7 @@ from ...node.parameters.settings import ReferenceLimits
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .collecting import PoseCollector
-from .second_source import FIRST, Examined, examined, frames_status
+from .second_source import MIN_NEW, Examined, examined, frames_status
 
 # Poses with joint states kept at most.
 MAX_POSES = 256
@@ -114,7 +114,7 @@ class SecondSourceWatch:
         # The last result.
         count = self._poses.different
         busy = self.thread is not None and self.thread.is_alive()
-        if count > FIRST and not busy and (new := self._poses.taken()).stamps:
+        if count > MIN_NEW and not busy and (new := self._poses.taken()).stamps:
             known = self._robot(), limits, self._examined, new, list(self._way)
 
             def examine() -> None:
@@ -127,5 +127,5 @@ class SecondSourceWatch:
             return frames_status(self._examined, limits)
         if refused:
             return StatusText(Level.WARN, f'pose of {self._topic} refused: {refused}', ())
-        text = f'{min(count, FIRST)} of {FIRST} different poses collected'
+        text = f'{min(count, MIN_NEW)} of {MIN_NEW} different poses collected'
         return StatusText(Level.OK, text, ())

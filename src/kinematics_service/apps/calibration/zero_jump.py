@@ -30,17 +30,17 @@ from .collecting import CollectedPoses
 # healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
 # Freeze the baseline if a ratio exceeds its threshold minus half of the smaller threshold.
-SUSPICION = 0.5
+FREEZE_RATIO = 0.5
 # Poses of the window, and up to a batch more: a camera must detect a slip within 100 poses.
 WINDOW = 128
 # A second source may fail for this number of poses without an alarm.
-UNPROVEN = 5
+MAX_FAILED = 5
 # Smallest number of poses since a jump, and of poses that it must improve: six must agree.
-SHORTEST = UNPROVEN + 1
+MIN_POSES = MAX_FAILED + 1
 # Poses that enter the baseline together; no more are added before a test, so all are tested.
 BATCH = 16
 # Smallest standard deviations of one number of a pose, m and rad: those of a tracker.
-LEAST_NOISE = 1e-4, np.radians(0.02)
+MIN_NOISE = 1e-4, np.radians(0.02)
 # Prior standard deviation (m and rad) of the offsets about their fit: hardly any knowledge.
 OFFSET = 0.3
 # Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
@@ -54,18 +54,18 @@ MEDIAN = 5.35
 # Largest number of linearizations of the offsets in a row.
 ROUNDS = 8
 # Joints that moved less (rad, prismatic joints by length) are never named.
-MOVED = 0.02
+MIN_RANGE = 0.02
 # An information below 1e-9 of that with x known is round-off.
-ROUND_OFF = 1e-9
+MIN_RATIO = 1e-9
 # Twice the logarithm of 100: a joint that is less likely by more is not named.
-RIVAL = 9.2
+RIVAL_GAIN = 9.2
 # Quantile of the normal distribution: nine of ten jumps are detected that exceed the threshold by
 # 1.28 standard deviations.
-NINE_OF_TEN = 1.28
+POWER_Z = 1.28
 # Number of the newest poses that are given to a diagnosis: half of the window.
-NEWEST = WINDOW // 2
+RECENT = WINDOW // 2
 # A source fails if more poses of the window are outliers: an eighth.
-FAILING = WINDOW // 8
+MAX_OUTLIERS = WINDOW // 8
 # Number of poses that the smallest jump is given for.
 FORECAST = 50
 
@@ -136,7 +136,7 @@ class Watched(NamedTuple):
     @property
     def fails(self) -> bool:
         """Return whether more poses than a few are outliers."""
-        return self.outliers > FAILING
+        return self.outliers > MAX_OUTLIERS
 
     def sentence(self) -> str:
         """Return that nothing has jumped, and how large a jump is found."""
@@ -234,7 +234,7 @@ class _LikelihoodRatios:
     def information(self, sums: Floats, own: slice) -> Floats:
         # That of a jump (K, k, k), with x unknown.
         D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
-        least = ROUND_OFF * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
+        least = MIN_RATIO * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
         unit = least[:, None, None] * np.eye(whole.shape[1])
         return np.asarray(whole - D @ np.swapaxes(D, 1, 2) + unit)
 
@@ -259,24 +259,24 @@ class _LikelihoodRatios:
         return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
-        # The gain is a sum over poses. Each pose's part is clipped, so that UNPROVEN poses cannot
-        # prove a jump. `noise` compares the residuals after the jump: if they are large, the noise
-        # has grown. More than half of the poses must fit better with the jump: a jump that some
-        # outliers suggest makes the healthy poses between them fit worse.
+        # The gain is a sum over poses. Each pose's part is clipped, so that MAX_FAILED poses
+        # cannot prove a jump. `noise` compares the residuals after the jump: if they are large,
+        # the noise has grown. More than half of the poses must fit better with the jump: a jump
+        # that some outliers suggest makes the healthy poses between them fit worse.
         left, (after, shares) = self.left, self.parts(jump)
         left, after, shares = (part[jump.begin :] for part in (left, after, shares))
         improved = np.sum(left**2 - after**2, axis=1) > 0.0
-        agree = np.sum(improved) >= max(SHORTEST, np.sum(np.any(after != 0.0, axis=1)) // 2 + 1)
+        agree = np.sum(improved) >= max(MIN_POSES, np.sum(np.any(after != 0.0, axis=1)) // 2 + 1)
         noise = float(np.sum(after**2)) / (int(np.count_nonzero(after)) or 1)
         least = THRESHOLDS[len(jump.size)] * max(jump.scale, noise)
-        limit = least / (UNPROVEN + 0.5)
+        limit = least / (MAX_FAILED + 0.5)
         return bool(
             agree and jump.excess > 0.0 and np.sum(np.clip(shares, -limit, limit)) >= least
         )
 
     def outlier_gains(self) -> Floats:
         # The gain if a pose alone is off, (N,).
-        V = (1.0 + ROUND_OFF) * np.eye(6) - self.B @ np.swapaxes(self.B, 1, 2)
+        V = (1.0 + MIN_RATIO) * np.eye(6) - self.B @ np.swapaxes(self.B, 1, 2)
         left = self.left[:, :, None]
         return np.asarray(np.sum(left * np.linalg.solve(V, left), axis=(1, 2)))
 
@@ -307,7 +307,7 @@ class JumpDetector:
         self._unknown = np.append(np.arange(LAGS.stop), causes)
         said = robot.description.uncertainty
         floor = (said.floor_xyz, said.floor_rpy) if said else (0.0, 0.0)
-        self._floor = np.maximum(floor, LEAST_NOISE)
+        self._floor = np.maximum(floor, MIN_NOISE)
         self._least, self._most = np.min(first.q, axis=0), np.max(first.q, axis=0)
         while True:
             A = evaluate(robot, first.q).pose
@@ -370,8 +370,8 @@ class JumpDetector:
                     self._learn(self._window.at(slice(over)).at(self._used[:over]))
                 self._keep(over)
         outliers = int(np.sum(~self._used[-WINDOW:]))
-        recent = self._window if outliers > FAILING else self._window.at(self._used)
-        newest = min(self._jump.count, NEWEST) if self._jump else NEWEST
+        recent = self._window if outliers > MAX_OUTLIERS else self._window.at(self._used)
+        newest = min(self._jump.count, RECENT) if self._jump else RECENT
         noise = float(self._baseline.noise[0]), float(self._baseline.noise[1])
         recent = recent.at(slice(-newest, None))
         return Watched(self._jump, self._count, outliers, recent, noise, self._smallest())
@@ -385,9 +385,9 @@ class JumpDetector:
         # Return whether no jump is suspected.
         count = len(self._rows)
         self._used = np.ones(count, dtype=bool)
-        if count < SHORTEST:
+        if count < MIN_POSES:
             return False
-        begins = slice(0, count - UNPROVEN)
+        begins = slice(0, count - MAX_FAILED)
         if self._jump:
             first = max(count - self._count + self._begun, 0)
             begins = slice(first, first + 1)
@@ -422,13 +422,13 @@ class JumpDetector:
             self._report(candidates, best)
         elif best.excess <= 0.0:
             self._jump = None
-        return best.excess < -SUSPICION * THRESHOLDS[1] and self._jump is None
+        return best.excess < -FREEZE_RATIO * THRESHOLDS[1] and self._jump is None
 
     @property
     def _moved(self) -> list[int]:
         # Joints that may be named.
         ranges = (self._most - self._least) / self._robot.singularity.task.column_scales
-        return [int(j) for j in np.flatnonzero(ranges > MOVED)]
+        return [int(j) for j in np.flatnonzero(ranges > MIN_RANGE)]
 
     def _candidates(
         self, ratios: _LikelihoodRatios, sums: Floats, first: int
@@ -438,7 +438,7 @@ class JumpDetector:
 
     def _returned(self, ratios: _LikelihoodRatios, best: _JumpCandidate) -> int:
         # The first pose after the end of a jump that was only for a while; 0: it lasts.
-        first, end = best.begin + SHORTEST, len(self._rows) - UNPROVEN
+        first, end = best.begin + MIN_POSES, len(self._rows) - MAX_FAILED
         if first >= end:
             return 0
         passed = ratios.sums[best.begin] - ratios.sums[first:end]
@@ -460,7 +460,7 @@ class JumpDetector:
         )
         names, sizes = [key], [LAG * float(best.size[0]) if best.own == LAGS else float(angle)]
         if key == 'joint_offset':
-            near = best.gain * (1.0 - float(best.size[0]) ** 2) - RIVAL * best.scale
+            near = best.gain * (1.0 - float(best.size[0]) ** 2) - RIVAL_GAIN * best.scale
             named = [one for one in joints if one.gain >= near][:2]
             names = [self._robot.joint_names[one.own.start - LAGS.stop] for one in named]
             sizes = [float(one.size[0]) for one in named]
@@ -474,7 +474,7 @@ class JumpDetector:
             own = slice(LAGS.stop + j, LAGS.stop + j + 1)
             known = float(self._ratios.information(sums[-FORECAST:][:1], own)[0, 0, 0])
             if known > 0.0:
-                size = (math.sqrt(THRESHOLDS[1]) + NINE_OF_TEN) / math.sqrt(known)
+                size = (math.sqrt(THRESHOLDS[1]) + POWER_Z) / math.sqrt(known)
                 found.append((robot.joint_names[j], size, robot.units[j]))
         return tuple(found)
 

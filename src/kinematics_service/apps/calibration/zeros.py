@@ -25,9 +25,9 @@ from .checking import BACKLASH, OPTIONS, ROUND_OFF
 from .result import Calibration
 
 # A zero is known if its standard deviation is less (rad, m).
-KNOWN = (float(np.radians(1.0)), 0.003)
+TOLERANCES = (float(np.radians(1.0)), 0.003)
 # A touch of a cross is taken to be off by this (m, of each number) where too few touches tell it.
-TOUCH = 1e-3
+TOUCH_NOISE = 1e-3
 
 
 class JointZero(NamedTuple):
@@ -49,7 +49,7 @@ class JointZero(NamedTuple):
         if not self.correction:
             return f'{self.joint}: the zero is not known from these touches; it stays as it was'
         words = length_in_words if self.prismatic else angle_in_words
-        limit, sign = words(KNOWN[self.prismatic]), '+' if self.correction > 0.0 else ''
+        limit, sign = words(TOLERANCES[self.prismatic]), '+' if self.correction > 0.0 else ''
         begin = 'to be added is' if self.known else f'the zero is not known to {limit}:'
         deviation = f'with a standard deviation of {words(self.deviation)}'
         return f'{self.joint}: {begin} {sign}{words(self.correction)}, {deviation}'
@@ -87,7 +87,7 @@ def calibrate_zeros(
     """
     offsets = [one for one in parameters_of(robot).table if one.group == 'offsets']
     # Before, zeros may be off by ten times as much as they are to be known to.
-    before = {one.name: 10.0 * KNOWN[not one.angle] for one in offsets}
+    before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
     # Zeros far off would be taken for another robot by a check that knows of none.
     fitted = partial(
@@ -102,7 +102,7 @@ def calibrate_zeros(
     )
     found = fitted(q, fix=fix, noise=noise)
     if noise is None and not found.noise_told:
-        noise = (TOUCH, 0.0)
+        noise = (TOUCH_NOISE, 0.0)
     fitted = partial(fitted, fix=(*fix, *_hidden(found)), noise=noise)
     found = fitted(q)
     if found.accepted or not check:
@@ -141,7 +141,7 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     values = by_rows @ [found.parameters[k].correction for k in columns]
     covariance = by_rows @ found.covariance[np.ix_(columns, columns)] @ by_rows.T
     deviations = np.sqrt(np.diag(covariance))
-    limits = np.array(KNOWN)[np.array(found.robot.prismatic, dtype=np.int64)]
+    limits = np.array(TOLERANCES)[np.array(found.robot.prismatic, dtype=np.int64)]
     known = ~stays & (deviations < limits)
     numbers = values.tolist(), deviations.tolist(), known.tolist(), found.robot.prismatic.tolist()
     return tuple(JointZero(*one) for one in zip(found.robot.joint_names, *numbers))
@@ -150,9 +150,9 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
 def zero_sentences(found: Calibration) -> list[str]:
     """Return the zeros, and what the touches tell of a backlash, in words."""
     sentences = [one.sentence for one in zeros_of(found)]
-    if found.instrument == (TOUCH, 0.0):
+    if found.instrument == (TOUCH_NOISE, 0.0):
         sentences.append(
-            f'Touches are taken to be off by no less than {length_in_words(TOUCH)} (--noise)'
+            f'Touches are taken to be off by no less than {length_in_words(TOUCH_NOISE)} (--noise)'
         )
     for one in found.parameters:
         if one.name == BACKLASH.name:

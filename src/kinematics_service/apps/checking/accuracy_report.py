@@ -1,4 +1,4 @@
-"""What a robot file says of how far its arm may be off, in words."""
+"""The sections `uncertainty` and `tolerance` of a robot file, in words."""
 
 import math
 from collections.abc import Iterator, Sequence

@@ -18,12 +18,15 @@ from .hypotheses import Hypothesis
 from .pose_format import MAKERS
 
 ROTVEC = 'rotvec'
-# Poses by which the orders are compared, orders that are then tried, and rounds in which the
-# triple of each pose is chosen again. The six orders of two axes that move are one order, turned:
-# products are alike for each two of them, and positions alone tell them apart.
-SIFTED, KEPT, ROUNDS = 40, 150, 2
-# Rotations that differ by less are the same, from whatever kinds they are.
-SAME = 1e-6
+# Number of poses by which the orders are compared.
+SAMPLES = 40
+# Number of likely orders that are fitted. The six orders of two moving axes have equal products in
+# pairs: only positions decide between them.
+MAX_ORDERS = 150
+# Number of rounds in which the triple of each pose is chosen again.
+ROUNDS = 2
+# Entries of two rotation matrices that differ by less are equal.
+TOLERANCE = 1e-6
 
 
 class _Taken(NamedTuple):
@@ -39,7 +42,7 @@ class LikelyOrder(NamedTuple):
     Attributes
     ----------
     sentence
-        What is wrong.
+        The mistake, as a statement.
     written, read
         The kinds of numbers that the orientations were written as, and read as.
     chosen, of_file : shape (F, 9)
@@ -54,7 +57,7 @@ class LikelyOrder(NamedTuple):
 
     def undone(self, poses: Floats, A: Floats) -> Hypothesis:
         """Return the mistake undone in poses (N, 4, 4), which A are by the robot file."""
-        # Of each pose the triple that agrees with those that were chosen.
+        # Take the triple of each pose that agrees with the chosen ones.
         rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
         found = rotations.reshape(2, -1, 9) @ self.chosen.T
         wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
@@ -70,7 +73,7 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
     Parameters
     ----------
     poses, A : shape (N, 4, 4)
-        Of the second source, and of the robot file.
+        Poses of the second source, and of the robot file.
     read
         How the orientations were read, `rpy`, one of `EULER_ORDERS` or `rotvec`; of others nothing
         is known of what they were made of.
@@ -85,12 +88,12 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
         made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
     of_file = A[few, :3, :3].reshape(-1, 9)
     chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
-    # Where nothing is known of the reading several kinds come to the same: the usual one is named.
+    # If the reading is unknown, several kinds make the same rotations: name the usual kind.
     likely: list[int] = []
-    for k in sorted(np.argsort(off, kind='stable')[:KEPT].tolist()):
+    for k in sorted(np.argsort(off, kind='stable')[:MAX_ORDERS].tolist()):
         first = np.max(np.abs(chosen[likely, 0] - chosen[k, 0]), axis=1)
-        near = [likely[i] for i in np.flatnonzero(first <= SAME).tolist()]
-        alike = np.max(np.abs(chosen[near] - chosen[k]), axis=(1, 2), initial=0.0) <= SAME
+        near = [likely[i] for i in np.flatnonzero(first <= TOLERANCE).tolist()]
+        alike = np.max(np.abs(chosen[near] - chosen[k]), axis=(1, 2), initial=0.0) <= TOLERANCE
         if not np.any(alike):
             likely.append(k)
     return [LikelyOrder(_sentence(pairs[k], read), *pairs[k], chosen[k], of_file) for k in likely]
@@ -98,7 +101,7 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
 
 def few_of(count: int) -> Integers:
     """Return the places of the few among as many poses by which orders are compared."""
-    return np.unique(np.linspace(0, count - 1, SIFTED).astype(int))
+    return np.unique(np.linspace(0, count - 1, SAMPLES).astype(int))
 
 
 def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hypothesis]:
@@ -136,8 +139,9 @@ def _rotations(kind: str, numbers: Floats) -> Floats:
 
 
 def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
-    # Of every pair of kinds the triple of each pose that agrees with the others, from both of the
-    # first: rotations (H, N, 9) of (H, 2, N, 9), and by how much their products (N, N) are off.
+    # For every pair of kinds, return the triple of each pose that agrees best with the others, as
+    # rotations (H, N, 9) of (H, 2, N, 9), and the errors of their products (N, N). The choice
+    # starts from both triples of the first pose.
     count, _, many, _ = every.shape
     flat = every.reshape(count, 2 * many, 9)
     wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)
@@ -147,7 +151,7 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
         branches = np.full((count, many), start)
-        # By how much each triple is off, of those that are chosen so far.
+        # Errors of each triple against the triples chosen so far.
         sums = wrong[:, start, 0]
         for k in range(1, many):
             branches[:, k] = sums[:, 1, k] < sums[:, 0, k]

@@ -17,8 +17,8 @@ from ...kinematics.tool_state import evaluate
 from ...robot.closed_poses import closes_at
 from .angle_orders import few_of, likely_orders
 from .errors import (
+    ERROR_LIMIT,
     EXPLAINED,
-    MOST,
     NOMINAL,
     Errors,
     PoseLimit,
@@ -28,7 +28,7 @@ from .errors import (
     time_in_words,
 )
 from .hypotheses import (
-    MOVED,
+    MIN_RANGE,
     ComparedData,
     Hypothesis,
     NumberHypothesis,
@@ -41,7 +41,7 @@ from .hypotheses import (
 )
 from .lag import lagged
 from .offsets import (
-    LEFT_ALONE,
+    WEAK_RATIO,
     Fit,
     equations_of,
     fit_numbers,
@@ -53,15 +53,18 @@ from .offsets import (
     span_of,
 )
 
-# A cause is named if the remainder falls to less than one part in DECISIVE, and mentioned if it
-# explains most of it.
-DECISIVE, MOST_OF_IT = 3.0, 2.0
-# Causes that explain about as much: within this factor of the best.
-AS_WELL, MENTIONED_AS_WELL = 2.0, 1.25
+# A cause is named if undoing it divides the remainder by 3 or more.
+NAMED_RATIO = 3.0
+# A cause is called likely if undoing it divides the remainder by 2 or more.
+LIKELY_RATIO = 2.0
+# Named causes are rivals if their ratios differ by less than this factor.
+RIVAL_RATIO = 2.0
+# Likely causes are rivals if their ratios differ by less than this factor.
+LIKELY_RIVAL_RATIO = 1.25
 # Steps of a first selection of hypotheses by few poses.
 SIFT_STEPS = 4
 # Number of hypotheses that are tried at once, the likeliest first.
-AT_ONCE = 16
+BATCH_SIZE = 16
 # Number of those that are then fitted to all poses.
 FITTED_IN_FULL = 4
 # Factor by which an estimate from a few poses may be too small.
@@ -74,7 +77,7 @@ ROUNDS = 12
 # from 0.5 rad away, and for a sliding joint from anywhere.
 TURNING_REACHES = (-5.5, -4.5, -3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5, 4.5, 5.5)
 SLIDING_REACHES = (0.0,)
-# Factors of positions that have a name, and by which share one found may differ.
+# Factors of positions that have a name, by unit.
 FACTORS = (
     ('rad', math.pi / 180.0, 'is in degrees, not radians'),
     ('rad', 180.0 / math.pi, 'was turned from degrees into radians twice'),
@@ -84,14 +87,15 @@ FACTORS = (
     ('rad', -1.0, 'counts the other way round'),
     ('m', -1.0, 'counts the other way round'),
 )
-FACTOR_TOLERANCE = 5e-3  # as a share
+# Largest relative difference of an estimated factor from one that has a name.
+FACTOR_TOLERANCE = 5e-3
 # A score (rad) below this is round-off.
 ROUND_OFF = 1e-15
 # Least noise of a score (rad): the last digit of printed poses.
 POSE_DIGIT = 1e-6
 # Resolution from which on a number is named: with 0.55 one of 54 recordings of a nominal table, of
 # which two joints move, had a wrong angle named.
-RESOLVED = 0.75
+MIN_RESOLUTION = 0.75
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +110,7 @@ class TestedCause:
         tool_axes, quaternion_order, angle_order, joint_offset, joint_scale, link_length,
         link_twist or time_lag.
     sentence
-        What is wrong.
+        The mistake, as a statement.
     value
         The number found, in rad, m, s or samples, or the factor of a joint; None if there is none.
     ratio
@@ -158,7 +162,7 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     Parameters
     ----------
     limit
-        What instrument and nominal table can leave.
+        The remainder that an instrument and a nominal table can leave.
     """
     tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
     tried += _orders(given, A, fit, tried)
@@ -171,11 +175,11 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
 
-    if best >= DECISIVE:
-        named = tuple(one for one in about(AS_WELL) if one.ratio >= DECISIVE)
+    if best >= NAMED_RATIO:
+        named = tuple(one for one in about(RIVAL_RATIO) if one.ratio >= NAMED_RATIO)
         return Causes(named, decisive=len(named) == 1 and _decisive(named[0], fit, limit))
-    if best >= MOST_OF_IT:
-        likely = (one for one in about(MENTIONED_AS_WELL) if one.ratio >= MOST_OF_IT)
+    if best >= LIKELY_RATIO:
+        likely = (one for one in about(LIKELY_RIVAL_RATIO) if one.ratio >= LIKELY_RATIO)
         return Causes(likely=tuple(likely))
     return Causes()
 
@@ -186,16 +190,16 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
     gross = cause.value is None or cause.key in ('joint_scale', 'time_lag')
     if gross and errors_of(before.position, before.rotation).within(NOMINAL):
         return False
-    most = MOST if cause.key == 'time_lag' else limit
+    most = ERROR_LIMIT if cause.key == 'time_lag' else limit
     within = cause.errors.within(PoseLimit(*map(max, zip(most, limit))))
-    return within and cause.resolution > RESOLVED
+    return within and cause.resolution > MIN_RESOLUTION
 
 
 def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
     # Without scales of a joint that a cause of fewer numbers explains as well.
     said = {one.sentence for one in tried if one.value is None}
     units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
-    least = AS_WELL * max(units, default=0.0)
+    least = RIVAL_RATIO * max(units, default=0.0)
     return [
         one
         for one in tried
@@ -231,7 +235,7 @@ def _orders(
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
     # The score of few poses from which on a cause explains too little, or by far less than others.
-    ratio = max([MOST_OF_IT, *(one.ratio / AS_WELL for one in tried)])
+    ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
 
@@ -240,9 +244,9 @@ def _sifted(A: Floats, B: Floats, most: float) -> dict[int, Fit]:
     # fits. Those are not fitted that leave far more than others whatever the offsets are.
     bounds, found = least_angles(A, B), dict[int, Fit]()
     order = np.argsort(bounds, kind='stable')
-    for some in np.split(order, range(AT_ONCE, len(order), AT_ONCE)):
+    for some in np.split(order, range(BATCH_SIZE, len(order), BATCH_SIZE)):
         best = min((float(one.score) for one in found.values()), default=np.inf)
-        near = some[bounds[some] < min(most, SIFT_MARGIN * AS_WELL * best)].tolist()
+        near = some[bounds[some] < min(most, SIFT_MARGIN * RIVAL_RATIO * best)].tolist()
         if near:
             fits = fit_offsets(A[near], B[near], steps=SIFT_STEPS)
             found |= {k: one for i, k in enumerate(near) if (one := fits.one(i)).score < most}
@@ -290,7 +294,7 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     scales = list(scale_hypotheses_of(given))
     numbers = [*number_hypotheses_of(given), *scales]
     moved, rest = _beyond(given, A, fit, np.concatenate([one.columns for one in numbers], axis=2))
-    squares = np.maximum(np.sum(moved**2, axis=0), LEFT_ALONE**2 * len(rest))
+    squares = np.maximum(np.sum(moved**2, axis=0), WEAK_RATIO**2 * len(rest))
     firsts = np.cumsum([0, *(one.columns.shape[2] for one in numbers)])[:-1]
     taken = np.add.reduceat((rest @ moved) ** 2 / squares, firsts)
     most = float(fit.score) ** 2 * len(A)
@@ -302,14 +306,16 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if not errors_of(fit.position, fit.rotation).within(EXPLAINED):
         starts += _scale_starts(given, scales, fit)
     found = [cause for start in starts if (cause := _fitted(given, fit, *start))]
-    # One cause of a joint: its zero rather than its scale, and no sign that base and tool turned
-    # round would have.
-    found.sort(
-        key=lambda one: (
-            one.ratio * AS_WELL ** (2 if one.key != 'joint_scale' else (one.value or 0.0) > 0.0)
-        )
-    )
+    # Keep one cause of a joint: its zero rather than its scale, and a positive scale rather than a
+    # negative one, which base and tool turned round would have, too.
+    found.sort(key=_preference)
     return list({one.name: one for one in found}.values())
+
+
+def _preference(cause: TestedCause) -> float:
+    if cause.key != 'joint_scale':
+        return cause.ratio * RIVAL_RATIO**2
+    return cause.ratio * RIVAL_RATIO ** ((cause.value or 0.0) > 0.0)
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
@@ -357,7 +363,7 @@ def _fitted(
     except LoopError:
         return None
     fit, value, size, q = found.fit.one(0), float(found.values[0, -1]), number.usual, given.q
-    if number.joint >= 0 and joint_range(q)[number.joint] > MOVED:
+    if number.joint >= 0 and joint_range(q)[number.joint] > MIN_RANGE:
         size = max(size, abs(value))  # of a joint that moves any error is as likely
     if number.key == 'joint_scale':
         q = q + np.eye(q.shape[1])[number.joint] * (
@@ -365,7 +371,7 @@ def _fitted(
         )
         value = 1.0 + value / float(joint_range(given.q)[number.joint])
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
-    if cause.ratio < DECISIVE:
+    if cause.ratio < NAMED_RATIO:
         return replace(cause, name=number.name)
     # The diagonal of the model resolution matrix (Menke, Geophysical Data Analysis, chapter 4) of
     # a least-squares fit of all numbers by their usual errors: 1 where poses tell this one from

@@ -25,14 +25,16 @@ from .offsets import Fit, equations_of, fit_offsets, free_directions, scale_of
 FINE = PoseLimit(2e-5, 2e-4)
 # The frame base_link of UR arms is their base turned by 180 deg about z.
 BASE_LINK = ('base', 'about z', 180)
-# A remainder that falls by more than this factor vanishes.
-MANY = 1e6
+# Larger ratios of remainders are round-off and are not printed.
+MAX_SHOWN_RATIO = 1e6
 # Deviation of R^T R from the identity that float32 and printed digits explain.
-NO_ROTATION = 0.01
-# Number of poses needed for offsets, and to name a cause.
-LEAST, LEAST_FOR_CAUSE = 3, 8
+ORTHOGONALITY_TOLERANCE = 0.01
+# Number of poses that determine the offsets of base and tool.
+MIN_POSES = 3
+# Number of poses that are needed to name a cause.
+CAUSE_POSES = 8
 
-# Of an arm with closed loops.
+# The sentence about causes that are not tried for an arm with closed loops.
 NOT_TRIED = (
     '. Lengths and conventions of the table are no causes that were tried: the closed loops would '
     'close elsewhere'
@@ -108,8 +110,8 @@ def diagnose_frames(
         Rising times and joint positions around the stamps, to find a lag; default: those of the
         poses themselves.
     limit
-        What instrument and nominal table can leave (rms): a cause that leaves more is not
-        decisive.
+        The remainder (rms) that an instrument and a nominal table can leave: a cause that leaves
+        more is not decisive.
     read
         How the orientations were read: `rpy`, `ZYX` and the other orders of three angles, or
         `rotvec`; otherwise any of these may have been before.
@@ -121,7 +123,7 @@ def diagnose_frames(
     LoopError
         A closed loop does not close at a position.
     FramesError
-        Shapes do not fit, a number is not finite, an orientation is no rotation, or there are
+        Shapes do not fit, a number is not finite, an orientation is not a rotation, or there are
         fewer than three poses.
     """
     robot = as_robot(robot)
@@ -136,7 +138,7 @@ def diagnose_frames(
     errors = errors_of(fit.position, fit.rotation)
     causes = Causes()
     small = errors.within(fine)
-    if not small and len(A) >= LEAST_FOR_CAUSE:
+    if not small and len(A) >= CAUSE_POSES:
         causes = causes_of(given, A, fit, limit)
     free = free_directions(equations_of(A, fit, scale_of(given.poses))[0])
     undetermined = tuple(_in_words(direction) for direction in free)
@@ -166,15 +168,15 @@ def _given(robot: Robot, q: npt.ArrayLike, poses: npt.ArrayLike) -> ComparedData
         )
     if not (np.all(np.isfinite(q)) and np.all(np.isfinite(B))):
         raise FramesError('joint positions and poses must be finite')
-    if len(q) < LEAST:
-        raise FramesError(f'{len(q)} poses are too few: at least {LEAST} are needed')
+    if len(q) < MIN_POSES:
+        raise FramesError(f'{len(q)} poses are too few: at least {MIN_POSES} are needed')
     check_rotations(B[:, :3, :3])
     return ComparedData(robot, q, B)
 
 
 def check_rotations(R: Floats) -> None:
     """
-    Refuse orientations (N, 3, 3) that are no rotations.
+    Refuse matrices (N, 3, 3) that are not rotations.
 
     Raises
     ------
@@ -188,7 +190,7 @@ def check_rotations(R: Floats) -> None:
             f'(determinant -1, the first is pose {mirrored[0]}); one axis points the wrong way'
         )
     far = np.max(np.abs(np.swapaxes(R, 1, 2) @ R - np.eye(3)), axis=(1, 2))
-    if np.any(far > NO_ROTATION):
+    if np.any(far > ORTHOGONALITY_TOLERANCE):
         raise FramesError(
             f'the orientation of pose {int(np.argmax(far))} is no rotation: its columns are not '
             'of unit length and at right angles'
@@ -246,7 +248,7 @@ def _sentence(
     # No causes: the remainder needs none.
     if causes is not None and causes.decisive:
         (cause,) = causes.named
-        less = f', {cause.ratio:.3g} times less' if cause.ratio < MANY else ''
+        less = f', {cause.ratio:.3g} times less' if cause.ratio < MAX_SHOWN_RATIO else ''
         text = (
             f'{cause.sentence}: with that undone the remainder falls from {errors.in_words()} to '
             f'{cause.errors.in_words()} (rms{less})'
@@ -259,8 +261,8 @@ def _sentence(
     if causes is not None:
         text += (
             f', and no single cause explains them{_mention(causes)}'
-            if count >= LEAST_FOR_CAUSE
-            else f'; fewer than {LEAST_FOR_CAUSE} poses are too few to name a cause'
+            if count >= CAUSE_POSES
+            else f'; fewer than {CAUSE_POSES} poses are too few to name a cause'
         )
     if len(undetermined):
         text += (

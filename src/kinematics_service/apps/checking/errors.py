@@ -7,23 +7,24 @@ import numpy as np
 
 from ...kernel import Floats
 
-# Smaller than this (mm, deg, ms) is round-off.
-NOTHING = 1e-6
-# Values larger than this (mm, ms) are shown in m and s; larger than this (m, deg) without
-# decimals.
-LONG, FAR = 1e3, 1e3
+# Values below 1e-6 (mm, deg, ms) are round-off and are printed as 0.
+ROUND_OFF = 1e-6
+# Values from 1000 mm or ms on are printed in m and s.
+UNIT_LIMIT = 1e3
+# Values from 1000 on (m, deg) are printed without decimals.
+DECIMALS_LIMIT = 1e3
 
 
 def _number(value: float) -> str:
-    return f'{value:,.0f}' if abs(value) >= FAR else f'{value:.3g}'
+    return f'{value:,.0f}' if abs(value) >= DECIMALS_LIMIT else f'{value:.3g}'
 
 
 def _with_unit(value: float, unit: str) -> str:
-    # In thousandths of the unit where they are not too many, and 0 for round-off.
+    # Below UNIT_LIMIT thousandths of the unit are printed, for example mm.
     thousandths = 1e3 * value
-    if abs(thousandths) <= NOTHING:
+    if abs(thousandths) <= ROUND_OFF:
         return f'0 m{unit}'
-    long = abs(thousandths) >= LONG
+    long = abs(thousandths) >= UNIT_LIMIT
     return f'{_number(value)} {unit}' if long else f'{_number(thousandths)} m{unit}'
 
 
@@ -35,7 +36,7 @@ def length_in_words(length: float) -> str:
 def angle_in_words(angle: float) -> str:
     """Return an angle (rad) in deg, and 0 for round-off."""
     degrees = math.degrees(angle)
-    return f'{_number(degrees)} deg' if abs(degrees) > NOTHING else '0 deg'
+    return f'{_number(degrees)} deg' if abs(degrees) > ROUND_OFF else '0 deg'
 
 
 def time_in_words(time: float) -> str:
@@ -57,11 +58,11 @@ class PoseLimit(NamedTuple):
 # An arm with the nominal table of its type, not the calibrated one of the unit, is off by 1 to 3
 # mm and up to 0.4 deg: no more is left by it and an instrument that is worth the name.
 NOMINAL = PoseLimit(4e-3, math.radians(0.5))
-# Where each number of a table is off by 1 mm and 0.2 deg, 4 to 10 mm and 0.5 to 1 deg are left;
-# what leaves more than this is not all that is wrong.
+# If each number of a table is off by 1 mm and 0.2 deg, 4 to 10 mm and 0.5 to 1 deg remain. If more
+# than this remains, a cause is not the only mistake.
 EXPLAINED = PoseLimit(12e-3, math.radians(1.25))
-# No calibration leaves as much.
-MOST = PoseLimit(20e-3, math.radians(2.0))
+# Every calibrated arm leaves less than 20 mm and 2 deg.
+ERROR_LIMIT = PoseLimit(20e-3, math.radians(2.0))
 
 
 class Errors(NamedTuple):

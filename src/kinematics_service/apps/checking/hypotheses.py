@@ -22,16 +22,15 @@ from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
 from ...robot.robot import Robot, with_chain
 from .lag import Later
 
-# The same numbers, said of a source of poses in general; of known poses in `known_pose_causes`.
+# Sentences for any source of poses. `known_pose_causes` has others for known poses.
 DEGREES = 'the joint positions are in degrees, not radians'
 RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
 INVERSE = 'the poses are those of the base in the tool frame'
 LENGTHS_IN_MM = 'the lengths of the table are in millimetres, not metres'
-# Arms with more joints than this are not searched for two joints that are swapped, or that turn
-# together.
-MOST_SWAPPED = 12
-# A joint that goes less far from its mean (rad, m) stands.
-MOVED = 1e-3
+# Pairs of joints (swapped, or coupled) are tried for arms with at most 12 joints.
+MAX_SWAPPED_JOINTS = 12
+# A joint moves if its positions differ from their mean by more (rad, m).
+MIN_RANGE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ class Hypothesis:
     key
         Kind of the cause, for programs.
     sentence
-        What is wrong, as a statement.
+        The mistake, as a statement.
     q : shape (N, n)
         Joint positions with the mistake undone; None: as given.
     robot
@@ -111,7 +110,7 @@ class ComparedData(NamedTuple):
     q : shape (N, n), rad or m
         Joint positions.
     poses : shape (N, 4, 4)
-        Of the second source.
+        Poses of the second source.
     later
         The joints at another time; None if times are unknown.
     read
@@ -166,7 +165,7 @@ def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
     # A joint behind a parallelogram or a belt turns with the one that carries its motor: joint 3
     # with joint 2, as FANUC and palletizers count.
     turning = np.flatnonzero(~robot.prismatic).tolist()
-    if len(turning) > MOST_SWAPPED:
+    if len(turning) > MAX_SWAPPED_JOINTS:
         return
     for (i, j), sign in itertools.product(itertools.permutations(turning, 2), (1.0, -1.0)):
         moved = np.array(q)
@@ -182,7 +181,7 @@ def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
 
 def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
     n = len(names)
-    if n <= MOST_SWAPPED:
+    if n <= MAX_SWAPPED_JOINTS:
         for i, j in itertools.combinations(range(n), 2):
             order = list(range(n))
             order[i], order[j] = j, i
@@ -213,7 +212,7 @@ def read_as(robot: Robot, convention: str) -> Robot:
 def _with_rows(
     robot: Robot, rows: Sequence[Row], base: Floats | None = None, tool: Floats | None = None
 ) -> Robot:
-    # The robot with another table, and with another base or tool where they are given.
+    # Return the robot with another table, and with another base or tool if they are given.
     own = robot.description
     base = own.base.motion.matrix if base is None else base
     tool = own.tool.motion.matrix if tool is None else tool
@@ -254,7 +253,7 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
     """Yield every table with two numbers exchanged, or with a column one row lower or higher."""
     links = robot.description.links
     rows = [link for link in links if isinstance(link, DhRow)]
-    if len(rows) < len(links) or len(rows) > MOST_SWAPPED:
+    if len(rows) < len(links) or len(rows) > MAX_SWAPPED_JOINTS:
         return
     table = np.array([_constants(row) for row in rows])
     tried = {table.tobytes()}
@@ -369,7 +368,7 @@ def _of_joints(given: ComparedData, key: str, count: int) -> Iterator[NumberHypo
     ):
         usual = RATIO * reach if count > 1 else LENGTH if unit == 'm' else float(ANGLE)
         at = partial(moved_joints, robot, given.q, [j], ways[j : j + 1, :, :count])
-        if count == 1 or reach > MOVED:
+        if count == 1 or reach > MIN_RANGE:
             columns = at(np.zeros((1, count))).jacobian[0]
             yield NumberHypothesis(key, name, unit, usual, at, columns, j)
 
@@ -381,7 +380,7 @@ def joint_range(q: Floats) -> Floats:
 
 def joint_ways(q: Floats) -> Floats:
     """Return how positions (N, n) move with their zeros, and with their ranges: (n, N, 2)."""
-    reach = np.maximum(joint_range(q), MOVED)
+    reach = np.maximum(joint_range(q), MIN_RANGE)
     return np.stack([np.ones_like(q), (q - q.mean(axis=0)) / reach], axis=-1).swapaxes(0, 1)
 
 

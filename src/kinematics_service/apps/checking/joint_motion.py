@@ -13,10 +13,12 @@ Flags = npt.NDArray[np.bool_]
 # neighbours at 1 kHz differ by less than their noise; over this time an arm's speed hardly
 # changes.
 WINDOW = 0.02
-# Number of samples of a line: two join neighbours, more than this hardly add information.
-FEWEST, MOST = 2, 64
+# Smallest number of samples of a line: two neighbours.
+MIN_COUNT = 2
+# Largest number of samples of a line: more samples add little information.
+MAX_COUNT = 64
 # The motion between two samples further apart (s) is unknown.
-LONGEST_GAP = 0.5
+MAX_SAMPLE_GAP = 0.5
 
 
 class JointsAtTimes(NamedTuple):
@@ -50,7 +52,7 @@ class SampledMotion:
         times: Floats,
         positions: Floats,
         continuous: npt.ArrayLike,
-        longest_gap: float = LONGEST_GAP,
+        longest_gap: float = MAX_SAMPLE_GAP,
     ) -> None:
         steps = np.diff(positions, axis=0)
         turned = np.where(continuous, np.round(steps / (2.0 * np.pi)), 0.0)
@@ -58,8 +60,8 @@ class SampledMotion:
         self._positions[1:] -= 2.0 * np.pi * np.cumsum(turned, axis=0)
         self._times, self._longest_gap = times, longest_gap
         self.interval = float(np.median(np.diff(times)))
-        count = min(FEWEST * round(WINDOW / FEWEST / self.interval), MOST)
-        self._count = min(max(count, FEWEST), len(times))
+        count = min(MIN_COUNT * round(WINDOW / MIN_COUNT / self.interval), MAX_COUNT)
+        self._count = min(max(count, MIN_COUNT), len(times))
 
     @property
     def duration(self) -> float:

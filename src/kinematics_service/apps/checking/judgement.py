@@ -4,14 +4,14 @@ from typing import NamedTuple
 
 from ...robot.measures import Level
 from .diagnosis import FrameDiagnosis
-from .errors import EXPLAINED, MOST, NOMINAL, Errors, PoseLimit
+from .errors import ERROR_LIMIT, EXPLAINED, NOMINAL, Errors, PoseLimit
 
 
 class FrameLimits(NamedTuple):
     """The remainders from which on there is a warning, and an error."""
 
     warn: PoseLimit = NOMINAL
-    bad: PoseLimit = MOST
+    bad: PoseLimit = ERROR_LIMIT
 
     @property
     def explained(self) -> PoseLimit:

@@ -1,9 +1,8 @@
 """
 The one mistake that explains why an arm misses the known poses of its file.
 
-A mistake is told only where all poses are met, to their tolerances or the digits they are written
-with, once it is undone. No offset is fitted meanwhile, so that two mistakes at once, or noise, are
-explained by none.
+A mistake is named only if all poses agree once it is undone, within their tolerances or written
+digits. No offset is fitted, so two mistakes at once, or noise, are explained by none.
 """
 
 import itertools
@@ -36,18 +35,18 @@ from .hypotheses import (
 )
 from .known_poses import errors_between, pose_errors, within_digits
 
-# What is told of known poses in the words of their file, whose units may be other ones.
+# Sentences for files in degrees and in millimetres, by the sentence for rad and m.
 IN_DEGREES = {RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
 IN_MILLIMETRES = {LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
 # These say something of positions and orientations together.
 OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
 # Values from which a number is sought (rad), steps of Newton's method, and its step for a slope.
-STARTS, STEPS, SLOPE = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi), 12, 1e-7
+START_ANGLES, NEWTON_STEPS, SLOPE_STEP = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi), 12, 1e-7
 # Tools that differ by less between two poses are one (m and rad): these poses are alike.
-ALIKE = 1e-9
-# Of rounded poses one must be missed by so many times what its digits allow: a smaller error is
-# made as small as that by many a change.
-DECISIVE = 10.0
+TOOL_TOLERANCE = 1e-9
+# The arm must miss a rounded pose by 10 times the error that its digits allow. Many changes of
+# numbers make a smaller error vanish.
+MISSED_RATIO = 10.0
 
 
 class PoseCauses(NamedTuple):
@@ -66,7 +65,7 @@ class PoseCauses(NamedTuple):
     tried: int
 
     def __str__(self) -> str:
-        """Return them as a sentence; empty where there is none."""
+        """Return the mistakes as a sentence; empty if there is none."""
         if not self.sentences:
             return ''
         if len(self.sentences) == 1:
@@ -91,12 +90,12 @@ def pose_causes(robot: Robot) -> PoseCauses:
     known = within_digits(robot)
     if known != robot.description.known_poses:
         errors = [replace(error, known=known[error.index]) for error in pose_errors(robot)]
-        if max(error.share for error in errors) < DECISIVE:
+        if max(error.share for error in errors) < MISSED_RATIO:
             return PoseCauses((), 0)
     expected = np.array([pose.motion.matrix for pose in known])
     given = ComparedData(robot, np.array([pose.q for pose in known]), expected)
     count = 0
-    # A wrong sign is a wrong number, too: numbers are fitted where no such mistake explains all.
+    # A wrong sign is a wrong number, too: fit numbers only if no discrete mistake explains all.
     for mistakes in (_whole(given), itertools.chain(_ends(given), _numbers(given))):
         tried = list(mistakes)
         count += len(tried)
@@ -163,7 +162,7 @@ def _written_rpy(pose: KnownPose) -> Floats:
 def _ends(given: ComparedData) -> Iterator[_Undone]:
     # Another base or tool, where two poses that differ ask for the same one.
     A, B = evaluate(given.robot, given.q, depth=kernel.POSE).pose, given.poses
-    if not _has_orientations(given.robot) or np.abs(A - A[0]).max() <= ALIKE:
+    if not _has_orientations(given.robot) or np.abs(A - A[0]).max() <= TOOL_TOLERANCE:
         return
     X, Y = B[0] @ inverse(A[0]), inverse(A[0]) @ B[0]
     description = given.robot.description
@@ -182,7 +181,7 @@ def _numbers(given: ComparedData) -> Iterator[_Undone]:
         return
     oriented = _has_orientations(given.robot)
     for hypothesis in number_hypotheses_of(given):
-        starts = STARTS if hypothesis.unit == 'rad' else STARTS[:1]
+        starts = START_ANGLES if hypothesis.unit == 'rad' else START_ANGLES[:1]
         sought = (_sought(hypothesis.model, given.poses, start, oriented) for start in starts)
         off, value = min(sought)
         if math.isfinite(off):
@@ -193,7 +192,7 @@ def _numbers(given: ComparedData) -> Iterator[_Undone]:
 def _sought(
     model: Callable[[float], Floats], expected: Floats, value: float, oriented: bool
 ) -> tuple[float, float]:
-    # What is left, and the value that leaves it; infinite where a loop does not close.
+    # Return the least remainder and its value; infinite if a loop does not close.
     def remainder(value: float) -> Floats:
         poses = model(value)
         positions = poses[:, :3, 3] - expected[:, :3, 3]
@@ -201,9 +200,9 @@ def _sought(
         return np.concatenate([positions, turns] if oriented else [positions]).ravel()
 
     try:
-        for _ in range(STEPS):
+        for _ in range(NEWTON_STEPS):
             r = remainder(value)
-            slope = (remainder(value + SLOPE) - r) / SLOPE
+            slope = (remainder(value + SLOPE_STEP) - r) / SLOPE_STEP
             if not slope @ slope:
                 break
             value -= float(slope @ r / (slope @ slope))

@@ -34,7 +34,7 @@ class PoseError:
 
     @property
     def share(self) -> float:
-        """Return the error as a share of its tolerance: beyond 1 the pose is wrong."""
+        """Return the error divided by its tolerance: above 1 the pose is wrong."""
         pairs = (self.distance, self.known.tolerance_xyz), (self.angle, self.known.tolerance_rpy)
         shares = [
             error / tolerance if tolerance > 0.0 else math.inf if error else 0.0
@@ -44,7 +44,7 @@ class PoseError:
 
     def __str__(self) -> str:
         """
-        Return the errors and their tolerances; of the position alone where nothing else is known.
+        Return the errors and their tolerances; without an orientation only those of the position.
         """
         position = f'{self.distance:.2g} m (tolerance {self.known.tolerance_xyz:g})'
         if math.isinf(self.known.tolerance_rpy):

@@ -17,19 +17,23 @@ from .offsets import Fit, fit_numbers, fit_offsets, lifted
 
 Indices = npt.NDArray[np.intp]
 
-# Largest lag tried (s, or samples if times are unknown), and the number of lags tried.
-REACH, REACH_IN_SAMPLES, TRIED = 0.5, 10.0, 51
-# But only up to this share of the whole motion.
-SHARE = 0.25
+# Largest lag tried, s.
+MAX_LAG = 0.5
+# Largest lag tried if the times are unknown, samples.
+MAX_LAG_SAMPLES = 10.0
+# Number of lags tried.
+TRIALS = 51
+# Lags up to a quarter of the duration of the motion are tried.
+MOTION_SHARE = 0.25
 # Number of poses for the trials.
-SIFTED = 40
+SAMPLES = 40
 # Steps of the offsets for each lag tried.
-SIFT_STEPS = 4
+TRIAL_STEPS = 4
 # Number of lags that are refined, and steps of each.
-REFINED = 2
-ROUNDS = 6
+MINIMA = 2
+REFINE_STEPS = 6
 # Fewer poses with joint positions at every lag tried are not enough.
-LEAST = 8
+MIN_POSES = 8
 
 
 class Later(NamedTuple):
@@ -43,7 +47,7 @@ class Later(NamedTuple):
     reach
         The largest lag tried.
     unit
-        Of lags: s or samples.
+        The unit of lags: s or samples.
     """
 
     at: Callable[[float], JointsAtTimes]
@@ -53,8 +57,8 @@ class Later(NamedTuple):
 
 def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
     """Return joints of a motion; `stamps` (N,) are those of the poses, `unit` s or samples."""
-    reach = REACH if unit == 's' else REACH_IN_SAMPLES
-    reach = min(reach, SHARE * motion.duration)
+    reach = MAX_LAG if unit == 's' else MAX_LAG_SAMPLES
+    reach = min(reach, MOTION_SHARE * motion.duration)
     return Later(lambda lag: motion.at(stamps + lag), reach, unit)
 
 
@@ -75,20 +79,20 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
     Parameters
     ----------
     poses, A : shape (N, 4, 4)
-        Of the second source and of the robot file.
+        Poses of the second source and of the robot file.
     fit
-        Of them without a lag.
+        The fit of these poses without a lag.
     """
-    lags = np.linspace(-later.reach, later.reach, TRIED)
+    lags = np.linspace(-later.reach, later.reach, TRIALS)
     tried = [later.at(lag) for lag in lags.tolist()]
     known = np.flatnonzero(np.all([lookup.known for lookup in tried], axis=0))
     moving = any(bool(np.any(lookup.rates[known])) for lookup in tried)
-    if len(known) < LEAST or later.reach <= 0.0 or not moving:
+    if len(known) < MIN_POSES or later.reach <= 0.0 or not moving:
         return None
-    few = known[np.unique(np.linspace(0, len(known) - 1, SIFTED).astype(int))]
+    few = known[np.unique(np.linspace(0, len(known) - 1, SAMPLES).astype(int))]
     q = np.stack([lookup.q[few] for lookup in tried])
-    B = np.broadcast_to(poses[few], (TRIED, len(few), 4, 4))
-    sifted = fit_offsets(evaluate(robot, q, depth=kernel.POSE).pose, B, steps=SIFT_STEPS)
+    B = np.broadcast_to(poses[few], (TRIALS, len(few), 4, 4))
+    sifted = fit_offsets(evaluate(robot, q, depth=kernel.POSE).pose, B, steps=TRIAL_STEPS)
     before = fit_offsets(A[known][None], poses[known][None], begin=lifted(fit), steps=2).one(0)
     found = [
         _refined(robot, later, poses, known, before, sifted.one(k), float(lags[k]))
@@ -101,7 +105,7 @@ def _valleys(scores: Floats) -> list[int]:
     # Returns the deepest minima of the scores.
     around = np.pad(scores, 1, constant_values=np.inf)
     lowest = np.flatnonzero((scores <= around[:-2]) & (scores <= around[2:]))
-    order = np.argsort(scores[lowest], kind='stable')[:REFINED]
+    order = np.argsort(scores[lowest], kind='stable')[:MINIMA]
     return [int(k) for k in lowest[order]]
 
 
@@ -114,5 +118,5 @@ def _refined(
         state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))
         return state.pose[None], state.twist[None, :, :, None]
 
-    found = fit_numbers(moved, np.array([[lag]]), poses[rows][None], lifted(begin), ROUNDS)
+    found = fit_numbers(moved, np.array([[lag]]), poses[rows][None], lifted(begin), REFINE_STEPS)
     return Lagged(float(found.values[0, 0]), before, found.fit.one(0))

@@ -17,17 +17,17 @@ from ...rigid_motion import exponential, rotation_vector, skew_part
 Flags = npt.NDArray[np.bool_]
 
 # Steps at most.
-STEPS = 12
-# A step that reduces the score by less than this share is the last.
-ENOUGH = 1e-9
+MAX_STEPS = 12
+# Stop if a step reduces the score by less than one part in 1e9.
+GAIN_TOLERANCE = 1e-9
 # Damping after a first failed step, in units of the largest curvature (Levenberg-Marquardt).
-DAMPING = 1e-3
-# Positions that spread less than this share of their distance count as one point.
-STANDING = 0.05
-# Directions of the offsets that move the poses less than this share of the strongest are left.
-LEFT_ALONE = 1e-4
+FIRST_DAMPING = 1e-3
+# Positions whose spread is below 5 % of their distance count as one point.
+POINT_SPREAD_RATIO = 0.05
+# Ratio to the largest singular value below which a direction of the offsets is not determined.
+WEAK_RATIO = 1e-4
 # Below this (sine of the angles turned) rotations about a second axis are noise.
-VARIETY = 0.02
+AXIS_VARIETY = 0.02
 
 
 def nearest_rotation(M: Floats) -> Floats:
@@ -82,7 +82,7 @@ def scale_of(poses: Floats) -> Floats:
     """
     p = poses[..., :3, 3]
     far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
-    return np.asarray(np.maximum(np.maximum(spread(p), STANDING * far), 1e-9))
+    return np.asarray(np.maximum(np.maximum(spread(p), POINT_SPREAD_RATIO * far), 1e-9))
 
 
 def least_angles(A: Floats, B: Floats) -> Floats:
@@ -91,7 +91,7 @@ def least_angles(A: Floats, B: Floats) -> Floats:
 
     Shape (H,), of poses (H, N, 4, 4).
     """
-    # Where remainders turn poses i and j by a and b, |trace(B_i^T B_j) - trace(A_i^T A_j)| is at
+    # If remainders turn poses i and j by a and b, |trace(B_i^T B_j) - trace(A_i^T A_j)| is at
     # most 2 (a + b), of which the squares are at most 8 (a^2 + b^2).
     off = _traces(B) - _traces(A)
     return np.asarray(np.sqrt(np.mean(off**2, axis=(1, 2)) / 16.0))
@@ -103,7 +103,7 @@ def _traces(poses: Floats) -> Floats:
     return flat @ np.swapaxes(flat, 1, 2)
 
 
-def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = STEPS) -> Fit:
+def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = MAX_STEPS) -> Fit:
     """
     Return the X, Y that bring X A_i Y nearest to B_i.
 
@@ -134,7 +134,7 @@ def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
 
 
 def _better(fit: Fit, new: Fit) -> Fit:
-    # Of each problem the fit that leaves less.
+    # Return for each problem the fit with the smaller score.
     return Fit(*_chosen(new.score < fit.score, new, fit))
 
 
@@ -236,8 +236,8 @@ def fit_numbers(
         gained = np.max(1.0 - new.score / np.maximum(fit.score, 1e-300), initial=0.0)
         values, A, columns = _chosen(less, tried, (values, A, columns))
         fit = _better(fit, new)
-        damping = np.where(less[:, None], 0.1 * damping, np.maximum(10.0 * damping, DAMPING))
-        if np.max(np.abs(step)) < ENOUGH or (np.all(less) and gained < ENOUGH):
+        damping = np.where(less[:, None], 0.1 * damping, np.maximum(10.0 * damping, FIRST_DAMPING))
+        if np.max(np.abs(step)) < GAIN_TOLERANCE or (np.all(less) and gained < GAIN_TOLERANCE):
             break
     return NumberFit(values, fit)
 
@@ -250,7 +250,7 @@ def solved(J: Floats, r: Floats, damping: Floats | float = 0.0) -> Floats:
     # Normal equations, scaled alike: of a dozen unknowns, and the next step makes up for them.
     Jt = np.swapaxes(J, 1, 2)
     values, vectors = np.linalg.eigh(Jt @ J)
-    strong = values > LEFT_ALONE**2 * values[:, -1:]
+    strong = values > WEAK_RATIO**2 * values[:, -1:]
     values = values + damping * values[:, -1:]
     inverse = np.divide(1.0, values, out=np.zeros_like(values), where=strong)
     g = np.swapaxes(vectors, 1, 2) @ (Jt @ r[..., None])
@@ -261,7 +261,7 @@ def span_of(J: Floats) -> Floats:
     """Return an orthonormal basis (6 N, k) of the range of J (6 N, 12) of one problem."""
     # Ten times faster than a QR if threads of the linear algebra wait for each other.
     values, vectors = np.linalg.eigh(J.T @ J)
-    strong = values > LEFT_ALONE**2 * values[-1]
+    strong = values > WEAK_RATIO**2 * values[-1]
     return np.asarray(J @ (vectors[:, strong] / np.sqrt(values[strong])))
 
 
@@ -270,7 +270,7 @@ def free_directions(J: Floats) -> Floats:
     Return the directions (f, 12) of the offsets that the poses do not determine; J of one problem.
     """
     values, vectors = np.linalg.eigh(J.T @ J)
-    return np.asarray(vectors[:, ~(values > LEFT_ALONE**2 * values[-1])].T)
+    return np.asarray(vectors[:, ~(values > WEAK_RATIO**2 * values[-1])].T)
 
 
 def moved_offsets(X: Floats, Y: Floats, step: Floats, scale: Floats) -> tuple[Floats, Floats]:
@@ -319,7 +319,7 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
     RY = nearest_rotation(np.swapaxes(alpha, 1, 2) @ beta)
     RX = nearest_rotation(np.einsum('hnij,hnkj->hik', RB, RA @ RY[:, None]))
     found = [(RX, RY)]
-    if np.sqrt(np.median(strengths[:, 1])) < VARIETY:
+    if np.sqrt(np.median(strengths[:, 1])) < AXIS_VARIETY:
         RX = RX @ _about_the_axis(A, B, RX, axes[:, :, 0])
         found.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
     # Positions alone determine X if the tool turns little or is close to the flange.

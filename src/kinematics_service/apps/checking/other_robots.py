@@ -13,8 +13,8 @@ from ...robot.robot import Robot, load_robot
 from .errors import Errors, PoseLimit, errors_of
 from .offsets import fit_offsets
 
-# Another arm is named if it leaves so many times less than this one.
-LESS = 3.0
+# Another arm is named if its remainder is 3 times smaller than that of this arm.
+MIN_RATIO = 3.0
 
 
 class OtherRobot(NamedTuple):
@@ -45,7 +45,9 @@ def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
 def explains(left: Errors | None, errors: Errors, limit: PoseLimit) -> TypeGuard[Errors]:
     """Return whether what another arm leaves is within a limit, and far less than `errors`."""
     return (
-        left is not None and left.within(limit) and LESS * left.position_rms < errors.position_rms
+        left is not None
+        and left.within(limit)
+        and MIN_RATIO * left.position_rms < errors.position_rms
     )
 
 

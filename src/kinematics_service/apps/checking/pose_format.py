@@ -35,7 +35,7 @@ ENDS = (
     (_numbers(6), 'rotvec'),
     (_numbers(6), 'rpy'),
     ((*XYZ, 'rx', 'ry', 'rz'), 'rpy'),
-    # Positions alone are taken where they are asked for.
+    # Columns of positions are taken only if the format is `position`.
     (XYZ, 'position'),
     (_numbers(3), 'position'),
 )
@@ -84,7 +84,7 @@ class PoseFormat(NamedTuple):
         return ','.join(word for word in (self.length, self.angle, self.kind) if word)
 
 
-# What the controllers and trackers of a maker write: KUKA's A B C, FANUC's W P R, Kawasaki's
+# Formats of the controllers and trackers of makers: KUKA's A B C, FANUC's W P R, Kawasaki's
 # O A T, the quaternion q1 q2 q3 q4 of ABB, the rotation vector of Universal Robots, the Rx Ry Rz
 # of Staubli and of Leica's trackers, the angles of FARO's probes.
 MAKERS = {
@@ -173,7 +173,7 @@ def _family(kind: str) -> str:
 
 
 def _asked(kind: str, wanted: PoseFormat) -> bool:
-    # Positions alone are taken where they are asked for.
+    # Columns of positions are taken only if the format is `position`.
     if wanted.kind == '':
         return kind != 'position'
     return _family(wanted.kind) == _family(kind)

@@ -1,4 +1,4 @@
-"""The table of a robot as a textbook prints it: the expressions as they stand in the file."""
+"""The table of a robot as a textbook prints it, with the expressions of the file."""
 
 from collections.abc import Callable
 

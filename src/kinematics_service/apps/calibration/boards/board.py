@@ -11,12 +11,12 @@ from .intrinsics import Intrinsics
 from .opencv import MAX_PIXELS, opencv
 
 # Corners by which the pose of a board is found, with some to spare.
-LEAST = 6
+CORNERS = 6
 # Corners within this share of a square of one line tell no pose.
-IN_LINE = 0.5
+LINE_WIDTH_RATIO = 0.5
 # Half windows (px) in which a corner is refined; steps, and the last change (px), with OpenCV's
 # flag that both end it.
-WINDOWS, REFINED = (2, 10), (3, 50, 1e-3)
+HALF_WINDOWS, REFINED = (2, 10), (3, 50, 1e-3)
 
 
 class Board(NamedTuple):
@@ -126,11 +126,11 @@ class BoardFinder:
             )
         found, numbers, _, markers = self._finder.detectBoard(image)
         corners, marked = (0 if one is None else len(one) for one in (numbers, markers))
-        if corners < LEAST:
-            return f'{corners} corners and {marked} markers are seen, {LEAST} corners are needed'
+        if corners < CORNERS:
+            return f'{corners} corners and {marked} markers are seen, {CORNERS} corners are needed'
         points = self.board.corners[numbers.reshape(-1)]
         narrow = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)[1]
-        if narrow < IN_LINE * self.board.square:
+        if narrow < LINE_WIDTH_RATIO * self.board.square:
             return 'all corners that are seen are in one line'
         return SeenCorners(file.name, points, self._refined(image, found))
 
@@ -140,7 +140,7 @@ class BoardFinder:
         between = np.linalg.norm(corners.reshape(-1, 1, 2) - corners.reshape(1, -1, 2), axis=2)
         edge = float(np.min(between[between > 0.0]))
         half = int(0.5 * edge * (1.0 - self.board.marker / self.board.square))
-        window = (min(max(half, WINDOWS[0]), WINDOWS[1]),) * 2
+        window = (min(max(half, HALF_WINDOWS[0]), HALF_WINDOWS[1]),) * 2
         start = corners.reshape(-1, 1, 2).copy()
         refined = opencv().cornerSubPix(image, start, window, (-1, -1), REFINED)
         return np.asarray(refined.reshape(-1, 2), dtype=np.float64)

@@ -9,7 +9,7 @@ from ....cli.options import RobotOption, WrongUsage, given_robot, named
 from ....errors import CalibrationError
 from ....output_file import write_file
 from ....printing import working
-from ..proposal import MOST, LineOfSight, propose_poses, table_text, trajectory_text
+from ..proposal import MAX_COUNT, LineOfSight, propose_poses, table_text, trajectory_text
 from ..reading import read_positions
 from .calibration_options import (
     CameraChoice,
@@ -65,8 +65,8 @@ def calibrate_propose(
       kinematics_service calibrate-propose --robot ur5e --count 10 --plan next.yaml
       kinematics_service calibrate-propose tracker.csv --robot ur5e --count 5
     """
-    if not 1 <= count <= MOST:
-        raise WrongUsage(f'--count: {count} is not within 1 and {MOST} poses')
+    if not 1 <= count <= MAX_COUNT:
+        raise WrongUsage(f'--count: {count} is not within 1 and {MAX_COUNT} poses')
     arm, given, plans = given_robot(robot), files or [], plan or []
     check_inputs(given)
     for file in plans:

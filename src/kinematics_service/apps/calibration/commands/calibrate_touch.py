@@ -20,7 +20,7 @@ from .calibration_options import (
 )
 
 DISTANCE = re.compile(r'([^,=]+),([^,=]+)=\s*([0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(mm|m)?')
-FARTHEST = 100.0  # m; no arm touches points that are farther apart
+MAX_DISTANCE = 100.0  # m; no arm touches points that are farther apart
 POINT = 'point'  # the column that names the point of each row
 
 PointOption = Annotated[str, named('--point', 'The column that names the points.', 'COLUMN')]
@@ -76,7 +76,7 @@ def _distances(given: Sequence[str] | None) -> dict[tuple[str, str], float]:
         if match is None:
             raise WrongUsage(f'--distance: {text!r} is not accepted; write for instance A,B=0.25')
         length = float(match[3]) * (1e-3 if match[4] == 'mm' else 1.0)
-        if length > FARTHEST:
+        if length > MAX_DISTANCE:
             raise WrongUsage(
                 f'--distance: {text!r} is {length:g} m, farther than an arm reaches: write '
                 f'millimetres as {text.strip()}mm'

@@ -19,9 +19,9 @@ from ..report import cells_of, sentences_of
 from ..result import Calibration
 
 # Rows drawn at most.
-MOST = 1000
+MAX_ROWS = 1000
 # Sizes of a plot and its margins, px.
-WIDTH, NARROW, HEIGHT = 720, 440, 220
+WIDTH, NARROW_WIDTH, HEIGHT = 720, 440, 220
 LEFT, RIGHT, TOP, BOTTOM = 64, 12, 10, 34
 # Decades of a logarithmic axis at most.
 PLOT_DECADES = 4
@@ -87,7 +87,7 @@ def _errors(found: Calibration) -> str:
 
 
 def _rows(found: Calibration) -> Integers:
-    return np.unique(np.linspace(0, found.count - 1, MOST).astype(int))
+    return np.unique(np.linspace(0, found.count - 1, MAX_ROWS).astype(int))
 
 
 def _series(found: Calibration, rows: Integers, kind: int) -> list[tuple[str, Floats]]:
@@ -114,7 +114,7 @@ def _by_joint(found: Calibration) -> str:
     text = ''
     for name, slides, q in zip(found.robot.joint_names, found.robot.prismatic, found.q[rows].T):
         unit, x = ('m', q) if slides else ('deg', np.degrees(q))
-        text += PointPlot(name, title, unit, x, series, width=NARROW).html()
+        text += PointPlot(name, title, unit, x, series, width=NARROW_WIDTH).html()
     return f'<h2>Errors by joint position</h2>\n<div class="joints">{text}</div>\n'
 
 

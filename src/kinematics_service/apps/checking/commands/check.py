@@ -43,7 +43,7 @@ Files = Annotated[
 
 
 class FileCheck(NamedTuple):
-    """What was found of a file: its robot, None if it has none, faults and probable mistakes."""
+    """The result for a file: its robot (None if it has none), faults and probable mistakes."""
 
     robot: Robot | None
     faults: Sequence[Fault]
