@@ -18,7 +18,7 @@ from .offsets import Fit, fit_numbers, fit_offsets, lifted
 Indices = npt.NDArray[np.intp]
 
 # Largest lag tried, s.
-MAX_LAG = 0.5
+REACH = 0.5
 # Largest lag tried if the times are unknown, samples.
 MAX_LAG_SAMPLES = 10.0
 # Number of lags tried.
@@ -57,7 +57,7 @@ class Later(NamedTuple):
 
 def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
     """Return joints of a motion; `stamps` (N,) are those of the poses, `unit` s or samples."""
-    reach = MAX_LAG if unit == 's' else MAX_LAG_SAMPLES
+    reach = REACH if unit == 's' else MAX_LAG_SAMPLES
     reach = min(reach, MOTION_SHARE * motion.duration)
     return Later(lambda lag: motion.at(stamps + lag), reach, unit)
 
