@@ -1,5 +1,5 @@
 """
-From the nominal table to one very robot: `calibrate`, its variants, and the node's second source.
+Calibrate a robot from its nominal table: `calibrate`, its variants, the node's second source.
 
 reading, boards, collecting      rows: joint positions, and poses, touches or images
 -> checking, camera, conditions  `Measured`: rows that fit each other, without known mistakes

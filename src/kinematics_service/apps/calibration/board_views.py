@@ -47,7 +47,7 @@ class BoardPose(NamedTuple):
     squares: float
 
 
-# By the number of the image, the likeliest first.
+# The likely poses by the number of the image, the likeliest first.
 PosesOfImages = dict[int, list[BoardPose]]
 
 
@@ -63,11 +63,11 @@ class BoardViews(FrozenArrays):
     seen : N
         The corners in each image.
     rows : shape (N,)
-        Of the joints, at which it was taken.
+        The row of joint positions at which each image was taken.
     poses : shape (N, 4, 4)
-        Of the board in the frame of the camera.
+        Poses of the board in the frame of the camera.
     squares : shape (N,), px^2
-        What each pose leaves of its corners.
+        The sum of squared corner residuals of each pose.
     left_out
         Sentences on images without a pose.
     """
@@ -93,13 +93,13 @@ class BoardViews(FrozenArrays):
 
     @property
     def instrument(self) -> tuple[float, float]:
-        """Return the noise of a typical pose, as far as it is that of corners; m and rad."""
+        """Return the noise of a typical pose that the noise of the corners causes; m and rad."""
         position, rotation = (self.noise * self.typical).tolist()
         return position, rotation
 
     @property
     def doubt(self) -> str:
-        """Return that corners are off by more than usual, and why; empty if they are not."""
+        """Return a warning if the noise of the corners is large; empty if it is not."""
         if self.noise < USUAL_PIXELS:
             return ''
         return (
@@ -109,7 +109,7 @@ class BoardViews(FrozenArrays):
         )
 
     def _covariances(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
-        # Of position and rotation, by corners with a noise of one pixel, (N, 6, 6).
+        # Covariances (N, 6, 6) of position and rotation if corners have a noise of one pixel.
         moves = (moved(self.camera, *one) for one in zip(poses, seen))
         return np.array([np.linalg.inv(J.T @ J) for _, J in moves])
 
@@ -155,7 +155,7 @@ class BoardViews(FrozenArrays):
         Parameters
         ----------
         remainders : shape (N, 2, 3), m and rad
-            From the predicted poses to these, in the frame of the camera.
+            Residuals from the predicted poses to these, in the frame of the camera.
         """
         predicted = self.poses.copy()
         predicted[:, :3, 3] -= remainders[:, 0]
@@ -204,8 +204,7 @@ def board_views(
     """
     Return the poses of a board in images taken at joint positions (N, n), rad or m.
 
-    Of two poses that the corners do not tell apart that is taken which the other images and the
-    arm tell.
+    If two poses fit the corners of an image alike, the other images and the arm decide.
 
     Parameters
     ----------
@@ -240,7 +239,8 @@ def board_views(
 def _decided(
     robot: Robot, q: Floats, found: PosesOfImages, sure: Sequence[int], camera: Camera
 ) -> PosesOfImages:
-    # Of each image the pose whose rotation is nearest to that of the arm, by images with one pose.
+    # Choose for each image the pose whose rotation is nearest to that of the arm; base and tool
+    # come from the images with one pose.
     def placed(poses: Floats) -> Floats:
         return inverses(poses) if camera == ON_TOOL else poses
 
@@ -262,7 +262,7 @@ def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int])
     Parameters
     ----------
     held_out : shape (N, 2, 3), m and rad
-        What remains of each pose where nothing was fitted to it.
+        The residual of each pose in the fit without its block of rows.
     outliers
         Rows that were left out.
     """

@@ -83,42 +83,41 @@ def calibrate(
     q : shape (N, n), rad or m
         Joint positions.
     poses : shape (N, 4, 4), or (N, 3) in m
-        Of the tool at the same times, from elsewhere; or the positions of one point of it. In a
-        frame that stands still, and of a tool frame or point that need not be that of the file.
+        Measured poses of the tool at the same times; or positions of one point of the tool. The
+        frame of the instrument stands still; tool frame or point may differ from the file.
     same_point : N
         Instead of poses, without any instrument: the name of the point that the tip of the tool
-        touched at each row. Where the points are in the base frame, and where the tip is in the
-        tool frame, is found along; `fix` takes `tool` where the file has the tip.
+        touched at each row. The points in the base frame and the tip in the tool frame are fitted,
+        too; `fix` takes `tool` if the file has the tip.
     apart
         Known distances (m) between two of these points, by their names; they count as known to
         0.01 mm.
     sets : shape (N,)
-        Where the poses were measured in several sets: the set of each, from 0.
+        The set of each pose, from 0, if the poses were measured in several sets.
     qdot : shape (N, n), rad/s or m/s
-        Joint velocities where the arm moved: then a small lag is fitted, too. The joints are where
-        the poses have them `lag` seconds later.
+        Joint velocities if the arm moved: then a small lag is fitted, too. The joints are at the
+        measured pose `lag` seconds later.
     approach : shape (N, n)
-        Where the arm stands still: the direction each joint came from, by the sign of its last
-        velocity. Then one backlash of all joints is fitted, too: half of it is behind them.
+        The sign of the last velocity of each joint, if the arm stands still. Then one backlash of
+        all joints is fitted, too: each joint stops half of it before its measured position.
     camera
-        Where the poses are those of a board in the frame of a camera: `on-tool`, and the board
-        stands still; or `fixed`, and the board is on the tool.
+        The place of the camera, if the poses are those of a board in the frame of the camera:
+        `on-tool` (the board stands still) or `fixed` (the board is on the tool).
     sessions : N
-        The name of the session each row was measured in. Where the instrument stands, and the
-        zeros of the joints, may drift: the differences from the first session are parameters,
-        `placement` and `zeros`.
+        The name of the session each row was measured in. The pose of the instrument and the zeros
+        of the joints may drift: the differences from the first session are parameters of the
+        groups `placement` and `zeros`.
     loads
-        The load on the tool at each row. The joints yield to it: a `compliance` of each.
+        The load on the tool at each row. Each joint yields to it: its `compliance` is fitted.
     whitening : shape (N, 3, 3) or (N, 6, 6)
-        What differences of positions, or of these and of rotations, are multiplied by where they
-        are weighed, so that their noise is the same along all axes and in all rows; None: it is so
-        already.
+        The fit multiplies residuals of positions, or of positions and rotations, by this matrix,
+        so that their noise is the same along all axes and in all rows; None: it is the same.
     own
-        What each set has of its own: `base`, `tool`, or both.
+        The placements that each set has of its own: `base`, `tool`, or both.
     fit, fix
         Groups (offsets, lengths, angles, gears, base, tool, lag) or names of parameters that are
-        fitted, and that are not; default: all but gear ratios, and `all` is these, too. What is
-        not fitted stays as in the robot file.
+        fitted, and that are not; default: all but gear ratios; `all` includes these. Numbers that
+        are not fitted stay as in the robot file.
     tolerances
         Standard deviations of nominal numbers (m, rad, shares of gear ratios) by group or name;
         default: `tolerance` of the robot file, and where it says nothing 1 mm, 0.2 degrees and a
@@ -127,8 +126,8 @@ def calibrate(
         Standard deviations of one number of a position (m) and of a rotation vector (rad) by the
         instrument: what is found along with the corrections is no less.
     check
-        Whether the frame check comes first, and refuses what is no matter of calibration, and
-        whether what would explain a refusal is tried.
+        Whether the frame check comes first and refuses mistakes that a calibration cannot correct,
+        and whether mistakes that would explain a refusal are tried.
     read
         How the orientations were read, as `diagnose_frames` takes it.
     progress

@@ -26,12 +26,16 @@ from ...robot.robot import Robot
 from ...stop_signals import StopSignal
 from .collecting import CollectedPoses, PoseCollector
 
-# Hears every publisher, reliable or not.
+# Best effort matches reliable and best-effort publishers.
 ANY_SENDER = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
-# Period (s) of looks at what has come; a silent topic is explained after this time (s).
-PERIOD, SILENCE = 0.25, 5.0
-# Number of poses of the first fit; the next one needs this many times as many.
-MIN_POSES, NEXT_FIT_RATIO = 8, 1.25
+# Period of the timer that starts fits and prints results, s.
+PERIOD = 0.25
+# Time after which a topic without messages is explained, s.
+SILENCE = 5.0
+# Number of poses of the first fit.
+MIN_POSES = 8
+# Number of poses of a fit divided by that of the fit before.
+NEXT_FIT_RATIO = 1.25
 
 
 class LiveTopics(NamedTuple):
@@ -42,7 +46,7 @@ class LiveTopics(NamedTuple):
 
 
 class LiveFit(NamedTuple):
-    """What the poses so far tell, in lines, and whether that is all that they can."""
+    """The result of a fit in lines, and whether all that is identifiable is identified."""
 
     lines: tuple[str, ...]
     complete: bool = False
@@ -66,7 +70,7 @@ def collect_poses(
     Parameters
     ----------
     fit
-        What the poses tell; it is called in a thread of its own while others come.
+        Returns the result for the poses so far. It is called in a thread of its own.
     say
         Takes lines for the user.
     ros_args

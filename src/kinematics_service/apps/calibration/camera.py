@@ -26,7 +26,7 @@ LONGER = "the camera's focal length is some {} times that of its calibration fil
 
 
 class WrongSize(NamedTuple):
-    """What is not as large as it was given, in a sentence, and whether that is too much."""
+    """A sentence on a wrong size, and whether the calibration is refused."""
 
     sentence: str
     refused: bool
@@ -37,7 +37,7 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     Return that the squares of the board, or the focal length, are of another size, if rows say so.
 
     A larger board is farther away, as a longer focal length has it farther along the view. A
-    larger arm looks like a smaller board: its numbers have priors, and so this is told.
+    larger arm looks like a smaller board: the priors of its numbers decide between the two.
     """
     # Predicted: of an arm that only turns, the noise of measured ones would be told as a size.
     poses = problem.predicted(fit.values)
@@ -85,7 +85,7 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
     if size > 0.0 and abs(size - 1.0) > REFUSED_SHARE:
         scaled = B.copy()
         scaled[:, :3, 3] *= size
-        # By a smaller board all that remains is smaller.
+        # A smaller board makes all residuals smaller.
         after = offsets_of(A, scaled, False, Free()).remainder / min(size, 1.0)
         sentence = f'the squares of the board are {size:.3g} times as large as given'
         refuse_mistake(sentence, float(np.median(after)), float(np.median(left)))

@@ -65,11 +65,11 @@ OPTIONS = {
 TAKEN = re.compile(r'(base|tool)\d*|compliance')
 # Groups of parameters of sessions and loads.
 PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
-# Parameters that are no number of a table: the delay of the joint states, and the whole play of
+# Parameters that are not in a table: the delay of the joint states, and the whole play of
 # the joints, of which they lack half in the direction they came from.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# What a calibration finds by itself.
+# Causes of the frame check that a calibration fits.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 
 
@@ -100,8 +100,8 @@ class Measured(NamedTuple):
         Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
         what stands still. Then what remains is of these.
     whitening : shape (N, 3, 3) or (N, 6, 6)
-        What remaining positions, or these and rotations, are multiplied by where they are weighed,
-        so that their noise is the same along all axes and in all rows; None: it is so already.
+        The fit multiplies residuals of positions, or of positions and rotations, by this matrix,
+        so that their noise is the same along all axes and in all rows; None: it is the same.
     """
 
     q: Floats
@@ -172,7 +172,7 @@ def measured(
     ------
     CalibrationError
         Shapes do not fit, a number is not finite, there are too few poses, they are all alike, or
-        an orientation is no rotation.
+        an orientation is not a rotation.
     """
     at, given = numbers_of('q', q), numbers_of('poses', poses)
     count = len(at) if at.ndim else 0
@@ -272,9 +272,9 @@ def checked_offsets(
     Parameters
     ----------
     free
-        What may differ from the file.
+        Whether base and tool may differ from the file.
     own
-        What each set has of its own.
+        The placements that each set has of its own.
     check
         Whether the frame check is made.
     read
@@ -283,7 +283,7 @@ def checked_offsets(
     Raises
     ------
     CalibrationError
-        The poses are off by a mistake that is no matter of calibration: the sentence names it.
+        The poses are off by a mistake that a calibration cannot correct: the sentence names it.
     """
     sets = [given.of_set(k) for k in range(given.set_count)]
     A, B = [forward_kinematics(robot, one.q) for one in sets], [one.poses for one in sets]

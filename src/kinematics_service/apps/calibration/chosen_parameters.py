@@ -1,4 +1,4 @@
-"""The parameters of an arm measured in sets: which are fitted, from where, and what is told."""
+"""The parameters of an arm that was measured in sets: which are fitted, and their priors."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -44,11 +44,12 @@ from .identified_table import (
 )
 from .placing import Offsets
 
-# Standard deviations of base, tool and points before, m and rad: nothing is known of them; of a
-# lag, s, and of a backlash, rad.
-PLACE_PRIOR, LAG_PRIOR = 1.0, 0.1
+# Prior standard deviation (m and rad) of base, tool and points, which may be anywhere.
+PLACE_PRIOR = 1.0
+# Prior standard deviation of a lag, s, and of a backlash, rad.
+LAG_PRIOR = 0.1
 NOTHING_SAID = Tolerances()
-# The word for all groups, gear ratios too: these are fitted where they are asked for alone.
+# The word for all groups. It includes gear ratios, which are fitted only on request.
 EVERYTHING = 'all'
 
 
@@ -62,7 +63,7 @@ class TouchedPoint:
     name
         As the rows are marked.
     position, deviation
-        Where it is in the base frame, and how well that is known; x y z in m.
+        Its position in the base frame, and the standard deviation; x y z in m.
     count
         Number of rows.
     """
@@ -232,7 +233,7 @@ class ChosenParameters:
         return scores_of_poses(self.robot, self.given, used)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
-        """Return the points that were touched, where nothing else was measured."""
+        """Return the points that were touched; none if poses were measured."""
         return ()
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
@@ -251,8 +252,8 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     """
     Return how rows of the nominal arm move by usual errors, in deviations of the noise.
 
-    What can be told apart is so whatever the priors are; corrections bring axes out of parallel by
-    nothing that could be measured. Of the equations only their triangle (P, P).
+    Which parameters can be identified does not depend on the priors, and the corrections turn
+    parallel axes by too little to be measured. Returns the triangle (P, P) of the equations.
     """
     scales = np.array([one.scale for one in problem.parameters]) / problem.prior
     return weighted_jacobian(problem, np.zeros(len(scales)), noise, used) * scales
@@ -275,7 +276,7 @@ def prior_of(
     Parameters
     ----------
     tolerances
-        By name or group.
+        Standard deviations by name or group.
     of_file
         Those of the robot file, where `tolerances` has none.
     """

@@ -68,7 +68,7 @@ class PoseCollector:
     """
     Matches poses with the joint states around them, and keeps those that differ.
 
-    Where the arm stands still several poses are one: the one at which it is slowest.
+    While the arm stands still, only the pose with the lowest joint speed is kept.
 
     Parameters
     ----------

@@ -126,7 +126,7 @@ def in_file_units(value: float, angle: bool, description: RobotDescription) -> f
 
 @dataclass(frozen=True, eq=False)
 class _Corrections:
-    # By row of a description's table and place in it, rad or m.
+    # Corrections (rad or m) by the row of a description's table and the place in the row.
     description: RobotDescription
     found: Mapping[tuple[int, str], float]
 

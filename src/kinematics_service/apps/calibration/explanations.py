@@ -1,4 +1,4 @@
-"""What would explain rows that are no calibration: mistakes undone, the likeliest tried."""
+"""Mistakes that would explain a refused calibration: each is undone, the likeliest are fitted."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -26,14 +26,14 @@ MISTAKE_TRIALS = 3
 
 class TriedCalibration(NamedTuple):
     """
-    What a calibration with a mistake undone left.
+    The result of a calibration with a mistake undone.
 
     Attributes
     ----------
     accepted
         Whether it is a calibration.
     left
-        What remains of all rows, those left out included, if it is none; else of the others.
+        Errors of the rows that were used if it is accepted; else errors of all rows.
     out
         Number of rows left out.
     """
@@ -70,7 +70,7 @@ def explained(
     positions: bool,
 ) -> RefusalCauses:
     """
-    Return the mistakes that would explain what is no calibration.
+    Return the mistakes that would explain a refused calibration.
 
     Parameters
     ----------
@@ -81,9 +81,9 @@ def explained(
     outcome_of
         Returns what a calibration leaves with one undone.
     left
-        What remains as it is.
+        Errors without a change.
     positions
-        Whether there are no orientations.
+        Whether only positions were measured.
     """
     begin, *others = scores_of([Hypothesis('', ''), *changes]).tolist()
     scores, found = np.array(others), []

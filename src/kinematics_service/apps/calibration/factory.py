@@ -1,7 +1,7 @@
 """
 A factory calibration as a robot file: the nominal table, corrected so that it is the same arm.
 
-Where a factory table has lengths of hundreds of metres that cancel, this one has an extra angle:
+A factory table may have lengths of hundreds of metres that cancel. This one has an extra angle:
 its corrections are found by a calibration against poses of the factory's own table.
 """
 
@@ -94,8 +94,8 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     expected = _poses(given, robot, q)
     nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
     some, rest = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
-    # Where the first axis is not that of the base, or the last one not that of the tool, their
-    # frames are corrected, too.
+    # If the first axis is not that of the base, or the last one not that of the tool, correct
+    # their frames, too.
     tried: tuple[tuple[tuple[str, ...], Frames], ...] = ((ENDS, 'robot'), ((), 'measured'))
     for fix, frames in tried:
         found = calibrate(robot, q[some], expected[some], fix=fix)

@@ -51,7 +51,7 @@ def with_sections(
         raise RobotFileWriteError('the file is written in braces: write its keys as lines first')
     lines = text.splitlines()
     found = {key.value: (key.start_mark.line, last_line(value)) for key, value in root.value}
-    # From the last one on, so that the lines before it keep their numbers.
+    # Replace the last section first, so that the lines before it keep their numbers.
     for key in sorted(sections.keys() & found.keys(), key=found.__getitem__, reverse=True):
         first, last = found[key]
         lines[first : last + 1] = sections[key] or ()

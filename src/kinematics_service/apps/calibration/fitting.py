@@ -51,7 +51,7 @@ DISTANCE_DEVIATION = 1e-5
 STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 
-# What remains (N, 2, 3), and how the poses move (N, 2, 3, P), as `FitProblem.equations` has them.
+# Residuals (N, 2, 3) and the Jacobian of the poses (N, 2, 3, P), of `FitProblem.equations`.
 Equations: TypeAlias = tuple[Floats, Floats]
 # Which rows are of a chain, this, all its corrections, and the joint positions in these rows.
 _ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
@@ -81,9 +81,9 @@ class FitProblem:
     parameters, prior : P
         Those that are fitted; their standard deviations before, rad or m.
     columns : shape (P,)
-        Where each stands among all corrections of the chains, `count` of them.
+        The place of each among all corrections of the chains, `count` of them.
     chains
-        From the frame of the poses to the tool, one for each set.
+        Chains from the frame of the poses to the tool, one for each set.
     given
         The rows; `sets` are those of the chains, and `rates` those of the last K parameters.
     known_distances
@@ -105,7 +105,7 @@ class FitProblem:
 
     @property
     def kinds(self) -> int:
-        """Return 2, positions and rotations, or 1 where there are positions alone."""
+        """Return 2 for positions and rotations, or 1 for positions alone."""
         return 1 if self.given.positions else 2
 
     def every(self, values: Floats) -> Floats:
@@ -251,9 +251,9 @@ class Identified:
     ----------
     values : shape (P,), rad or m
     noise
-        Of the poses.
+        The noise of the poses.
     used : shape (N,)
-        Rows that are no outliers.
+        Rows that are not outliers.
     distances : shape (N,)
         The remainder of each row in standard deviations.
     freedom
@@ -281,19 +281,19 @@ class _Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    # Of a problem, all in their deviations: rows count by weights (N,), or those that are used.
+    # The equations of a problem in units of the deviations; each row has a weight (N,) or a flag.
     problem: FitProblem
     noise: Noise
     weights: Floats | Flags
 
     @property
     def scale(self) -> Floats:
-        # What the numbers of the rows are multiplied by, (N, 1, 1), or (N, 2, 1) of whole poses.
+        # The factors of the residuals of the rows, (N, 1, 1), or (N, 2, 1) for whole poses.
         each = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
         return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
 
     def right(self, values: Floats, remainders: Floats) -> Floats:
-        # What remains of rows, known distances and priors.
+        # Residuals of rows, known distances and priors.
         problem = self.problem
         rows = (remainders[:, : problem.kinds] * self.scale).reshape(-1)
         return np.concatenate(
@@ -343,7 +343,7 @@ def find_values(
     Parameters
     ----------
     noise
-        Of the instrument: what is found with the corrections is no less.
+        The noise of the instrument, a lower bound of the estimate.
     progress
         Is called with the number of each round.
     """
@@ -411,7 +411,8 @@ def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> F
     for _ in range(MAX_ROUNDS if len(values) else 0):
         solved = _Equations(problem, noise, used).solved(values)
         values = values + problem.prior * solved.step
-        # By the deviations after, of which exact poses leave next to nothing; or those before.
+        # Compare the step with the deviations after the fit, which are tiny for exact poses, or
+        # with those before.
         moved = np.linalg.norm(solved.triangle @ solved.step)
         if moved < STEP_TOLERANCE or np.all(np.abs(solved.step) < STEP_TOLERANCE**2):
             break
@@ -432,7 +433,7 @@ def held_out_remainders(
     Parameters
     ----------
     values : shape (P,)
-        What the corrections begin with.
+        Initial corrections.
     found
         Whose noise and outliers hold.
     blocks : shape (N,)
@@ -450,7 +451,7 @@ def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: F
     """
     Return how the poses move with the parameters: in deviations of the noise, by those of priors.
 
-    Of the equations only their triangle (P, P), which tells the same about the parameters.
+    Returns the triangle (P, P) of the equations, which has the same normal equations.
     """
     rows = _Equations(problem, noise, used).solved(values).rows
     return triangle_of(rows[: len(rows) - len(values)])

@@ -30,9 +30,9 @@ from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
 # A direction is known where the poses tell it this much better than its prior does.
 KNOWN_RATIO = 3.0
-# Coefficients below this share of the largest are round-off.
+# Ratio to the largest coefficient below which a coefficient is round-off.
 COEFFICIENT_RATIO = 1e-6
-# Singular values below this share of the largest are round-off.
+# Ratio to the largest singular value below which a singular value is round-off.
 SINGULAR_VALUE_RATIO = 1e-9
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
 POSE_TOLERANCE = 1e-8
@@ -46,7 +46,7 @@ class CalibratedParameter(ArmParameter):
     Attributes
     ----------
     correction
-        What is added to the nominal number; of a gear ratio a share of it.
+        The number that is added to the nominal one; for a gear ratio a relative change.
     deviation
         Standard deviation of the correction.
     prior
@@ -78,7 +78,7 @@ class CalibratedParameter(ArmParameter):
     @property
     def identifiable(self) -> bool:
         """Return whether the poses identify it; else it mostly stays where its prior has it."""
-        # Of base and tool nothing was known before: they are measured by usual errors.
+        # Base and tool may be anywhere before the fit: compare with usual errors instead.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
         return KNOWN_RATIO * self.deviation < before
 
@@ -95,7 +95,7 @@ class IdentifiedTable(FrozenArrays):
     parameters : P
         Those that were fitted.
     covariance : shape (P, P), rad and m
-        Of their corrections.
+        The covariance of their corrections.
     """
 
     robot: Robot
@@ -135,9 +135,9 @@ class TableCorrections(NamedTuple):
     Attributes
     ----------
     chain, values : P
-        From base to tool, and all its corrections, rad and m.
+        The chain from base to tool, and all its corrections, rad and m.
     columns, fitted
-        Of those that were fitted, where they stand in `values`, and in the calibration.
+        Places of the fitted parameters in `values`, and in the calibration.
     """
 
     chain: CorrectedChain
@@ -196,7 +196,7 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     rows = [k for k, column in enumerate(own.columns) if column not in of_gear]
     columns = [own.columns[k] for k in rows]
     parts = [TableErrors(frames[columns], screws[columns], np.full(len(rows), -1), factor[rows])]
-    # A share of the nominal gear ratio, as one of the calibrated one.
+    # Convert a relative change of the nominal gear ratio to one of the calibrated ratio.
     moving = joint_screws(robot)
     for k, column in enumerate(own.columns):
         if column in of_gear:
@@ -216,11 +216,12 @@ class ParameterCombination:
     Attributes
     ----------
     names
-        Of the parameters.
+        The names of the parameters.
     determined
         Number of their combinations that the poses determine.
     coefficients
-        Of the only one, by rad and m, the first being 1; empty if there are several or none.
+        Coefficients (per rad and m) of a single combination, the first is 1; empty if there are
+        several or none.
     sentence
         The same in words.
     """
@@ -302,7 +303,7 @@ def _combination(
     if determined > 1:
         sentence = f'only {determined} combinations of {shown} are identifiable'
         return ParameterCombination(names, determined, (), sentence)
-    # What the poses see is at right angles to what they do not see.
+    # The identified combination is orthogonal to the null space.
     seen = np.linalg.svd(part)[2][-1] / np.array([one.scale for one in chosen])
     seen = seen / seen[0]
     others = ' '.join(map(_term, seen[1:].tolist(), names[1:]))

@@ -1,4 +1,4 @@
-"""Where base and tool are to begin with, found in spite of single rows that are far off."""
+"""The start of base and tool by least trimmed squares: single wrong rows do not matter."""
 
 from typing import NamedTuple
 
@@ -13,8 +13,8 @@ TRIM_ROUNDS = 3
 TRIMMED_SHARE = 0.7
 # Steps by turns to the base and the tool of positions.
 PLACING_STEPS = 40
-# Where the tool's point moves the positions by less than this share of its own motion, it is not
-# told by them and stays in the frame of the tool.
+# A coordinate of the tool's point stays 0 if moving it moves the positions by less than 1e-6 of
+# that motion: the positions do not determine it.
 MIN_RATIO = 1e-6
 
 
@@ -40,11 +40,11 @@ def offsets_of(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
     Parameters
     ----------
     A, B : shape (N, 4, 4), or (H, N, 4, 4) of H problems that are solved at once
-        Of the file, and measured.
+        Poses of the file, and measured poses.
     positions
         Whether the measured ones are positions alone: then Y is a translation.
     free
-        What may differ.
+        Whether base and tool may differ.
     """
     if A.ndim == 3:
         return Offsets(*(values[0] for values in offsets_of(A[None], B[None], positions, free)))

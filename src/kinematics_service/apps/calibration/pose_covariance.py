@@ -29,8 +29,9 @@ def pose_covariance(
     Return the covariance of the tool's pose in the base frame, shape (..., 6, 6), m and rad.
 
     Rows and columns are those of geometry_msgs/PoseWithCovariance: x y z, then the rotations about
-    the X, Y and Z axes of the base, which stand still. Of first order: exact for small deviations.
-    Of an arm with closed loops the joints alone count: what is off in them moves passive joints.
+    the X, Y and Z axes of the base, which stand still. It is of first order: exact for small
+    deviations. The covariance of an arm with closed loops is that of its active joints, carried
+    through the loops.
 
     Parameters
     ----------
@@ -85,7 +86,7 @@ def twist_covariance(
 
     Rows and columns are those of geometry_msgs/TwistWithCovariance: linear x y z, angular x y z.
     The noise of the velocities counts through J; what positions and table are off by, through the
-    derivatives of J qdot. Of first order: exact for small deviations.
+    derivatives of J qdot. It is of first order: exact for small deviations.
 
     Parameters
     ----------

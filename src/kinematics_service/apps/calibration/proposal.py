@@ -1,9 +1,9 @@
 """
-The poses to measure next: those that tell most of what is not known yet (D-optimal).
+The poses to measure next, by D-optimal design: they reduce the uncertainty of the fit most.
 
-Of random poses inside the limits and away from singular ones, or of positions that are given,
-those are taken by which the volume of what is uncertain shrinks most, one after the other; then
-each is exchanged for a better one as long as there is one (Fedorov 1972).
+Candidates are random poses inside the limits and away from singular ones, or given positions. The
+candidate that reduces the determinant of the covariance most is added, one after the other. Then
+each pose is exchanged for a better candidate until no exchange helps (Fedorov 1972).
 """
 
 from collections.abc import Sequence
@@ -34,7 +34,7 @@ from .collecting import SECOND
 from .fitting import of_inverses
 from .result import Calibration
 
-# Standard deviation of a measured number (m, rad) where nothing has been measured yet.
+# Standard deviation of a measured number (m, rad) if no pose has been measured yet.
 NOISE = 5e-5
 # Share of the range of a joint that is kept free at either end.
 LIMIT_MARGIN = 0.02
@@ -59,16 +59,16 @@ DIGITS = 6
 
 class LineOfSight(NamedTuple):
     """
-    What a tool must face to be measured: the point lies in a cone at the tool.
+    The point that a tool must face to be measured: it lies in a cone at the tool.
 
     Attributes
     ----------
     point : shape (3,), m
         In the base frame, where the instrument stands.
     half_angle
-        Of the cone around the axis, rad.
+        Half of the opening angle of the cone around the axis, rad.
     axis : shape (3,)
-        A direction in tool axes; the tool's z axis where it is not given.
+        A direction in tool axes; default: the tool's z axis.
     """
 
     point: npt.ArrayLike
@@ -99,7 +99,7 @@ class ProposedPoses(FrozenArrays):
     before, after : shape (P,), rad or m
         Their standard deviations now, and when these poses have been measured.
     rows : shape (N,)
-        Of which of the positions they were proposed among; empty where none were given.
+        Rows of the poses among the given positions; empty if none were given.
     """
 
     robot: Robot
@@ -129,23 +129,23 @@ def propose_poses(
     count
         Number of poses.
     after
-        What is known already; None: nothing has been measured. Of several sets the first one goes
-        on.
+        The calibration so far; None: nothing has been measured. If it has several sets, the first
+        one goes on.
     positions
         Whether positions alone will be measured; `after` decides where it is given.
     among : shape (M, n), rad or m
         The positions that can be measured, of which 4,096 are looked at; None: any inside the
         limits, away from singular poses.
     line_of_sight
-        What the tool must face; None: nothing. After images of a board this is wholly in the next
-        ones, too.
+        The point that the tool must face; None: no point. After images of a board, the whole board
+        is in view from the proposed poses, too.
 
     Raises
     ------
     CalibrationError
         The number is not between 1 and 200; fewer poses than asked are given, away from singular
-        poses or face the point; `among` is no table of joint positions; or `after` is of touched
-        points.
+        poses or face the point; `among` is not a table of joint positions; or `after` is of
+        touched points.
 
     Examples
     --------
@@ -312,14 +312,14 @@ def _best(J: Floats, information: Floats, others: Sequence[int]) -> int:
 
 
 def _gains(J: Floats, M: Floats) -> Floats:
-    # By how much the logarithm of the determinant grows with each pose: log det(I + J M^-1 J^T).
+    # The growth of the logarithm of the determinant with each pose: log det(I + J M^-1 J^T).
     inverse = np.linalg.inv(M)
     inner = np.eye(J.shape[1]) + J @ (0.5 * (inverse + inverse.T)) @ np.swapaxes(J, 1, 2)
     return np.asarray(np.linalg.slogdet(inner)[1])
 
 
 def _order(q: Floats) -> list[int]:
-    # From each pose to the nearest one that is left.
+    # Go from each pose to the nearest remaining one.
     left, order = set(range(1, len(q))), [0]
     while left:
         order.append(min(left, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]])))))

@@ -42,9 +42,9 @@ class MeasuredRecording:
     q : shape (N, n), rad or m
     poses : shape (N, 4, 4)
     kind
-        Of their orientations, as `PoseTrack` has it.
+        The kind of the orientations, as `PoseTrack` has it.
     rates : shape (N, n), rad/s or m/s
-        Joint velocities; zero where they are not known.
+        Joint velocities; zero if they are not known.
     remarks
         Sentences on what was left out or changed.
     rows : shape (N,)
@@ -66,7 +66,7 @@ class MeasuredRecording:
 
     @property
     def measured(self) -> Floats:
-        """Return the poses (N, 4, 4), or the positions (N, 3) where there is nothing else."""
+        """Return the poses (N, 4, 4), or the positions (N, 3) if only these were measured."""
         return self.poses[:, :3, 3] if self.positions else self.poses
 
 
@@ -236,7 +236,7 @@ def read_touches(
     RecordingError
         The file cannot be read.
     CalibrationError
-        It is no table, has no such column, or a named row has no number for some joint.
+        The file is not a table, has no such column, or a named row lacks a joint position.
     """
     if file.exists() and file.suffix.lower() not in TABLES:
         raise CalibrationError(f'{file}: --point names a column of a table (.csv)')

@@ -17,12 +17,13 @@ from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words,
 from .identified_table import CalibratedParameter
 from .result import BLOCKS, Calibration
 
+# First words of the sentences about drifts and compliances, by the group of the parameters.
 OF_CONDITION = {
     PLACEMENT: 'Drifts of where the instrument stands, from the first session',
     ZEROS: 'Drifts of the zeros of the joints, from the first session',
     COMPLIANCE: 'Compliances of the joints, by the torque of the load alone',
 }
-# What a document says of a parameter, of a combination, and of a camera or a board.
+# Fields in a document of a parameter, of a combination, and of a camera or a board.
 OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
 OF_COMBINATION = ['names', 'determined', 'coefficients', 'sentence']
 OF_PLACED = ['name', 'frame', 'pose', 'deviation']
@@ -169,7 +170,7 @@ class PlacedThing:
     Attributes
     ----------
     name, frame
-        What it is, and the frame of the robot file it stands in: tool or base.
+        Camera or board, and its frame in the robot file: tool or base.
     pose : shape (4, 4)
     deviation : shape (2, 3), m and rad
         Standard deviations of its position and rotation along and about the axes of that frame.
@@ -199,7 +200,7 @@ def pose_numbers(T: Floats) -> tuple[list[str], list[str]]:
 
 
 def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
-    """Return camera and board of the first set; none where no camera measured."""
+    """Return camera and board of the first set; none if no camera measured."""
     if found.camera is None:
         return ()
     on_tool, still = ('camera', 'board') if found.camera == ON_TOOL else ('board', 'camera')
@@ -214,7 +215,8 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
-    # The corrections move what is behind them: p = t + w x p. What is not fitted is known.
+    # A correction moves the frames behind it: p = t + w x p. Numbers that are not fitted count as
+    # exact.
     own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])

@@ -31,7 +31,7 @@ class FitErrors(NamedTuple):
     Attributes
     ----------
     as_given
-        Of the robot file as it is.
+        With the robot file as it is.
     before, after
         With base and tool fitted alone, and with the corrections.
     held_out_before, held_out
@@ -71,8 +71,8 @@ class Calibration(IdentifiedTable):
     distances : shape (N,)
         The error of each row, in standard deviations of the noise.
     left : shape (5, N, 2, 3), m and rad
-        What remains of each row, as `FitErrors` has it: of the position, and a rotation vector; in
-        the frame of the poses.
+        Residuals of each row in the order of `FitErrors`: of the position, and a rotation vector;
+        in the frame of the poses.
     spare
         Numbers of the rows beside the largest held-out block, of different joint positions, beyond
         those that place base and tool.

@@ -62,7 +62,7 @@ Frames = Literal['robot', 'measured']
 
 @dataclass(frozen=True)
 class CalibrationOrigin:
-    """Where a calibration is from: the files of its poses in words, and the date."""
+    """The origin of a calibration: the files of its poses in words, and the date."""
 
     data: str
     date: str
@@ -98,14 +98,14 @@ def calibrated_text(
         `robot`: base and tool stay as in the file. `measured`: they are those of the poses, of
         the first set.
     anyway
-        Whether it is written where it is no calibration, as its first line then says.
+        Whether a refused calibration is written; its first line says so.
 
     Raises
     ------
     CalibrationError
-        What was found is refused.
+        The calibration is refused.
     RobotFileWriteError
-        The text cannot be changed without touching what is not ours.
+        The text cannot be changed without changing other lines.
     """
     if not (found.accepted or anyway):
         raise CalibrationError(f'this is no calibration: {"; ".join(found.refusals)}')
@@ -137,7 +137,8 @@ def calibrated_text(
 
 
 def _without_unused_constants(text: str, nominal: RobotDescription) -> str:
-    # What base, tool or factors alone used. Each goes after those that are made of it.
+    # Remove constants that only base, tool or factors used; a constant goes after those that use
+    # it.
     def unused(description: RobotDescription) -> list[str]:
         where = {one.where for one in description.warnings}
         return [one.name for one in description.constants if f'constants.{one.name}' in where]
@@ -206,7 +207,7 @@ def _known_poses(
 ) -> list[str]:
     # Measured poses as those of this file's tool in its base frame, evenly spread.
     X, Y = found.base_offsets[0], found.tool_offsets[0]
-    # Of what is refused rows count that contradict it.
+    # If the calibration is refused, the rows that contradict it count, too.
     outliers = set(found.outliers) if found.accepted else set()
     rows = np.array([k for k in range(len(q)) if k not in outliers])
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSE_COUNT).astype(int))]
@@ -237,8 +238,8 @@ def _known_poses(
 
 
 def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
-    # What the noise of the measurement makes of a pose, so that none of those used is beyond. It
-    # is estimated by what remains: no more than a calibration leaves is noise.
+    # The tolerances follow from the noise, so that all used poses are within them. The noise is
+    # estimated from the residuals, and is at most the largest residual of a calibration.
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))

@@ -204,7 +204,7 @@ class SamePointParameters(ChosenParameters):
         Raises
         ------
         CalibrationError
-            The touches are no matter of calibration.
+            The touches are off by a mistake that a calibration cannot correct.
         """
         tool = self.first('tool', 0)
         free = {*range(tool, tool + 3)} <= {*chosen}
@@ -263,7 +263,8 @@ class SamePointParameters(ChosenParameters):
                 )
 
     def _chain(self, k: int, tip: Floats) -> CorrectedChain:
-        # From the base frame to the tip; the correction of point k moves it the other way.
+        # The chain goes from the base frame to the tip; a correction of point k moves the tip the
+        # other way.
         description = self.robot.description
         tool = np.array(description.tool.motion.matrix)
         tool[:3, 3] += tool[:3, :3] @ tip
@@ -373,7 +374,7 @@ def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Fl
 def _checked(
     apart: Mapping[tuple[str, str], float], names: Sequence[str]
 ) -> dict[tuple[int, int], float]:
-    # By the numbers of the points.
+    # Return the distances by the numbers of the points.
     for (one, other), distance in apart.items():
         for name in (one, other):
             if name not in names:

@@ -41,7 +41,7 @@ class UrCalibration:
     deltas : shape (6,) by theta, a, d, alpha
         Added to the nominal table, rad and m; empty in the YAML.
     origins : 6 poses of shape (4, 4)
-        Of each joint in the link before it; none in the controller's file.
+        Poses of each joint in the link before it; none in the controller's file.
     """
 
     deltas: dict[str, Floats]

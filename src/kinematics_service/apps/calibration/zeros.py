@@ -2,8 +2,8 @@
 The zeros of joints, of an arm whose encoders were mounted by hand: from touches of known points.
 
 The tip touches points whose places on a sheet are known; where the sheet lies and where the tip
-is are fitted along. So the zero of a joint that turns the arm as the sheet could lie, or that
-moves the tip as the tip could be, is not known, and it is said.
+is are fitted along. If a wrong zero of a joint does the same as another place of the sheet or of
+the tip, the zero is not identifiable, and the result says so.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ TOUCH_NOISE = 1e-3
 
 class JointZero(NamedTuple):
     """
-    What is added to the position that a joint reports, and its standard deviation; rad or m.
+    The correction of the position that a joint reports, and its standard deviation; rad or m.
 
     `prismatic` says which; `known` is whether the touches tell it to a degree, or 3 mm.
     """
@@ -134,7 +134,8 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     _, _, by_theta, by_d = arm.chain.screws
     moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
     rows, columns = found.fitted_of([one.name for one in offsets])
-    # What is not fitted stays: its row adds nothing, and no joint that moves it is known.
+    # A number that is not fitted stays: its row adds nothing, and the joints that move it are not
+    # known.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
     by_rows = by_rows[:, rows]

@@ -12,7 +12,7 @@ from .opencv import MAX_PIXELS, opencv
 
 # Corners by which the pose of a board is found, with some to spare.
 CORNERS = 6
-# Corners within this share of a square of one line tell no pose.
+# Corners closer to one line than half a square do not determine a pose.
 LINE_WIDTH_RATIO = 0.5
 # Half windows (px) in which a corner is refined; steps, and the last change (px), with OpenCV's
 # flag that both end it.
@@ -30,7 +30,7 @@ class Board(NamedTuple):
     square, marker : m
         Lengths of their edges.
     dictionary
-        Of its markers, by OpenCV's name.
+        The dictionary of its markers, by OpenCV's name.
     legacy
         Whether it was printed by OpenCV before 4.6: then an even number of rows begins with a
         white square.
@@ -57,7 +57,7 @@ class SeenCorners(NamedTuple):
     Attributes
     ----------
     name
-        Of the image.
+        The name of the image.
     points : shape (K, 3), m
         In the frame of the board: x along its rows of squares, y along the columns, z into it.
     pixels : shape (K, 2)
@@ -107,7 +107,7 @@ class BoardFinder:
         Raises
         ------
         RecordingError
-            It is no image, or not of the camera's size.
+            The file is not an image, or the image does not have the camera's size.
         """
         try:
             image = opencv().imread(str(file), opencv().IMREAD_GRAYSCALE)

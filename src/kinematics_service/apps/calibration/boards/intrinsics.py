@@ -35,12 +35,12 @@ class Intrinsics(FrozenArrays):
     Attributes
     ----------
     file
-        Where they are from.
+        The file of the intrinsics.
     matrix : shape (3, 3), px
     distortion : shape (k,)
         Of OpenCV's model.
     width, height : px
-        Of the images.
+        Size of the images.
     """
 
     file: str

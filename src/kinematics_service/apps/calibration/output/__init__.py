@@ -1,1 +1,1 @@
-"""What the command writes of a calibration: robot file, report, and a page with pictures."""
+"""The outputs of the command: robot file, report, and a page with pictures."""

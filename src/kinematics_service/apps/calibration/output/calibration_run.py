@@ -42,7 +42,7 @@ MOVING = 0.05
 
 class CalibrationOutputs(NamedTuple):
     """
-    The files of a calibration, None where they are not wanted.
+    The files of a calibration; None if a file is not wanted.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class CalibrationOutputs(NamedTuple):
     frames
         Whose base and tool the robot file has.
     anyway
-        Whether it is written of what is no calibration.
+        Whether the robot file of a refused calibration is written.
     """
 
     robot: Path | None
@@ -75,9 +75,9 @@ class CalibratedPoses(NamedTuple):
     files, remarks
         The files, and sentences on reading them.
     q, poses : shapes (N, n) and (N, 4, 4)
-        Of the first set, for known poses.
+        Joint positions and poses of the first set, for known poses.
     zeros
-        Of the joints, where these alone were asked for.
+        Zeros of the joints, of calibrate-zeros.
     """
 
     found: Calibration
@@ -99,11 +99,11 @@ class CalibrationRun(NamedTuple):
     limit
         Usual errors of the table, instead of those of the robot file.
     noise
-        Of the instrument: m and rad.
+        The noise of the instrument, m and rad.
     check
         Whether mistakes are looked for.
     camera
-        Where the camera is, if the poses are those of a board that it sees.
+        The place of the camera, if the poses are those of a board that it sees.
     tell
         Is called with words as the work goes on.
     """
@@ -125,7 +125,7 @@ class CalibrationRun(NamedTuple):
         Raises
         ------
         CalibrationError
-            The arm has closed loops, a word is no parameter, or nothing is left to be fitted.
+            The arm has closed loops, a word names no parameter, or no parameter is fitted.
         """
         refuse_loops(self.arm.description)
         q = np.zeros((1, self.arm.dof))
@@ -169,7 +169,7 @@ class CalibrationRun(NamedTuple):
     def calibrated(self, q: Floats, qdot: Floats | None = None, **rows: Any) -> Calibration:
         """Return the calibration from rows, as the library's `calibrate` takes them."""
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
-        # What the robot file says of single numbers holds beside the option.
+        # Tolerances of single numbers in the robot file override the option.
         limit, named = self.limit, dict(self.arm.description.tolerances.named)
         table = [one for one in parameters_of(self.arm).table if one.name not in named]
         sizes = {one.name: limit[one.angle] for one in table} if limit else {}

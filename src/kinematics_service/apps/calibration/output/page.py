@@ -20,9 +20,15 @@ from ..result import Calibration
 
 # Rows drawn at most.
 MAX_ROWS = 1000
-# Sizes of a plot and its margins, px.
-WIDTH, NARROW_WIDTH, HEIGHT = 720, 440, 220
-LEFT, RIGHT, TOP, BOTTOM = 64, 12, 10, 34
+# Sizes of a plot, px: width, width of a plot in two columns, height.
+WIDTH = 720
+NARROW_WIDTH = 440
+HEIGHT = 220
+# Margins of a plot, px.
+LEFT = 64
+RIGHT = 12
+TOP = 10
+BOTTOM = 34
 # Decades of a logarithmic axis at most.
 PLOT_DECADES = 4
 # The bars of deviations show this many decades below the prior.
@@ -31,7 +37,7 @@ DECADES = 3
 
 @dataclass(frozen=True)
 class PageOrigin:
-    """What the head of the page says: the files, the robot file, the date; remarks on reading."""
+    """The head of the page: the files, the robot file, the date; remarks on reading."""
 
     files: tuple[str, ...]
     robot: str
@@ -136,7 +142,7 @@ def _parameters(found: Calibration) -> str:
 
 
 def _bar(one: CalibratedParameter) -> str:
-    # From the prior, which is where the axis ends, down to a thousandth of it.
+    # The axis ends at the prior and begins at a thousandth of it.
     def across(value: float) -> float:
         share = 1.0 + math.log10(max(value / one.prior, 10.0**-DECADES)) / DECADES
         return 200 * min(share, 1.0)
@@ -160,14 +166,14 @@ class PointPlot:
     Attributes
     ----------
     title, unit, across
-        What the values are, in which unit, and what the axis below counts.
+        The quantity, its unit, and the quantity of the horizontal axis.
     x : shape (N,)
     series
         Values (N,) by style: before, after.
     rings : shape (M,)
         Rows that a ring is drawn around: outliers.
     width
-        Of the drawing, whose texts are larger where it is less.
+        Width of the drawing; a narrow drawing has larger texts.
     """
 
     title: str

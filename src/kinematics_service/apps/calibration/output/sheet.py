@@ -47,7 +47,7 @@ class Sheet(NamedTuple):
         Raises
         ------
         CalibrationError
-            There is none of that name.
+            The sheet has no point of that name.
         """
         points = self.points
         if name not in points:
