@@ -33,7 +33,7 @@ CALLS = {
         },
     ),
     'derive': (PLANAR, {'locked': {'a': '0'}}),
-    'diagnose_frames': (UR, {'q': [Q], 'poses': [T], 'stamps': None, 'qdot': None}),
+    'diagnose_frames': (UR, {'q': [Q], 'poses': [T], 'stamps': None, 'motion': None}),
     'evaluate': (UR, {'q': Q, 'qdot': None, 'depth': kernel.JACOBIAN}),
     'export_urdf': (PLANAR, {}),
     'forward_kinematics': (UR, {'q': Q, **WHERE}),
