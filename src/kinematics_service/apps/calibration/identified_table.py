@@ -30,8 +30,8 @@ from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
 # A direction is known where the poses tell it this much better than its prior does.
 KNOWN_RATIO = 3.0
-# Ratio to the largest coefficient below which a coefficient is round-off.
-COEFFICIENT_RATIO = 1e-6
+# Entries of a projector below this are round-off.
+PROJECTOR_TOLERANCE = 1e-6
 # Ratio to the largest singular value below which a singular value is round-off.
 SINGULAR_VALUE_RATIO = 1e-9
 # A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
@@ -261,50 +261,34 @@ def combinations_of(
     if J.size:
         # The directions that no row tells, up to round-off.
         _, values, right = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
-        null = _reduced(right[int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) :])
+        null = right[int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) :]
+    # The projector onto these directions has a block for each set.
+    projector = null.T @ null
+    projector[np.abs(projector) < PROJECTOR_TOLERANCE] = 0.0
     sets: list[set[int]] = []
-    for row in null:
+    for row in projector[np.any(projector, axis=1)]:
         own = set(np.flatnonzero(row).tolist())
         for other in [one for one in sets if one & own]:
             own |= other
             sets.remove(other)
         sets.append(own)
-    return tuple(_combination(sorted(own), null, parameters) for own in sorted(sets, key=min))
-
-
-def _reduced(null: Floats) -> Floats:
-    # Gauss-Jordan: each row begins with a parameter that no other row has.
-    rows, done = np.array(null), 0
-    for column in range(null.shape[1]):
-        if done == len(rows):
-            break
-        pivot = done + int(np.argmax(np.abs(rows[done:, column])))
-        if abs(rows[pivot, column]) < COEFFICIENT_RATIO:
-            continue
-        rows[[done, pivot]] = rows[[pivot, done]]
-        rows[done] /= rows[done, column]
-        others = np.arange(len(rows)) != done
-        rows[others] -= rows[others, column : column + 1] * rows[done]
-        done += 1
-    rows[np.abs(rows) < COEFFICIENT_RATIO] = 0.0
-    return rows
+    return tuple(_combination(sorted(own), projector, parameters) for own in sorted(sets, key=min))
 
 
 def _combination(
-    own: Sequence[int], null: Floats, parameters: Sequence[ArmParameter]
+    own: Sequence[int], projector: Floats, parameters: Sequence[ArmParameter]
 ) -> ParameterCombination:
-    part = null[:, own]
-    part = part[np.any(part != 0.0, axis=1)]
+    block = projector[np.ix_(own, own)]
     chosen = [parameters[k] for k in own]
     names = tuple(one.name for one in chosen)
-    determined, shown = len(own) - len(part), listed(names, NAMES_IN_SENTENCE)
+    determined, shown = len(own) - round(np.trace(block)), listed(names, NAMES_IN_SENTENCE)
     if determined == 0:
         return ParameterCombination(names, 0, (), f'not identifiable: {shown}')
     if determined > 1:
         sentence = f'only {determined} combinations of {shown} are identifiable'
         return ParameterCombination(names, determined, (), sentence)
     # The identified combination is orthogonal to the null space.
-    seen = np.linalg.svd(part)[2][-1] / np.array([one.scale for one in chosen])
+    seen = np.linalg.svd(block)[2][-1] / np.array([one.scale for one in chosen])
     seen = seen / seen[0]
     others = ' '.join(map(_term, seen[1:].tolist(), names[1:]))
     sentence = f'only {names[0]} {others} is identifiable, not each of them'

@@ -146,30 +146,22 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     flat = every.reshape(count, 2 * many, 9)
     wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)
     wrong = (wrong - products[:, None]) ** 2
-    pair, pose = np.arange(count), np.arange(many)
+    pairs, pose = np.arange(count), np.arange(many)
+    pair = pairs[:, None]
     wrong[:, :, pose, :, pose] = 0.0  # a pose says nothing of itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
-        branches = np.full((count, many), start)
-        # Errors of each triple against the triples chosen so far.
+        # Errors of each triple against the triples chosen so far, and then against all chosen.
         sums = wrong[:, start, 0]
         for k in range(1, many):
-            branches[:, k] = sums[:, 1, k] < sums[:, 0, k]
-            sums = sums + wrong[pair, branches[:, k], k]
-        for k in [*range(many)] * ROUNDS:
-            other = np.asarray(sums[:, 1, k] < sums[:, 0, k], dtype=np.int64)
-            turned = np.flatnonzero(other != branches[:, k])
-            before, after = branches[turned, k], other[turned]
-            sums[turned] += wrong[turned, after, k] - wrong[turned, before, k]
-            branches[:, k] = other
-        branches = np.argmin(sums, axis=1)
-        each = wrong[pair[:, None], branches, pose]
-        off = np.sum(
-            each[pair[:, None, None], pose[:, None], branches[:, None], pose], axis=(1, 2)
-        )
+            sums = sums + wrong[pairs, np.argmin(sums[:, :, k], axis=1), k]
+        for _ in range(ROUNDS):
+            branches = np.argmin(sums, axis=1)
+            sums = np.sum(wrong[pair, branches, pose], axis=1)
+        off = np.sum(sums[pair, branches, pose], axis=1)
         best = np.where((off < least)[:, None], branches, best)
         least = np.minimum(off, least)
-    return every[pair[:, None], best, pose], least
+    return every[pair, best, pose], least
 
 
 def _sentence(pair: _Taken, read: str) -> str:
