@@ -11,6 +11,7 @@ from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import apart
 from ...robot.robot import Robot
 from ..checking.angle_orders import order_hypotheses_of
+from ..checking.causes import undone
 from ..checking.errors import ERROR_LIMIT, NOMINAL, Errors
 from ..checking.hypotheses import ComparedData, Hypothesis, hypotheses_of, joint_hypotheses_of
 from ..checking.offsets import fit_offsets
@@ -135,8 +136,7 @@ def scores_of_poses(
     near = used[rows]
 
     def scores(changes: Sequence[Hypothesis]) -> Floats:
-        A = forward_kinematics(robot, np.stack([one.joints(given.q)[rows] for one in changes]))
-        B = np.stack([one.seen(given.poses)[rows] for one in changes])
+        A, B = undone(ComparedData(robot, given.q, given.poses), changes, rows)
         a, b = A[:, near], B[:, near]
         X, Y, *_ = offsets_of(a, b, True, Free()) if given.positions else fit_offsets(a, b)
         lengths, angles = apart(B, X[:, None] @ A @ Y[:, None])

@@ -12,7 +12,7 @@ import numpy as np
 
 from ... import kernel
 from ...errors import LoopError
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...kinematics.tool_state import evaluate
 from ...robot.closed_poses import closes_at
 from .angle_orders import few_of, likely_orders
@@ -73,9 +73,10 @@ SIFT_MARGIN = 2.0
 FIRST_ORDER_SHARE = 0.4
 # Levenberg-Marquardt steps of a number and the offsets together.
 ROUNDS = 12
-# Largest positions of a joint (rad, m) from which its scale is sought: Newton's method converges
-# from 0.5 rad away, and for a sliding joint from anywhere.
-TURNING_REACHES = (-5.5, -4.5, -3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5, 4.5, 5.5)
+# Largest positions of a turning joint (rad) from which its scale is sought, up to a turn: Newton's
+# method converges from 0.5 rad away.
+TURNING_REACHES = (*np.arange(-5.5, 6.0),)
+# The same of a sliding joint (m): Newton's method converges from anywhere.
 SLIDING_REACHES = (0.0,)
 # Factors of positions that have a name, by unit.
 FACTORS = (
@@ -84,8 +85,7 @@ FACTORS = (
     ('m', 1e-3, 'is in millimetres, not metres'),
     ('m', 0.0254, 'is in inches, not metres'),
     ('m', 0.18 / math.pi, 'is in millimetres, turned from degrees into radians'),
-    ('rad', -1.0, 'counts the other way round'),
-    ('m', -1.0, 'counts the other way round'),
+    *((unit, -1.0, 'counts the other way round') for unit in ('rad', 'm')),
 )
 # Largest relative difference of an estimated factor from one that has a name.
 FACTOR_TOLERANCE = 5e-3
@@ -209,14 +209,9 @@ def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
 
 def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
     # All are tried with a few poses; the best are fitted with all of them.
-    every = few_of(len(given.q))
-    few = given._replace(q=given.q[every], poses=given.poses[every])
-    places = possible(given)
-    changes = [change for k, change in enumerate(hypotheses_of(few)) if k in places]
-    sifted = _sifted(*undone(few, changes), _most(fit))
-    kept = {places[k] for k in sifted}
-    changes = [change for k, change in enumerate(hypotheses_of(given)) if k in kept]
-    return _undoing(given, changes, fit, sifted)
+    changes = possible(given)
+    sifted = _sifted(*undone(given, changes, few_of(len(given.q))), _most(fit))
+    return _undoing(given, [changes[k] for k in sifted], fit, sifted)
 
 
 def _orders(
@@ -268,25 +263,22 @@ def _undoing(
     ]
 
 
-def possible(given: ComparedData) -> list[int]:
-    """Return the places of the hypotheses whose joint positions close the loops of the arm."""
-    chain = given.robot.chain
-    return [
-        k
-        for k, change in enumerate(hypotheses_of(given))
-        if change.q is None or bool(np.all(closes_at(chain, change.q)))
-    ]
+def possible(given: ComparedData) -> list[Hypothesis]:
+    """Return the hypotheses whose joint positions close the loops of the arm."""
+    chain, every = given.robot.chain, hypotheses_of(given)
+    return [one for one in every if one.q is None or np.all(closes_at(chain, one.q))]
 
 
-def undone(given: ComparedData, changes: Sequence[Hypothesis]) -> tuple[Floats, Floats]:
-    """Return the poses of both sources with each change undone, shape (H, N, 4, 4)."""
-    q = np.stack([change.joints(given.q) for change in changes])
+def undone(
+    given: ComparedData, changes: Sequence[Hypothesis], rows: Integers | slice = slice(None)
+) -> tuple[Floats, Floats]:
+    """Return poses of both sources with each change undone, of some rows, (H, N, 4, 4) each."""
+    q = np.stack([change.joints(given.q)[rows] for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
     for k, change in enumerate(changes):
         if change.robot is not None:
             A[k] = evaluate(change.robot, q[k], depth=kernel.POSE).pose
-    B = np.stack([change.seen(given.poses) for change in changes])
-    return A, B
+    return A, np.stack([change.seen(given.poses)[rows] for change in changes])
 
 
 def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:

@@ -96,10 +96,6 @@ class NumberHypothesis(NamedTuple):
     columns: Floats
     joint: int = -1
 
-    def model(self, value: float) -> Floats:
-        """Return the poses (N, 4, 4) for a correction."""
-        return np.asarray(self.at(np.array([[value]])).pose[0])
-
 
 class ComparedData(NamedTuple):
     """

@@ -17,6 +17,7 @@ from ... import kernel
 from ...errors import LoopError
 from ...kernel import Floats
 from ...kinematics.tool_state import evaluate
+from ...kinematics.uncertainty.corrected_chain import PoseChange
 from ...rigid_motion import exact_rpy, inverse, rotation_of_roll_pitch_yaw, rotation_vector
 from ...robot.file.parts.description import KnownPose
 from ...robot.robot import Robot
@@ -29,7 +30,6 @@ from .hypotheses import (
     Hypothesis,
     ends_left_out_of,
     exchanges_of,
-    hypotheses_of,
     number_hypotheses_of,
     number_signs_of,
 )
@@ -40,8 +40,10 @@ IN_DEGREES = {RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
 IN_MILLIMETRES = {LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
 # These say something of positions and orientations together.
 OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
-# Values from which a number is sought (rad), steps of Newton's method, and its step for a slope.
-START_ANGLES, NEWTON_STEPS, SLOPE_STEP = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi), 12, 1e-7
+# Values from which an angle is sought, rad.
+START_ANGLES = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi)
+# Steps of the Gauss-Newton method.
+NEWTON_STEPS = 12
 # Tools that differ by less between two poses are one (m and rad): these poses are alike.
 TOOL_TOLERANCE = 1e-9
 # The arm must miss a rounded pose by 10 times the error that its digits allow. Many changes of
@@ -115,8 +117,7 @@ def _has_orientations(robot: Robot) -> bool:
 
 def _whole(given: ComparedData) -> Iterator[_Undone]:
     robot = given.robot
-    changes = list(hypotheses_of(given))
-    changes = [changes[k] for k in possible(given)]
+    changes = possible(given)
     if not robot.chain.loops:
         changes += [*number_signs_of(robot), *exchanges_of(robot), *ends_left_out_of(robot)]
     if _has_orientations(robot):
@@ -182,30 +183,28 @@ def _numbers(given: ComparedData) -> Iterator[_Undone]:
     oriented = _has_orientations(given.robot)
     for hypothesis in number_hypotheses_of(given):
         starts = START_ANGLES if hypothesis.unit == 'rad' else START_ANGLES[:1]
-        sought = (_sought(hypothesis.model, given.poses, start, oriented) for start in starts)
+        sought = (_sought(hypothesis.at, given.poses, start, oriented) for start in starts)
         off, value = min(sought)
         if math.isfinite(off):
-            sentence = number_in_words(hypothesis, value)
-            yield _Undone(sentence, hypothesis.model(value), given.poses)
+            poses = hypothesis.at(np.array([[value]])).pose[0]
+            yield _Undone(number_in_words(hypothesis, value), poses, given.poses)
 
 
 def _sought(
-    model: Callable[[float], Floats], expected: Floats, value: float, oriented: bool
+    at: Callable[[Floats], PoseChange], expected: Floats, value: float, oriented: bool
 ) -> tuple[float, float]:
-    # Return the least remainder and its value; infinite if a loop does not close.
-    def remainder(value: float) -> Floats:
-        poses = model(value)
-        positions = poses[:, :3, 3] - expected[:, :3, 3]
-        turns = rotation_vector(np.swapaxes(expected[:, :3, :3], 1, 2) @ poses[:, :3, :3])
-        return np.concatenate([positions, turns] if oriented else [positions]).ravel()
-
+    # Return the least remainder and its value (Gauss-Newton); infinite if a loop does not close.
+    off, count = math.inf, 6 if oriented else 3
     try:
-        for _ in range(NEWTON_STEPS):
-            r = remainder(value)
-            slope = (remainder(value + SLOPE_STEP) - r) / SLOPE_STEP
-            if not slope @ slope:
+        for _ in range(NEWTON_STEPS + 1):
+            change = at(np.array([[value]]))
+            poses, J = change.pose[0], change.jacobian[0, :, :count, 0]
+            turns = rotation_vector(expected[:, :3, :3] @ np.swapaxes(poses[:, :3, :3], 1, 2))
+            left = np.concatenate([(expected - poses)[:, :3, 3], turns], axis=1)[:, :count]
+            off, best, squares = float(np.linalg.norm(left)), value, float(np.sum(J**2))
+            if not squares:
                 break
-            value -= float(slope @ r / (slope @ slope))
-        return float(np.linalg.norm(remainder(value))), value
+            value += float(np.sum(J * left)) / squares
+        return off, best
     except LoopError:
         return math.inf, value

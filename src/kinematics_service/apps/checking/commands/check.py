@@ -180,28 +180,28 @@ def _joint_table(robot: Robot) -> Table:
     with_speeds = bool(np.isfinite(robot.velocity_limits).any())
     slides = bool(robot.prismatic.any())
     in_mm = robot.description.length_unit == 'mm'
-    joints = table(
-        '  joint',
-        *(['variable'] if named_apart else []),
-        'type',
-        'limits [rad, m]' if slides else 'limits [rad]',
-        'limits [deg, mm]' if slides and in_mm else 'limits [deg]',
-        *(['rad/s, m/s' if slides else 'rad/s'] if with_speeds else []),
-    )
-    for j, name in enumerate(robot.joint_names):
-        limits, speed = robot.limits[j], robot.velocity_limits[j]
-        if robot.prismatic[j]:
-            other = _range(limits * 1000.0) if in_mm else ''
-        else:
-            other = _range(limits * DEGREES)
-        joints.add_row(
-            f'  {plain(name)}',
-            *([plain(robot.variables[j])] if named_apart else []),
-            robot.joint_types[j] + (', unused' if robot.description.joints[j].unused else ''),
-            _range(limits),
-            other,
-            *([f'{speed:.4g}' if math.isfinite(speed) else 'none'] if with_speeds else []),
-        )
+    columns = {
+        '  joint': [f'  {plain(name)}' for name in robot.joint_names],
+        'variable': map(plain, robot.variables) if named_apart else None,
+        'type': [
+            f'{joint.type}, unused' if joint.unused else joint.type
+            for joint in robot.description.joints
+        ],
+        'limits [rad, m]' if slides else 'limits [rad]': map(_range, robot.limits),
+        'limits [deg, mm]' if slides and in_mm else 'limits [deg]': [
+            ('' if not in_mm else _range(limits * 1000.0)) if slid else _range(limits * DEGREES)
+            for limits, slid in zip(robot.limits, robot.prismatic)
+        ],
+        'rad/s, m/s' if slides else 'rad/s': [
+            f'{speed:.4g}' if math.isfinite(speed) else 'none' for speed in robot.velocity_limits
+        ]
+        if with_speeds
+        else None,
+    }
+    shown = {head: cells for head, cells in columns.items() if cells is not None}
+    joints = table(*shown)
+    for cells in zip(*shown.values()):
+        joints.add_row(*cells)
     return joints
 
 
@@ -288,16 +288,12 @@ def _branches(robot: Robot, g: int) -> str:
     found = other_branches(robot.description, g)
     names = [joint.name for joint in passive_of(loop_groups(robot.description.loops)[g])]
     texts = [
-        ', '.join(f'{name} = {_rounded(value):.4g}' for name, value in zip(names, branch))
+        ', '.join(f'{name} = {round(value, 12) + 0.0:.4g}' for name, value in zip(names, branch))
         for branch in found[:BRANCHES_SHOWN]
     ]
     if len(found) > BRANCHES_SHOWN:
         texts.append(f'{len(found) - BRANCHES_SHOWN} more')
     return '; '.join(texts) or 'none was found'
-
-
-def _rounded(value: float) -> float:
-    return round(value, 12) + 0.0
 
 
 def _structure(robot: Robot) -> str:
