@@ -52,13 +52,13 @@ def calibrate(
     q: npt.ArrayLike,
     poses: npt.ArrayLike | None = None,
     *,
-    same_point: Sequence[object] | None = None,
+    same_point: Sequence[str | int] | None = None,
     apart: Mapping[tuple[str, str], float] | None = None,
     sets: npt.ArrayLike | None = None,
     qdot: npt.ArrayLike | None = None,
     approach: npt.ArrayLike | None = None,
     camera: Camera | None = None,
-    sessions: Sequence[object] | None = None,
+    sessions: Sequence[str | int] | None = None,
     loads: ToolLoads | None = None,
     whitening: Floats | None = None,
     own: Sequence[str] = ('base',),
@@ -285,7 +285,7 @@ def _fitted(
         q=given.q.copy(),
         points=names.points(problem, found),
     )
-    whole = {one.name for one in names.table if one.group != GEARS} <= set(problem.names)
+    whole = {one for one in names.table if one.group != GEARS} <= {*problem.parameters}
     judged = JudgedFit(calibration, whole)
     remarks = [*_few_rows(given, found), *_far_corrections(parameters), *noise_remarks(judged)]
     remarks += names.remarks(problem, found)

@@ -113,7 +113,6 @@ class _Session:
         self._node, self._fit, self._say = node, fit, say
         self._estimator = Estimator(robot, EstimatorSettings(joint_prefix))
         self._due, self._thread = MIN_POSES, None
-        self._found: LiveFit | None = None
         self._complete = False
         self._refused = ''
         self._begin, self._explained = time.monotonic(), False
@@ -143,7 +142,6 @@ class _Session:
                 self._say(f'a pose of {self._poses.topic} is refused: {error}')
 
     def _look(self) -> None:
-        self._tell()
         busy = self._thread is not None and self._thread.is_alive()
         count = len(self.collector)
         if count >= self._due and not busy and not self._complete:
@@ -168,19 +166,14 @@ class _Session:
 
     def _fit_poses(self, poses: CollectedPoses) -> None:
         try:
-            self._found = self._fit(poses)
+            found = self._fit(poses)
         except KinematicsError as error:
-            self._found = LiveFit((f'{len(poses.q)} poses: {error}',))
-
-    def _tell(self) -> None:
-        found, self._found = self._found, None
-        if found is not None:
-            for line in found.lines:
-                self._say(line)
-            self._complete = found.complete
+            found = LiveFit((f'{len(poses.q)} poses: {error}',))
+        for line in found.lines:
+            self._say(line)
+        self._complete = found.complete
 
     def finish(self) -> None:
         """Wait for a fit that is under way: the last one must not compete with it."""
         if self._thread is not None:
             self._thread.join()
-        self._tell()

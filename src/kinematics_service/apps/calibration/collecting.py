@@ -1,7 +1,9 @@
 """Measured poses of a running robot, each with the joint positions at its time."""
 
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -131,20 +133,15 @@ class PoseCollector:
         return poses
 
     def _match(self, stamp: int, pose: Floats) -> None:
-        later: tuple[int, Floats] | None = None
-        for state in reversed(self._states):
-            if state[0] <= stamp:
-                break
-            later = state
-        else:
-            self.unmatched += 1
-            return  # older than all states in memory
-        if later is None or later[0] - state[0] > MAX_GAP:
+        states = self._states
+        k = bisect_right(states, stamp, key=itemgetter(0))
+        # The pose may be older than all states in memory.
+        if not 0 < k < len(states) or states[k][0] - states[k - 1][0] > MAX_GAP:
             self.unmatched += 1
             return
-        rates = (later[1] - state[1]) / (later[0] - state[0])
-        q = state[1] + rates * (stamp - state[0])
-        self._keep(_MatchedPose(stamp, q, SECOND * rates, pose))
+        (before, q), (after, later) = states[k - 1], states[k]
+        rates = (later - q) / (after - before)
+        self._keep(_MatchedPose(stamp, q + rates * (stamp - before), SECOND * rates, pose))
 
     def _keep(self, pair: _MatchedPose) -> None:
         pairs = self._pairs

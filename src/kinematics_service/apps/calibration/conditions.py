@@ -61,7 +61,7 @@ def with_conditions(
     robot: Robot,
     given: Measured,
     own_base: bool,
-    sessions: Sequence[object] | None,
+    sessions: Sequence[str | int] | None,
     loads: ToolLoads | None,
 ) -> Measured:
     """

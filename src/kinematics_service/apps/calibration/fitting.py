@@ -99,11 +99,6 @@ class FitProblem:
     known_distances: tuple[KnownDistance, ...] = ()
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """Return the names of the parameters."""
-        return tuple(one.name for one in self.parameters)
-
-    @property
     def kinds(self) -> int:
         """Return 2 for positions and rotations, or 1 for positions alone."""
         return 1 if self.given.positions else 2

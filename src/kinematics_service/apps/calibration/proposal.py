@@ -27,6 +27,7 @@ from ...robot.measures import Level
 from ...robot.robot import AnyRobot, Robot, as_robot
 from ...robot.task import SEED, seeded_poses
 from ..recordings.readers.block import Flags
+from .board_views import BoardViews
 from .camera import ON_TOOL
 from .checking import refuse_loops
 from .chosen_parameters import prior_of
@@ -160,9 +161,9 @@ def propose_poses(
         raise CalibrationError('poses to measure next are not proposed for touched points')
     if not 1 <= number_or_nan(count) <= MAX_COUNT or count != int(count):
         raise CalibrationError(f'{count} poses: propose between 1 and {MAX_COUNT}')
-    by_images = after is not None and after.views is not None
+    views = None if after is None else after.views
     if among is None:
-        q = _candidates(robot) if after is None or not by_images else _around(robot, after)
+        q = _candidates(robot) if after is None or views is None else _around(robot, after, views)
         rows = np.arange(len(q))
     else:
         q = numbers_of('among', among)
@@ -177,12 +178,12 @@ def propose_poses(
             rows = rows[np.linspace(0, len(rows) - 1, MAX_GIVEN).astype(int)]
     if line_of_sight is not None:
         rows = rows[line_of_sight.is_free(forward_kinematics(robot, q[rows]))]
-    if after is not None:
-        rows = rows[_has_board_in_view(after, forward_kinematics(robot, q[rows]))]
+    if after is not None and views is not None:
+        rows = rows[views.are_in_view(_board(after, forward_kinematics(robot, q[rows])))]
     if len(rows) < count:
         where = 'of those that are given' if among is not None else f'of {robot.name}'
         faces = '' if line_of_sight is None else ' from which the tool faces the point'
-        faces += ' that have the board in the image' if by_images else ''
+        faces += '' if views is None else ' that have the board in the image'
         raise CalibrationError(f'only {len(rows)} poses {where}{faces} can be proposed')
     q = q[rows]
     names, J, scales = _equations(robot, q, after, positions)
@@ -217,14 +218,7 @@ def _board(after: Calibration, poses: Floats) -> Floats:
     return inverses(measured) if after.camera == ON_TOOL else measured
 
 
-def _has_board_in_view(after: Calibration, poses: Floats) -> Flags:
-    # Whether the board is wholly in the next images, too; whatever was seen without images.
-    if after.views is None:
-        return np.ones(len(poses), dtype=bool)
-    return after.views.are_in_view(_board(after, poses))
-
-
-def _around(robot: Robot, after: Calibration) -> Floats:
+def _around(robot: Robot, after: Calibration, views: BoardViews) -> Floats:
     # Few positions of all have the board in the image: more of those near the ones that had it.
     random = np.random.default_rng(SEED)
     q = after.q[random.integers(after.count, size=MAX_GIVEN)]
@@ -232,7 +226,7 @@ def _around(robot: Robot, after: Calibration) -> Floats:
     low, high = robot.limits.T
     margin = LIMIT_MARGIN * np.where(np.isfinite(high - low), high - low, 0.0)
     inside = np.all((q > low + margin) & (q < high - margin), axis=1)
-    q = q[inside & _has_board_in_view(after, forward_kinematics(robot, q))]
+    q = q[inside & views.are_in_view(_board(after, forward_kinematics(robot, q)))]
     return np.asarray(q[np.asarray(singularity(robot, q).level) == Level.OK])
 
 

@@ -184,19 +184,14 @@ class PlacedThing:
     @property
     def sentence(self) -> str:
         """Return it in words."""
-        xyz, rpy = (', '.join(numbers) for numbers in pose_numbers(self.pose))
+        xyz = ', '.join(f'{x:.5f}' for x in self.pose[:3, 3])
+        rpy = ', '.join(f'{x:.3f}' for x in np.degrees(roll_pitch_yaw(self.pose[:3, :3])))
         lengths = ', '.join(map(length_in_words, self.deviation[0].tolist()))
         angles = ', '.join(map(angle_in_words, self.deviation[1].tolist()))
         return (
             f'The {self.name} is at x, y, z {xyz} m, roll, pitch, yaw {rpy} deg in the '
             f'{self.frame} frame; standard deviations {lengths}; {angles}'
         )
-
-
-def pose_numbers(T: Floats) -> tuple[list[str], list[str]]:
-    """Return the position (m) and the roll, pitch and yaw (deg) of a pose, as written."""
-    rpy = np.degrees(roll_pitch_yaw(T[:3, :3]))
-    return [f'{x:.5f}' for x in T[:3, 3]], [f'{x:.3f}' for x in rpy]
 
 
 def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:

@@ -145,7 +145,7 @@ class SamePointParameters(ChosenParameters):
         self,
         robot: Robot,
         q: npt.ArrayLike,
-        same_point: Sequence[object],
+        same_point: Sequence[str | int],
         apart: Mapping[tuple[str, str], float],
         gears: bool,
     ) -> None:
@@ -336,9 +336,9 @@ class SamePointParameters(ChosenParameters):
         result, names = [*super().remarks(problem, found)], self.names
         # All lengths may grow by one factor if nothing known or sliding measures one.
         kinds = ('lengths', False), ('tool', False)
-        lengths = {one.name for one in self.every if (one.group, one.angle) in kinds}
+        lengths = {one for one in self.every if (one.group, one.angle) in kinds}
         known = self.apart or any(self.robot.prismatic)
-        if not known and lengths <= set(problem.names):
+        if not known and lengths <= {*problem.parameters}:
             result.append(
                 'The scale of the lengths is not identifiable: if arm, tip and points are all '
                 'larger by one factor, they touch in the same way; the priors decide the scale, '

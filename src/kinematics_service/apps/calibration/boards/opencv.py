@@ -1,7 +1,7 @@
 """OpenCV, imported only where an image is looked at."""
 
 import os
-from typing import Any
+from types import ModuleType
 
 from ....errors import RecordingError
 
@@ -15,7 +15,7 @@ INSTALL = (
 MAX_PIXELS = 2**28
 
 
-def opencv() -> Any:
+def opencv() -> ModuleType:
     """
     Return the module `cv2`.
 

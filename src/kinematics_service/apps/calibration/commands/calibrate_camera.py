@@ -50,7 +50,7 @@ def calibrate_camera(
         raise WrongUsage('give FILE with poses of a board, or with names of images')
     finder = images.finder(given)
     positions = reading.pose_format.kind == 'position'
-    run = fitting.run(arm, positions, not outputs.anyway, poses.own, camera=camera.value)
+    run = fitting.run(arm, positions, not outputs.anyway, poses.own, camera=camera)
     run_calibration(
         run,
         robot,

@@ -71,8 +71,7 @@ def calibrate_live(
     """
     written = outputs.checked(())
     arm, seconds = given_robot(robot), options.seconds
-    where = None if camera is None else camera.value
-    run = fitting.run(arm, False, not outputs.anyway, camera=where)
+    run = fitting.run(arm, False, not outputs.anyway, camera=camera)
     if not 0.0 < seconds <= TIME_LIMIT:
         raise WrongUsage(f'--seconds: {seconds:g} is not above 0 and at most {TIME_LIMIT:,.0f} s')
     with named_errors(()):

@@ -78,8 +78,7 @@ def calibrate_propose(
     if finder is not None and camera is None:
         raise WrongUsage('--images needs --camera on-tool or fixed')
     positions, after = reading.pose_format.kind == 'position', None
-    where = None if camera is None else camera.value
-    run = fitting.run(arm, positions, True, poses.own, camera=where)
+    run = fitting.run(arm, positions, True, poses.own, camera=camera)
     if given:
         with named_errors(given), working('calibrating') as tell:
             run = run._replace(tell=tell)

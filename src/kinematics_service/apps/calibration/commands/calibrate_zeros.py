@@ -4,14 +4,13 @@ import os
 import sys
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, Optional
+from typing import Annotated, Optional
 
 import numpy as np
 
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
 from ....output_file import say_written, write_file
 from ....printing import attributes
-from ....robot.robot import Robot
 from ..checking import refuse_loops, rigid_positions
 from ..output.calibration_run import CalibratedPoses, CalibrationRun, origin_of
 from ..output.servo_file import read_servos, servos_text
@@ -79,7 +78,10 @@ def calibrate_zeros(
     arm, given, paper = given_robot(robot), files or [], SHEETS[sheet.value]
     written, reading = outputs.checked(given), table.selection(arm)
     refuse_loops(arm.description)
-    servos = _servos(arm, motors, outputs.force)
+    servos = None
+    if motors != NO_FILES:
+        check_output('--motors', motors[1], (), outputs.force)
+        servos = read_servos(motors[0], arm.joint_names)
     if not given:
         if outputs.html is None:
             raise WrongUsage('give FILE with touches, or --html FILE for the sheet to print')
@@ -108,10 +110,3 @@ def calibrate_zeros(
     if servos is not None:
         write_file(motors[1], servos_text(servos, data.zeros))
         say_written(motors[1], written.stream)
-
-
-def _servos(arm: Robot, motors: tuple[Path, Path], force: bool) -> dict[str, Any] | None:
-    if motors == NO_FILES:
-        return None
-    check_output('--motors', motors[1], (), force)
-    return read_servos(motors[0], arm.joint_names)

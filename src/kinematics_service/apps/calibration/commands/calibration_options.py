@@ -25,7 +25,7 @@ from ...recordings.readers.source import Selection
 from ..board_views import board_views
 from ..boards.board import Board, BoardFinder
 from ..boards.intrinsics import read_intrinsics
-from ..camera import ON_TOOL
+from ..camera import ON_TOOL, Camera
 from ..output.calibration_run import (
     CalibratedPoses,
     CalibrationOutputs,
@@ -135,7 +135,12 @@ class FitOptions(NamedTuple):
     ] = None
 
     def run(
-        self, robot: Robot, positions: bool, check: bool, own: str = 'base', **more: Any
+        self,
+        robot: Robot,
+        positions: bool,
+        check: bool,
+        own: str = 'base',
+        camera: CameraChoice | None = None,
     ) -> CalibrationRun:
         """Return the calibrations of an arm: what is fitted, and by what knowledge."""
         words = given_words(self.fit or '')
@@ -143,7 +148,8 @@ class FitOptions(NamedTuple):
             raise WrongUsage('--fit names nothing; without it all but gears are fitted')
         limit = None if self.tolerance is None else given_limit('--tolerance', self.tolerance)
         noise, fix = given_noise(self.noise, positions), given_words(self.fix)
-        return CalibrationRun(robot, words, fix, given_words(own), limit, noise, check, **more)
+        where: Camera | None = None if camera is None else camera.value
+        return CalibrationRun(robot, words, fix, given_words(own), limit, noise, check, where)
 
 
 class OutputOptions(NamedTuple):

@@ -4,7 +4,6 @@ import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from ....errors import CalibrationError
 from ...recordings.readers.joint_format import SERVO_TURN
@@ -14,7 +13,7 @@ from ..zeros import JointZero
 OFFSET_LIMIT = (1 << 11) - 1
 
 
-def read_servos(file: Path, joints: Sequence[str]) -> dict[str, Any]:
+def read_servos(file: Path, joints: Sequence[str]) -> dict[str, dict[str, int]]:
     """
     Return the content of a calibration file.
 
@@ -35,7 +34,7 @@ def read_servos(file: Path, joints: Sequence[str]) -> dict[str, Any]:
     return dict(content)
 
 
-def servos_text(servos: dict[str, Any], zeros: Sequence[JointZero]) -> str:
+def servos_text(servos: dict[str, dict[str, int]], zeros: Sequence[JointZero]) -> str:
     """
     Return the calibration file with the zeros that are known.
 
