@@ -281,7 +281,7 @@ def _fitted(
         possible=names.possible(problem),
         singular_values=np.asarray(np.linalg.svd(weighted, compute_uv=False), np.float64),
         combinations=names.combinations(problem, found.noise, used),
-        **names.ends_of(problem, found.values),
+        **names.ends_of(problem, found.values)._asdict(),
         q=given.q.copy(),
         points=names.points(problem, found),
     )

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
 from ...errors import CalibrationError, ParameterNotFoundError
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...kinematics.forward import forward_kinematics
 from ...kinematics.uncertainty.corrected_chain import CorrectedChain, CorrectingMotion
 from ...kinematics.uncertainty.parameters import placement, scaled_jacobian
@@ -72,6 +72,24 @@ class TouchedPoint:
     position: tuple[float, float, float]
     deviation: tuple[float, float, float]
     count: int
+
+
+class PlacedEnds(NamedTuple):
+    """Offsets and initial poses of base and tool, (sets, 4, 4) each, as in `Calibration`."""
+
+    base_offsets: Floats
+    tool_offsets: Floats
+    base_starts: Floats
+    tool_starts: Floats
+
+
+class UndoneRows(TypedDict, total=False):
+    """Rows with a mistake undone, as `calibrate` takes them: of poses, or of touches."""
+
+    q: Floats
+    poses: Floats
+    sets: Integers
+    same_point: Sequence[str]
 
 
 def asks_for_gears(fit: Sequence[str]) -> bool:
@@ -199,7 +217,7 @@ class ChosenParameters:
         """Return the parameters that these poses do not tell apart."""
         return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
-    def ends_of(self, problem: FitProblem, values: Floats) -> dict[str, Any]:
+    def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
         """Return the offsets and the starts of base and tool, as `Calibration` has them."""
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
@@ -210,19 +228,16 @@ class ChosenParameters:
         )
         base_starts = np.array([one.still[0][0] for one in chains])
         tool_starts = np.array([one.still[-1][-1] for one in chains])
-        return {
-            'base_offsets': base_starts @ bases @ np.linalg.inv(B),
-            'tool_offsets': np.linalg.inv(T) @ tools @ tool_starts,
-            'base_starts': base_starts,
-            'tool_starts': tool_starts,
-        }
+        base_offsets = base_starts @ bases @ np.linalg.inv(B)
+        tool_offsets = np.linalg.inv(T) @ tools @ tool_starts
+        return PlacedEnds(base_offsets, tool_offsets, base_starts, tool_starts)
 
     def as_given(self) -> Floats:
         """Return position (m) and rotation (rad) between file and measurement, (N, 2, 3)."""
         poses = forward_kinematics(self.robot, self.given.q)
         return remainders_between(self.given.poses, poses, self.given.positions)
 
-    def undone(self, change: Hypothesis) -> dict[str, Any]:
+    def undone(self, change: Hypothesis) -> UndoneRows:
         """Return the rows with a mistake undone, as `calibrate` takes them."""
         T = change.seen(self.given.poses)
         poses = T[:, :3, 3] if self.given.positions else inverses(T) if self.given.from_tool else T

@@ -10,7 +10,7 @@ from ...kernel import Floats
 from ...kinematics.forward import forward_kinematics
 from ...rigid_motion import apart
 from ...robot.robot import Robot
-from ..checking.angle_orders import order_hypotheses_of
+from ..checking.angle_orders import few_of, order_hypotheses_of
 from ..checking.causes import undone
 from ..checking.errors import ERROR_LIMIT, NOMINAL, Errors
 from ..checking.hypotheses import ComparedData, Hypothesis, hypotheses_of, joint_hypotheses_of
@@ -19,8 +19,6 @@ from ..recordings.readers.block import Flags
 from .checking import NAMED_RATIO, RIVAL_RATIO, Measured, in_words
 from .placing import Free, offsets_of
 
-# Rows by which mistakes are compared, besides as many that were left out.
-SAMPLES = 40
 # Mistakes that are then tried in a calibration.
 MISTAKE_TRIALS = 3
 
@@ -131,7 +129,7 @@ def scores_of_poses(
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]
-    some = [np.unique(np.linspace(0, len(own) - 1, SAMPLES).astype(int)) for own in both]
+    some = [few_of(len(own)) for own in both]
     rows = np.concatenate([own[at] for own, at in zip(both, some) if len(own)])
     near = used[rows]
 

@@ -117,13 +117,8 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
 def _poses(given: UrCalibration, robot: Robot, q: Floats) -> Floats:
     if given.deltas:
         table = parameters_of(robot).table
-        values = np.array(
-            [
-                given.deltas[one.place][one.row] if one.place in given.deltas else 0.0
-                for one in table
-            ]
-        )
-        return forward_kinematics(corrected_robot(robot, table, values), q)
+        added = [given.deltas.get(one.place, np.zeros(JOINTS))[one.row] for one in table]
+        return forward_kinematics(corrected_robot(robot, table, np.array(added)), q)
     base, tool = (end.motion.matrix for end in (robot.description.base, robot.description.tool))
     T = np.broadcast_to(base, (len(q), 4, 4))
     for origin, joint in zip(given.origins, q.T):

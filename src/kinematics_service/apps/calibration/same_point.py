@@ -9,7 +9,7 @@ alone, unless the distance between two points is known.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -37,7 +37,14 @@ from .checking import (
     refuse_mistake,
     rigid_positions,
 )
-from .chosen_parameters import PLACE_PRIOR, ChosenParameters, TouchedPoint, usual_motions
+from .chosen_parameters import (
+    PLACE_PRIOR,
+    ChosenParameters,
+    PlacedEnds,
+    TouchedPoint,
+    UndoneRows,
+    usual_motions,
+)
 from .explanations import truncated
 from .fitting import (
     MAX_ROUNDS,
@@ -221,7 +228,7 @@ class SamePointParameters(ChosenParameters):
         poses = rigid_positions(points[self.given.sets])
         return self.problem(chains, poses, chosen, tolerances, distances)
 
-    def undone(self, change: Hypothesis) -> dict[str, Any]:
+    def undone(self, change: Hypothesis) -> UndoneRows:
         """Return the rows with a mistake undone, as `calibrate` takes them."""
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
@@ -306,11 +313,11 @@ class SamePointParameters(ChosenParameters):
         there = replace(problem, given=rows)
         return usual_motions(there, noise, np.ones(len(rows.q), dtype=bool))
 
-    def ends_of(self, problem: FitProblem, values: Floats) -> dict[str, Any]:
+    def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
         """Return those of tip = X calibrated Y; X is the identity, the base that of the file."""
-        ends = {name: own[:1] for name, own in super().ends_of(problem, values).items()}
-        base = np.array([self.robot.description.base.motion.matrix])
-        return {**ends, 'base_offsets': np.eye(4)[None], 'base_starts': base}
+        _, tool_offsets, _, tool_starts = super().ends_of(problem, values)
+        base = self.robot.description.base.motion.matrix[None]
+        return PlacedEnds(np.eye(4)[None], tool_offsets[:1], base, tool_starts[:1])
 
     def as_given(self) -> Floats:
         """Return how far the tip of the file is from the points, (N, 2, 3), m."""
@@ -376,10 +383,9 @@ def _checked(
 ) -> dict[tuple[int, int], float]:
     # Return the distances by the numbers of the points.
     for (one, other), distance in apart.items():
-        for name in (one, other):
-            if name not in names:
-                points = ', '.join(names)
-                raise CalibrationError(f'no row touches point {name}; the points are {points}')
+        if missing := [name for name in (one, other) if name not in names]:
+            points = ', '.join(names)
+            raise CalibrationError(f'no row touches point {missing[0]}; the points are {points}')
         if one == other or not 0.0 < distance < np.inf:
             raise CalibrationError(
                 f'points {one} and {other} cannot be {distance:g} m apart: give two points and a '

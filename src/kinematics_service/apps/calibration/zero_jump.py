@@ -10,6 +10,7 @@ and the window. A wrong table is part of x, so a new working region raises no al
 
 import math
 from dataclasses import dataclass, replace
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -57,11 +58,10 @@ ROUNDS = 8
 MIN_RANGE = 0.02
 # An information below 1e-9 of that with x known is round-off.
 MIN_RATIO = 1e-9
-# Twice the logarithm of 100: a joint that is less likely by more is not named.
-RIVAL_GAIN = 9.2
-# Quantile of the normal distribution: nine of ten jumps are detected that exceed the threshold by
-# 1.28 standard deviations.
-POWER_Z = 1.28
+# A joint is not named if it is less likely by more than a factor of 100.
+RIVAL_GAIN = 2.0 * math.log(100)
+# Nine of ten jumps are detected that exceed the threshold by this number of standard deviations.
+POWER_Z = NormalDist().inv_cdf(0.9)
 # Number of the newest poses that are given to a diagnosis: half of the window.
 RECENT = WINDOW // 2
 # A source fails if more poses of the window are outliers: an eighth.

@@ -94,10 +94,6 @@ class Errors(NamedTuple):
 
 def errors_of(position: Floats, rotation: Floats) -> Errors:
     """Return the errors of remainders, position (N, 3) in m and rotation (N, 3) in rad."""
-    p, r = np.linalg.norm(position, axis=1), np.linalg.norm(rotation, axis=1)
-    return Errors(
-        float(np.sqrt(np.mean(p**2))),
-        float(np.max(p)),
-        float(np.sqrt(np.mean(r**2))),
-        float(np.max(r)),
-    )
+    sizes = np.linalg.norm([position, rotation], axis=2)
+    rms, largest = np.sqrt(np.mean(sizes**2, axis=1)), np.max(sizes, axis=1)
+    return Errors(*np.stack([rms, largest], axis=1).ravel().tolist())

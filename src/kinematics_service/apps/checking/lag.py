@@ -6,16 +6,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from ... import kernel
-from ...kernel import Floats
+from ...kernel import Floats, Integers
 from ...kinematics.tool_state import evaluate
 from ...robot.robot import Robot
 from .joint_motion import JointsAtTimes, SampledMotion
 from .offsets import Fit, fit_numbers, fit_offsets, lifted
-
-Indices = npt.NDArray[np.intp]
 
 # Largest lag tried, s.
 REACH = 0.5
@@ -110,7 +107,7 @@ def _valleys(scores: Floats) -> list[int]:
 
 
 def _refined(
-    robot: Robot, later: Later, poses: Floats, rows: Indices, before: Fit, begin: Fit, lag: float
+    robot: Robot, later: Later, poses: Floats, rows: Integers, before: Fit, begin: Fit, lag: float
 ) -> Lagged:
     # The lag and the offsets together.
     def moved(values: Floats) -> tuple[Floats, Floats]:
