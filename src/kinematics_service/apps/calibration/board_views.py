@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 # A flat board looks nearly alike from two sides. Its corners exclude the second pose if this one
 # leaves them more than 5 standard deviations farther off.
 POSE_DEVIATIONS = 5.0
-# OpenCV's flags of both criteria, most steps of a refinement, and the change that ends it.
+# OpenCV's criteria of a refinement: flags of both, largest number of steps, smallest change.
 REFINED = (3, 50, float(np.finfo(np.float64).eps))
 # Corners usually have less noise (px).
 USUAL_PIXELS = 0.3
-# Proposed poses have the board at most this many times nearer or farther than images.
+# The board is at most 1.2 times nearer or farther in proposed poses than in the images.
 DISTANCE_RATIO = 1.2
 # The least cosine of the normal of a proposed board and the view: 60 degrees.
 FACING_COSINE = 0.5
@@ -115,11 +115,11 @@ class BoardViews(FrozenArrays):
 
     @property
     def whitening(self) -> Floats:
-        """Return what makes the noise of all poses that of the typical one, (N, 6, 6)."""
+        """Return the matrices (N, 6, 6) that give all poses the noise of the typical pose."""
         return self._whitening(self.poses, self.seen)
 
     def whitening_at(self, poses: Floats) -> Floats:
-        """Return it for poses (N, 4, 4) at which all corners would be seen."""
+        """Return these matrices for poses (N, 4, 4) at which all corners would be seen."""
         return self._whitening(poses, [self._whole] * len(poses))
 
     def _whitening(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
@@ -135,7 +135,8 @@ class BoardViews(FrozenArrays):
         """
         Return whether the board is wholly in the image at poses (N, 4, 4), shape (N,).
 
-        So it is about as far away as in these images, and not seen from too much aside.
+        The board must be nearly as far from the camera as in these images. The angle between its
+        normal and the view must be below 60 degrees.
         """
         points = self._whole.points
         middle = np.append(points.mean(axis=0), 1.0)
@@ -150,7 +151,7 @@ class BoardViews(FrozenArrays):
 
     def pixel_errors(self, remainders: Floats) -> Floats:
         """
-        Return how far corners are off where poses are predicted, (N,), px, rms of each image.
+        Return the RMS errors (N,), px, of the corners of each image at predicted poses.
 
         Parameters
         ----------
@@ -165,7 +166,7 @@ class BoardViews(FrozenArrays):
 
 
 def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, Floats]:
-    """Return what remains of corners (K, 2), and d of these by position and rotation, (2 K, 6)."""
+    """Return residuals of corners (K, 2), and derivatives by position and rotation, (2 K, 6)."""
     arms = seen.points @ pose[:3, :3].T
     pixels, J = camera.pixels(arms + pose[:3, 3])
     moves = np.concatenate([J, np.cross(arms[:, None], J)], axis=2)
@@ -257,7 +258,7 @@ def _decided(
 
 def view_sentences(views: BoardViews, held_out: Floats, outliers: Sequence[int]) -> Iterator[str]:
     """
-    Yield how far the corners are off, and which images tell no pose.
+    Yield the errors of the corners, and the images that do not determine a pose.
 
     Parameters
     ----------

@@ -33,27 +33,27 @@ from ..checking.hypotheses import (
 from ..recordings.readers.source import MAX_POSES
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
-# Joints, and rotations, that differ by less (rad, m) are the same.
+# Joint positions and rotations that differ by less (rad, m) are equal.
 MIN_CHANGE = 1e-3
-# No robot is off by this much (m) with base and tool fitted.
+# Every robot is off by less (m) once base and tool are fitted.
 MAX_ERROR = 0.02
-# The frame check leaves out rows that are this many medians off.
+# The frame check leaves out rows whose remainder is above 5 medians.
 OUTLIER_MEDIANS = 5.0
-# Corrections and sizes beyond this many of their deviations are remarked on.
+# Corrections and sizes above 4 of their standard deviations get a remark.
 REMARKED_DEVIATIONS = 4.0
 # A mistake is named if undoing it leaves a third or less.
 NAMED_RATIO = 3.0
-# A rival leaves nearly as little: within this factor.
+# Mistakes are rivals if they leave remainders within a factor of 2.
 RIVAL_RATIO = 2.0
-# Rows of hypotheses that are compared at once, some 20 MB.
+# Number of rows of hypotheses that are compared at once, about 20 MB.
 ROWS_AT_ONCE = 20_000
-# Names in one sentence.
+# Largest number of names in a sentence.
 NAMES_IN_SENTENCE = 8
 # Poses, screws and shares (m, rad) that differ by less are the same.
 ROUND_OFF = 1e-9
 # If the table is in metres, poses a thousandth as large were divided by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
-# The option to type, by mistake.
+# The option to type, by the sentence of the mistake.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
@@ -69,7 +69,7 @@ PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # the joints, of which they lack half in the direction they came from.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# Causes of the frame check that a calibration fits.
+# Causes of the frame check that the calibration corrects itself.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 
 
@@ -242,12 +242,12 @@ def position_numbers(q: Floats) -> Integers:
 
 def check_different(q: Floats, whose: str, least: int = MIN_POSES) -> None:
     """
-    Refuse joint positions (N, n), rad or m, that are fewer different ones than tell anything.
+    Refuse joint positions (N, n), rad or m, if too few of them are different.
 
     Raises
     ------
     CalibrationError
-        All are alike, or all but too few.
+        All are equal, or fewer than `least` are different.
     """
     different = int(np.max(position_numbers(q))) + 1
     if different == 1:
@@ -267,7 +267,7 @@ def checked_offsets(
     robot: Robot, given: Measured, free: Free, own: Free, check: bool, read: str = ''
 ) -> tuple[list[Offsets], FrameDiagnosis | None]:
     """
-    Return the offsets of each set to begin with, and what the frame check says of the first.
+    Return the initial offsets of each set, and the frame check of the first set that has one.
 
     Parameters
     ----------
@@ -343,14 +343,14 @@ def explained_by_joints(
     robot: Robot, q: Floats, middle: float, left: Callable[[Floats], Floats]
 ) -> str:
     """
-    Return in words which mistakes of joint positions (N, n) would explain rows too far off.
+    Return in words the mistakes of joint positions (N, n) that would explain large remainders.
 
     Parameters
     ----------
     middle
-        The median of what remains, m.
+        The median of the remainders, m.
     left
-        Returns what remains (H, N), m, by other joint positions (H, N, n).
+        Returns the remainders (H, N), m, at other joint positions (H, N, n).
     """
     changes, at_once = list(joint_hypotheses_of(robot, q)), max(1, ROWS_AT_ONCE // len(q))
     blocks = (changes[k : k + at_once] for k in range(0, len(changes), at_once))
@@ -391,12 +391,12 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
 
 def refuse_mistake(sentence: str, left: float, middle: float) -> None:
     """
-    Refuse rows that a mistake explains: with that undone much less of them is left (m).
+    Refuse rows that a mistake explains: undoing it divides the median remainder (m) by 3.
 
     Raises
     ------
     CalibrationError
-        So it is.
+        The mistake explains the rows.
     """
     if left * NAMED_RATIO < middle:
         raise CalibrationError(

@@ -202,8 +202,8 @@ class ChosenParameters:
         return FitProblem(parameters, before, columns, count, tuple(chains), rows, known_distances)
 
     def possible(self, problem: FitProblem) -> int:
-        """Return the number of directions that any poses of this kind could tell."""
-        # Sets beyond the first add a base or a tool of their own, which they tell.
+        """Return the number of directions that poses of this kind can determine."""
+        # Each set after the first adds a base or a tool of its own, which its poses determine.
         J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)[
             :, problem.columns
         ]
@@ -214,7 +214,7 @@ class ChosenParameters:
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the parameters that these poses do not tell apart."""
+        """Return the sets of parameters that these poses do not distinguish."""
         return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
@@ -244,7 +244,7 @@ class ChosenParameters:
         return {'q': change.joints(self.given.q), 'poses': poses, 'sets': self.given.sets}
 
     def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
-        """Return what tells how badly the rows fit with each mistake undone."""
+        """Return the function that scores how badly the rows fit with mistakes undone."""
         return scores_of_poses(self.robot, self.given, used)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
@@ -275,7 +275,7 @@ def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
 
 
 def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
-    # Behind the corrections of the base those of where it is in a session.
+    # Add the corrections of a session behind those of the base.
     begin = chain.still[0]
     six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
     at = 1 + len(SIX)
@@ -286,7 +286,7 @@ def prior_of(
     one: ArmParameter, tolerances: Mapping[str, float], of_file: Tolerances = NOTHING_SAID
 ) -> float:
     """
-    Return the standard deviation of a parameter before, rad, m or s.
+    Return the prior standard deviation of a parameter, rad, m or s.
 
     Parameters
     ----------

@@ -28,11 +28,11 @@ from .checking import (
     position_numbers,
 )
 
-# Standard deviations of compliances before, rad/Nm and m/N: those of soft gears.
-PLIANT = {True: 1e-4, False: 1e-5}
-# Standard deviations of drifts before, of where the instrument stands (rad, m): a usual error.
-PLACED = {True: float(ANGLE), False: LENGTH}
-# Zeros of joints drift by their temperature, half as much as an arm is off its datasheet.
+# Prior standard deviations of compliances, rad/Nm and m/N: those of soft gears.
+COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
+# Prior standard deviations of drifts of the instrument (rad, m): a usual error of a table.
+PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
+# Zeros drift with the temperature by half of the usual error of a datasheet.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
 # Largest load (kg) of an arm whose tool is 1 m from its base (RMS); it grows with the cube.
@@ -57,6 +57,13 @@ class ToolLoads(NamedTuple):
     gravity: Sequence[float] = (0.0, 0.0, -1.0)
 
 
+class RowConditions(NamedTuple):
+    """The name of the session of each row, and the loads, as `calibrate` takes them."""
+
+    sessions: Sequence[str] | None = None
+    loads: ToolLoads | None = None
+
+
 def with_conditions(
     robot: Robot,
     given: Measured,
@@ -75,8 +82,8 @@ def with_conditions(
     Raises
     ------
     CalibrationError
-        There are not as many names or masses as rows, they are all alike, or numbers of the loads
-        are none.
+        The number of names or masses is not that of the rows, all of them are equal, or a number
+        of the loads is not finite.
     """
     q, n = given.q, robot.dof
     number, remarks, placements = np.zeros(len(q), dtype=np.int64), list[str](), []
@@ -108,11 +115,11 @@ def with_conditions(
         torques = joint_torques(robot, q, wrench, at=np.asarray(loads.at))
         torques[np.abs(torques) < ROUND_OFF * np.max(masses) * STANDARD_GRAVITY] = 0.0
         for one in _of_joints(robot, 'compliance.', COMPLIANCE):
-            moving[one] = PLIANT[one.angle]
+            moving[one] = COMPLIANCE_PRIOR[one.angle]
         rates.append(torques[:, :, None] * np.eye(n))
         larger = (masses > np.mean(masses)).astype(np.int64)
         remarks += _elsewhere(q, larger, ['the smaller loads', 'the larger loads'], 'elasticity')
-    priors = {**moving, **{one: PLACED[one.angle] for one in placements}}
+    priors = {**moving, **{one: PLACEMENT_PRIOR[one.angle] for one in placements}}
     return given._replace(
         rates=np.concatenate(rates, axis=2),
         moving=(*given.moving, *moving),
@@ -153,7 +160,7 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
 
 
 def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], what: str) -> Iterator[str]:
-    # Names of marks most of whose joint positions no other mark has.
+    # Warn of each mark if most of its joint positions were measured under no other mark.
     numbers = position_numbers(q)
     shared = (np.isin(numbers[marks == k], numbers[marks != k]) for k in range(len(names)))
     alone = ', '.join(name for name, own in zip(names, shared) if np.mean(own) < 0.5)

@@ -19,7 +19,7 @@ from ..recordings.readers.block import Flags
 from .checking import NAMED_RATIO, RIVAL_RATIO, Measured, in_words
 from .placing import Free, offsets_of
 
-# Mistakes that are then tried in a calibration.
+# Number of likely mistakes that are tried in a calibration.
 MISTAKE_TRIALS = 3
 
 
@@ -122,10 +122,10 @@ def scores_of_poses(
     robot: Robot, given: Measured, used: Flags
 ) -> Callable[[Sequence[Hypothesis]], Floats]:
     """
-    Return how badly poses fit with each mistake undone, for all of them at once.
+    Return the function that scores how badly poses fit with each of several mistakes undone.
 
-    Base and tool are those of rows that were used, of the set of which most were left out. Rows
-    beyond what any calibration leaves count alike, however far they are.
+    Base and tool are fitted to the used rows of the set with most outliers. Rows with more than
+    20 mm or 2 deg count as 1, however large their errors are.
     """
     set_ = given.sets == int(np.argmax(np.bincount(given.sets, weights=~used)))
     both = [np.flatnonzero(set_ & flags) for flags in (used, ~used)]

@@ -26,8 +26,8 @@ from .checking import Measured
 
 # Noise (m and rad) below this is round-off.
 NOISE_FLOOR = 1e-10
-# An estimate of the noise has a relative deviation of 1 / sqrt(2 f). With fewer degrees of freedom
-# than 30 this is more than an eighth, and the usual noise is the least that is taken.
+# An estimate of the noise has a relative deviation of 1 / sqrt(2 f). It is above an eighth if f is
+# below 30; then the estimate is at least the usual noise.
 NOISE_FREEDOM = 30.0
 # The noise of encoders and trackers (m and rad).
 USUAL_NOISE = 2e-5
@@ -35,14 +35,14 @@ USUAL_NOISE = 2e-5
 HUBER_QUANTILE = 0.95
 # Level of the chi-square test of a row: beyond it the row is an outlier.
 OUTLIER_CHANCE = 3e-6
-# Most rounds of each phase; they end when they converge.
+# Largest number of rounds of each phase.
 MAX_ROUNDS = 25
 # The rounds end if step and change of the noise are less, in deviations.
 STEP_TOLERANCE = 1e-3
 # The variance f / (f - 2) of Student's distribution is infinite at f = 2: a smaller f is taken as
 # this one.
 LEAST_STUDENT_FREEDOM = 3.0
-# With at most this number of degrees of freedom the rows do not tell the noise.
+# With at most 1 degree of freedom the rows do not determine the noise.
 UNKNOWN_NOISE_FREEDOM = 1.0
 # Standard deviation (m) of a distance between points that is known.
 DISTANCE_DEVIATION = 1e-5

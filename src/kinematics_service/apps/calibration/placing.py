@@ -118,7 +118,7 @@ def shared_offsets(
     found
         Offsets of each set by itself.
     own
-        What each set has of its own.
+        The placements that each set has of its own.
     """
     largest = found[int(np.argmax([len(one) for one in A]))]
     result = []

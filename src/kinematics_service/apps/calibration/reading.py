@@ -48,7 +48,7 @@ class MeasuredRecording:
     remarks
         Sentences on what was left out or changed.
     rows : shape (N,)
-        The row of a table that each pose is in, counted from 0; None where there is no table.
+        The row of the table of each pose, counted from 0; None if the file is not a table.
     """
 
     file: str

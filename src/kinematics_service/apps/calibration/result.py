@@ -140,8 +140,8 @@ class Calibration(IdentifiedTable):
         """
         Return that held-out rows are worse with the corrections; empty if they are not.
 
-        They are if the squares of their errors are larger by more than that of the noise. So it
-        is, too, if the rows beside a held-out block do no more than place base and tool.
+        They are worse if the squares of their errors grow by more than that of the noise, or if
+        the rows beside a held-out block only suffice to place base and tool.
         """
         kind, more = self.kind, f'measure more {self.kind}, far apart (calibrate-propose)'
         before, after = self.held_out_before.position_rms, self.held_out.position_rms
@@ -163,8 +163,8 @@ class Calibration(IdentifiedTable):
         """
         Return whether the corrections bring held-out rows no nearer than chance might.
 
-        So it is if the mean of the differences of the squares of their errors, before and after,
-        is below two of its standard deviations (paired test).
+        This is true if the mean decrease of their squared errors is below two of its standard
+        deviations (paired test).
         """
         before, after = np.sum(self.left[3:, self.used, 0] ** 2, axis=2)
         gains = before - after

@@ -75,8 +75,8 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
     poses, A : shape (N, 4, 4)
         Poses of the second source, and of the robot file.
     read
-        How the orientations were read, `rpy`, one of `EULER_ORDERS` or `rotvec`; of others nothing
-        is known of what they were made of.
+        How the orientations were read: `rpy`, one of `EULER_ORDERS` or `rotvec`. Any other text
+        means that it is unknown.
     """
     R = poses[:, :3, :3]
     few = few_of(len(R))
@@ -148,7 +148,7 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     wrong = (wrong - products[:, None]) ** 2
     pairs, pose = np.arange(count), np.arange(many)
     pair = pairs[:, None]
-    wrong[:, :, pose, :, pose] = 0.0  # a pose says nothing of itself
+    wrong[:, :, pose, :, pose] = 0.0  # a pose does not check itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
         # Errors of each triple against the triples chosen so far, and then against all chosen.

@@ -57,15 +57,15 @@ from .offsets import (
 NAMED_RATIO = 3.0
 # A cause is called likely if undoing it divides the remainder by 2 or more.
 LIKELY_RATIO = 2.0
-# Named causes are rivals if their ratios differ by less than this factor.
+# Named causes are rivals if their ratios differ by less than a factor of 2.
 RIVAL_RATIO = 2.0
-# Likely causes are rivals if their ratios differ by less than this factor.
+# Likely causes are rivals if their ratios differ by less than a factor of 1.25.
 LIKELY_RIVAL_RATIO = 1.25
 # Steps of a first selection of hypotheses by few poses.
 SIFT_STEPS = 4
 # Number of hypotheses that are tried at once, the likeliest first.
 BATCH_SIZE = 16
-# Number of those that are then fitted to all poses.
+# Number of hypotheses that are then fitted to all poses.
 FITTED_IN_FULL = 4
 # Factor by which an estimate from a few poses may be too small.
 SIFT_MARGIN = 2.0
@@ -196,7 +196,7 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
 
 
 def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
-    # Without scales of a joint that a cause of fewer numbers explains as well.
+    # Leave out scales of a joint if a cause with fewer numbers explains the remainder as well.
     said = {one.sentence for one in tried if one.value is None}
     units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
     least = RIVAL_RATIO * max(units, default=0.0)
@@ -218,7 +218,7 @@ def _orders(
     given: ComparedData, A: Floats, fit: Fit, tried: Sequence[TestedCause]
 ) -> list[TestedCause]:
     if errors_of(fit.position, fit.rotation).rotation_rms < NOMINAL.angle:
-        return []  # angles so small hardly depend on their order
+        return []  # small angles hardly depend on their order
     likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
     # The joints are where they were.
@@ -229,14 +229,14 @@ def _orders(
 
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
-    # The score of few poses from which on a cause explains too little, or by far less than others.
+    # Return the score of few poses above which a cause explains too little, or less than others.
     ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
 
 def _sifted(A: Floats, B: Floats, most: float) -> dict[int, Fit]:
-    # The places, rising, of those of H problems that leave least, and less than `most`; and their
-    # fits. Those are not fitted that leave far more than others whatever the offsets are.
+    # Return the fits with the smallest scores below `most`, by the rising number of the problem. A
+    # problem whose lower bound is far above the best score is not fitted.
     bounds, found = least_angles(A, B), dict[int, Fit]()
     order = np.argsort(bounds, kind='stable')
     for some in np.split(order, range(BATCH_SIZE, len(order), BATCH_SIZE)):
@@ -282,7 +282,7 @@ def undone(
 
 
 def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
-    # To first order: what each takes off the remainder beyond the offsets; the best are fitted.
+    # Rank the numbers by the squares that each explains to first order, and fit the best.
     scales = list(scale_hypotheses_of(given))
     numbers = [*number_hypotheses_of(given), *scales]
     moved, rest = _beyond(given, A, fit, np.concatenate([one.columns for one in numbers], axis=2))
@@ -311,7 +311,8 @@ def _preference(cause: TestedCause) -> float:
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
-    # How poses move with numbers, (6 N, c), and what remains (6 N,), beyond what offsets do.
+    # Project the columns of the numbers (6 N, c) and the remainder (6 N,) onto the complement of
+    # the offsets.
     scale = np.reshape(scale_of(given.poses), (1, 1, 1))
     J, r = equations_of(A, fit, scale)
     basis = span_of(J)
@@ -323,7 +324,7 @@ def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[
 def _scale_starts(
     given: ComparedData, scales: Sequence[NumberHypothesis], before: Fit
 ) -> list[tuple[NumberHypothesis, Floats, Fit]]:
-    # Scales far from 1: each joint's range on a grid, the best fits to few poses.
+    # Start the scales on a grid of each joint's range; return the best fits to few poses.
     few, farthest = few_of(len(given.q)), np.max(np.abs(given.q), axis=0)
     grid = [
         (one, reach / farthest[one.joint] - 1.0)
@@ -349,7 +350,7 @@ def _scale_starts(
 def _fitted(
     given: ComparedData, before: Fit, number: NumberHypothesis, values: Floats, begin: Fit
 ) -> TestedCause | None:
-    # The offsets and the number together. None where a closed loop does not close with it.
+    # Fit the offsets and the number together; None if a closed loop does not close.
     try:
         found = fit_numbers(number.at, values[None], given.poses[None], lifted(begin), ROUNDS)
     except LoopError:
@@ -366,8 +367,8 @@ def _fitted(
     if cause.ratio < NAMED_RATIO:
         return replace(cause, name=number.name)
     # The diagonal of the model resolution matrix (Menke, Geophysical Data Analysis, chapter 4) of
-    # a least-squares fit of all numbers by their usual errors: 1 where poses tell this one from
-    # all others, 0 where they tell nothing of it. And what that fit takes off it.
+    # a least-squares fit of all numbers by their usual errors: 1 if poses tell this number from
+    # the others, 0 if they do not. Subtract the relative change of this number in that fit.
     there, change = given._replace(q=q), number.at(found.values)
     others = [
         one.usual * one.columns[:, :, -1:]

@@ -58,8 +58,8 @@ class PoseLimit(NamedTuple):
 # An arm with the nominal table of its type, not the calibrated one of the unit, is off by 1 to 3
 # mm and up to 0.4 deg: no more is left by it and an instrument that is worth the name.
 NOMINAL = PoseLimit(4e-3, math.radians(0.5))
-# If each number of a table is off by 1 mm and 0.2 deg, 4 to 10 mm and 0.5 to 1 deg remain. If more
-# than this remains, a cause is not the only mistake.
+# If each number of a table is off by 1 mm and 0.2 deg, 4 to 10 mm and 0.5 to 1 deg remain. A cause
+# that leaves more is not the only mistake.
 EXPLAINED = PoseLimit(12e-3, math.radians(1.25))
 # Every calibrated arm leaves less than 20 mm and 2 deg.
 ERROR_LIMIT = PoseLimit(20e-3, math.radians(2.0))

@@ -79,11 +79,11 @@ class NumberHypothesis(NamedTuple):
     key, name
         Kind of the cause, for programs; the joint, or the number and its row.
     usual
-        A usual error of it, rad, m or a share; the last one of two.
+        A usual error of the number, rad or m; of a scale, that of the range.
     at
         Returns the poses (1, N, 4, 4) for corrections (1, c), and how they move, (1, N, 6, c).
     columns : shape (N, 6, c)
-        How the poses move, linear rows first, where the number is as in the file.
+        The derivatives of the poses at the number of the file, linear rows first.
     joint
         The joint whose zero or scale it is; -1 if it is of the table.
     """
@@ -194,7 +194,7 @@ def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
 def _of_table(given: ComparedData) -> Iterator[Hypothesis]:
     robot = given.robot
     if robot.chain.loops:
-        return  # its loops would close elsewhere
+        return  # the loops would close at other positions
     for other in CONVENTIONS[robot.convention].others:
         sentence = f'the table is {other.name}, and is read as {robot.convention}'
         yield Hypothesis('convention', sentence, robot=read_as(robot, other.name))
@@ -332,7 +332,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     robot = given.robot
     yield from _of_joints(given, 'joint_offset', 1)
     if robot.chain.loops:
-        return  # in a loop, a length bends it
+        return  # a wrong length changes the shape of a loop
     arm, own = parameters_of(robot), robot.description
     ends = len(arm.table), len(arm.table) + len(SIX)
     chain = placement(arm.chain, own.base.motion.matrix, own.tool.motion.matrix, ends)

@@ -38,17 +38,17 @@ from .known_poses import errors_between, pose_errors, within_digits
 # Sentences for files in degrees and in millimetres, by the sentence for rad and m.
 IN_DEGREES = {RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
 IN_MILLIMETRES = {LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
-# These say something of positions and orientations together.
+# Keys of mistakes that need orientations.
 OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
 # Values from which an angle is sought, rad.
 START_ANGLES = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi)
 # Steps of the Gauss-Newton method.
 NEWTON_STEPS = 12
-# Tools that differ by less between two poses are one (m and rad): these poses are alike.
+# Poses whose entries differ by less (m, rad) are the same.
 TOOL_TOLERANCE = 1e-9
 # The arm must miss a rounded pose by 10 times the error that its digits allow. Many changes of
 # numbers make a smaller error vanish.
-MISSED_RATIO = 10.0
+ERROR_RATIO = 10.0
 
 
 class PoseCauses(NamedTuple):
@@ -92,7 +92,7 @@ def pose_causes(robot: Robot) -> PoseCauses:
     known = within_digits(robot)
     if known != robot.description.known_poses:
         errors = [replace(error, known=known[error.index]) for error in pose_errors(robot)]
-        if max(error.share for error in errors) < MISSED_RATIO:
+        if max(error.share for error in errors) < ERROR_RATIO:
             return PoseCauses((), 0)
     expected = np.array([pose.motion.matrix for pose in known])
     given = ComparedData(robot, np.array([pose.q for pose in known]), expected)
@@ -136,7 +136,7 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
 
 
 def _angle_units(given: ComparedData) -> Iterator[Hypothesis]:
-    # The angles of the poses as they are written, in the other unit; and those of the joints, too.
+    # Yield that the angles of the poses, or of poses and joints, are in the other unit.
     description = given.robot.description
     try:
         angles = [_written_rpy(pose) for pose in description.known_poses]
@@ -161,7 +161,7 @@ def _written_rpy(pose: KnownPose) -> Floats:
 
 
 def _ends(given: ComparedData) -> Iterator[_Undone]:
-    # Another base or tool, where two poses that differ ask for the same one.
+    # Yield another base or tool. Two different poses must agree on it.
     A, B = evaluate(given.robot, given.q, depth=kernel.POSE).pose, given.poses
     if not _has_orientations(given.robot) or np.abs(A - A[0]).max() <= TOOL_TOLERANCE:
         return
@@ -177,7 +177,7 @@ def _ends(given: ComparedData) -> Iterator[_Undone]:
 
 
 def _numbers(given: ComparedData) -> Iterator[_Undone]:
-    # Any pose alone may be met by a number that has nothing to do with it.
+    # Many wrong numbers can explain a single pose.
     if len(np.unique(given.q, axis=0)) < 2:
         return
     oriented = _has_orientations(given.robot)

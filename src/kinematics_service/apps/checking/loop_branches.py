@@ -10,12 +10,19 @@ from ...robot.file.parts.description import RobotDescription
 from ...robot.file.parts.loop_groups import loop_groups, passive_of
 from ...robot.loops import closure_of, gap_between
 
-# Other branches are looked for from a grid with so many values of a variable, or so many random
-# starts.
-GRID, BRANCH_STARTS, SAME_BRANCH = 24, 400, 1e-6
-# Of more than two variables the starts come nearer by so many damped steps, rad or a share of the
-# loops' size each at most.
-SHORT_STEPS, LONGEST_STEP, DAMPING = 60, 0.5, 1e-6
+# Number of start values of each variable, for one or two passive joints.
+GRID_POINTS = 24
+# Number of random starts, for more passive joints.
+RANDOM_STARTS = 400
+# Passive joints (rad, m) of two branches differ by more.
+BRANCH_TOLERANCE = 1e-6
+# Number of damped steps that bring random starts near to closed loops.
+DAMPED_STEPS = 60
+# Largest damped step, rad or a share of the size of the loops.
+STEP_LIMIT = 0.5
+# Damping of these steps, in the units of J^T J.
+DAMPING = 1e-6
+# Seed of the random starts.
 SEED = 20240523
 
 
@@ -23,8 +30,8 @@ def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, 
     """
     Return other positions of a group's passive joints at which it closes at the known position.
 
-    Newton's method looks for them from many positions, with no proof that there are no others;
-    turns are left out.
+    Newton's method starts at many positions. It may miss branches. Positions that differ by full
+    turns are one branch.
 
     Parameters
     ----------
@@ -49,7 +56,7 @@ def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, 
             continue
         closed = section[places]
         apart = [np.where(turning, np.sin(0.5 * (closed - one)), closed - one) for one in found]
-        if min(float(np.max(np.abs(one))) for one in apart) > SAME_BRANCH:
+        if min(float(np.max(np.abs(one))) for one in apart) > BRANCH_TOLERANCE:
             found.append(closed)
     wrapped = [np.where(turning, np.arctan2(np.sin(v), np.cos(v)), v) for v in found[1:]]
     return tuple(tuple(values.tolist()) for values in wrapped)
@@ -62,18 +69,18 @@ def _starts(
     turning: npt.NDArray[np.bool_],
     strokes: Floats,
 ) -> Floats:
-    # A grid of one or two variables, denser than Newton's method needs it; of more, where random
-    # ones come to by short steps.
+    # For one or two variables, return a grid that is denser than Newton's method needs. For more
+    # variables, return random positions after damped steps (Levenberg-Marquardt).
     ends = np.where(turning, np.pi, strokes)
     if len(turning) <= 2:
-        grids = np.meshgrid(*(np.linspace(-end, end, GRID) for end in ends))
+        grids = np.meshgrid(*(np.linspace(-end, end, GRID_POINTS) for end in ends))
         return np.stack([grid.ravel() for grid in grids], axis=1)
     group, random = kernel.groups_from(closure.first)[g], np.random.default_rng(SEED)
-    x = np.tile(closure.variables_at_start(), (BRANCH_STARTS, 1))
-    x[:, places] = random.uniform(-ends, ends, (BRANCH_STARTS, len(turning)))
-    longest = LONGEST_STEP * closure.first.arguments[3][places]
+    x = np.tile(closure.variables_at_start(), (RANDOM_STARTS, 1))
+    x[:, places] = random.uniform(-ends, ends, (RANDOM_STARTS, len(turning)))
+    longest = STEP_LIMIT * closure.first.arguments[3][places]
     with np.errstate(all='ignore'):
-        for _ in range(SHORT_STEPS):
+        for _ in range(DAMPED_STEPS):
             gap, slopes = _residuals(group, x)
             slopes = slopes[..., places]
             squares = np.swapaxes(slopes, 1, 2) @ slopes + DAMPING * np.eye(len(places))
@@ -83,7 +90,7 @@ def _starts(
 
 
 def _residuals(group: LoopGroup, x: Floats) -> tuple[Floats, Floats]:
-    # Of a group at many variables (N, v), and its slopes (N, p, v) by all of them.
+    # Return the gaps (N, p) of a group at many variables (N, v), and their derivatives (N, p, v).
     gaps, slopes = [], []
     for loop in group.members():
         there, J_there = poses_and_jacobians(loop.there, x)

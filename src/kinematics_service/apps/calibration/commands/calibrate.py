@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple, Optional
+from typing import Annotated, NamedTuple, Optional
 
 from ....cli.options import RobotOption, WrongUsage, given_robot, named
 from ....errors import CalibrationError
-from ..conditions import ToolLoads
+from ..conditions import RowConditions, ToolLoads
 from ..reading import MeasuredRecording, cells_beside
 from .calibration_options import (
     FilesArgument,
@@ -44,11 +44,11 @@ class ConditionOptions(NamedTuple):
     ] = DOWN
 
     def check(self) -> None:
-        """Refuse what is said of a load if no column has one."""
+        """Refuse options of a load without a column of loads."""
         if self.load is None and (self.load_at, self.gravity) != (ORIGIN, DOWN):
             raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
 
-    def of(self, given: Sequence[MeasuredRecording]) -> dict[str, Any]:
+    def of(self, given: Sequence[MeasuredRecording]) -> RowConditions:
         """Return sessions and loads of the rows, as the library's `calibrate` takes them."""
         sessions = loads = None
         if self.sessions == EACH_FILE:
@@ -63,7 +63,7 @@ class ConditionOptions(NamedTuple):
                 raise CalibrationError(
                     f'the column {self.load!r} has masses in kg: {error}'
                 ) from None
-        return {'sessions': sessions, 'loads': loads}
+        return RowConditions(sessions, loads)
 
 
 @grouped

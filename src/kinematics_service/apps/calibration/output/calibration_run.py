@@ -25,6 +25,7 @@ from ..calibration import calibrate
 from ..camera import ON_TOOL, Camera
 from ..checking import Measured, refuse_loops
 from ..chosen_parameters import ChosenParameters, asks_for_gears
+from ..conditions import RowConditions
 from ..reading import (
     MeasuredRecording,
     TouchRecording,
@@ -138,7 +139,9 @@ class CalibrationRun(NamedTuple):
         files: Sequence[Path],
         reading: Selection,
         gap: float | None,
-        conditions: Callable[[Sequence[MeasuredRecording]], dict[str, Any]] = lambda given: {},
+        conditions: Callable[[Sequence[MeasuredRecording]], RowConditions] = lambda _: (
+            RowConditions()
+        ),
     ) -> CalibratedPoses:
         """
         Return the calibration from poses of recordings, a set each.
@@ -161,7 +164,7 @@ class CalibrationRun(NamedTuple):
             qdot=np.concatenate([one.rates for one in given]),
             read='' if on_tool else given[0].kind,
             camera=self.camera,
-            **conditions(given),
+            **conditions(given)._asdict(),
         )
         poses = inverses(given[0].poses) if on_tool else given[0].poses
         return CalibratedPoses(found, *origin_of(given), given[0].q, poses)

@@ -22,7 +22,7 @@ from ..result import Calibration
 MAX_ROWS = 1000
 # Sizes of a plot, px: width, width of a plot in two columns, height.
 WIDTH = 720
-NARROW_WIDTH = 440
+COLUMN_WIDTH = 440
 HEIGHT = 220
 # Margins of a plot, px.
 LEFT = 64
@@ -120,7 +120,7 @@ def _by_joint(found: Calibration) -> str:
     text = ''
     for name, slides, q in zip(found.robot.joint_names, found.robot.prismatic, found.q[rows].T):
         unit, x = ('m', q) if slides else ('deg', np.degrees(q))
-        text += PointPlot(name, title, unit, x, series, width=NARROW_WIDTH).html()
+        text += PointPlot(name, title, unit, x, series, width=COLUMN_WIDTH).html()
     return f'<h2>Errors by joint position</h2>\n<div class="joints">{text}</div>\n'
 
 

@@ -29,7 +29,7 @@ from ..known_poses import PoseError, pose_errors, pose_faults
 from ..loop_branches import other_branches
 from ..textbook_table import motion_text, textbook_table
 
-# Of a group of loops; a machine of several arms has many.
+# Largest number of branches that are printed for a group of loops.
 BRANCHES_SHOWN = 4
 
 Files = Annotated[
