@@ -17,15 +17,12 @@ from .skeleton import Skeleton, skeleton_of
 
 # Lengths as shares of the drawn cube's edge.
 FRAME, AXIS, TOOL_FRAME, LOST = 0.06, 0.24, 0.11, 0.22
+FRAME_LABELS = ('x', 'y', 'z (thick: tool)')
 MARGIN = 0.08
 # Elevation and azimuths of the view, degrees: never along x or y, whose labels would overlap. The
 # first of equally good ones is taken.
 ELEVATION = 22.0
 AZIMUTHS = (-55.0, *(float(a) for a in range(-175, 180, 10) if 10 < a % 90 < 80))
-# Number of points of a link that count for the view.
-ALONG = 9
-# Weight of the arm's length on paper beside its area: an arm in a line has no area.
-LENGTH_SHARE = 0.1
 
 
 def arm_picture(robot: Robot, q: Floats) -> Draw:
@@ -41,7 +38,7 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
 
     def draw(figure: Figure) -> None:
         figure.set_size_inches(7.5, 7.4)
-        axes = figure.add_axes((-0.03, 0.035, 1.0, 0.925), projection='3d')
+        axes = figure.add_axes((-0.03, 0.06, 1.0, 0.9), projection='3d')
         cube = cube_around([skeleton])
         set_space(axes, cube, azimuth_of(skeleton))
         draw_skeleton(axes, skeleton, cube, label_size=9.0)
@@ -50,10 +47,11 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
         figure.suptitle(
             f'{words(robot.name)}: {words(robot.tool_frame)} in {words(robot.base_frame)}\n'
             f'{positions(robot, q, 90)}\n{nearness(robot, near)}',
-            fontsize=10.5,
             y=0.985,
         )
-        _draw_legend(figure, axes)
+        handles, names = axes.get_legend_handles_labels()
+        entries = dict(zip(names, handles))  # one entry a name
+        figure.legend(entries.values(), entries.keys(), loc='lower center', ncols=5, frameon=False)
 
     return draw
 
@@ -77,26 +75,27 @@ def azimuth_of(skeleton: Skeleton) -> float:
     Return the azimuth from which an arm looks largest, degrees. Its size is the area over which
     its links spread on paper: the product of the spreads along the principal directions there.
     """
-    segments = skeleton.segments
-    if not segments:
+    if not skeleton.segments:
         return AZIMUTHS[0]
-    shares = np.linspace(0.0, 1.0, ALONG)[:, None]
-    points = np.vstack([s.start + shares * (s.end - s.start) for s in segments])
-    weights = np.repeat([np.linalg.norm(s.end - s.start) for s in segments], ALONG)
-    points = points - np.average(points, axis=0, weights=weights)
-    moments = points.T @ (points * (weights / np.sum(weights))[:, None])
-    return max(AZIMUTHS, key=lambda azimuth: _size_on_paper(moments, azimuth))
-
-
-def _size_on_paper(moments: Floats, azimuth: float) -> float:
-    # From the second moments (3, 3), over those of the arm itself.
-    a, e = np.radians([azimuth, ELEVATION])
-    across = [-np.sin(a), np.cos(a), 0.0]
-    up = [-np.sin(e) * np.cos(a), -np.sin(e) * np.sin(a), np.cos(e)]
-    paper = np.array([across, up])
-    small, large = np.linalg.eigvalsh(paper @ moments @ paper.T) / np.trace(moments)
+    ends = np.array([(segment.start, segment.end) for segment in skeleton.segments])
+    along, middles = ends[:, 1] - ends[:, 0], ends.mean(axis=1)
+    lengths = np.linalg.norm(along, axis=1)
+    middles -= np.average(middles, axis=0, weights=lengths)
+    # Second moments of thin rods, of trace 1.
+    M = (lengths * middles.T) @ middles + (lengths * along.T) @ along / 12.0
+    M /= np.trace(M)
+    a, e = np.radians(AZIMUTHS), np.radians(ELEVATION)
+    to_viewer = np.stack(
+        [np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.full(len(a), np.sin(e))]
+    )
+    # det(P M P^T) of a projection P along n is n^T adj(M) n.
+    adjugate = M @ M - M + (1.0 - np.trace(M @ M)) / 2.0 * np.eye(3)
+    areas = np.einsum('in,ij,jn->n', to_viewer, adjugate, to_viewer)
+    # An arm in a line has no area from any side: the longest image counts then.
+    lost = np.einsum('in,ij,jn->n', to_viewer, M, to_viewer)
     # Rounded, so that equal views are equal and the first one is taken.
-    return round(float(np.sqrt(max(small, 0.0) * large) + LENGTH_SHARE * large), 9)
+    best = np.lexsort((lost.round(9), -areas.round(9)))[0]
+    return float(AZIMUTHS[best])
 
 
 def set_space(axes: Axes3D, cube: Floats, azimuth: float, small: bool = False) -> None:
@@ -104,7 +103,7 @@ def set_space(axes: Axes3D, cube: Floats, azimuth: float, small: bool = False) -
     size = 8.0 if small else 10.0
     axes.set(xlim=cube[0], ylim=cube[1], zlim=cube[2])
     axes.set_box_aspect((1.0, 1.0, 1.0))
-    axes.computed_zorder = False  # axes in front of links, labels in front of all
+    axes.computed_zorder = False  # in the order of drawing, labels in front of all
     axes.view_init(elev=ELEVATION, azim=azimuth)
     for name, color, axis in zip('xyz', AXIS_COLORS, (axes.xaxis, axes.yaxis, axes.zaxis)):
         axis.set_label_text(with_unit(name, 'm'), fontsize=size, color=color)
@@ -120,55 +119,36 @@ def draw_skeleton(
     """Draw an arm into axes in space; labels of joints and tool if a size of letters is given."""
     edge, floor = edge_of(cube), cube[2, 0]
     thick = 1.0 if label_size else 0.7
+
+    def line(start: Floats, end: Floats, width: float, color: str, **style: Any) -> None:
+        axes.plot(*np.stack([start, end], axis=1), color=color, linewidth=width * thick, **style)
+
     for segment in skeleton.segments:
-        ends = np.stack([segment.start, segment.end])
-        axes.plot(
-            ends[:, 0],
-            ends[:, 1],
-            np.full(2, floor),
-            color=LIGHT,
-            linewidth=2.5 * thick,
-            solid_capstyle='round',
-            zorder=1,
-        )
+        start, end = (np.array([*point[:2], floor]) for point in (segment.start, segment.end))
+        line(start, end, 2.5, LIGHT)
     for segment in skeleton.segments:
-        ends = np.stack([segment.start, segment.end]).T
-        axes.plot(
-            *ends,
-            color=ORANGE if segment.slides else GREY,
-            linewidth=5.0 * thick,
-            solid_capstyle='round',
-            zorder=5,
-            gid='slide' if segment.slides else 'link',
-        )
+        color, label = (ORANGE, 'slide') if segment.slides else (GREY, 'link')
+        line(segment.start, segment.end, 5.0, color, label=label)
     labels = []
     for axis in skeleton.axes:
         if axis.variables:  # a passive joint of a loop is a point
             half = 0.5 * AXIS * edge * axis.direction
-            ends = np.stack([axis.point - half, axis.point + half])
-            axes.plot(
-                *ends.T,
-                color=BLACK,
-                linewidth=1.2 * thick,
-                linestyle=(0, (5, 1.5, 1, 1.5)),
-                zorder=9,
-                gid='axis',
-            )
-            labels.append(Label(ends[1], ' '.join(map(short, axis.variables)), BLACK))
-        marker = 's' if axis.slides else 'o'
-        axes.plot(
-            *axis.point[:, None],
-            marker=marker,
-            markersize=7.0 * thick,
-            color='white',
-            markeredgecolor=BLACK,
-            zorder=10,
-            gid='joint',
-        )
-    _draw_frames(axes, skeleton, edge, thick)
+            end = axis.point + half
+            line(axis.point - half, end, 1.2, BLACK, linestyle='-.', label='joint axis')
+            labels.append(Label(end, ' '.join(map(short, axis.variables)), BLACK))
+    for axis in skeleton.axes:
+        marker, label = ('s', 'sliding joint') if axis.slides else ('o', 'joint')
+        style = {'marker': marker, 'markersize': 7.0 * thick, 'markeredgecolor': BLACK}
+        line(axis.point, axis.point, 0.0, 'white', label=label, **style)
+    tool = skeleton.tool
+    for frame, length, width in (
+        *((frame, FRAME, 1.1) for frame in skeleton.frames),
+        (tool, TOOL_FRAME, 2.2),
+    ):
+        tips = frame[:3, 3] + length * edge * frame[:3, :3].T
+        for tip, name, color in zip(tips, FRAME_LABELS, AXIS_COLORS):
+            line(frame[:3, 3], tip, width, color, label=name, gid='frame')
     if label_size:
-        tool = skeleton.tool
-        tips = tool[:3, 3] + TOOL_FRAME * edge * tool[:3, :3].T
         labels += [
             Label(tip, name, color, bold=True)
             for tip, name, color in zip(tips, 'xyz', AXIS_COLORS)
@@ -176,18 +156,7 @@ def draw_skeleton(
         lines = [(segment.start, segment.end) for segment in skeleton.segments]
         lines += [(tool[:3, 3], tip) for tip in tips]
         lines += [(axis.point, axis.point) for axis in skeleton.axes]
-        place_labels(axes, labels, lines or [(tool[:3, 3], tool[:3, 3])], label_size)
-
-
-def _draw_frames(axes: Axes3D, skeleton: Skeleton, edge: float, thick: float) -> None:
-    for frame, length, width in (
-        *((frame, FRAME, 1.1) for frame in skeleton.frames),
-        (skeleton.tool, TOOL_FRAME, 2.2),
-    ):
-        origin = frame[:3, 3]
-        for k, color in enumerate(AXIS_COLORS):
-            ends = np.stack([origin, origin + length * edge * frame[:3, k]])
-            axes.plot(*ends.T, color=color, linewidth=width * thick, zorder=12, gid='frame')
+        place_labels(axes, labels, lines, label_size)
 
 
 def _draw_lost(axes: Axes3D, point: Floats, direction: Floats, edge: float) -> None:
@@ -195,37 +164,6 @@ def _draw_lost(axes: Axes3D, point: Floats, direction: Floats, edge: float) -> N
     norm = float(np.linalg.norm(direction))
     if norm < 0.1:
         return
-    for sign in (-1.0, 1.0):
-        arrow = sign * LOST * edge * direction / norm
-        axes.quiver(
-            *point, *arrow, color=PURPLE, linewidth=2.0, linestyle='--', gid='lost', zorder=15
-        )
-
-
-def _draw_legend(figure: Figure, axes: Axes3D) -> None:
-    from matplotlib.lines import Line2D
-
-    seen = {line.get_gid() for line in axes.lines} | {
-        collection.get_gid() for collection in axes.collections
-    }
-    slides = any(line.get_gid() == 'joint' and line.get_marker() == 's' for line in axes.lines)
-    entries: dict[str, dict[str, Any]] = {
-        'link': {'color': GREY, 'linewidth': 5},
-        'joint and its axis': {
-            'color': BLACK, 'linewidth': 1.1, 'linestyle': '-.', 'marker': 'o',
-            'markerfacecolor': 'white', 'markersize': 7,
-        },
-    }  # fmt: skip
-    if slides:
-        entries['sliding joint'] = {
-            'color': ORANGE, 'linewidth': 5, 'marker': 's', 'markerfacecolor': 'white',
-            'markeredgecolor': BLACK, 'markersize': 7,
-        }  # fmt: skip
-    for name, color in zip(('x', 'y', 'z (thick: tool)'), AXIS_COLORS):
-        entries[name] = {'color': color, 'linewidth': 2.2}
-    if 'lost' in seen:
-        entries['lost translation'] = {'color': PURPLE, 'linestyle': '--', 'linewidth': 2}
-    handles = [Line2D([], [], label=label, **style) for label, style in entries.items()]
-    figure.legend(
-        handles=handles, loc='lower center', ncols=len(entries), frameon=False, columnspacing=1.2
-    )
+    arrow = LOST * edge * direction / norm
+    for way in (arrow, -arrow):
+        axes.quiver(*point, *way, color=PURPLE, linestyle='--', label='lost translation', zorder=3)

@@ -10,7 +10,6 @@ from .picture import GREY, SERIES, Draw, with_unit, words
 
 # Inches: of a panel, of the words above and below all of them.
 WIDTH, HEIGHT, HEAD = 8.5, 1.1, 1.3
-TITLE = 10.5
 
 
 def family_picture(robot: Robot, result: IkResult) -> Draw:
@@ -46,6 +45,6 @@ def family_picture(robot: Robot, result: IkResult) -> Draw:
             axes.set_ylabel(words(with_unit(robot.joint_names[j], unit)), fontsize=7)
         rows[-1].set_xlabel(with_unit('length of the arcs, one after the other', 'rad'))
         count = f'{len(arcs)} {"arc" if len(arcs) == 1 else "arcs"}'
-        figure.suptitle(words(f'{robot.name}: {count} of the nearest curve'), fontsize=TITLE)
+        figure.suptitle(words(f'{robot.name}: {count} of the nearest curve'))
 
     return draw

@@ -45,7 +45,7 @@ def map_picture(robot: Robot, numbers: DistanceMap) -> Draw:
         axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
         if not np.any(robot.prismatic[list(numbers.joints)]):
             axes.set_box_aspect(1.0 if np.ptp(x) == np.ptp(y) else None)
-        figure.suptitle(_title(robot, numbers), fontsize=10.5)
+        figure.suptitle(_title(robot, numbers))
         if entries:
             figure.legend(
                 handles=entries, loc='outside lower center', ncols=3, facecolor='#45484F',

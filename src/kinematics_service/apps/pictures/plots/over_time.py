@@ -34,7 +34,7 @@ def panels(figure: Figure, heights: Sequence[float], title: str) -> list[Axes]:
     axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)
     rows = [row[0] for row in axes]
     rows[-1].set_xlabel(with_unit('time', 's'))
-    figure.suptitle(title, fontsize=10.5)
+    figure.suptitle(title)
     figure.align_ylabels(rows)
     return rows
 

@@ -91,7 +91,7 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
             draw_skeleton(axes, skeleton, cube, label_size=None)
             _draw_target(axes, point)
             _write_heading(figure, robot, pose, _away(near, k), panel, height)
-        figure.suptitle(title, fontsize=10.5, y=1.0 - 0.1 / height)
+        figure.suptitle(title, y=1.0 - 0.1 / height)
 
     return draw
 

@@ -55,7 +55,6 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
         figure.suptitle(
             f'{words(robot.name)}: where {words(robot.tool_frame)} gets\n'
             f'{space.plane.title} ({_poses(robot, space)})',
-            fontsize=10.5,
         )
         figure.legend(
             handles=axes.get_legend_handles_labels()[0] + farther,
