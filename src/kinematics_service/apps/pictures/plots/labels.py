@@ -1,7 +1,8 @@
 """Labels in a drawing in space, placed where they cover neither the arm nor each other."""
 
+import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +16,8 @@ RADII = (9.0, 15.0, 23.0, 33.0)
 LETTER, LINE = 0.62, 1.25
 # Points of a segment that labels keep away from.
 ALONG = np.linspace(0.0, 1.0, 25)[:, None]
-COVERS_LABEL, COVERS_ARM, OUTSIDE, FARTHER = 40.0, 1.0, 60.0, 0.05
+
+Box = tuple[Floats, Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +52,8 @@ def place_labels(
     seen = np.vstack([start + ALONG * (end - start) for start, end in lines])
     obstacles = _on_paper(axes, seen) * scale
     frame = axes.get_window_extent()
-    room = np.array([[frame.x0, frame.y0], [frame.x1, frame.y1]]) * scale
-    taken: list[tuple[Floats, Floats]] = []
+    room = frame.min * scale, frame.max * scale
+    taken: list[Box] = []
     for label in _merged(axes, labels, 4.0 / scale):
         at = _on_paper(axes, label.point[None])[0] * scale
         half = np.array([LETTER * size * len(label.text), LINE * size]) / 2.0
@@ -71,13 +73,10 @@ def _merged(axes: Axes3D, labels: Sequence[Label], near: float) -> list[Label]:
     # Merges labels of one colour whose points coincide on paper.
     merged: list[Label] = []
     for label in labels:
-        at = _on_paper(axes, label.point[None])[0]
         for k, other in enumerate(merged):
-            there = _on_paper(axes, other.point[None])[0]
+            at, there = _on_paper(axes, np.stack([label.point, other.point]))
             if other.color == label.color and np.hypot(*(at - there)) < near:
-                merged[k] = Label(
-                    other.point, f'{other.text}, {label.text}', other.color, other.bold
-                )
+                merged[k] = replace(other, text=f'{other.text}, {label.text}')
                 break
         else:
             merged.append(label)
@@ -85,31 +84,20 @@ def _merged(axes: Axes3D, labels: Sequence[Label], near: float) -> list[Label]:
 
 
 def _best(
-    at: Floats,
-    half: Floats,
-    obstacles: Floats,
-    taken: Sequence[tuple[Floats, Floats]],
-    room: Floats,
-) -> tuple[Floats, tuple[Floats, Floats]]:
-    best = None
-    for radius in RADII:
-        for direction in DIRECTIONS:
-            # The nearer edge of the box is `radius` away.
-            offset = np.array(direction) * (radius + half * np.abs(direction) - half.min() / 2)
-            low, high = at + offset - half, at + offset + half
-            cost = FARTHER * radius
-            cost += COVERS_ARM * float(
-                np.sum(np.all((obstacles > low - 1.0) & (obstacles < high + 1.0), axis=1))
-            )
-            for other_low, other_high in taken:
-                if np.all((low < other_high) & (high > other_low)):
-                    cost += COVERS_LABEL
-            if np.any(low < room[0]) or np.any(high > room[1]):
-                cost += OUTSIDE
-            if best is None or cost < best[0]:
-                best = cost, offset, (low, high)
-    assert best is not None
-    return best[1], best[2]
+    at: Floats, half: Floats, obstacles: Floats, taken: list[Box], room: Box
+) -> tuple[Floats, Box]:
+    # Returns the offset and the box that collide with least: labels and the border first, then
+    # the arm, then the distance.
+    choices = []
+    for radius, direction in itertools.product(RADII, DIRECTIONS):
+        # The nearer edge of the box is `radius` away.
+        offset = np.array(direction) * (radius + half * np.abs(direction) - half.min() / 2)
+        low, high = at + offset - half, at + offset + half
+        collisions = sum(bool(np.all((low < b) & (high > a))) for a, b in taken)
+        collisions += bool(np.any(low < room[0]) or np.any(high > room[1]))
+        covered = int(np.sum(np.all((obstacles > low - 1.0) & (obstacles < high + 1.0), axis=1)))
+        choices.append((collisions, covered, radius, offset, (low, high)))
+    return min(choices, key=lambda choice: choice[:3])[3:]
 
 
 def _write(axes: Axes3D, label: Label, offset: Floats, size: float) -> None:

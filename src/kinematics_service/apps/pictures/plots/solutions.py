@@ -14,18 +14,23 @@ from ....rigid_motion import roll_pitch_yaw
 from ....robot.measures import MEASURES
 from ....robot.robot import Robot
 from .arm import azimuth_of, cube_around, draw_skeleton, set_space
-from .artists import Axes, Figure
+from .artists import Figure
 from .captions import positions, signed
 from .picture import BLACK, PURPLE, VERMILION, Draw, words
 from .skeleton import skeleton_of
 
 # More poses than this are not drawn, only counted.
 MOST = 16
-# Heights in inches: of a panel, of its words, below it, above all panels, and of a line.
-WIDTH, HEIGHT, WORDS, BELOW, HEAD, LINE = 3.4, 4.1, 0.85, 0.12, 0.2, 0.18
-TEXT = 8.5
-LETTERS = 12.5  # of the title to an inch
-COLUMNS = {1: 1, 2: 2, 3: 3, 4: 4, 5: 3, 6: 3, 7: 4, 8: 4, 9: 3}
+# Most panels side by side.
+MAX_COLUMNS = 4
+# Size of a panel with its words, inches.
+PANEL_WIDTH, PANEL_HEIGHT = 3.4, 4.3
+# Height of the drawing in a panel, and of the gap below it, inches.
+DRAWING_HEIGHT, GAP = 3.13, 0.12
+# Narrowest picture, and height of a line of its title, inches.
+MIN_WIDTH, LINE_HEIGHT = 6.0, 0.18
+# Letters of the title to an inch of width.
+LETTERS = 12.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,23 +79,42 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
     near = singularity(robot, np.array([pose.q for pose in shown]))
 
     def draw(figure: Figure) -> None:
-        columns = COLUMNS.get(len(shown), 4)
-        rows = math.ceil(len(shown) / columns)
-        width = max(columns * WIDTH, 6.0)
+        rows = math.ceil(len(shown) / MAX_COLUMNS)
+        columns = math.ceil(len(shown) / rows)
+        width = max(columns * PANEL_WIDTH, MIN_WIDTH)
         title = _title(robot, target, result, len(poses), int(width * LETTERS))
-        height = rows * HEIGHT + HEAD + LINE * (title.count('\n') + 1)
+        height = rows * PANEL_HEIGHT + LINE_HEIGHT * (title.count('\n') + 2)
         figure.set_size_inches(width, height)
         cube = cube_around(skeletons, point)
         for k, (pose, skeleton) in enumerate(zip(shown, skeletons)):
             row, column = divmod(k, columns)
-            left, bottom = column / columns, (rows - 1 - row) * HEIGHT
-            drawing = HEIGHT - WORDS - BELOW
-            panel = (left, (bottom + BELOW) / height, 0.97 / columns, drawing / height)
+            bottom = (rows - 1 - row) * PANEL_HEIGHT + GAP
+            panel = column / columns, bottom / height, 0.97 / columns, DRAWING_HEIGHT / height
             axes = figure.add_axes(panel, projection='3d')
             set_space(axes, cube, azimuth_of(skeleton), small=True)
             draw_skeleton(axes, skeleton, cube, label_size=None)
-            _draw_target(axes, point)
-            _write_heading(figure, robot, pose, _away(near, k), panel, height)
+            axes.plot(
+                *point[:, None],
+                marker='*',
+                markersize=13,
+                color=PURPLE,
+                markeredgecolor='white',
+                gid='target',
+            )
+            numbers = f'{positions(robot, pose.q, 40)}\n{_away(near, k)}'
+            axes.set_title(numbers, fontsize='small')
+            axes.annotate(
+                words(pose.heading),
+                (0.5, 1.0),
+                xytext=(0.0, 13.0 * (numbers.count('\n') + 1)),
+                xycoords='axes fraction',
+                textcoords='offset points',
+                ha='center',
+                va='bottom',
+                fontsize=9.0,
+                fontweight='bold',
+                color=BLACK if pose.allowed else VERMILION,
+            )
         figure.suptitle(title, y=1.0 - 0.1 / height)
 
     return draw
@@ -100,50 +124,6 @@ def _away(near: Singularities, k: int) -> str:
     distance = float(near.distance[k])
     farther = MEASURES['distance'].farther(distance)
     return f'singular: {farther}' if farther else f'distance to singularity {distance:.3f} rad'
-
-
-def _write_heading(
-    figure: Figure,
-    robot: Robot,
-    pose: SolutionPose,
-    away: str,
-    panel: Sequence[float],
-    height: float,
-) -> None:
-    left, bottom, width, up = panel
-    top = bottom + up + (WORDS - LINE / 2.0) / height
-    figure.text(
-        left + width / 2.0,
-        top,
-        words(pose.heading),
-        ha='center',
-        va='top',
-        fontsize=TEXT + 0.5,
-        fontweight='bold',
-        color=BLACK if pose.allowed else VERMILION,
-        linespacing=1.15,
-    )
-    figure.text(
-        left + width / 2.0,
-        top - LINE * (pose.heading.count('\n') + 1) / height,
-        f'{positions(robot, pose.q, 40)}\n{away}',
-        ha='center',
-        va='top',
-        fontsize=TEXT,
-        linespacing=1.2,
-    )
-
-
-def _draw_target(axes: Axes, point: Floats) -> None:
-    axes.plot(
-        *point[:, None],
-        marker='*',
-        markersize=13,
-        color=PURPLE,
-        markeredgecolor='white',
-        zorder=30,
-        gid='target',
-    )
 
 
 def _title(robot: Robot, target: Floats, result: IkResult, count: int, width: int) -> str:
