@@ -58,9 +58,8 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
     scales = robot.singularity.task.column_scales
     for _ in range(STEPS):
         F, J = _system(robot, plane, q, c)
-        if robot.chain.loops:
-            closed = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
-            q, c, F, J = q[closed], c[closed], F[closed], J[closed]
+        closed = np.isfinite(F).all(axis=1) & np.isfinite(J).all(axis=(1, 2))
+        q, c, F, J = q[closed], c[closed], F[closed], J[closed]
         normal = np.swapaxes(J, 1, 2) @ J + DAMPING * np.eye(J.shape[2])
         step = np.linalg.solve(normal, (np.swapaxes(J, 1, 2) @ F[..., None]))[..., 0]
         longest = np.max(np.abs(step), axis=1, keepdims=True)
@@ -88,13 +87,8 @@ def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
 
 
 def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
-    if not robot.chain.loops:
-        state = evaluate(robot, q)
-        return state.position, state.jacobian[..., :3, :]
-    position, J = (
-        np.full((*q.shape[:-1], 3), np.nan),
-        np.full((*q.shape[:-1], 3, robot.dof), np.nan),
-    )
+    position = np.full(q.shape[:-1] + (3,), np.nan)
+    J = np.full(q.shape[:-1] + (3, robot.dof), np.nan)
     closed = closes_at(robot.chain, q)
     state = evaluate(robot, q[closed])
     position[closed], J[closed] = state.position, state.jacobian[:, :3]

@@ -19,7 +19,6 @@ from .ranges import clear_pose, finite_ranges, random_positions
 TRIED, AROUND = 24, 16
 # A factor this small on the whole map is zero because of the joints that are held.
 ZERO = 1e-12
-LARGEST = 4000
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -139,13 +140,11 @@ def _label(axis: Any, robot: Robot, joint: int) -> None:
 
 
 def _in_pi(value: float) -> str:
-    quarters = round(value / QUARTER)
-    if quarters == 0:
+    top, bottom = Fraction(round(value / QUARTER), 4).as_integer_ratio()
+    if top == 0:
         return '0'
-    shared = math.gcd(quarters, 4)
-    top, bottom = abs(quarters) // shared, 4 // shared
-    sign = '\N{MINUS SIGN}' if quarters < 0 else ''
-    return f'{sign}{top if top > 1 else ""}π{f"/{bottom}" if bottom > 1 else ""}'
+    text = f'{top}π/{bottom}'.removesuffix('/1').replace('-', '\N{MINUS SIGN}')
+    return text if abs(top) > 1 else text.replace('1π', 'π')
 
 
 def _title(robot: Robot, numbers: DistanceMap) -> str:

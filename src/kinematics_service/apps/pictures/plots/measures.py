@@ -14,7 +14,7 @@ from ....robot.robot import Robot
 from .artists import Axes, Figure
 from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, finite_range, panels, shade
-from .picture import BLUE, GREY, VERMILION, Draw, with_unit, words
+from .picture import GREY, VERMILION, Draw, with_unit, words
 
 # Names of factors above the first panel: width of a letter as a share of it, and most names.
 LETTER, NAMED = 0.014, 12
@@ -48,7 +48,6 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
         for measure, axes in zip(drawn, rows):
             values = np.asarray(getattr(near, measure.name))
             draw_curves(axes, motion, values[:, None], [''])
-            axes.lines[-1].set_color(BLUE)
             axes.set_ylabel(_label(measure, units[measure.name]))
             if not measure.small_is_bad:
                 _scale_without_end(axes, values, measure.least)

@@ -1,6 +1,7 @@
 """Panels below each other over one time axis, with the intervals near singular poses shaded."""
 
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 
@@ -47,17 +48,9 @@ def draw_curves(
     colors: Sequence[str] = SERIES,
 ) -> None:
     """Draw columns of values (N, k) over time; which differ in colour and in dashes."""
-    times, broken = motion.broken(values)
-    for k, name in enumerate(names):
-        axes.plot(
-            times,
-            broken[:, k],
-            color=colors[k % len(colors)],
-            linestyle=DASHES[k % len(DASHES)],
-            label=name,
-            rasterized=len(times) > MANY,
-            zorder=3,
-        )
+    lines = axes.plot(*motion.broken(values), zorder=3, rasterized=len(values) > MANY)
+    for line, name, color, dashes in zip(lines, names, cycle(colors), cycle(DASHES)):
+        line.set(label=name, color=color, linestyle=dashes)
 
 
 def draw_legend(axes: Axes) -> None:

@@ -70,9 +70,8 @@ class Plane(FrozenArrays):
         """Return both coordinates of points (..., 3), shape (..., 2), m."""
         if not self.half:
             return np.stack([points @ self.across, points @ self.up], axis=-1)
-        away = points - self.origin
-        radial = away - (away @ self.up)[..., None] * self.up
-        return np.stack([np.linalg.norm(radial, axis=-1), points @ self.up], axis=-1)
+        radius = np.linalg.norm(self._radial(points), axis=-1)
+        return np.stack([radius, points @ self.up], axis=-1)
 
     def gradients(self, points: Floats) -> Floats:
         """
@@ -84,11 +83,13 @@ class Plane(FrozenArrays):
         if not self.half:
             across = np.broadcast_to(self.across, points.shape)
             return np.stack([across, up, np.broadcast_to(self.normal, points.shape)], axis=-2)
-        away = points - self.origin
-        radial = away - (away @ self.up)[..., None] * self.up
+        radial = self._radial(points)
         length = np.linalg.norm(radial, axis=-1, keepdims=True)
-        safe = np.where(length > 0.0, length, 1.0)
-        return np.stack([radial / safe, up], axis=-2)
+        return np.stack([radial / np.where(length > 0.0, length, 1.0), up], axis=-2)
+
+    def _radial(self, points: Floats) -> Floats:
+        away = points - self.origin
+        return away - (away @ self.up)[..., None] * self.up
 
 
 def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> Plane:
@@ -115,12 +116,15 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
         raise PlotError(f'--plane: there is no plane {name!r}; choose from {", ".join(PLANES)}')
     axis = skeleton_of(robot, clear_pose(robot)).axes[0]
     turns = not axis.slides and len(axis.variables) == 1
-    points = _seen(robot)
+    q = closed_poses(robot.chain, random_positions(robot, np.random.default_rng(SEED), TRIED))
+    points = forward_kinematics(robot, q)[:, :3, 3]
     if name is None:
         height = np.ptp(points @ axis.direction)
         leaves = height > FLAT * robot.singularity.task.reach
         widths = np.ptp(points, axis=0)
-        name = 'rz' if turns and leaves else _widest(widths)
+        thin = int(np.argmin(widths))
+        widest = next(name for name, axes in AXES.items() if thin not in axes)
+        name = 'rz' if turns and leaves else widest
     if name == 'rz':
         if not turns:
             raise PlotError(
@@ -131,16 +135,6 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
             raise PlotError('--at goes with --plane xy, xz or yz: rz is about the axis of joint 1')
         return _half_plane(axis)
     return _base_plane(name, at, points, FLAT * robot.singularity.task.reach)
-
-
-def _seen(robot: Robot) -> Floats:
-    q = closed_poses(robot.chain, random_positions(robot, np.random.default_rng(SEED), TRIED))
-    return forward_kinematics(robot, q)[:, :3, 3]
-
-
-def _widest(widths: Floats) -> str:
-    thin = int(np.argmin(widths))
-    return next(name for name, axes in AXES.items() if thin not in axes)
 
 
 def _half_plane(axis: JointAxis) -> Plane:
@@ -168,9 +162,7 @@ def _base_plane(name: str, at: float | None, points: Floats, flat: float) -> Pla
     third = 3 - across - up
     low, high = float(points[:, third].min()), float(points[:, third].max())
     if at is None:
-        at = 0.0 if low <= 0.0 <= high else (low + high) / 2.0
-        if high - low <= flat:
-            at = (low + high) / 2.0
+        at = 0.0 if low <= 0.0 <= high and high - low > flat else (low + high) / 2.0
     unit = np.eye(3)
     return Plane(
         name=name,

@@ -71,10 +71,9 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     there = np.full(len(q), True)
     if not plane.half:
         q, there = _into_plane(robot, q, plane)
-    if np.any(there):
-        state = evaluate(robot, q[there])
-        distance = singularity_of(state).distance
-        rows[there] = np.column_stack([plane.coordinates(state.position), distance, state.q])
+    state = evaluate(robot, q[there])
+    distance = singularity_of(state).distance
+    rows[there] = np.column_stack([plane.coordinates(state.position), distance, state.q])
     return rows
 
 
@@ -169,11 +168,8 @@ def _cells(coordinates: Floats, size: float) -> Integers:
 def _kept(rows: Floats, size: float) -> Floats:
     # Returns the row with the largest distance of each cell.
     rows = rows[np.isfinite(rows[:, 0])]
-    cells = _cells(rows[:, :2], size)
-    order = np.lexsort((-rows[:, 2], cells[:, 0], cells[:, 1]))
-    cells, rows = cells[order], rows[order]
-    first = np.ones(len(rows), dtype=bool)
-    first[1:] = np.any(cells[1:] != cells[:-1], axis=1)
+    rows = rows[np.argsort(-rows[:, 2], kind='stable')]
+    first = np.unique(_cells(rows[:, 1::-1], size), axis=0, return_index=True)[1]
     return np.asarray(rows[first])
 
 

@@ -32,10 +32,8 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
         figure.set_layout_engine('constrained')
         axes = figure.subplots()
         low, high = space.corner, space.corner + space.size * np.array([columns, rows])
-        extent, label = (
-            (low[0], high[0], low[1], high[1]),
-            'largest distance to singularity found there',
-        )
+        extent = low[0], high[0], low[1], high[1]
+        label = 'largest distance to singularity found there'
         farther = draw_distances(figure, axes, space.best, extent, scale_of(space.best), label)
         axes.set_aspect('equal')
         _draw_border(axes, space)
