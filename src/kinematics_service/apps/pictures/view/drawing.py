@@ -1,12 +1,12 @@
 """A scene drawn with viser: every object is made once, and only what has changed is sent again."""
 
 from collections import deque
+from collections.abc import Set
 from typing import Any
 
 import numpy as np
 import viser
 
-from .... import kernel
 from ....kernel import Floats
 from ....node.drawing import scene as look
 from ....node.drawing.ellipsoids import Ellipsoid
@@ -30,23 +30,10 @@ class Drawing:
         Where to draw.
     scene
         The first picture; later ones have as many links, frames and axes.
-
-    Attributes
-    ----------
-    shown
-        The groups that are switched on: linear, angular, frames, axes, trail, velocity.
     """
 
     def __init__(self, server: viser.ViserServer, scene: Scene) -> None:
         size = scene.size
-        self.shown = {
-            'linear': True,
-            'angular': False,
-            'frames': True,
-            'axes': True,
-            'trail': True,
-            'velocity': True,
-        }
         self._trail: deque[Floats] = deque(maxlen=TRAIL_POINTS)
         self._values: dict[tuple[int, str], Any] = {}
         add = server.scene
@@ -55,63 +42,43 @@ class Drawing:
         )
         add.add_frame('/base', axes_length=0.16 * size, axes_radius=0.006 * size)
         self._links = [
-            add.add_cylinder(f'/links/{k}', 1.0, 1.0, look.LINK_COLOUR)
+            (
+                add.add_cylinder(f'/links/{k}', 1.0, 1.0, look.LINK_COLOUR),
+                add.add_icosphere(f'/links/ball{k}', look.LINK_RADIUS * size, look.LINK_COLOUR),
+            )
             for k in range(len(scene.links))
         ]
-        self._balls = [
-            add.add_icosphere(f'/links/ball{k}', look.LINK_RADIUS * size, look.LINK_COLOUR)
-            for k in range(len(scene.links))
-        ]
-        self._barrels, self._axes, self._labels = [], [], []
+        self._joints = []
         for k, (axis, label) in enumerate(zip(scene.axes, scene.axis_labels)):
             colour = look.SLIDING_COLOUR if axis.slides else look.TURNING_COLOUR
-            self._barrels.append(
-                add.add_cylinder(
-                    f'/joints/{k}',
-                    (0.8 if axis.slides else 1.0) * look.JOINT_RADIUS * size,
-                    look.JOINT_LENGTH * size,
-                    look.JOINT_COLOUR,
+            radius = (0.8 if axis.slides else 1.0) * look.JOINT_RADIUS * size
+            length = look.JOINT_LENGTH * size
+            self._joints.append(
+                (
+                    add.add_cylinder(f'/joints/{k}', radius, length, look.JOINT_COLOUR),
+                    add.add_cylinder(
+                        f'/axes/{k}', look.AXIS_RADIUS * size, look.AXIS_LENGTH * size, colour
+                    ),
+                    add.add_label(f'/axes/label{k}', label, anchor='bottom-center'),
                 )
             )
-            self._axes.append(
-                add.add_cylinder(
-                    f'/axes/{k}', look.AXIS_RADIUS * size, look.AXIS_LENGTH * size, colour
-                )
-            )
-            self._labels.append(add.add_label(f'/axes/label{k}', label, anchor='bottom-center'))
-        self._frames = [
-            add.add_frame(
-                f'/frames/{k}',
-                axes_length=0.09 * size,
-                axes_radius=0.0035 * size,
-                origin_radius=0.0,
-            )
-            for k in range(len(scene.frames))
-        ]
+        axes = {'axes_length': 0.09 * size, 'axes_radius': 0.0035 * size, 'origin_radius': 0.0}
+        self._frames = [add.add_frame(f'/frames/{k}', **axes) for k in range(len(scene.frames))]
         self._tool = add.add_frame(
             '/tool', axes_length=0.13 * size, axes_radius=0.006 * size, origin_radius=0.012 * size
         )
+        glass = {'opacity': ELLIPSOID_OPACITY, 'cast_shadow': False}
         self._ellipsoids = {
-            name: add.add_icosphere(
-                f'/ellipsoid/{name}', 1.0, colour, opacity=ELLIPSOID_OPACITY, cast_shadow=False
-            )
-            for name, colour in (
-                ('linear', look.LINEAR_COLOUR),
-                ('angular', look.ANGULAR_COLOUR),
-            )
+            'linear': add.add_icosphere('/ellipsoid/linear', 1.0, look.LINEAR_COLOUR, **glass),
+            'angular': add.add_icosphere('/ellipsoid/angular', 1.0, look.ANGULAR_COLOUR, **glass),
         }
         head = {
             'shaft_radius': 0.009 * size,
             'head_radius': 0.022 * size,
             'head_length': 0.05 * size,
         }
-        self._arrows = {
-            name: add.add_arrows(f'/arrows/{name}', NOWHERE, colour, **head)
-            for name, colour in (
-                ('velocity', look.VELOCITY_COLOUR),
-                ('rotation', look.ROTATION_COLOUR),
-            )
-        }
+        self._velocity = add.add_arrows('/arrows/velocity', NOWHERE, look.VELOCITY_COLOUR, **head)
+        self._rotation = add.add_arrows('/arrows/rotation', NOWHERE, look.ROTATION_COLOUR, **head)
         self._lost = {
             name: add.add_cylinder(f'/lost/{name}', 1.0, 1.0, look.LOST_COLOUR)
             for name in LOST_RADII
@@ -128,97 +95,91 @@ class Drawing:
         """Forget the tool's path."""
         self._trail.clear()
 
-    def draw(self, scene: Scene) -> None:
-        """Show a scene."""
-        shown = self.shown
-        for link, ball, ends in zip(self._links, self._balls, scene.links):
+    def draw(self, scene: Scene, shown: Set[str]) -> None:
+        """
+        Show a scene.
+
+        Parameters
+        ----------
+        scene
+            What to draw.
+        shown
+            The groups that are switched on: linear, angular, frames, axes, trail, velocity.
+        """
+        for (link, ball), ends in zip(self._links, scene.links):
             self._stretch(link, ends, look.LINK_RADIUS * scene.size, scene.size)
-            self._set(ball, 'position', ends[1])
-        for barrel, line, label, axis in zip(self._barrels, self._axes, self._labels, scene.axes):
-            wxyz = _wxyz_along(axis.direction)
-            for handle in (barrel, line):
-                self._set(handle, 'position', axis.point)
-                self._set(handle, 'wxyz', wxyz)
+            self._set(ball, position=ends[1])
+        for (barrel, line, label), axis in zip(self._joints, scene.axes):
+            along = {'position': axis.point, 'wxyz': _wxyz_along(axis.direction)}
+            self._set(barrel, **along)
+            self._set(line, **along, visible='axes' in shown)
             end = axis.point + axis.direction * (0.5 * look.AXIS_LENGTH * scene.size)
-            self._set(label, 'position', end)
-            self._set(line, 'visible', shown['axes'])
-            self._set(label, 'visible', shown['axes'])
+            self._set(label, position=end, visible='axes' in shown)
         for handle, T in zip(self._frames, scene.frames):
-            self._place(handle, T)
-            self._set(handle, 'visible', shown['frames'])
-        self._place(self._tool, scene.tool)
-        self._draw_ellipsoid('linear', scene, scene.linear, scene.scales.linear)
-        self._draw_ellipsoid('angular', scene, scene.angular, scene.scales.angular)
-        self._draw_arrow('velocity', scene.velocity)
-        self._draw_arrow('rotation', scene.rotation)
+            self._set(handle, **_place(T), visible='frames' in shown)
+        self._set(self._tool, **_place(scene.tool))
+        self._draw_ellipsoid('linear', scene, scene.linear, scene.scales.linear, shown)
+        self._draw_ellipsoid('angular', scene, scene.angular, scene.scales.angular, shown)
+        self._draw_lines(self._velocity, scene.velocity, 'velocity' in shown)
+        self._draw_lines(self._rotation, scene.rotation, 'velocity' in shown)
         self._draw_lost(scene)
-        self._draw_trail(scene)
+        tool = scene.tool[:3, 3]
+        step = TRAIL_STEP * scene.size
+        if not self._trail or float(np.linalg.norm(tool - self._trail[-1])) > step:
+            self._trail.append(np.array(tool))
+        trail = np.array(self._trail)
+        self._draw_lines(self._path, np.stack([trail[:-1], trail[1:]], axis=1), 'trail' in shown)
 
-    def _set(self, handle: Any, name: str, value: Any) -> None:
+    def _set(self, handle: Any, **values: Any) -> None:
         # viser sends every assigned value, even if it has not changed.
-        key = (id(handle), name)
-        if key in self._values and np.array_equal(self._values[key], value):
-            return
-        self._values[key] = value
-        setattr(handle, name, value)
+        for name, value in values.items():
+            key = (id(handle), name)
+            if key not in self._values or not np.array_equal(self._values[key], value):
+                self._values[key] = value
+                setattr(handle, name, value)
 
-    def _place(self, handle: Any, T: Floats) -> None:
-        self._set(handle, 'position', T[:3, 3])
-        self._set(handle, 'wxyz', _wxyz(T))
+    def _draw_lines(self, handle: Any, points: Floats | None, shown: bool = True) -> None:
+        # Shows segments (2, 3) or (k, 2, 3); hides the object without any.
+        if points is None or not len(points) or not shown:
+            self._set(handle, visible=False)
+        else:
+            points = points.reshape(-1, 2, 3).astype(np.float32)
+            self._set(handle, visible=True, points=points)
 
     def _stretch(self, handle: Any, ends: Floats, radius: float, size: float) -> None:
         length = float(np.linalg.norm(ends[1] - ends[0]))
         visible = length > look.MIN_ARROW_LENGTH * size
-        self._set(handle, 'visible', visible)
+        self._set(handle, visible=visible)
         if visible:
-            self._set(handle, 'position', ends.mean(axis=0))
-            self._set(handle, 'wxyz', _wxyz_along((ends[1] - ends[0]) / length))
-            self._set(handle, 'scale', (radius, radius, length))
+            along = _wxyz_along((ends[1] - ends[0]) / length)
+            scale = radius, radius, length
+            self._set(handle, position=ends.mean(axis=0), wxyz=along, scale=scale)
 
-    def _draw_ellipsoid(self, name: str, scene: Scene, ellipsoid: Ellipsoid, scale: float) -> None:
+    def _draw_ellipsoid(
+        self, name: str, scene: Scene, ellipsoid: Ellipsoid, scale: float, shown: Set[str]
+    ) -> None:
         handle = self._ellipsoids[name]
-        self._set(handle, 'visible', self.shown[name])
-        if self.shown[name]:
-            T = np.eye(4)
-            T[:3, :3], T[:3, 3] = ellipsoid.axes, scene.tool[:3, 3]
-            self._place(handle, T)
+        self._set(handle, visible=name in shown)
+        if name in shown:
+            T = np.array(scene.tool)
+            T[:3, :3] = ellipsoid.axes
             radii = scene.drawn_radii(ellipsoid, scale)
-            self._set(handle, 'scale', tuple(radii.tolist()))
-
-    def _draw_arrow(self, name: str, ends: Floats | None) -> None:
-        handle = self._arrows[name]
-        visible = ends is not None and self.shown['velocity']
-        self._set(handle, 'visible', visible)
-        if visible and ends is not None:
-            self._set(handle, 'points', ends[None].astype(np.float32))
+            self._set(handle, **_place(T), scale=tuple(radii.tolist()))
 
     def _draw_lost(self, scene: Scene) -> None:
         lost, size = scene.lost, scene.size
         lines = {'linear': lost and lost.linear, 'angular': lost and lost.angular}
         for name, ends in lines.items():
-            handle = self._lost[name]
-            self._set(handle, 'visible', ends is not None)
+            self._set(self._lost[name], visible=ends is not None)
             if ends is not None:
-                self._stretch(handle, ends, LOST_RADII[name] * size, size)
-        self._set(self._ring, 'visible', lines['angular'] is not None)
-        if lines['angular'] is not None:
-            self._set(self._ring, 'points', look.ring(lines['angular'], size).astype(np.float32))
-        self._set(self._words, 'visible', lost is not None)
+                self._stretch(self._lost[name], ends, LOST_RADII[name] * size, size)
+        turn = lines['angular']
+        self._draw_lines(self._ring, None if turn is None else look.ring(turn, size))
+        self._set(self._words, visible=lost is not None)
         if lost is not None:
-            ends = lost.linear if lost.linear is not None else lost.angular
-            self._set(self._words, 'text', lost.name or lost.words)
-            self._set(self._words, 'position', scene.tool[:3, 3] if ends is None else ends[1])
-
-    def _draw_trail(self, scene: Scene) -> None:
-        tool = scene.tool[:3, 3]
-        step = TRAIL_STEP * scene.size
-        if not self._trail or float(np.linalg.norm(tool - self._trail[-1])) > step:
-            self._trail.append(np.array(tool))
-        visible = self.shown['trail'] and len(self._trail) > 1
-        self._set(self._path, 'visible', visible)
-        if visible:
-            points = np.array(self._trail, dtype=np.float32)
-            self._set(self._path, 'points', np.stack([points[:-1], points[1:]], axis=1))
+            ends = turn if lost.linear is None else lost.linear
+            at = scene.tool[:3, 3] if ends is None else ends[1]
+            self._set(self._words, text=lost.name or lost.words, position=at)
 
 
 def _wxyz_along(direction: Floats) -> Floats:
@@ -226,10 +187,8 @@ def _wxyz_along(direction: Floats) -> Floats:
     return np.array([w, x, y, z])
 
 
-def _wxyz(T: Floats) -> Floats:
-    xyzw = np.empty((1, 4))
-    kernel.quaternions(np.ascontiguousarray(T)[None], xyzw)
-    return xyzw[0, [3, 0, 1, 2]]
+def _place(T: Floats) -> dict[str, Floats]:
+    return {'position': T[:3, 3], 'wxyz': viser.transforms.SO3.from_matrix(T[:3, :3]).wxyz}
 
 
 def _round_length(length: float) -> float:

@@ -20,13 +20,14 @@ from .self_motion_slider import SelfMotionSlider
 from .sliders import Sliders, singular_pose
 from .viewpoint import Viewpoint
 
+# Group of the drawing, label of its box, and whether it is shown at first.
 SWITCHES = (
-    ('linear', 'ellipsoid of velocities (blue)'),
-    ('angular', 'ellipsoid of rotations (green)'),
-    ('velocity', 'velocity (violet) and rotation (green) arrows'),
-    ('trail', 'trail of the tool'),
-    ('axes', 'joint axes'),
-    ('frames', 'link frames'),
+    ('linear', 'ellipsoid of velocities (blue)', True),
+    ('angular', 'ellipsoid of rotations (green)', False),
+    ('velocity', 'velocity (violet) and rotation (green) arrows', True),
+    ('trail', 'trail of the tool', True),
+    ('axes', 'joint axes', True),
+    ('frames', 'link frames', True),
 )
 
 
@@ -93,10 +94,7 @@ class Page:
             self.last = observe(self.robot, self.sliders.positions)
             self._first = scene_of(self.last)
             self._drawing = Drawing(self._server, self._first)
-            self._switches = {
-                name: gui.add_checkbox(label, self._drawing.shown[name])
-                for name, label in SWITCHES
-            }
+            self._switches = {name: gui.add_checkbox(label, on) for name, label, on in SWITCHES}
             gui.add_button('Clear the trail').on_click(lambda _: self._drawing.clear_trail())
 
     def offer(self, nodes: tuple[str, ...], node: str) -> str:
@@ -119,9 +117,7 @@ class Page:
 
     def _add_buttons(self, regular: Floats) -> None:
         singular = singular_pose(self.robot, self.sliders.ranges, regular)
-        self._buttons = [
-            (self._server.gui.add_button('Regular pose'), regular),
-        ]
+        self._buttons = [(self._server.gui.add_button('Regular pose'), regular)]
         if singular is not None:
             self._buttons.append((self._server.gui.add_button('Singular pose'), singular))
         for button, q in self._buttons:
@@ -160,11 +156,10 @@ class Page:
     def show(self, seen: Observation, title: str, status: str) -> None:
         """Show an observation, its node and its source; only changes are sent."""
         self.last = seen
-        for name, switch in self._switches.items():
-            self._drawing.shown[name] = bool(switch.value)
+        shown = {name for name, switch in self._switches.items() if switch.value}
         scene = scene_of(seen)
         with self._server.atomic():
-            self._drawing.draw(scene)
+            self._drawing.draw(scene, shown)
             for handle, content in (
                 (self._gauges, gauges_html(seen, title, status)),
                 (self._facts, facts_html(seen, scene)),

@@ -161,7 +161,6 @@ def joints_html(seen: Observation) -> str:
 
 def _joint(joint: JointReading) -> str:
     remark = f' {SIGNS[joint.level]} {joint.remark}' if joint.remark else ''
-    pin = 'no limits'
     if joint.fraction is not None:
         pin = (
             f'<div class="bar low"><div class="pin" style="left:{100 * joint.fraction:.1f}%;'

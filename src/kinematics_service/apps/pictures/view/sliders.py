@@ -9,33 +9,13 @@ import viser
 
 from ....kernel import Floats
 from ....kinematics.singular_poses import singular_poses
-from ....kinematics.singularity import singularity
 from ....node.drawing.scene import short_names
-from ....robot.closed_poses import closed_poses
-from ....robot.measures import Level
 from ....robot.robot import Robot
-from ....robot.task import seeded_poses
-from ..plots.ranges import finite_ranges
+from ..plots.ranges import clear_pose, finite_ranges
 
 STEP = 0.001
 # Time of the differences that give velocities, s.
 MEMORY = 0.25
-# Number of poses tried for one that is far from singular.
-POSES = 200
-
-
-def regular_pose(robot: Robot, inside: Floats) -> Floats:
-    """Return joint positions (n,) that are not near a singular pose, near zero where possible."""
-    zero = np.clip(np.zeros(robot.dof), inside[:, 0], inside[:, 1])
-    poses = np.vstack([zero, inside.mean(axis=1), seeded_poses(inside, robot.prismatic)[:POSES]])
-    poses = closed_poses(robot.chain, poses)
-    measures = singularity(robot, poses)
-    fine = np.flatnonzero(np.asarray(measures.level) == Level.OK)
-    if len(fine) and fine[0] < 2:
-        return np.asarray(poses[fine[0]])
-    # Half of the poses are farther from singular than the median: of these the one nearest zero.
-    far = np.flatnonzero(measures.distance >= np.median(measures.distance))
-    return np.asarray(poses[far[int(np.argmin(np.linalg.norm(poses[far] - zero, axis=1)))]])
 
 
 def singular_pose(robot: Robot, inside: Floats, near: Floats) -> Floats | None:
@@ -69,8 +49,7 @@ class Sliders:
         self.ranges = finite_ranges(robot, whole=True)
         self._continuous = robot.continuous
         self._history: deque[tuple[float, Floats]] = deque()
-        start = np.round(regular_pose(robot, self.ranges), 3)
-        start = np.clip(start, self.ranges[:, 0], self.ranges[:, 1])
+        start = np.clip(np.round(clear_pose(robot), 3), self.ranges[:, 0], self.ranges[:, 1])
         self._handles = []
         names = short_names(robot.joint_names)
         for j, (name, unit) in enumerate(zip(names, robot.units)):
