@@ -51,6 +51,7 @@ OPTIONS = {
     'map': ('--joints', '--q', '--points', '--workers'),
     'workspace': ('--plane', '--at', '--points', '--workers'),
 }
+ALL_OPTIONS = {name for names in OPTIONS.values() for name in names}
 # Those of a target.
 TARGETS = ('ik', 'family')
 # Number of points on a side of the map: 80,000 searches take 20 s on two cores.
@@ -62,6 +63,7 @@ POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
 
 def plot(
+    context: typer.Context,
     robot: RobotArgument,
     kind: Annotated[str, typer.Argument(metavar='KIND', help='What to draw.')] = 'arm',
     q: Optional[str] = option(
@@ -124,23 +126,16 @@ def plot(
 
     Pictures need matplotlib. The same command gives the same picture, byte for byte.
     """
-    given = {
-        '--q': q, '--xyz': xyz, '--rpy': rpy, '--quaternion': quaternion, '--near': near,
-        '--path': path, '--joints': joints, '--plane': plane, '--at': at, '--points': points,
-        '--workers': workers,
-    }  # fmt: skip
-    _refuse_unknown_options(
-        robot, kind, [name for name, value in given.items() if value is not None]
-    )
+    given = (f'--{name}' for name, value in context.params.items() if value is not None)
+    _refuse_unknown_options(robot, kind, [name for name in given if name in ALL_OPTIONS])
     if kind in TARGETS and xyz is None:
         raise WrongUsage(f'plot {kind}: say where the tool should be: --xyz 0.3,0.1,0.4')
-    most = _points(kind, points)
     if save is not None:
         with _wrong_usage():
             suffix_of(save)
     refuse_without_matplotlib()
     arm = ending_at(given_robot(robot), of)
-    count = most if points is not None else _fewer(arm, kind, most)
+    count = _points(arm, kind, points) if kind in POINTS else 0
     pose = None if q is None else given_positions(arm, q, deg)
     if kind in TARGETS:
         start = None if near is None else joint_values(arm, near, '--near', deg)
@@ -181,24 +176,17 @@ def _wrong_usage() -> Iterator[None]:
         raise WrongUsage(str(error)) from None
 
 
-def _points(kind: str, points: int | None) -> int:
-    if points is None:
-        return MAP_POINTS if kind == 'map' else WORKSPACE_POINTS
+def _points(robot: Robot, kind: str, given: int | None) -> int:
     low, high = POINTS[kind]
-    if not low <= points <= high:
-        raise WrongUsage(f'--points of {kind}: {low} to {high}, not {points}')
-    return points
-
-
-def _fewer(robot: Robot, kind: str, points: int) -> int:
-    # A position takes the longer the more has to be closed. Not by the clock: the same command
-    # gives the same picture.
+    if given is not None:
+        if not low <= given <= high:
+            raise WrongUsage(f'--points of {kind}: {low} to {high}, not {given}')
+        return given
+    # Each position takes longer if loops have to be closed. The clock does not decide: the same
+    # command gives the same picture.
     passive = max(1, len(robot.passive_joint_names))
-    if kind == 'map':
-        return max(points // math.isqrt(passive), POINTS[kind][0])
-    if kind == 'workspace':
-        return max(points // passive, POINTS[kind][0])
-    return points
+    points = MAP_POINTS // math.isqrt(passive) if kind == 'map' else WORKSPACE_POINTS // passive
+    return max(points, low)
 
 
 def _ik(robot: Robot, kind: str, target: Floats, near: Floats | None) -> tuple[Draw, str]:
