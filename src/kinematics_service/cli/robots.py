@@ -10,12 +10,11 @@ from ..robot.file.reader import read_robot_file
 from .options import JsonOption
 
 HEADER = ('robot', 'dof', 'joints', 'convention', 'source')
-LETTERS = {'revolute': 'R', 'prismatic': 'P', 'helical': 'H'}
 
 
 def joint_letters(joints: tuple[JointDescription, ...]) -> str:
     """Return the joints of an arm as letters, base to tool: RRP."""
-    return ''.join(LETTERS[joint.type] for joint in joints)
+    return ''.join(joint.type[0].upper() for joint in joints)
 
 
 def robots(

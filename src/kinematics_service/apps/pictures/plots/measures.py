@@ -13,7 +13,7 @@ from ....robot.measures import MEASURES, Measure
 from ....robot.robot import Robot
 from .artists import Axes, Figure
 from .motion import PlottedMotion
-from .over_time import draw_curves, draw_legend, finite_range, panels, shade
+from .over_time import draw_curves, draw_legend, panels, shade
 from .picture import GREY, VERMILION, Draw, with_unit, words
 
 # Names of factors above the first panel: width of a letter as a share of it, and most names.
@@ -52,7 +52,6 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
             if not measure.small_is_bad:
                 _scale_without_end(axes, values, measure.least)
             else:
-                finite_range(axes, values)
                 axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
             if farther := measure.farther(float(np.max(values))):
                 axes.axhline(measure.most, color=GREY, linestyle=':', label=farther, zorder=1)
@@ -94,15 +93,12 @@ def _draw_thresholds(axes: Axes, robot: Robot) -> None:
 
 def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
     # A measure that grows without end from its least value on.
-    finite = values[np.isfinite(values)]
-    largest = min(float(np.max(finite, initial=least)), LARGEST_CONDITION)
-    if largest < 10.0 or not least:
-        axes.set_ylim(0.9 * least, 1.05 * max(largest, 1.1 * least))
-        return
-    axes.set_yscale('log')
-    axes.set_ylim(0.8 * least, 1.3 * largest)
-    axes.yaxis.set_major_formatter(lambda value, _: f'{value:g}')
-    axes.yaxis.set_minor_formatter(lambda value, _: '')
+    largest = min(float(np.max(values[np.isfinite(values)], initial=least)), LARGEST_CONDITION)
+    if least and largest >= 10.0:
+        axes.set_yscale('log')
+        axes.yaxis.set_major_formatter('{x:g}')
+        axes.yaxis.set_minor_formatter('')
+    axes.set_ylim(0.9 * least, 1.1 * max(largest, 1.1 * least))
 
 
 def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singularity) -> None:

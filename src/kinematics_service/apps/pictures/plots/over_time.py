@@ -3,8 +3,6 @@
 from collections.abc import Sequence
 from itertools import cycle
 
-import numpy as np
-
 from ....kernel import Floats
 from ....robot.measures import Level
 from .artists import Axes, Figure
@@ -82,13 +80,3 @@ def shade(
             handles=entries, loc='outside lower left', ncols=2, frameon=False,
             title=meaning, alignment='left',
         )  # fmt: skip
-
-
-def finite_range(axes: Axes, values: Floats) -> None:
-    """
-    Set the vertical limits by the finite values, so that an infinite one does not hide the rest.
-    """
-    finite = values[np.isfinite(values)]
-    if finite.size and np.ptp(finite) > 0.0:
-        margin = 0.06 * float(np.ptp(finite))
-        axes.set_ylim(float(finite.min()) - margin, float(finite.max()) + margin)

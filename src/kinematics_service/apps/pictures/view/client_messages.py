@@ -18,13 +18,11 @@ Four = tuple[float, float, float, float]
 WIDEST = 1e6
 
 
-class Camera(
-    msgspec.Struct,
-    tag='ViewerCameraMessage',
-    tag_field='type',
-    forbid_unknown_fields=True,
-    frozen=True,
-):
+class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+    """A part of a message that has these fields and no others."""
+
+
+class Camera(Strict, frozen=True, tag='ViewerCameraMessage', tag_field='type'):
     """The camera of a page, as viser's `ViewerCameraMessage`."""
 
     wxyz: Four
@@ -38,19 +36,13 @@ class Camera(
     up_direction: Three
 
 
-class PanelValue(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
+class PanelValue(Strict, frozen=True):
     """The only attribute of an element of the panel that a page may change."""
 
     value: bool | float | str
 
 
-class PanelChange(
-    msgspec.Struct,
-    tag='GuiUpdateMessage',
-    tag_field='type',
-    forbid_unknown_fields=True,
-    frozen=True,
-):
+class PanelChange(Strict, frozen=True, tag='GuiUpdateMessage', tag_field='type'):
     """A new value of an element of the panel, as viser's `GuiUpdateMessage`."""
 
     uuid: str
