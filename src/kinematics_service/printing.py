@@ -121,14 +121,12 @@ def json_text(document: Mapping[str, Json]) -> str:
 def _strict(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: _strict(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray):
+    if isinstance(value, (np.ndarray, np.generic)):
         return _strict(value.tolist())
     if hasattr(value, '_asdict'):
         return _strict(value._asdict())
     if isinstance(value, (list, tuple)):
         return [_strict(entry) for entry in value]
-    if isinstance(value, np.generic):
-        return _strict(value.item())
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value

@@ -1,6 +1,5 @@
 """SIGINT and SIGTERM: the first one asks for the end, a second one, or time, makes it."""
 
-import contextlib
 import math
 import os
 import select
@@ -8,7 +7,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
@@ -63,7 +62,7 @@ class StopSignal:
             Descriptor of the file.
         """
         while not select.select([signals], [], [], MEANWHILE)[0]:
-            with contextlib.suppress(Exception):  # a signal must be followed all the same
+            with suppress(Exception):  # a signal must be followed all the same
                 self.meanwhile()
         if not os.read(signals, 1):
             return
@@ -76,7 +75,7 @@ class StopSignal:
             if not os.read(signals, 1):
                 return
             time.sleep(max(0.0, first + GRACE - time.monotonic()))
-        with contextlib.suppress(OSError):
+        with suppress(OSError):
             os.write(1, self.last_words)
         os._exit(0)
 

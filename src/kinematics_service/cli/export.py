@@ -49,5 +49,5 @@ def write_document(file: str, text: str) -> None:
     """
     if file == '-':
         sys.stdout.write(text)
-        return
-    write_file(Path(file), text)
+    else:
+        write_file(Path(file), text)

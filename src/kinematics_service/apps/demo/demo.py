@@ -117,9 +117,8 @@ def _arm(
         if recordings is None:
             raise RecordingError('--replay: the app recordings, which reads it, was removed')
         recording = recordings.read_recording(Path(replay), robot)
-        rows, seconds = len(recording.stamps), recording.due[-1]
-        words = f'{robot.name} replays {rows} joint states of {seconds:.1f} s from {replay}'
         due = recording.due
+        words = f'{robot.name} replays {len(due)} joint states of {due[-1]:.1f} s from {replay}'
         moments = moments_of_recording(
             due, recording.stamps, recording.positions, recording.velocities
         )

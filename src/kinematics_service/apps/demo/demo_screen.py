@@ -215,16 +215,12 @@ def _measures(listener: DemoListener, width: int, units: Mapping[str, str]) -> l
 
 
 def _lost(listener: DemoListener) -> list[Text]:
-    warned = listener.warned
-    level = warned.level if warned else ''
-    near = {}
-    if warned is not None and level in (Level.WARN.name, Level.ERROR.name):
-        near = warned.values
-    always = []
-    if warned is not None and 'structural' in warned.values:
-        always = [_labelled('always', plain(warned.values['structural']))]
+    level, values = '', {}
+    if listener.warned is not None:
+        level, values = listener.warned.level, listener.warned.values
+    near = values if level in (Level.WARN.name, Level.ERROR.name) else {}
     return [
-        *always,
+        *([_labelled('always', plain(values['structural']))] if 'structural' in values else []),
         _labelled('lost direction', plain(near.get('lost_direction', MISSING))),
         _labelled('joints opposed', plain(near.get('joints_against_each_other', MISSING))),
     ]

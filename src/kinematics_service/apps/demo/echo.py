@@ -164,9 +164,8 @@ class _Echo:
     def _why_silent(self) -> str:
         topic = self._echoed.awaited or self._latest.topic
         diagnostics = self._diagnostics.message
-        report = (
-            diagnostics.status[0].message if diagnostics else ''
-        )  # the first status is that of the input
+        # The first status is that of the input.
+        report = diagnostics.status[0].message if diagnostics else ''
         return why_no_messages(self._node, topic, self._echoed.answers, report)
 
     def _give_up(self) -> None:

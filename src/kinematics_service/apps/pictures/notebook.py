@@ -26,13 +26,13 @@ def html_of(result: Any) -> str:
 
 
 def _robot(robot: Robot) -> list[str]:
-    q = clear_pose(robot)
     rows = [
         [escape(name), kind, *(number(x, 4) for x in limits)]
         for name, kind, limits in zip(robot.joint_names, robot.joint_types, robot.limits.tolist())
     ]
     head = ('joint', 'type', 'lower [rad, m]', 'upper [rad, m]')
-    return [_facts(source=robot.source), page.table(head, rows, (2, 3)), sketch(robot, q)]
+    table = page.table(head, rows, (2, 3))
+    return [_facts(source=robot.source), table, sketch(robot, clear_pose(robot))]
 
 
 def _state(state: ToolState) -> list[str]:

@@ -137,6 +137,5 @@ def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singula
 
 
 def _valleys(values: Floats) -> Any:
-    padded = np.concatenate([[math.inf], values, [math.inf]])
-    inner = padded[1:-1]
-    return np.flatnonzero((inner <= padded[:-2]) & (inner < padded[2:]))
+    padded = np.pad(values, 1, constant_values=math.inf)
+    return np.flatnonzero((values <= padded[:-2]) & (values < padded[2:]))

@@ -36,21 +36,11 @@ def finite_ranges(robot: Robot, whole: bool = False) -> Floats:
     Its limits; a full turn of one that turns farther, unless these are wanted whole; and a turn or
     1 m of one without an end.
     """
-    ranges = np.array(robot.limits)
-    for j, slides in enumerate(robot.prismatic):
-        low, high = ranges[j]
-        longest = SLIDES if slides else 2.0 * math.pi
-        if math.isfinite(low) and math.isfinite(high):
-            if not (slides or whole or high - low <= longest):
-                middle = min(max(0.0, low + longest / 2.0), high - longest / 2.0)
-                ranges[j] = middle - longest / 2.0, middle + longest / 2.0
-        elif math.isfinite(low):
-            ranges[j] = low, low + longest
-        elif math.isfinite(high):
-            ranges[j] = high - longest, high
-        else:
-            ranges[j] = (0.0, longest) if slides else (-longest / 2.0, longest / 2.0)
-    return ranges
+    low, high = robot.limits.T
+    length = np.where(robot.prismatic, SLIDES, 2.0 * math.pi)
+    start = np.clip(np.where(robot.prismatic, 0.0, -math.pi), low, high - length)
+    bounded = np.isfinite(high - low) & (robot.prismatic | whole | (high - low <= length))
+    return np.where(bounded[:, None], robot.limits, np.stack([start, start + length], axis=1))
 
 
 def random_positions(robot: Robot, random: np.random.Generator, count: int) -> Floats:

@@ -41,13 +41,12 @@ def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float
             f'{words(robot.base_frame)}\nalong {words(motion.described)}{how}'
         )
         linear, angular, *rates = rows = panels(figure, heights, title)
-        for axes, part, letter, unit in (
-            (linear, tool[:, :3], 'v', 'm/s'),
-            (angular, tool[:, 3:], 'ω', 'rad/s'),
+        for axes, part, kind, letter, unit in (
+            (linear, tool[:, :3], 'linear', 'v', 'm/s'),
+            (angular, tool[:, 3:], 'angular', 'ω', 'rad/s'),
         ):
             names = [f'{letter}{axis}' for axis in 'xyz'] + [f'|{letter}|']
             draw_curves(axes, motion, _with_norm(part), names, (*AXIS_COLORS, BLACK))
-            kind = 'linear' if letter == 'v' else 'angular'
             axes.set_ylabel(with_unit(f'{kind} velocity', unit))
             axes.lines[-1].set(linestyle='-', linewidth=1.0, zorder=2)
         for axes, (chosen, unit) in zip(rates, joints):

@@ -158,7 +158,12 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
         open_poses += each - len(tried)
         # A round takes less time than sending it to workers.
         found = _kept(np.vstack([found, function(robot, tried)]), size)
-    return _gridded(plane, found, size, count, open_poses)
+    cells = _cells(found[:, :2], size)
+    low = cells.min(axis=0)
+    across, up = (cells - low).T
+    best = np.full((up.max() + 1, across.max() + 1), np.nan)
+    best[up, across] = found[:, 2]
+    return Workspace(plane, size, low * size, best, count, open_poses)
 
 
 def _cells(coordinates: Floats, size: float) -> Integers:
@@ -186,12 +191,3 @@ def _chosen(random: np.random.Generator, found: Floats, size: float, count: int)
     at_edge = edge[random.integers(len(edge), size=half)]
     anywhere = random.integers(len(found), size=count - half)
     return found[np.concatenate([at_edge, anywhere]), 3:]
-
-
-def _gridded(plane: Plane, found: Floats, size: float, poses: int, open_poses: int) -> Workspace:
-    cells = _cells(found[:, :2], size)
-    low = cells.min(axis=0)
-    across, up = (cells - low).T
-    best = np.full((up.max() + 1, across.max() + 1), np.nan)
-    best[up, across] = found[:, 2]
-    return Workspace(plane, size, low * size, best, poses, open_poses)
