@@ -38,7 +38,11 @@ from kinematics_service.apps.pictures.plots.plane import plane_of
 from kinematics_service.apps.pictures.plots.ranges import clear_pose, finite_ranges
 from kinematics_service.apps.pictures.plots.set_styles import set_styles
 from kinematics_service.apps.pictures.plots.skeleton import skeleton_of
-from kinematics_service.apps.pictures.plots.solutions import MOST, poses_of, solutions_picture
+from kinematics_service.apps.pictures.plots.solutions import (
+    MAX_PANELS,
+    poses_of,
+    solutions_picture,
+)
 from kinematics_service.apps.pictures.plots.velocity import velocity_picture
 from kinematics_service.apps.pictures.plots.workspace import section_rows, workspace
 from kinematics_service.apps.pictures.plots.workspace_picture import workspace_picture
@@ -170,8 +174,8 @@ def test_the_default_pose_is_inside_the_limits_and_not_singular(name):
 
 @pytest.mark.parametrize('name', ['craig_3r', 'panda'])
 def test_the_default_pose_is_the_best_of_all_and_the_same_each_time(name, monkeypatch):
-    for at_once in (2, ranges.CANDIDATES):
-        monkeypatch.setattr(ranges, 'AT_ONCE', at_once)
+    for size in (2, ranges.CANDIDATES):
+        monkeypatch.setattr(ranges, 'BATCH_SIZE', size)
         assert np.array_equal(shown_pose(name), clear_pose.__wrapped__(robot_of(name)))
 
 
@@ -313,7 +317,7 @@ def test_every_panel_is_turned_to_its_arm(name):
     robot = robot_of(name)
     q = clear_pose(robot) + 0.07
     result = ks.inverse_kinematics(robot, ks.forward_kinematics(robot, q), respect_limits=False)
-    poses = [pose.q for pose in poses_of(result)][:MOST]
+    poses = [pose.q for pose in poses_of(result)][:MAX_PANELS]
     figure = drawn(solutions_picture(robot, ks.forward_kinematics(robot, q), result))
     assert len(figure.axes) == len(poses)
     for axes, q in zip(figure.axes, poses):
@@ -352,8 +356,8 @@ def test_more_solutions_than_fit_are_counted():
     result = ks.inverse_kinematics(robot, target)
     many = dataclasses.replace(result, solutions=result.solutions * 10)
     figure = drawn(solutions_picture(robot, target, many))
-    assert len(figure.axes) == MOST
-    assert f'the first {MOST} of 20 are drawn' in texts(figure)
+    assert len(figure.axes) == MAX_PANELS
+    assert f'the first {MAX_PANELS} of 20 are drawn' in texts(figure)
 
 
 def test_a_target_out_of_reach_shows_the_nearest_pose():

@@ -1,3 +1,3 @@
 """
-Pictures of an arm: poses, paths, maps of distance, workspace. Only here is matplotlib imported.
+Draw pictures of an arm with matplotlib: poses, paths, maps of the distance, workspaces.
 """

@@ -1,4 +1,4 @@
-"""The picture of an arm in a pose: links, joint axes and frames from its table alone."""
+"""Draw an arm in a pose: links, joint axes and frames, from its table alone."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -15,13 +15,18 @@ from .labels import Label, place_labels
 from .picture import AXIS_COLORS, BLACK, GREY, LIGHT, ORANGE, PURPLE, Draw, with_unit, words
 from .skeleton import Skeleton, skeleton_of
 
-# Lengths as shares of the drawn cube's edge.
-FRAME, AXIS, TOOL_FRAME, LOST = 0.06, 0.24, 0.11, 0.22
+# Lengths of the drawn parts, divided by the edge of the drawn cube.
+FRAME_LENGTH = 0.06  # of the axes of a link frame
+TOOL_FRAME_LENGTH = 0.11  # of the axes of the tool frame
+AXIS_LENGTH = 0.24  # of a joint axis, and of each arrow of a lost translation
+# Legend entries of the axes of all frames; the last drawn frame is the tool's.
 FRAME_LABELS = ('x', 'y', 'z (thick: tool)')
-MARGIN = 0.08
-# Elevation and azimuths of the view, degrees: never along x or y, whose labels would overlap. The
-# first of equally good ones is taken.
+# Gap between the arm and the faces of the cube, divided by the edge.
+MARGIN_RATIO = 0.08
+# Elevation of the view, degrees.
 ELEVATION = 22.0
+# Azimuths to choose from, degrees; the first of equally good ones is taken. None is along x or y,
+# where the labels of two axes would overlap.
 AZIMUTHS = (-55.0, *(float(a) for a in range(-175, 180, 10) if 10 < a % 90 < 80))
 
 
@@ -60,7 +65,7 @@ def cube_around(skeletons: Sequence[Skeleton], *others: Floats) -> Floats:
     """Return the cube that holds arms, their base and other points (3,), shape (3, 2), m."""
     points = np.vstack([*(skeleton.points for skeleton in skeletons), *others])
     low, high = points.min(axis=0), points.max(axis=0)
-    half = (0.5 + MARGIN) * max(float(np.max(high - low)), 1e-3)
+    half = (0.5 + MARGIN_RATIO) * max(float(np.max(high - low)), 1e-3)
     middle = (low + high) / 2.0
     return np.stack([middle - half, middle + half], axis=1)
 
@@ -72,8 +77,9 @@ def edge_of(cube: Floats) -> float:
 
 def azimuth_of(skeleton: Skeleton) -> float:
     """
-    Return the azimuth from which an arm looks largest, degrees. Its size is the area over which
-    its links spread on paper: the product of the spreads along the principal directions there.
+    Return the azimuth from which an arm looks largest, degrees.
+
+    The size is the area of the links' ellipse of inertia on paper.
     """
     if not skeleton.segments:
         return AZIMUTHS[0]
@@ -91,19 +97,19 @@ def azimuth_of(skeleton: Skeleton) -> float:
     # det(P M P^T) of a projection P along n is n^T adj(M) n.
     adjugate = M @ M - M + (1.0 - np.trace(M @ M)) / 2.0 * np.eye(3)
     areas = np.einsum('in,ij,jn->n', to_viewer, adjugate, to_viewer)
-    # An arm in a line has no area from any side: the longest image counts then.
+    # The area of a straight arm is 0 from every side: then the longest image is chosen.
     lost = np.einsum('in,ij,jn->n', to_viewer, M, to_viewer)
-    # Rounded, so that equal views are equal and the first one is taken.
+    # Rounding makes equal views equal, so that the first of them is taken.
     best = np.lexsort((lost.round(9), -areas.round(9)))[0]
     return float(AZIMUTHS[best])
 
 
 def set_space(axes: Axes3D, cube: Floats, azimuth: float, small: bool = False) -> None:
-    """Give axes in space equal scales, units and a view; `small` for one of many panels."""
+    """Set equal scales, units and the view of 3D axes; `small` for one of many panels."""
     size = 8.0 if small else 10.0
     axes.set(xlim=cube[0], ylim=cube[1], zlim=cube[2])
     axes.set_box_aspect((1.0, 1.0, 1.0))
-    axes.computed_zorder = False  # in the order of drawing, labels in front of all
+    axes.computed_zorder = False  # objects lie over each other in the order of drawing
     axes.view_init(elev=ELEVATION, azim=azimuth)
     for name, color, axis in zip('xyz', AXIS_COLORS, (axes.xaxis, axes.yaxis, axes.zaxis)):
         axis.set_label_text(with_unit(name, 'm'), fontsize=size, color=color)
@@ -116,7 +122,7 @@ def set_space(axes: Axes3D, cube: Floats, azimuth: float, small: bool = False) -
 def draw_skeleton(
     axes: Axes3D, skeleton: Skeleton, cube: Floats, label_size: float | None
 ) -> None:
-    """Draw an arm into axes in space; labels of joints and tool if a size of letters is given."""
+    """Draw an arm into 3D axes; with `label_size` (points) also labels of joints and tool."""
     edge, floor = edge_of(cube), cube[2, 0]
     thick = 1.0 if label_size else 0.7
 
@@ -131,8 +137,8 @@ def draw_skeleton(
         line(segment.start, segment.end, 5.0, color, label=label)
     labels = []
     for axis in skeleton.axes:
-        if axis.variables:  # a passive joint of a loop is a point
-            half = 0.5 * AXIS * edge * axis.direction
+        if axis.variables:  # a passive joint of a loop has only its marker
+            half = 0.5 * AXIS_LENGTH * edge * axis.direction
             end = axis.point + half
             line(axis.point - half, end, 1.2, BLACK, linestyle='-.', label='joint axis')
             labels.append(Label(end, ' '.join(map(short, axis.variables)), BLACK))
@@ -142,8 +148,8 @@ def draw_skeleton(
         line(axis.point, axis.point, 0.0, 'white', label=label, **style)
     tool = skeleton.tool
     for frame, length, width in (
-        *((frame, FRAME, 1.1) for frame in skeleton.frames),
-        (tool, TOOL_FRAME, 2.2),
+        *((frame, FRAME_LENGTH, 1.1) for frame in skeleton.frames),
+        (tool, TOOL_FRAME_LENGTH, 2.2),
     ):
         tips = frame[:3, 3] + length * edge * frame[:3, :3].T
         for tip, name, color in zip(tips, FRAME_LABELS, AXIS_COLORS):
@@ -160,10 +166,10 @@ def draw_skeleton(
 
 
 def _draw_lost(axes: Axes3D, point: Floats, direction: Floats, edge: float) -> None:
-    # Draws the lost translation, both ways; a lost rotation has no arrow.
+    # Draws the lost translation in both directions; a lost rotation has no arrow.
     norm = float(np.linalg.norm(direction))
     if norm < 0.1:
         return
-    arrow = LOST * edge * direction / norm
+    arrow = AXIS_LENGTH * edge * direction / norm
     for way in (arrow, -arrow):
         axes.quiver(*point, *way, color=PURPLE, linestyle='--', label='lost translation', zorder=3)

@@ -1,4 +1,4 @@
-"""The names of matplotlib's classes in annotations; matplotlib itself is imported to draw."""
+"""Names of matplotlib's classes for annotations; matplotlib is imported only to draw."""
 
 from typing import TYPE_CHECKING, Any
 

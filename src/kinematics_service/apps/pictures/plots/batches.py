@@ -1,7 +1,7 @@
 """
-One function over many joint positions, in batches: here, or by the workers of a dask cluster.
+Compute one function of many joint positions in batches, here or by workers of a dask cluster.
 
-The batches are cut alike wherever they run, so that the numbers are the same bit for bit.
+The batches are the same in both cases, so that the numbers are the same bit for bit.
 """
 
 from collections.abc import Callable
@@ -13,11 +13,11 @@ from ....kernel import Floats
 from ....robot.robot import Robot
 from ...recordings.sweep import results_of_workers
 
-# A function of a robot and rows (k, ...) that answers each row by itself: (k, ...). Workers import
-# it by its name, so it must be in a module they have; `functools.partial` of one is fine.
+# A function of a robot and rows (k, ...) that returns (k, ...), each row computed alone. Workers
+# import it by name, so it must be in a module of this package; `functools.partial` is allowed.
 Batch = Callable[[Robot, Floats], Floats]
 
-# Rows of a batch: 3 MB on the wire for six joints.
+# Rows of a batch: 3 MB in a message for six joints.
 ROWS = 65_536
 
 
@@ -30,21 +30,21 @@ def map_batches(
     Parameters
     ----------
     function
-        Answers each row independently of the others.
+        Computes each row independently of the others.
     robot
         The arm.
     array : shape (N, ...)
-        Joint positions, or whatever else the function takes row by row.
+        Joint positions, or other arguments of the function, row by row.
     workers
-        `dask://HOST:PORT` of a scheduler whose workers have this package in the same version;
-        without it this process.
+        `dask://HOST:PORT` of a scheduler whose workers have the same version of this package;
+        None: this process.
     rows
-        Of a batch.
+        Number of rows of a batch.
 
     Returns
     -------
     shape (N, ...)
-        Rows of the batches' results, in order.
+        The results of the batches, in order.
 
     Raises
     ------

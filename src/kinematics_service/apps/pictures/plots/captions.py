@@ -1,4 +1,4 @@
-"""Texts in pictures: joint positions with their units, the distance to a singular pose."""
+"""Write texts in pictures: joint positions with units, and the distance to a singular pose."""
 
 import math
 import textwrap
@@ -13,17 +13,17 @@ from ....robot.measures import Level
 from ....robot.robot import Robot
 from .picture import with_unit, words
 
-# Joint names longer than this are cut: pictures have little room.
-LONGEST_NAME = 16
+# Letters of a joint name in a picture; a longer name is cut.
+MAX_LETTERS = 16
 
 
 def short(name: str) -> str:
-    """Return a name, cut for a picture."""
-    return words(name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + '…')
+    """Return a name with at most MAX_LETTERS letters."""
+    return words(name if len(name) <= MAX_LETTERS else name[: MAX_LETTERS - 1] + '…')
 
 
 def signed(value: float, digits: int = 2) -> str:
-    """Return a number with a true minus sign and without a negative zero."""
+    """Return a number with a typographic minus sign, and without a negative zero."""
     return f'{round(float(value), digits) + 0.0:.{digits}f}'.replace('-', '\N{MINUS SIGN}')
 
 
@@ -31,20 +31,20 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
     """
     Return joint positions by variable, in lines of at most `width` letters.
 
-    `q1 0.10, q2 −1.57 rad; d3 0.20 m`; without the joints of the indices `skip`.
+    For example `q1 0.10, q2 −1.57 rad; d3 0.20 m`, without the joints with indices in `skip`.
     """
     groups = []
     for unit in ('rad', 'm'):
         chosen = [j for j in range(robot.dof) if robot.units[j] == unit and j not in skip]
         if chosen:
-            # No break between a name and its number.
+            # A no-break space keeps a name and its number on one line.
             each = (f'{short(robot.variables[j])}\N{NO-BREAK SPACE}{signed(q[j])}' for j in chosen)
             groups.append(f'{", ".join(each)}\N{NO-BREAK SPACE}{unit}')
     return '\n'.join(textwrap.wrap('; '.join(groups), width, break_on_hyphens=False))
 
 
 def nearness(robot: Robot, singularity: Singularity) -> str:
-    """Return in words how far one pose is from a singular one, and the factor that decides it."""
+    """Return the distance of one pose to a singular pose in words, and the nearest factor."""
     distance = float(singularity.distance)
     farther = none_found(singularity)
     if singularity.rank < singularity.generic_rank:
@@ -65,5 +65,5 @@ def nearness(robot: Robot, singularity: Singularity) -> str:
 
 
 def joint_label(robot: Robot, j: int) -> str:
-    """Return the label of an axis along which a joint moves, with its unit."""
+    """Return the label of an axis with the positions of a joint: its variable and unit."""
     return with_unit(short(robot.variables[j]), robot.units[j])

@@ -1,4 +1,8 @@
-"""Points of a plane at which no joint motion moves the tool in some direction of the plane."""
+"""
+Find singular poses of the position in a plane by damped Newton steps from random poses.
+
+At such a pose no joint motion moves the tool in some direction of the plane.
+"""
 
 from dataclasses import dataclass
 
@@ -13,13 +17,19 @@ from ....robot.task import SEED
 from .plane import Plane
 from .ranges import finite_ranges, random_positions
 
-# Random starts, and those of arms whose loops have to be closed at each step; steps of Newton's
-# method from each, and its damping.
-STARTS, STARTS_OF_LOOPS, STEPS, DAMPING = 2500, 400, 25, 1e-9
-# Step of the differences of J (rad, or m over the length), and the residual of a solution.
-DIFFERENCE, ARRIVED = 1e-5, 1e-8
-# A factor is zero below this distance to its zero, rad.
-AT_ZERO = 1e-5
+# Number of random starts; fewer with closed loops, because each step closes them.
+STARTS = 2500
+STARTS_OF_LOOPS = 400
+# Newton steps from each start.
+STEPS = 25
+# Damping of the steps, added to the normal matrix.
+DAMPING = 1e-9
+# Step of the differences of J, rad, or m over the characteristic length.
+DIFFERENCE_STEP = 1e-5
+# Largest residual of a solution.
+RESIDUAL_TOLERANCE = 1e-8
+# Largest estimated distance to the zero of a factor that is named, rad.
+FACTOR_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +42,7 @@ class CriticalPoints:
     points : shape (k, 2), m
         Coordinates in the plane.
     names : k
-        The named factors that are zero there, joined by ` + `; empty if none is.
+        The named factors that are zero at each point, joined by ` + `; may be empty.
     """
 
     points: Floats
@@ -43,17 +53,17 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
     """
     Return points of the curves on which the position loses a direction of the plane.
 
-    There a combination c of the gradients of the coordinates is across all columns of J: the
-    system A(q)^T c = 0, |c| = 1 (and the tool in the plane), solved from random poses by damped
-    Newton steps. Poses at joint limits end the workspace too, but are not among them.
+    On such a curve a combination c of the gradients of the coordinates is orthogonal to all
+    columns of J. The search solves A(q)^T c = 0, |c| = 1, with the tool in the plane. The result
+    does not contain poses at joint limits, which bound the workspace, too.
     """
     ranges = finite_ranges(robot)
     random = np.random.default_rng(SEED)
     if starts is None:
         starts = STARTS_OF_LOOPS if robot.chain.loops else STARTS
     q = closed_poses(robot.chain, random_positions(robot, random, starts))
-    rows = _rows(robot, plane, q)
-    c = random.normal(size=(len(q), rows))
+    vectors = _number_of_vectors(robot, plane, q)
+    c = random.normal(size=(len(q), vectors))
     c /= np.linalg.norm(c, axis=1, keepdims=True)
     scales = robot.singularity.task.column_scales
     for _ in range(STEPS):
@@ -69,15 +79,15 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
         q = np.where(robot.prismatic, q, np.remainder(q + np.pi, 2.0 * np.pi) - np.pi)
     F, _ = _system(robot, plane, q, c)
     inside = np.all((q >= ranges[:, 0]) & (q <= ranges[:, 1]), axis=1)
-    # A c across the plane only means that the arm cannot leave it, which is no border within it.
+    # If c is normal to the plane, the arm only cannot leave it: not a singularity in the plane.
     within = np.linalg.norm(c[:, :2], axis=1) > 1e-3
-    q = q[(np.linalg.norm(F, axis=1) < ARRIVED) & inside & within]
+    q = q[(np.linalg.norm(F, axis=1) < RESIDUAL_TOLERANCE) & inside & within]
     return CriticalPoints(plane.coordinates(evaluate(robot, q).position), _names(robot, q))
 
 
 def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
-    # Returns the position's scaled Jacobian along the plane's vectors, over the reach, (..., k,
-    # n); nan where loops do not close.
+    # Returns the position's scaled Jacobian along the plane's vectors, divided by the reach, shape
+    # (..., k, n); nan if a loop does not close.
     position, J = _position_and_jacobian(robot, q)
     return (
         plane.gradients(position)
@@ -95,9 +105,8 @@ def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
     return position, J
 
 
-def _rows(robot: Robot, plane: Plane, q: Floats) -> int:
-    # Returns the number of vectors of the plane along which the arm can move: fewer for a planar
-    # arm.
+def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
+    # Returns the number of the plane's vectors along which the arm can move: 2 or 3.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3
@@ -108,18 +117,18 @@ def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, F
     n, k = robot.dof, c.shape[1]
     scales = robot.singularity.task.column_scales
     A = _gradients(robot, plane, q)[:, :k]
-    ahead = q[:, None] + DIFFERENCE * np.diag(scales)
-    behind = q[:, None] - DIFFERENCE * np.diag(scales)
+    ahead = q[:, None] + DIFFERENCE_STEP * np.diag(scales)
+    behind = q[:, None] - DIFFERENCE_STEP * np.diag(scales)
     change = _gradients(robot, plane, ahead)[:, :, :k] - _gradients(robot, plane, behind)[:, :, :k]
-    slope = np.einsum('njki,nk->nij', change / (2.0 * DIFFERENCE), c)
+    slope = np.einsum('njki,nk->nij', change / (2.0 * DIFFERENCE_STEP), c)
     F = [np.einsum('nki,nk->ni', A, c), (np.sum(c * c, axis=1) - 1.0)[:, None] / 2.0]
     top = np.concatenate([slope, np.swapaxes(A, 1, 2)], axis=2)
     unit = np.concatenate([np.zeros((len(q), 1, n)), c[:, None]], axis=2)
     parts = [top, unit]
     if k == 3:
-        off = (_position_and_jacobian(robot, q)[0] - plane.origin) @ plane.normal
-        off /= robot.singularity.task.reach
-        F.append(off[:, None])
+        height = (_position_and_jacobian(robot, q)[0] - plane.origin) @ plane.normal
+        height /= robot.singularity.task.reach
+        F.append(height[:, None])
         parts.append(np.concatenate([A[:, 2:], np.zeros((len(q), 1, k))], axis=2))
     return np.concatenate(F, axis=1), np.concatenate(parts, axis=1)
 
@@ -130,7 +139,7 @@ def _names(robot: Robot, q: Floats) -> tuple[str, ...]:
     factors = singularity(robot, q).factors
     if factors is None:
         return ('',) * len(q)
-    zero = factors.estimates < AT_ZERO
+    zero = factors.estimates < FACTOR_TOLERANCE
     return tuple(
         ' + '.join(name for name, is_zero in zip(factors.names, row) if is_zero) for row in zero
     )

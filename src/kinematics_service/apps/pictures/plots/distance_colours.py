@@ -1,4 +1,4 @@
-"""Distances to a singular pose as colours, with their bar; those of 1 rad have a colour apart."""
+"""Draw distances to a singular pose as colours; distances of 1 rad have a separate colour."""
 
 from typing import NamedTuple
 
@@ -10,12 +10,12 @@ from .artists import Artist, Axes, Figure
 from .picture import with_unit
 
 DISTANCE = MEASURES['distance']
-# Of distances that mean at least that: told from the ground and from every colour of the scale.
+# Colour of distances that are at least 1 rad; it differs from the background and from the scale.
 FARTHER = '#D9E6EE'
 
 
 class ColourScale(NamedTuple):
-    """The ends of a scale, rad; and whether its bar is open above, for the highest few."""
+    """The ends of a scale, rad, and whether its bar is open for larger distances."""
 
     low: float
     high: float
@@ -30,7 +30,7 @@ def draw_distances(
     scale: ColourScale,
     label: str,
 ) -> list[Artist]:
-    """Draw distances (rows, columns) in rad and their bar; return entries of the legend."""
+    """Draw distances (rows, columns), rad, and their bar; return the entries of the legend."""
     from matplotlib import colormaps
     from matplotlib.patches import Patch
 

@@ -1,4 +1,4 @@
-"""The distance to a singular pose over two joints, the others held: the numbers of the map."""
+"""Compute the distance to a singular pose over a grid of two joints, the others held."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,10 +15,12 @@ from ....robot.task import SEED
 from .batches import map_batches
 from .ranges import clear_pose, finite_ranges, random_positions
 
-# Number of positions of each joint for the test which joints matter, and of poses of the others.
-TRIED, AROUND = 24, 16
-# A factor this small on the whole map is zero because of the joints that are held.
-ZERO = 1e-12
+# Positions of each joint in the search for the two joints that change the distance most.
+POSITIONS = 24
+# Random poses of the other joints in this search.
+POSES = 16
+# Largest absolute value of a factor that is zero on the whole map because of the held joints.
+TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,12 +37,12 @@ class DistanceMap:
     horizontal, vertical : shape (size,), rad or m
         The grid.
     distance : shape (size, size), rad
-        [i, k] at vertical[i], horizontal[k]; nan where a closed loop does not close.
+        Entry [i, k] is at vertical[i], horizontal[k]; nan if a loop does not close.
     functions
-        Functions that are zero on singular poses, by name, shape (size, size) each: the named
-        factors, and the determinant if their product is not the determinant. nan likewise.
+        Functions that are zero at singular poses, by name, shape (size, size) each: the named
+        factors, and the determinant unless it is their product. nan if a loop does not close.
     everywhere
-        Names of the factors that the held joints make zero on the whole map.
+        Names of the factors that are zero on the whole map because of the held joints.
     """
 
     joints: tuple[int, int]
@@ -53,15 +55,15 @@ class DistanceMap:
 
     @property
     def open_share(self) -> float:
-        """Return at which share of the map's positions a closed loop does not close."""
+        """Return the ratio of positions of the map at which a loop does not close."""
         return float(np.mean(np.isnan(self.distance)))
 
 
 def singular_table(robot: Robot, q: Floats) -> Floats:
     """
-    Return distance, determinant (nan without one) and factors of poses (N, n), shape (N, 2 + F).
+    Return distance, determinant and F factors of poses (N, n), shape (N, 2 + F).
 
-    Rows are nan where a closed loop does not close.
+    The determinant is nan if J is not square; a whole row is nan if a loop does not close.
     """
     rows = np.full((len(q), 2 + len(robot.singularity.factors.names)), np.nan)
     closed = closes_at(robot.chain, q)
@@ -78,14 +80,14 @@ def distance_map(
     robot: Robot, joints: tuple[int, int], q: Floats, size: int, workers: str | None = None
 ) -> DistanceMap:
     """
-    Return the map over two joints, given by their indices, with the others held at q (n,).
+    Return the map over two joints, given by index, with the others held at q (n,).
 
     Raises
     ------
     SweepError
         The workers cannot be used.
     PlotError
-        Closed loops close nowhere on the map.
+        The loops do not all close at any position of the map.
     """
     ranges = finite_ranges(robot)
     across, up = joints
@@ -104,7 +106,7 @@ def distance_map(
             'the other joints elsewhere with --q'
         )
     functions = {name: grids[..., 2 + k] for k, name in enumerate(robot.singularity.factors.names)}
-    everywhere = tuple(name for name, f in functions.items() if np.nanmax(np.abs(f)) < ZERO)
+    everywhere = tuple(name for name, f in functions.items() if np.nanmax(np.abs(f)) < TOLERANCE)
     task = robot.singularity.task
     if task.square and not task.structurally_deficient and not robot.singularity.factors.complete:
         functions['det J'] = grids[..., 1]
@@ -113,19 +115,20 @@ def distance_map(
 
 def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
     """
-    Return the indices of two joints given by name or variable; without names the two that matter
-    most.
+    Return the indices of two joints given by name or variable.
+
+    Without names: the two joints that change the distance most.
 
     Raises
     ------
     PlotError
-        Not two different joints of the arm.
+        The names are not two different joints of the arm.
     """
-    choices = ', '.join(_either(robot, j) for j in range(robot.dof))
+    choices = ', '.join(_joint_name(robot, j) for j in range(robot.dof))
     if robot.dof < 2:
         raise PlotError(f'{robot.name} has one joint ({choices}): a map needs two')
     if names is None:
-        return _pair_that_matters(robot)
+        return _pair_with_most_change(robot)
     found = []
     for name in names:
         if name in robot.joint_names:
@@ -142,22 +145,24 @@ def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
     return found[0], found[1]
 
 
-def _either(robot: Robot, j: int) -> str:
+def _joint_name(robot: Robot, j: int) -> str:
     name, variable = robot.joint_names[j], robot.variables[j]
     return name if name == variable else f'{variable} ({name})'
 
 
-def _pair_that_matters(robot: Robot) -> tuple[int, int]:
-    # Returns the joints that change the distance most, in the arm's order.
+def _pair_with_most_change(robot: Robot) -> tuple[int, int]:
+    # Returns the two joints with the largest standard deviation of the distance, base to tool.
     ranges = finite_ranges(robot)
-    others = random_positions(robot, np.random.default_rng(SEED), AROUND)
-    starts = np.vstack([clear_pose(robot), closed_poses(robot.chain, others)[:AROUND]])
+    others = random_positions(robot, np.random.default_rng(SEED), POSES)
+    starts = np.vstack([clear_pose(robot), closed_poses(robot.chain, others)[:POSES]])
     changes = []
     for j in range(robot.dof):
-        q = np.repeat(starts[:, None], TRIED, axis=1)
-        q[..., j] = np.linspace(ranges[j, 0], ranges[j, 1], TRIED + 1)[:-1]
-        distances = singular_table(robot, q.reshape(-1, robot.dof))[:, 0].reshape(len(q), TRIED)
-        told = distances[np.any(np.isfinite(distances), axis=1)]
-        changes.append(float(np.mean(np.nanstd(told, axis=1))) if len(told) else 0.0)
+        q = np.repeat(starts[:, None], POSITIONS, axis=1)
+        q[..., j] = np.linspace(ranges[j, 0], ranges[j, 1], POSITIONS + 1)[:-1]
+        distances = singular_table(robot, q.reshape(-1, robot.dof))[:, 0].reshape(
+            len(q), POSITIONS
+        )
+        closed = distances[np.any(np.isfinite(distances), axis=1)]
+        changes.append(float(np.mean(np.nanstd(closed, axis=1))) if len(closed) else 0.0)
     first, second = sorted(np.argsort(-np.round(changes, 6), kind='stable')[:2])
     return int(first), int(second)

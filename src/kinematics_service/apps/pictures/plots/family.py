@@ -1,4 +1,4 @@
-"""The picture of a redundant arm's postures: each joint along the arcs of the nearest curve."""
+"""Draw the postures of a redundant arm: each joint along the arcs of the nearest curve."""
 
 import numpy as np
 
@@ -6,22 +6,23 @@ from ....errors import PlotError
 from ....kinematics.inverse.result import IkResult
 from ....robot.robot import Robot
 from .artists import Figure
+from .over_time import panels
 from .picture import GREY, SERIES, Draw, with_unit, words
 
-# Inches: of a panel, of the words above and below all of them.
-WIDTH, HEIGHT, HEAD = 8.5, 1.1, 1.3
+# Height of a panel, inches.
+PANEL_HEIGHT = 1.1
 
 
 def family_picture(robot: Robot, result: IkResult) -> Draw:
     """
     Return the picture of the first family of a result that has intervals.
 
-    Its arcs stand side by side: each joint's position over the length of the arc, and its limits.
+    Each panel shows the position of a joint over the length of the arcs, and its limits.
 
     Raises
     ------
     PlotError
-        None has.
+        The arm has no arc of postures inside its limits.
     """
     arcs = next((family.intervals for family in result.families if family.intervals), ())
     if not arcs:
@@ -31,9 +32,10 @@ def family_picture(robot: Robot, result: IkResult) -> Draw:
         )
 
     def draw(figure: Figure) -> None:
-        figure.set_size_inches(WIDTH, robot.dof * HEIGHT + HEAD)
-        figure.set_layout_engine('constrained', h_pad=0.02)
-        rows = figure.subplots(robot.dof, 1, sharex=True, squeeze=False)[:, 0]
+        count = f'{len(arcs)} {"arc" if len(arcs) == 1 else "arcs"}'
+        title = words(f'{robot.name}: {count} of the nearest curve')
+        across = 'length of the arcs, one after the other (rad)'
+        rows = panels(figure, [PANEL_HEIGHT] * robot.dof, title, across)
         for j, axes in enumerate(rows):
             begin = 0.0
             for k, arc in enumerate(arcs):
@@ -43,8 +45,5 @@ def family_picture(robot: Robot, result: IkResult) -> Draw:
                 axes.axhline(limit, color=GREY, linewidth=0.8, linestyle='--')
             unit = 'm' if robot.prismatic[j] else 'rad'
             axes.set_ylabel(words(with_unit(robot.joint_names[j], unit)), fontsize=7)
-        rows[-1].set_xlabel(with_unit('length of the arcs, one after the other', 'rad'))
-        count = f'{len(arcs)} {"arc" if len(arcs) == 1 else "arcs"}'
-        figure.suptitle(words(f'{robot.name}: {count} of the nearest curve'))
 
     return draw

@@ -1,4 +1,4 @@
-"""Labels in a drawing in space, placed where they cover neither the arm nor each other."""
+"""Place labels in 3D axes so that they cover neither the arm nor each other, by trial."""
 
 import itertools
 from collections.abc import Sequence
@@ -9,12 +9,13 @@ import numpy as np
 from ....kernel import Floats
 from .artists import Axes3D
 
-# Directions and distances of a label from its point, in points of 1/72 inch.
+# Directions of a label from its point, and its distances in points of 1/72 inch.
 DIRECTIONS = [(np.cos(a), np.sin(a)) for a in np.arange(12) * np.pi / 6.0]
 RADII = (9.0, 15.0, 23.0, 33.0)
-# Width of a letter and height of a line as shares of the font size.
-LETTER, LINE = 0.62, 1.25
-# Points of a segment that labels keep away from.
+# Width of a letter and height of a line, divided by the font size.
+LETTER_WIDTH = 0.62  # mean of DejaVu Sans
+LINE_HEIGHT = 1.25  # with the gap to the next line
+# Ratios at which points of a segment are tested for a collision.
 ALONG = np.linspace(0.0, 1.0, 25)[:, None]
 
 Box = tuple[Floats, Floats]
@@ -22,7 +23,7 @@ Box = tuple[Floats, Floats]
 
 @dataclass(frozen=True, eq=False)
 class Label:
-    """A text that belongs to a point (3,) in space, m."""
+    """A text beside a point (3,), m."""
 
     point: Floats
     text: str
@@ -34,18 +35,18 @@ def place_labels(
     axes: Axes3D, labels: Sequence[Label], lines: Sequence[tuple[Floats, Floats]], size: float
 ) -> None:
     """
-    Write labels into axes in space whose view and limits are final.
+    Write labels into 3D axes with final view and limits.
 
     Parameters
     ----------
     axes
         Axes of matplotlib's toolkit mplot3d.
     labels
-        Texts at one point are written as one, separated by commas.
+        Texts at the same point on paper become one text, separated by commas.
     lines
-        Pairs of points (3,) in m, that should stay visible.
+        Segments that should stay visible: pairs of points (3,), m.
     size
-        Size of the letters, in points.
+        Font size, points.
     """
     axes.apply_aspect()
     scale = 72.0 / axes.figure.dpi
@@ -56,7 +57,7 @@ def place_labels(
     taken: list[Box] = []
     for label in _merged(axes, labels, 4.0 / scale):
         at = _on_paper(axes, label.point[None])[0] * scale
-        half = np.array([LETTER * size * len(label.text), LINE * size]) / 2.0
+        half = np.array([LETTER_WIDTH * size * len(label.text), LINE_HEIGHT * size]) / 2.0
         offset, corners = _best(at, half, obstacles, taken, room)
         taken.append(corners)
         _write(axes, label, offset, size)
@@ -86,8 +87,8 @@ def _merged(axes: Axes3D, labels: Sequence[Label], near: float) -> list[Label]:
 def _best(
     at: Floats, half: Floats, obstacles: Floats, taken: list[Box], room: Box
 ) -> tuple[Floats, Box]:
-    # Returns the offset and the box that collide with least: labels and the border first, then
-    # the arm, then the distance.
+    # Returns the offset and the box with the fewest collisions with labels and the border, then
+    # the fewest covered points of the arm, then the smallest distance.
     choices = []
     for radius, direction in itertools.product(RADII, DIRECTIONS):
         # The nearer edge of the box is `radius` away.

@@ -1,4 +1,4 @@
-"""The picture of the distance to a singular pose over two joints, the singular sets drawn in."""
+"""Draw the map of the distance to a singular pose over two joints, with the singular sets."""
 
 import math
 import textwrap
@@ -17,10 +17,10 @@ from .picture import Draw, words
 from .ranges import not_all_closed
 from .set_styles import set_styles
 
-# A factor that is this small on the border, as a share of its largest value, is zero there.
-AT_BORDER = 1e-9
+# Largest value of a factor that is zero on the border, divided by its largest value on the map.
+ZERO_RATIO = 1e-9
 QUARTER = math.pi / 4.0
-# Ground where loops do not close.
+# Colour of positions at which a loop does not close.
 OPEN = '#8A8D93'
 
 
@@ -80,14 +80,14 @@ def with_border_crossed(values: Floats) -> Floats:
     """
     Return values (rows, columns) that change their sign at zeros on the border of the map.
 
-    A factor that is zero along the border itself, as sin(q) is at pi, has round-off of either sign
-    there, and a curve is drawn only between values of different signs.
+    matplotlib draws a curve only between values of different signs. A factor that is zero along
+    the border, for example sin(q) at pi, has only round-off of any sign there.
     """
     crossed = np.array(values)
     for turned in (crossed, crossed[::-1], crossed.T, crossed.T[::-1]):
         border, inside = turned[0], turned[1]
-        zero = np.abs(border) <= AT_BORDER * np.nanmax(np.abs(values))
-        border[zero] = -np.copysign(AT_BORDER * np.abs(inside), inside)[zero]
+        zero = np.abs(border) <= ZERO_RATIO * np.nanmax(np.abs(values))
+        border[zero] = -np.copysign(ZERO_RATIO * np.abs(inside), inside)[zero]
     return crossed
 
 
@@ -113,7 +113,7 @@ def _draw_thresholds(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Art
 
 
 def _draw_open(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Artist]:
-    # Where loops do not close there is nothing to draw: the ground shows, hatched.
+    # Hatches the background, which is visible where loops do not close.
     from matplotlib.patches import Patch, Rectangle
 
     if numbers.open_share == 0.0:

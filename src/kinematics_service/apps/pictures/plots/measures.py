@@ -1,4 +1,4 @@
-"""The picture of the measures of singularity along a path, with the thresholds of the warning."""
+"""Draw the measures of singularity along a path, with the thresholds of the warning."""
 
 import math
 import textwrap
@@ -16,26 +16,26 @@ from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, panels, shade
 from .picture import GREY, VERMILION, Draw, with_unit, words
 
-# Names of factors above the first panel: width of a letter as a share of it, and most names.
-LETTER, NAMED = 0.014, 12
-# A minimum of the distance is named if it is below this share of the largest.
-LOW = 0.3
-# Values beyond are round-off at a singular pose and would flatten the curve.
-LARGEST_CONDITION = 1e4
-# An axis has room for so many letters.
-LONGEST_LABEL = 14
+# Width of a letter above the first panel, divided by the width of the panel.
+LETTER_WIDTH = 0.014
+# Largest minimum of the distance at which a factor is named, divided by the largest distance.
+NAMED_RATIO = 0.3
+# Largest drawn condition number: larger ones are round-off at a singular pose.
+MAX_CONDITION = 1e4
+# Letters in a line of an axis label.
+LABEL_LETTERS = 14
 
 
 def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
     """
     Return the picture of every measure along a motion.
 
-    The thresholds of the measure that is watched are drawn in its panel, and the intervals beyond
-    them are shaded in all.
+    The panel of the watched measure shows its thresholds. All panels are shaded in the intervals
+    beyond the thresholds.
     """
     near = singularity(robot, motion.q)
     units = measure_units(robot)
-    drawn = [one for one in MEASURES.values() if getattr(near, one.name) is not None]
+    drawn = [m for m in MEASURES.values() if getattr(near, m.name) is not None]
 
     def draw(figure: Figure) -> None:
         task = robot.singularity.task
@@ -66,7 +66,7 @@ def measures_picture(robot: Robot, motion: PlottedMotion) -> Draw:
 
 
 def _label(measure: Measure, unit: str) -> str:
-    label = measure.drawn or '\n'.join(textwrap.wrap(measure.words, LONGEST_LABEL))
+    label = measure.drawn or '\n'.join(textwrap.wrap(measure.words, LABEL_LETTERS))
     base, _, power = unit.partition('^')
     raised = f'{base}$^{{{power}}}$' if power else base
     return with_unit(label, raised).replace(' (', '\n(')
@@ -92,8 +92,8 @@ def _draw_thresholds(axes: Axes, robot: Robot) -> None:
 
 
 def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
-    # A measure that grows without end from its least value on.
-    largest = min(float(np.max(values[np.isfinite(values)], initial=least)), LARGEST_CONDITION)
+    # Sets the axis of a measure without an upper bound.
+    largest = min(float(np.max(values[np.isfinite(values)], initial=least)), MAX_CONDITION)
     if least and largest >= 10.0:
         axes.set_yscale('log')
         axes.yaxis.set_major_formatter('{x:g}')
@@ -102,14 +102,14 @@ def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
 
 
 def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singularity) -> None:
-    # Writes the nearest factor's name above each minimum of the distance, the lowest first, as far
-    # as there is room.
+    # Writes the name of the nearest factor above each minimum of the distance. The lowest minimum
+    # comes first; a name that would overlap another one is left out.
     factors = near.factors
     if factors is None:
         return
     distance = np.asarray(near.distance)
     low = _valleys(distance)
-    low = low[distance[low] < LOW * float(np.max(distance))]
+    low = low[distance[low] < NAMED_RATIO * float(np.max(distance))]
     span = float(motion.times[-1] - motion.times[0])
     taken: list[tuple[float, float]] = []
     for k in low[np.argsort(distance[low], kind='stable')]:
@@ -117,10 +117,10 @@ def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singula
         if robot.singularity.factors.is_loop(nearest) and not flat_loop(
             robot, singularity(robot, motion.q[k])
         ):
-            continue  # it is the arm that is near
+            continue  # the arm itself is near a singular pose, not its loop
         t, name = float(motion.times[k]), factors.names[nearest]
-        half = 0.5 * LETTER * span * (len(name) + 1)
-        if len(taken) == NAMED or any(t - half < b and t + half > a for a, b in taken):
+        half = 0.5 * LETTER_WIDTH * span * (len(name) + 1)
+        if any(t - half < b and t + half > a for a, b in taken):
             continue
         taken.append((t - half, t + half))
         axes.annotate(

@@ -1,4 +1,4 @@
-"""A motion along which something is drawn: a recording, or one of the built-in trajectories."""
+"""Read the motion of a picture over time: a recording, or a built-in trajectory."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,8 +15,9 @@ from ...recordings.readers.recording import read_recording
 
 # Number of points of one period of a trajectory.
 SAMPLES = 2001
-# A pause between two rows is a gap if it is longer than this (s) and than this many usual steps.
-GAP, STEPS = 1.0, 5.0
+# A pause between two rows that exceeds both limits is a gap.
+MIN_GAP = 1.0  # s
+MIN_GAP_STEPS = 5.0  # median steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,12 +31,11 @@ class PlottedMotion:
         Strictly increasing, from the first row.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
     name
-        Its source, in words.
+        The source, in words.
     differentiated
-        Whether qdot is a difference of positions, since there are no velocities.
+        Whether qdot was computed from q because the recording has no velocities.
     open_rows : shape (k,)
-        For each row that is left out because loops of the arm do not close there, the index of the
-        row after it.
+        The index of the next row, for each row that was left out because a loop does not close.
     """
 
     times: Floats
@@ -47,13 +47,13 @@ class PlottedMotion:
 
     @property
     def gaps(self) -> Integers:
-        """Return the indices of rows after a gap: no line is drawn to them."""
+        """Return the indices of the rows after gaps, to which no line is drawn."""
         opened = self.open_rows[(self.open_rows > 0) & (self.open_rows < len(self.times))]
         return np.union1d(_gaps(self.times), opened)
 
     @property
     def described(self) -> str:
-        """Return the name, and at how many rows loops do not close."""
+        """Return the name, with the number of rows at which loops do not close."""
         if not len(self.open_rows):
             return self.name
         left = len(self.open_rows)
@@ -70,15 +70,14 @@ class PlottedMotion:
 
 def motion_of(robot: Robot, path: str) -> PlottedMotion:
     """
-    Return the motion of a CSV file, or the built-in one of this name over one period.
+    Return the motion in a CSV file, or one period of the built-in trajectory with this name.
 
     Raises
     ------
     RecordingError
         The file is not a recording of this arm.
     PlotError
-        Neither a file nor a name, or a recording without two different times at which the loops of
-        the arm close.
+        `path` is not a file or a name, or the loops of the arm close at fewer than two times.
     """
     demo = app_module('motions')
     built_in = {} if demo is None else demo.TRAJECTORIES
@@ -98,7 +97,7 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
         )
     recording = read_recording(file, robot)
     times = recording.due
-    # Repeated stamps and steps back have no length on the time axis: the first row counts.
+    # If a stamp repeats or goes back, the first row stays.
     first = np.append(True, np.diff(times) > 0.0)
     times, q = times[first], recording.positions[first]
     if len(times) < 2:
@@ -114,7 +113,7 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
 def _closed(
     robot: Robot, times: Floats, q: Floats, qdot: Floats, name: str, differentiated: bool
 ) -> PlottedMotion:
-    # Without the rows at which loops of the arm do not close.
+    # Leaves out the rows at which a loop does not close.
     closed = closes_at(robot.chain, q)
     if np.sum(closed) < 2:
         raise PlotError(
@@ -127,19 +126,19 @@ def _closed(
 
 def _gaps(times: Floats) -> Integers:
     steps = np.diff(times)
-    longest = max(GAP, STEPS * float(np.median(steps)))
+    longest = max(MIN_GAP, MIN_GAP_STEPS * float(np.median(steps)))
     return np.asarray(np.flatnonzero(steps > longest) + 1, dtype=np.int64)
 
 
 def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
-    # Not across a gap; a row between two of them has no velocity and is left out.
+    # Differentiates between gaps; a single row between two gaps has no velocity and is left out.
     parts = [
         (t, positions)
         for t, positions in zip(np.split(times, _gaps(times)), np.split(q, _gaps(times)))
         if len(t) > 1
     ]
     if not parts:
-        raise PlotError(f'{name}: has no velocities, and no two rows within {GAP:g} s')
+        raise PlotError(f'{name}: has no velocities, and no two rows within {MIN_GAP:g} s')
     qdot = [np.gradient(positions, t, axis=0) for t, positions in parts]
     kept, positions = (np.concatenate(column) for column in zip(*parts))
     return _closed(robot, kept, positions, np.concatenate(qdot), name, True)
@@ -147,7 +146,7 @@ def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> Plotte
 
 @dataclass(frozen=True)
 class ShadedInterval:
-    """A time from `start` to `end`, s, in which the level is not OK."""
+    """An interval from `start` to `end`, s, with a level other than OK."""
 
     start: float
     end: float
@@ -156,13 +155,13 @@ class ShadedInterval:
 
 def shaded_intervals(times: Floats, levels: Floats) -> tuple[ShadedInterval, ...]:
     """
-    Return the intervals of equal level other than OK, each up to the next row.
+    Return the intervals with one level other than OK, each up to the row after it.
 
     Parameters
     ----------
     times : shape (N,), s
     levels : shape (N,)
-        Levels like `Singularity.level` of a batch.
+        `Singularity.level` of a batch.
     """
     changes = np.flatnonzero(np.diff(levels)) + 1
     starts = np.concatenate([[0], changes]).astype(int)

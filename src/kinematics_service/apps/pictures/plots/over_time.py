@@ -1,4 +1,4 @@
-"""Panels below each other over one time axis, with the intervals near singular poses shaded."""
+"""Draw panels over one time axis, with the intervals near singular poses shaded."""
 
 from collections.abc import Sequence
 from itertools import cycle
@@ -7,32 +7,40 @@ from ....kernel import Floats
 from ....robot.measures import Level
 from .artists import Axes, Figure
 from .motion import PlottedMotion, shaded_intervals
-from .picture import DASHES, SERIES, VERMILION, YELLOW, with_unit
+from .picture import DASHES, SERIES, VERMILION, YELLOW
 
-WIDTH, HEAD = 8.5, 1.3  # inches
-# Longer curves become a bitmap inside an SVG or PDF.
-MANY = 20_000
+# Width of a picture, inches.
+WIDTH = 8.5
+# Height of its title and legend, inches.
+HEAD_HEIGHT = 1.3
+# Largest number of points that an SVG or PDF draws as a curve; a longer curve becomes a bitmap.
+MAX_POINTS = 20_000
+# Colour and opacity of the shaded intervals.
 SHADES = {Level.WARN: (YELLOW, 0.45), Level.ERROR: (VERMILION, 0.30)}
 
 
-def panels(figure: Figure, heights: Sequence[float], title: str) -> list[Axes]:
+def panels(
+    figure: Figure, heights: Sequence[float], title: str, across: str = 'time (s)'
+) -> list[Axes]:
     """
-    Return axes below each other with one time axis, s.
+    Return axes below each other with one horizontal axis.
 
     Parameters
     ----------
     figure
-        Empty.
+        An empty figure.
     heights
         Heights of the panels, inches.
     title
-        Title of the whole picture.
+        Title of the picture.
+    across
+        Label of the horizontal axis.
     """
-    figure.set_size_inches(WIDTH, sum(heights) + HEAD)
+    figure.set_size_inches(WIDTH, sum(heights) + HEAD_HEIGHT)
     figure.set_layout_engine('constrained', h_pad=0.06)
     axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)
     rows = [row[0] for row in axes]
-    rows[-1].set_xlabel(with_unit('time', 's'))
+    rows[-1].set_xlabel(across)
     figure.suptitle(title)
     figure.align_ylabels(rows)
     return rows
@@ -45,21 +53,21 @@ def draw_curves(
     names: Sequence[str],
     colors: Sequence[str] = SERIES,
 ) -> None:
-    """Draw columns of values (N, k) over time; which differ in colour and in dashes."""
-    lines = axes.plot(*motion.broken(values), zorder=3, rasterized=len(values) > MANY)
+    """Draw columns of values (N, k) over time, with different colours and dashes."""
+    lines = axes.plot(*motion.broken(values), zorder=3, rasterized=len(values) > MAX_POINTS)
     for line, name, color, dashes in zip(lines, names, cycle(colors), cycle(DASHES)):
         line.set(label=name, color=color, linestyle=dashes)
 
 
 def draw_legend(axes: Axes) -> None:
-    """Put the legend beside the axes, where it covers no curve."""
+    """Draw the legend beside the axes, so that it does not cover a curve."""
     axes.legend(loc='upper left', bbox_to_anchor=(1.005, 1.02), frameon=False, borderaxespad=0.2)
 
 
 def shade(
     figure: Figure, rows: Sequence[Axes], motion: PlottedMotion, levels: Floats, meaning: str
 ) -> None:
-    """Shade the intervals of WARN and ERROR in all panels; a legend says what they are."""
+    """Shade the intervals of WARN and ERROR in all panels, with a legend entitled `meaning`."""
     from matplotlib.patches import Patch
 
     found = shaded_intervals(motion.times, levels)

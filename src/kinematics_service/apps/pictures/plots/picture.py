@@ -15,10 +15,10 @@ from .artists import Figure
 BLACK, ORANGE, SKY, GREEN = '#000000', '#E69F00', '#56B4E9', '#009E73'
 YELLOW, BLUE, VERMILION, PURPLE = '#F0E442', '#0072B2', '#D55E00', '#CC79A7'
 GREY, LIGHT = '#606060', '#C8C8C8'
-# x, y and z of a frame, as every viewer of robots has them.
+# Colours of x, y and z of a frame, as in other viewers of robots.
 AXIS_COLORS = ('#D7191C', '#2CA02C', '#1F5FD7')
 SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
-# As matplotlib takes them: a sign, or where they begin and the lengths of dash and gap.
+# Dashes as matplotlib takes them: a sign, or an offset with the lengths of dashes and gaps.
 Dashes = str | tuple[float, tuple[float, ...]]
 DASHES: tuple[Dashes, ...] = ('-', '--', '-.', ':', (0, (6, *5 * [1.5])), (0, (3, 1)), '-')
 
@@ -34,10 +34,10 @@ STYLE = {
     'axes.spines.right': False,
     'lines.solid_capstyle': 'round',
     'savefig.dpi': 120,
-    # The same picture gives the same bytes.
+    # A constant, so that the same picture gives the same bytes.
     'svg.hashsalt': 'kinematics_service',
 }
-# Metadata of each kind of file: no date.
+# Metadata by suffix, without a date, so that the same picture gives the same bytes.
 METADATA: dict[str, dict[str, str | None]] = {
     '.png': {'Software': 'kinematics_service'},
     '.svg': {'Date': None, 'Creator': 'kinematics_service'},
@@ -50,12 +50,12 @@ Draw = Callable[[Figure], None]
 
 def suffix_of(file: Path, other: str = '') -> str:
     """
-    Return the kind of file that a name asks for; where that is none of ours the other, if given.
+    Return the suffix of a picture's file; `other` if it is not that of a picture.
 
     Raises
     ------
     PlotError
-        None of `.png`, `.svg` and `.pdf`.
+        The suffix is not `.png`, `.svg` or `.pdf`, and `other` is empty.
     """
     suffix = file.suffix.lower()
     if suffix not in METADATA and other:
@@ -73,7 +73,7 @@ def refuse_without_matplotlib() -> None:
     Raises
     ------
     PlotError
-        It cannot be imported.
+        matplotlib cannot be imported.
     """
     try:
         import matplotlib.figure  # noqa: F401
@@ -83,7 +83,7 @@ def refuse_without_matplotlib() -> None:
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Draw in this style, whatever the user's settings of matplotlib are."""
+    """Set the style of pictures inside the block, in place of the user's settings."""
     import matplotlib
 
     with matplotlib.rc_context():
@@ -94,7 +94,7 @@ def drawing() -> Iterator[None]:
 
 
 def drawn(draw: Draw) -> Figure:
-    """Return a figure of its own, drawn without a window."""
+    """Return a new figure, drawn without a window."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -112,16 +112,16 @@ def save_picture(draw: Draw, file: Path, other: str = '') -> None:
     Parameters
     ----------
     draw
-        Draws into the figure it is given, and sets its size.
+        Draws into an empty figure, and sets its size.
     file
-        The file to write; an old one is replaced when the new one is complete.
+        The file to write; an existing file is replaced when the new one is complete.
     other
-        The kind of a file whose suffix says none, such as a pipe.
+        The suffix to assume if the file has another one, for example a pipe.
 
     Raises
     ------
     PlotError
-        No matplotlib, an unknown suffix, or the file cannot be written.
+        matplotlib is missing, the suffix is unknown, or the file cannot be written.
     """
     suffix = suffix_of(file, other)
     refuse_without_matplotlib()
@@ -142,7 +142,7 @@ def show_picture(draw: Draw, title: str) -> None:
     Raises
     ------
     PlotError
-        No matplotlib, or no display for a window.
+        matplotlib or a display is missing.
     """
     refuse_without_matplotlib()
     import matplotlib
@@ -166,13 +166,13 @@ def show_picture(draw: Draw, title: str) -> None:
 
 
 def with_unit(quantity: str, unit: str) -> str:
-    """Return the label of a quantity: `time (s)`, and `condition number` of one without a unit."""
+    """Return the label of a quantity: `time (s)`, or `condition number` without a unit."""
     return f'{quantity} ({unit})' if unit else quantity
 
 
 def words(text: str) -> str:
     """
-    Return a user's text in a form that matplotlib shows letter by letter: no formulas, no control
-    characters.
+    Return a user's text for matplotlib, which then shows it letter by letter: without formulas and
+    control characters.
     """
     return plain(text).replace('$', r'\$')

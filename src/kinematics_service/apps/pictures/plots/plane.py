@@ -1,6 +1,5 @@
 """
-The plane of a section of the workspace: the half plane of joint 1's axis, or one along two base
-axes.
+Choose the plane of a workspace: the half plane of joint 1's axis, or a plane along two base axes.
 """
 
 import math
@@ -22,8 +21,10 @@ from .skeleton import JointAxis, skeleton_of
 
 AXES = {'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2)}
 PLANES = ('rz', *AXES)
-# Number of random poses for the test whether the tool leaves a plane, and its tolerance.
-TRIED, FLAT = 500, 1e-9
+# Number of random poses for the extent of the tool's positions.
+POSES = 500
+# Largest extent across a plane, divided by the reach; largest 1 - cos between parallel axes.
+TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,14 +37,14 @@ class Plane(FrozenArrays):
     name
         One of `PLANES`.
     origin : shape (3,), m
-        A point of the plane; of the half plane, of its edge, the axis.
+        A point of the plane; for the half plane a point of its edge, the axis of joint 1.
     across, up : shape (3,)
-        Unit vectors of the coordinates; `up` of the half plane is along its edge, and `across` is
-        then not used: the radius points to the tool.
+        Unit vectors of the coordinates. For the half plane `up` is along its edge, and `across`
+        is not used: the first coordinate is the radius.
     at
-        Position on the third axis of a plane along base axes, m.
+        Position of a plane along base axes on the third axis, m.
     labels
-        Labels of both coordinates, with units.
+        Labels of the coordinates, with units.
     title
         The plane in words.
     """
@@ -75,9 +76,9 @@ class Plane(FrozenArrays):
 
     def gradients(self, points: Floats) -> Floats:
         """
-        Return unit vectors (..., k, 3) along which the coordinates grow: both, then the normal.
+        Return the gradients of both coordinates, then the normal, shape (..., k, 3).
 
-        k is 2 for the half plane, since the first joint moves the tool along its normal.
+        k is 2 for the half plane, because joint 1 moves the tool along its normal.
         """
         up = np.broadcast_to(self.up, points.shape)
         if not self.half:
@@ -94,37 +95,37 @@ class Plane(FrozenArrays):
 
 def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> Plane:
     """
-    Return the plane of a name, or the one that shows most of this arm.
+    Return the plane of a name, or the plane with the largest section of the workspace.
 
     Parameters
     ----------
     robot
         The arm.
     name
-        One of `PLANES`; without it `rz` if joint 1 turns and the tool leaves its plane of turning,
+        One of `PLANES`. The default is `rz` if joint 1 turns and the tool moves along its axis,
         else the two base axes along which the tool moves farthest.
     at
-        Position on the third axis of a plane along base axes, m; without it 0 if the tool reaches
-        it, else the middle of the reach.
+        Position of a plane along base axes on the third axis, m. The default is 0 if the tool
+        reaches it, else the middle of the tool's positions.
 
     Raises
     ------
     PlotError
-        There is no such plane, or not for this arm.
+        The plane does not exist, or not for this arm.
     """
     if name is not None and name not in PLANES:
         raise PlotError(f'--plane: there is no plane {name!r}; choose from {", ".join(PLANES)}')
     axis = skeleton_of(robot, clear_pose(robot)).axes[0]
     turns = not axis.slides and len(axis.variables) == 1
-    q = closed_poses(robot.chain, random_positions(robot, np.random.default_rng(SEED), TRIED))
+    q = closed_poses(robot.chain, random_positions(robot, np.random.default_rng(SEED), POSES))
     points = forward_kinematics(robot, q)[:, :3, 3]
     if name is None:
         height = np.ptp(points @ axis.direction)
-        leaves = height > FLAT * robot.singularity.task.reach
+        rises = height > TOLERANCE * robot.singularity.task.reach
         widths = np.ptp(points, axis=0)
         thin = int(np.argmin(widths))
         widest = next(name for name, axes in AXES.items() if thin not in axes)
-        name = 'rz' if turns and leaves else widest
+        name = 'rz' if turns and rises else widest
     if name == 'rz':
         if not turns:
             raise PlotError(
@@ -134,26 +135,26 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
         if at is not None:
             raise PlotError('--at goes with --plane xy, xz or yz: rz is about the axis of joint 1')
         return _half_plane(axis)
-    return _base_plane(name, at, points, FLAT * robot.singularity.task.reach)
+    return _base_plane(name, at, points, TOLERANCE * robot.singularity.task.reach)
 
 
 def _half_plane(axis: JointAxis) -> Plane:
     direction = axis.direction
     along = int(np.argmax(np.abs(direction)))
     direction = direction * math.copysign(1.0, direction[along])
-    parallel = direction[along] > 1.0 - FLAT
+    parallel = direction[along] > 1.0 - TOLERANCE
     if parallel:
         direction = np.eye(3)[along]
-    who = short(axis.variables[0])
-    height = 'xyz'[along] if parallel else f'along the axis of {who}'
+    joint = short(axis.variables[0])
+    height = 'xyz'[along] if parallel else f'along the axis of {joint}'
     return Plane(
         name='rz',
         origin=np.array(axis.point),
         across=np.roll(direction, 1),
         up=np.array(direction),
         at=0.0,
-        labels=(with_unit(f'distance from the axis of {who}', 'm'), with_unit(height, 'm')),
-        title=f'half plane of the axis of {who}',
+        labels=(with_unit(f'distance from the axis of {joint}', 'm'), with_unit(height, 'm')),
+        title=f'half plane of the axis of {joint}',
     )
 
 

@@ -1,24 +1,26 @@
-"""Colours and dashes of singular sets: the same factor looks the same in every picture."""
+"""Choose colours and dashes of singular sets: the same for a factor in every picture."""
 
 import zlib
 from collections.abc import Sequence
 
 from .picture import DASHES, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Dashes
 
-# They stand out on the ground of maps and workspaces, which goes from dark blue to yellow.
+# Colours that are visible on maps and workspaces, which go from dark blue to yellow.
 COLORS = (VERMILION, SKY, PURPLE, GREEN, ORANGE, YELLOW, '#FFFFFF')
-# The names that robot files use.
-KNOWN = ('elbow', 'shoulder', 'wrist', 'det J', 'boom_length', 'boom_vertical', 'loop')
+# Names of factors in robot files; each has the place of its index.
+FACTOR_NAMES = ('elbow', 'shoulder', 'wrist', 'det J', 'boom_length', 'boom_vertical', 'loop')
 
 
 def set_styles(names: Sequence[str]) -> dict[str, tuple[str, Dashes]]:
     """
     Return colour and dashes by name.
 
-    A name that is not known has a place by its letters; where two of one picture fall together,
-    the later one takes the next free place.
+    The place of another name is a checksum of its letters. If two names of a picture get the same
+    place, the later name takes the next free place.
     """
-    places: dict[str, int] = {name: KNOWN.index(name) for name in names if name in KNOWN}
+    places: dict[str, int] = {
+        name: FACTOR_NAMES.index(name) for name in names if name in FACTOR_NAMES
+    }
     for name in names:
         if name in places:
             continue

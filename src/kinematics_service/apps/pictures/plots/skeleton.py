@@ -1,6 +1,4 @@
-"""
-The skeleton of an arm in a pose: what can be drawn of it from its table alone, without a mesh.
-"""
+"""Compute the skeleton of an arm in a pose: segments and joint axes, from its table alone."""
 
 from dataclasses import dataclass
 
@@ -14,22 +12,22 @@ from ....rigid_motion import inverse
 from ....robot.conventions import table_rows
 from ....robot.robot import Robot
 
-# Points nearer to each other than this share of the arm's reach are one.
-SAME = 1e-9
+# Largest distance between equal points, divided by the arm's reach.
+POINT_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class JointAxis:
     """
-    The line a row of the table turns about or slides along, in the base frame.
+    The line about or along which a row of the table moves, in the base frame.
 
     Attributes
     ----------
     point, direction : shape (3,), m; unit vector
     variables
-        The joint variables that move the row; of a row of a loop those that have a motor.
+        The joint variables that move the row; in a loop only those with a motor.
     slides
-        Whether it slides only.
+        Whether the row only slides.
     """
 
     point: Floats
@@ -40,7 +38,7 @@ class JointAxis:
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """A straight piece of the arm between two points (3,), m; `slides` if its length changes."""
+    """A straight part of the arm between two points (3,), m; `slides` if its length changes."""
 
     start: Floats
     end: Floats
@@ -55,11 +53,12 @@ class Skeleton:
     Attributes
     ----------
     frames : shape (k, 4, 4)
-        Those of `link_frames` that belong to a link.
+        The frames of `link_frames` that belong to a link.
     tool : shape (4, 4)
-    segments, axes
-        From the base's origin to the tool's, then those of the closed loops; of every row that
-        moves.
+    segments
+        Segments from the base's origin to the tool's, then segments of the closed loops.
+    axes
+        The axis of every moving row.
     """
 
     frames: Floats
@@ -78,9 +77,8 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
     """
     Return the skeleton of an arm at joint positions (n,), rad or m.
 
-    Every row T = before screw_z after goes along `before`, then along the screw's axis, then along
-    `after`: of a standard row that is d along z, then a along x, so that the drawn arm has the
-    corners of the real one.
+    Each row T = before screw_z after adds corners after `before`, after the screw and after
+    `after`. For a standard row the skeleton goes d along z, then a along x, as the real arm does.
 
     Raises
     ------
@@ -89,12 +87,12 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
     """
     state = evaluate(robot, q, depth=kernel.ALL_FRAMES)
     frames, tool = state.link_frames, state.pose
-    same = SAME * robot.singularity.task.reach
+    tolerance = POINT_TOLERANCE * robot.singularity.task.reach
     corners: list[tuple[Floats, bool]] = [(np.zeros(3), False), (frames[0, :3, 3], False)]
     axes, segments = [], []
     for k, (row, carried) in enumerate(zip(table_rows(robot.description), carried_rows(robot))):
         if carried:
-            segments += _joined(corners, same)
+            segments += _joined(corners, tolerance)
             corners = [(frames[k + 1, :3, 3], False)]
             continue
         before = frames[k] @ row.before
@@ -110,18 +108,18 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
             names = tuple(dict.fromkeys([*turns, *slides]))
             axes.append(JointAxis(before[:3, 3], before[:3, 2], names, not turns))
     corners.append((tool[:3, 3], False))
-    segments += _joined(corners, same)
+    segments += _joined(corners, tolerance)
     for loop in loop_links(state):
-        segments += _joined(list(zip(loop.corners, (False, *loop.slides))), same)
+        segments += _joined(list(zip(loop.corners, (False, *loop.slides))), tolerance)
         axes += [JointAxis(*joint) for joint in loop.joints]
     return Skeleton(frames[linked_frames(robot)], tool, tuple(segments), tuple(axes))
 
 
-def _joined(corners: list[tuple[Floats, bool]], same: float) -> list[Segment]:
+def _joined(corners: list[tuple[Floats, bool]], tolerance: float) -> list[Segment]:
     segments = []
-    at = corners[0][0]
+    corner = corners[0][0]
     for point, slides in corners[1:]:
-        if np.linalg.norm(point - at) > same:
-            segments.append(Segment(at, point, slides))
-            at = point
+        if np.linalg.norm(point - corner) > tolerance:
+            segments.append(Segment(corner, point, slides))
+            corner = point
     return segments

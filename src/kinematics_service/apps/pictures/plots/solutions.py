@@ -1,4 +1,4 @@
-"""The picture of inverse kinematics: every way an arm reaches the target, side by side."""
+"""Draw the solutions of inverse kinematics side by side, a panel each."""
 
 import math
 import textwrap
@@ -19,23 +19,24 @@ from .captions import positions, signed
 from .picture import BLACK, PURPLE, VERMILION, Draw, words
 from .skeleton import skeleton_of
 
-# More poses than this are not drawn, only counted.
-MOST = 16
-# Most panels side by side.
+# Largest number of panels; further poses are only counted.
+MAX_PANELS = 16
+# Largest number of panels in a row.
 MAX_COLUMNS = 4
-# Size of a panel with its words, inches.
-PANEL_WIDTH, PANEL_HEIGHT = 3.4, 4.3
-# Height of the drawing in a panel, and of the gap below it, inches.
-DRAWING_HEIGHT, GAP = 3.13, 0.12
-# Narrowest picture, and height of a line of its title, inches.
-MIN_WIDTH, LINE_HEIGHT = 6.0, 0.18
-# Letters of the title to an inch of width.
+# Sizes, inches.
+PANEL_WIDTH = 3.4
+PANEL_HEIGHT = 4.3  # with the words above the drawing
+DRAWING_HEIGHT = 3.13  # of the arm in a panel
+GAP = 0.12  # below each drawing
+MIN_WIDTH = 6.0  # of the picture
+LINE_HEIGHT = 0.18  # of the title
+# Letters of the title in an inch of width.
 LETTERS = 12.5
 
 
 @dataclass(frozen=True, eq=False)
 class SolutionPose:
-    """Joint positions (n,) of a panel, its heading, and whether they are inside the limits."""
+    """The joint positions (n,) of a panel, its heading, and whether the limits allow them."""
 
     q: Floats
     heading: str
@@ -43,7 +44,7 @@ class SolutionPose:
 
 
 def poses_of(result: IkResult) -> tuple[SolutionPose, ...]:
-    """Return the poses to show: solutions, then families, or else the nearest pose."""
+    """Return the poses to show: solutions and families, or the nearest pose if neither exists."""
     poses = []
     for k, solution in enumerate(result.solutions):
         beyond = _beyond(solution.beyond)
@@ -71,10 +72,10 @@ def _beyond(names: Sequence[str]) -> str:
 
 
 def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
-    """Return the picture of the inverse kinematics of a target (4, 4) or (3,)."""
+    """Return the picture of the solutions for a target (4, 4) or (3,)."""
     poses = poses_of(result)
     point = target[:3, 3] if target.ndim == 2 else target
-    shown = poses[:MOST]
+    shown = poses[:MAX_PANELS]
     skeletons = [skeleton_of(robot, pose.q) for pose in shown]
     near = singularity(robot, np.array([pose.q for pose in shown]))
 
@@ -138,7 +139,7 @@ def _title(robot: Robot, target: Floats, result: IkResult, count: int, width: in
     reason = result.reason
     if not all(solution.feasible for solution in result):
         reason = f'{len(result)} solutions; {reason}'
-    if count > MOST:
-        reason += f'; the first {MOST} of {count} are drawn'
+    if count > MAX_PANELS:
+        reason += f'; the first {MAX_PANELS} of {count} are drawn'
     lines = [*textwrap.wrap(where, width), *textwrap.wrap(words(reason), width)]
     return '\n'.join(lines)

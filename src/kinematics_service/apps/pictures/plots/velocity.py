@@ -1,4 +1,4 @@
-"""The picture of the tool's velocity along a path: components and norm over time."""
+"""Draw the velocity of the tool along a path: components and norm over time."""
 
 from collections.abc import Sequence
 
@@ -17,14 +17,16 @@ from .picture import AXIS_COLORS, BLACK, Draw, with_unit, words
 
 def velocity_picture(robot: Robot, motion: PlottedMotion, marked: Sequence[float] = ()) -> Draw:
     """
-    Return the picture of J qdot along a motion, in base axes, above the joints' velocities.
+    Return the picture of J qdot along a motion, in base axes, and of the joint velocities.
 
     Parameters
     ----------
-    robot, motion
-        What moves, and how.
+    robot
+        The arm.
+    motion
+        Its motion.
     marked
-        Times at which a vertical line stands, s.
+        Times of vertical lines, s.
     """
     tool = twist(robot, motion.q, motion.qdot)
     levels = singularity(robot, motion.q).level

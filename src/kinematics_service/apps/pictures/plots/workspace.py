@@ -1,6 +1,8 @@
 """
-The reachable workspace in a plane: the points the tool reaches, and how far from singular it can
-be there.
+Compute the reachable workspace in a plane, and the largest distance to singularity in each cell.
+
+Random joint positions, then MAP-Elites: J.-B. Mouret, J. Clune, *Illuminating search spaces by
+mapping elites*, 2015.
 """
 
 from dataclasses import dataclass
@@ -20,15 +22,20 @@ from .batches import map_batches
 from .plane import Plane
 from .ranges import finite_ranges, not_all_closed, random_positions
 
-# Cells along the longest side.
+# Number of cells along the longer side.
 CELLS = 100
-# A workspace less wide than this share of the reach is a point.
-SMALL = 1e-6
-# Steps that bring a pose into the plane, and the tolerance (share of the reach).
-STEPS, IN_PLANE = 8, 1e-9
-# Rounds that change poses found so far, and the change: shares of the joints' ranges, from to.
-ROUNDS, SHARE = 24, 2  # number of poses in all rounds, as a multiple of the first poses
-SMALLEST, LARGEST = -3.0, -0.7  # powers of ten
+# Smallest width of a workspace, divided by the reach: a smaller one is drawn as a point.
+MIN_WIDTH_RATIO = 1e-6
+# Newton steps that move a pose into the plane.
+MAX_STEPS = 8
+# Distance from the plane at which these steps end, divided by the reach.
+PLANE_TOLERANCE = 1e-9
+# Rounds of changes.
+ROUNDS = 24
+# Number of changed poses in all rounds, divided by the number of first poses.
+CHANGED_RATIO = 2
+# Powers of ten of the smallest and the largest change, divided by the range of each joint.
+CHANGE_POWERS = (-3.0, -0.7)
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +56,7 @@ class Workspace:
     poses
         Number of joint positions that were tried.
     open_poses
-        At so many of them a closed loop does not close.
+        Number of joint positions among them at which a closed loop does not close.
     """
 
     plane: Plane
@@ -64,34 +71,35 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     """
     Return both coordinates, distance to singularity, and joint positions, shape (N, 3 + n).
 
-    For a plane along base axes each pose is first moved into it by its least joint motion; rows of
-    poses that do not reach it inside their limits, with closed loops on the way, are nan.
+    A pose is first moved into a plane along base axes by the least joint motion. The row is nan if
+    it does not arrive inside the limits with closed loops.
     """
     rows = np.full((len(q), 3 + robot.dof), np.nan)
-    there = np.full(len(q), True)
+    arrived = np.full(len(q), True)
     if not plane.half:
-        q, there = _into_plane(robot, q, plane)
-    state = evaluate(robot, q[there])
+        q, arrived = _into_plane(robot, q, plane)
+    state = evaluate(robot, q[arrived])
     distance = singularity_of(state).distance
-    rows[there] = np.column_stack([plane.coordinates(state.position), distance, state.q])
+    rows[arrived] = np.column_stack([plane.coordinates(state.position), distance, state.q])
     return rows
 
 
 def _into_plane(robot: Robot, q: Floats, plane: Plane) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    # Newton's method with the least motion, in which a unit of each joint counts the same.
-    ranges, near = finite_ranges(robot), IN_PLANE * robot.singularity.task.reach
+    # Newton's method with the least motion, weighted by the column scales of the task. Returns
+    # joint positions, and whether they are in the plane.
+    ranges, near = finite_ranges(robot), PLANE_TOLERANCE * robot.singularity.task.reach
     scales, normal = robot.singularity.task.column_scales, plane.normal
     at = float(plane.origin @ normal)
     q, off = np.array(q), np.full(len(q), np.inf)
     closed = np.full(len(q), True)
-    for step in range(STEPS + 1):
+    for step in range(MAX_STEPS + 1):
         closed &= closes_at(robot.chain, q)
         away = np.flatnonzero((np.abs(off) > near) & closed)
         if not len(away):
             break
         state = evaluate(robot, q[away])
         off[away] = state.position @ normal - at
-        if step == STEPS:
+        if step == MAX_STEPS:
             break
         slope = np.einsum('i,nij->nj', normal, state.jacobian[:, :3]) * scales
         square = np.einsum('nj,nj->n', slope, slope)
@@ -106,20 +114,20 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     """
     Return the workspace in a plane, from random joint positions inside the limits.
 
-    Then the poses found are changed a little and kept if they are better than the pose of their
-    cell, mostly those beside an empty cell, so that the border fills, too: J.-B. Mouret, J. Clune,
-    *Illuminating search spaces by mapping elites*, 2015.
+    Each round changes poses a little, and keeps a pose if its distance to singularity is larger
+    than that of the pose in its cell. Half of the changed poses have an empty neighbour cell, so
+    that the border fills.
 
     Parameters
     ----------
     robot
         The arm.
     plane
-        Of `plane_of`.
+        A plane from `plane_of`.
     points
-        Number of joint positions to begin with; twice as many follow in the rounds.
+        Number of first joint positions; the rounds try CHANGED_RATIO times this number.
     workers
-        As `sweep.map_batches` takes them.
+        `dask://HOST:PORT`; see `map_batches`.
 
     Raises
     ------
@@ -143,21 +151,23 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     found = found[np.isfinite(found[:, 0])]
     if not len(found):
         raise PlotError(f'{robot.name}: the tool does not reach the {plane.title}')
-    widest = max(float(np.max(np.ptp(found[:, :2], axis=0))), SMALL * robot.singularity.task.reach)
+    widest = max(
+        float(np.max(np.ptp(found[:, :2], axis=0))), MIN_WIDTH_RATIO * robot.singularity.task.reach
+    )
     size = widest / CELLS
-    found = _kept(found, size)
-    each = max(SHARE * points // ROUNDS, 1)
+    found = _best_of_cells(found, size)
+    each = max(CHANGED_RATIO * points // ROUNDS, 1)
     span = np.ptp(ranges, axis=1)
     for _ in range(ROUNDS):
-        parents = _chosen(random, found, size, each)
-        scale = 10.0 ** random.uniform(SMALLEST, LARGEST, (each, 1))
+        parents = _parents(random, found, size, each)
+        scale = 10.0 ** random.uniform(*CHANGE_POWERS, (each, 1))
         change = random.normal(size=(each, robot.dof)) * scale * span
         tried = np.clip(parents + change, ranges[:, 0], ranges[:, 1])
         count += each
         tried = tried[closes_at(robot.chain, tried)]
         open_poses += each - len(tried)
         # A round takes less time than sending it to workers.
-        found = _kept(np.vstack([found, function(robot, tried)]), size)
+        found = _best_of_cells(np.vstack([found, function(robot, tried)]), size)
     cells = _cells(found[:, :2], size)
     low = cells.min(axis=0)
     across, up = (cells - low).T
@@ -170,15 +180,15 @@ def _cells(coordinates: Floats, size: float) -> Integers:
     return np.floor(coordinates / size).astype(np.int64)
 
 
-def _kept(rows: Floats, size: float) -> Floats:
-    # Returns the row with the largest distance of each cell.
+def _best_of_cells(rows: Floats, size: float) -> Floats:
+    # Returns the row with the largest distance in each cell.
     rows = rows[np.isfinite(rows[:, 0])]
     rows = rows[np.argsort(-rows[:, 2], kind='stable')]
     first = np.unique(_cells(rows[:, 1::-1], size), axis=0, return_index=True)[1]
     return np.asarray(rows[first])
 
 
-def _chosen(random: np.random.Generator, found: Floats, size: float, count: int) -> Floats:
+def _parents(random: np.random.Generator, found: Floats, size: float, count: int) -> Floats:
     # Half of the parents are from cells with an empty neighbour.
     cells = _cells(found[:, :2], size)
     cells = cells - cells.min(axis=0) + 1

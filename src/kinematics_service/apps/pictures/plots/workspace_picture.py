@@ -1,4 +1,4 @@
-"""The picture of the reachable workspace in a plane, with its border and its singular curves."""
+"""Draw the reachable workspace in a plane, with its border and its singular curves."""
 
 import collections
 
@@ -14,12 +14,16 @@ from .ranges import not_all_closed
 from .set_styles import set_styles
 from .workspace import Workspace
 
-# Most kinds of singular points that are drawn, those with most points first.
-MOST_SETS = 4
-LONGEST, BAR = 7.0, 1.6  # of the plane's longer side, and beside it, inches
-# The scale goes from the smallest to this percentile, so that few cells do not dominate it; and
-# the least span of a scale, rad.
-HIGH, LEAST = 98.0, 1e-3
+# Largest number of kinds of singular points that are drawn; those with the most points first.
+MAX_SETS = 4
+# Length of the longer side of the plane, inches.
+SIDE_LENGTH = 7.0
+# Width of the colour bar with its labels, inches.
+BAR_WIDTH = 1.6
+# Percentile of the distances at the end of the scale, so that a few cells do not dominate it.
+HIGH_PERCENTILE = 98.0
+# Smallest length of a scale, rad.
+MIN_SCALE = 1e-3
 
 
 def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) -> Draw:
@@ -27,8 +31,8 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
 
     def draw(figure: Figure) -> None:
         rows, columns = space.best.shape
-        scale = LONGEST / max(rows, columns)
-        figure.set_size_inches(max(columns * scale, 4.2) + BAR, max(rows * scale, 2.5) + 1.5)
+        scale = SIDE_LENGTH / max(rows, columns)
+        figure.set_size_inches(max(columns * scale, 4.2) + BAR_WIDTH, max(rows * scale, 2.5) + 1.5)
         figure.set_layout_engine('constrained')
         axes = figure.subplots()
         low, high = space.corner, space.corner + space.size * np.array([columns, rows])
@@ -40,7 +44,7 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
         _draw_critical(axes, critical)
         axes.plot(0.0, 0.0, marker='+', markersize=11, color=BLACK, markeredgewidth=1.5, zorder=7)
         margin = 0.04 * float(np.max(high - low))
-        # A workspace on a line needs room beside it.
+        # A workspace on a line is drawn with a margin beside it.
         beside = max(margin, 0.1 * float(np.max(high - low)) - float(high[0] - low[0]))
         left = 0.0 if space.plane.half else low[0] - beside
         axes.set(
@@ -73,21 +77,20 @@ def scale_of(values: Floats) -> ColourScale:
     """
     Return the scale of distances in rad, which may be nan.
 
-    It begins at 0, unless all distances are so far from 0 that they would look the same.
+    It begins at 0, unless more than half of it would then be below the smallest distance.
     """
     finite = values[np.isfinite(values)]
-    low, high = float(np.min(finite)), float(np.percentile(finite, HIGH))
+    low, high = float(np.min(finite)), float(np.percentile(finite, HIGH_PERCENTILE))
     low = low if high - low < 0.5 * high else 0.0
-    high = max(high, low + LEAST)
+    high = max(high, low + MIN_SCALE)
     return ColourScale(low, high, high < float(np.max(finite)))
 
 
 def _draw_border(axes: Axes, space: Workspace) -> None:
-    # Draws the outline of the cells that were reached, with a margin around them so that it
-    # closes.
+    # Draws the outline of the reached cells, with a margin so that the outline is closed.
     reached = np.pad(np.isfinite(space.best), 2).astype(float)
     if np.max(_blurred(reached)) < 1.0:
-        return  # a line has no inside
+        return  # a line does not have an outline
     x = space.corner[0] + space.size * (np.arange(reached.shape[1]) - 1.5)
     y = space.corner[1] + space.size * (np.arange(reached.shape[0]) - 1.5)
     axes.contour(x, y, _blurred(reached), levels=[0.5], colors=[BLACK], linewidths=1.2, zorder=4)
@@ -103,9 +106,9 @@ def _blurred(values: Floats) -> Floats:
 
 def _draw_critical(axes: Axes, critical: CriticalPoints) -> None:
     names = np.array(critical.names)
-    most = [name for name, _ in collections.Counter(names.tolist()).most_common()]
-    styles = set_styles(most)
-    for k, name in enumerate(most[:MOST_SETS]):
+    by_frequency = [name for name, _ in collections.Counter(names.tolist()).most_common()]
+    styles = set_styles(by_frequency)
+    for k, name in enumerate(by_frequency[:MAX_SETS]):
         points = critical.points[names == name]
         label = f'position singular: {words(name)}' if name else 'position singular'
         axes.plot(
