@@ -1,4 +1,4 @@
-"""What a notebook shows of a result: tables, matrices and a sketch of the arm."""
+"""Write results as HTML for a notebook: tables, matrices and a sketch of the arm."""
 
 from collections.abc import Callable, Sequence
 from html import escape
@@ -19,7 +19,7 @@ from .sketch import sketch
 TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
 
-def html_of(result: Any) -> str:
+def html_of(result: Robot | ToolState | Singularity | IkResult) -> str:
     """Return a result as HTML."""
     view = next(view for kind, view in VIEWS.items() if isinstance(result, kind))
     return f'<div><p><b>{escape(repr(result))}</b></p>{"".join(view(result))}</div>'
@@ -49,20 +49,20 @@ def _state(state: ToolState) -> list[str]:
     return [*parts, sketch(state.robot, state.q)]
 
 
-def _singularity(found: Singularity) -> list[str]:
-    if np.ndim(found.level):
-        return []  # the line above has the levels
+def _singularity(result: Singularity) -> list[str]:
+    if np.ndim(result.level):
+        return []  # the first line has the levels
     words = {
-        'determinant': None if found.determinant is None else f'{found.determinant:.6g}',
-        'manipulability': f'{found.manipulability:.6g}',
-        'condition number': f'{found.condition_number:.4g}',
-        'singular values': '  '.join(f'{x:.4g}' for x in found.singular_values.tolist()),
+        'determinant': None if result.determinant is None else f'{result.determinant:.6g}',
+        'manipulability': f'{result.manipulability:.6g}',
+        'condition number': f'{result.condition_number:.4g}',
+        'singular values': '  '.join(f'{x:.4g}' for x in result.singular_values.tolist()),
         'nearest singular pose': None
-        if found.nearest_singular is None
-        else '  '.join(number(x, 4) for x in found.nearest_singular.tolist()),
+        if result.nearest_singular is None
+        else '  '.join(number(x, 4) for x in result.nearest_singular.tolist()),
     }
-    if found.factors is not None:
-        values = zip(found.factors.names, found.factors.values.tolist())
+    if result.factors is not None:
+        values = zip(result.factors.names, result.factors.values.tolist())
         words |= {f'factor {name}': f'{value:.4g}' for name, value in values}
     return [_facts(**{name: word for name, word in words.items() if word is not None})]
 
@@ -70,12 +70,12 @@ def _singularity(found: Singularity) -> list[str]:
 def _solutions(result: IkResult) -> list[str]:
     rows = [
         [
-            *(number(x, 4) for x in one.q.tolist()),
-            escape(str(one.posture)),
-            escape(', '.join(one.beyond)) or f'{one.margin:.3g}',
-            f'{one.residual:.1e}',
+            *(number(x, 4) for x in solution.q.tolist()),
+            escape(str(solution.posture)),
+            escape(', '.join(solution.beyond)) or f'{solution.margin:.3g}',
+            f'{solution.residual:.1e}',
         ]
-        for one in result
+        for solution in result
     ]
     parts = [_facts(status=result.status, reason=result.reason)]
     if rows:

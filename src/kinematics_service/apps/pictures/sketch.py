@@ -1,4 +1,4 @@
-"""An arm as a small picture for a notebook: lines alone, without matplotlib."""
+"""Draw an arm as a small SVG for a notebook, without matplotlib."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -10,24 +10,34 @@ from ...kernel import Floats
 from ...robot.robot import Robot
 from .plots.skeleton import Skeleton, skeleton_of
 
-WIDTH, HEIGHT, MARGIN = 260, 220, 16
-# From where it is seen (rad): turned about the base's z axis, then from above.
-TURN, LIFT = -0.9, 0.4
+# Size of the picture, pixels.
+WIDTH = 260
+HEIGHT = 220
+MARGIN = 16
+# Azimuth and elevation of the view, rad.
+AZIMUTH = -0.9
+ELEVATION = 0.4  # above the horizontal plane
 VIEW = np.array(
     [
-        [-math.sin(TURN), math.cos(TURN), 0.0],
-        [math.sin(LIFT) * math.cos(TURN), math.sin(LIFT) * math.sin(TURN), -math.cos(LIFT)],
+        [-math.sin(AZIMUTH), math.cos(AZIMUTH), 0.0],
+        [
+            math.sin(ELEVATION) * math.cos(AZIMUTH),
+            math.sin(ELEVATION) * math.sin(AZIMUTH),
+            -math.cos(ELEVATION),
+        ],
     ]
 )
-# The axes of the tool take this share of the picture; their colours are told apart by everybody.
-AXES, COLOURS = 0.12, ('#d55e00', '#00795a', '#0072b2')
+# Length of the axes of the tool, pixels.
+AXES_LENGTH = 26
+# Colours of x, y and z that people with any colour vision can distinguish.
+COLOURS = ('#d55e00', '#00795a', '#0072b2')
 
 
 def sketch(robot: Robot, q: Floats) -> str:
     """
     Return an SVG of an arm at joint positions (n,), rad or m.
 
-    Joints that turn are circles, those that slide are squares; the tool has its x, y and z axis.
+    Circles are turning joints, squares are sliding joints. The tool has its x, y and z axes.
     """
     skeleton = skeleton_of(robot, q)
     flat = skeleton.points @ VIEW.T
@@ -43,7 +53,7 @@ def sketch(robot: Robot, q: Floats) -> str:
     return (
         f'<svg width="{WIDTH}" height="{HEIGHT}" viewBox="0 0 {WIDTH} {HEIGHT}" role="img" '
         f'aria-label="{escape(robot.name)}" fill="none" stroke="currentColor" '
-        f'stroke-linecap="round">{"".join(_parts(skeleton, at, HEIGHT * AXES / scale))}</svg>'
+        f'stroke-linecap="round">{"".join(_parts(skeleton, at, AXES_LENGTH / scale))}</svg>'
     )
 
 

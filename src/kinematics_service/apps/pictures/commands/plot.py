@@ -1,4 +1,4 @@
-"""The command `plot`: pictures of an arm, its paths, its singular sets and its workspace."""
+"""The command `plot`: draw an arm, its paths, its singular sets and its workspace."""
 
 import math
 import re
@@ -41,7 +41,7 @@ from ..plots.velocity import velocity_picture
 from ..plots.workspace import workspace
 from ..plots.workspace_picture import workspace_picture
 
-# The options of each kind besides --of, --save, --show and --deg.
+# The options of each kind, besides --of, --save, --show and --deg.
 OPTIONS = {
     'arm': ('--q',),
     'ik': ('--xyz', '--rpy', '--quaternion', '--near'),
@@ -52,13 +52,13 @@ OPTIONS = {
     'workspace': ('--plane', '--at', '--points', '--workers'),
 }
 ALL_OPTIONS = {name for names in OPTIONS.values() for name in names}
-# Those of a target.
+# Kinds of pictures that need a target.
 TARGETS = ('ik', 'family')
-# Number of points on a side of the map: 80,000 searches take 20 s on two cores.
+# Number of points on each side of the map: 80,000 searches take 20 s on two cores.
 MAP_POINTS = 280
-# Number of the first joint positions of the workspace; its rounds search twice as many.
+# Number of the first joint positions of the workspace.
 WORKSPACE_POINTS = 28_000
-# Range of --points.
+# Smallest and largest --points.
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
 
 
@@ -169,7 +169,7 @@ def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
 
 @contextmanager
 def _wrong_usage() -> Iterator[None]:
-    # An option's value that the library refuses is wrong usage here.
+    # If the library refuses the value of an option, this is wrong usage.
     try:
         yield
     except PlotError as error:

@@ -20,6 +20,7 @@ from ....cli.options import (
 from ....errors import ViewError
 from ....stop_signals import stop_signals
 
+# Bundled name of the arm if neither a node nor --robot names one.
 DEFAULT = 'puma560'
 WITHOUT_VISER = (
     'view needs viser, which cannot be imported here ({reason}): '
@@ -92,7 +93,7 @@ def view(
 
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:
-    # The function that runs the view with ROS; None, and a message, if there is no ROS.
+    # Returns the function that runs the view with ROS; prints a message without ROS.
     try:
         run_view: Callable[..., int] = ros_module('apps.pictures.view.view_session').run_view
     except RosMissingError as missing:

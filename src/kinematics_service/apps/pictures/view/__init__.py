@@ -1,3 +1,3 @@
 """
-The arm as a picture: the visible content of a pose as plain data, and a web page that shows it.
+Show an arm live on a web page: its visible content as plain data, drawn with viser.
 """

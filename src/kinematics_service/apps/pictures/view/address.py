@@ -1,4 +1,4 @@
-"""The host and the port of the page."""
+"""Check the host and the port of the page."""
 
 import errno
 import socket
@@ -14,7 +14,7 @@ class Address(NamedTuple):
     Attributes
     ----------
     host, port
-        Port 0 means any free one.
+        The address to serve at; port 0 means any free port.
     more_names
         Further names of this computer.
     """
@@ -26,12 +26,12 @@ class Address(NamedTuple):
 
 def check_address(host: str, port: int) -> None:
     """
-    Return if a server can listen there; port 0 means any free one.
+    Raise an error unless a server can listen there; port 0 means any free port.
 
     Raises
     ------
     ViewError
-        The port is taken, or the host is no address of this computer.
+        The port is taken, or the host is not an address of this computer.
     """
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(

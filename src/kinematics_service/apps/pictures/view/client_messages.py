@@ -1,8 +1,8 @@
 """
-The messages that the page may send to its server: its camera, and new values of its inputs.
+Check the messages of a page before viser reads them.
 
-All other messages of viser's clients (other attributes of an element of the panel, files, shares)
-are refused before viser reads them.
+A page may send its camera, and new values of its inputs. All other messages of viser's clients
+(other attributes of an element of the panel, files, shares) are refused.
 """
 
 import math
@@ -14,8 +14,8 @@ from viser import GuiButtonHandle, GuiCheckboxHandle, GuiDropdownHandle, GuiSlid
 
 Three = tuple[float, float, float]
 Four = tuple[float, float, float, float]
-# No picture is as wide as this (pixels).
-WIDEST = 1e6
+# Upper bound of the width and the height of a picture, pixels.
+MAX_SIZE = 1e6
 
 
 class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
@@ -56,16 +56,16 @@ class MessageError(ValueError):
     """A message that the page never sends."""
 
 
-def is_taken(data: object, panel: Mapping[str, Any]) -> bool:
+def is_taken(data: bytes | str, panel: Mapping[str, Any]) -> bool:
     """
-    Return whether viser should read a message; False if its element no longer exists.
+    Return whether viser may read a message; False if its element no longer exists.
 
     Parameters
     ----------
     data
-        The message as it was received.
+        The received message.
     panel
-        The elements of the panel by their identifiers.
+        The elements of the panel by identifier.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def is_taken(data: object, panel: Mapping[str, Any]) -> bool:
         numbers = (*message.wxyz, *message.position, *message.look_at, *message.up_direction)
         if not all(map(math.isfinite, (*numbers, message.fov))):
             raise MessageError('the camera is nowhere')
-        if not (0 <= message.image_height < WIDEST and 0 <= message.image_width < WIDEST):
+        if not (0 <= message.image_height < MAX_SIZE and 0 <= message.image_width < MAX_SIZE):
             raise MessageError('no picture has that size')
         return True
     thing = panel.get(message.uuid)

@@ -1,4 +1,4 @@
-"""The observation of an arm that is computed here, not received from a node."""
+"""Compute the observation of an arm without a node."""
 
 import numpy.typing as npt
 
@@ -16,7 +16,7 @@ def observe(robot: Robot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None) -
     Raises
     ------
     JointVectorError
-        `q` or `qdot` has not n numbers, or one is not finite.
+        `q` or `qdot` does not have n numbers, or a number is not finite.
     """
     state = evaluate(robot, q, qdot, depth=kernel.ALL_FRAMES)
     return observation_of(state, singularity_of(state))

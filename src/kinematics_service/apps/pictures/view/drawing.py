@@ -1,4 +1,4 @@
-"""A scene drawn with viser: every object is made once, and only what has changed is sent again."""
+"""Draw a scene with viser: each object is created once, and only changes are sent again."""
 
 from collections import deque
 from collections.abc import Set
@@ -12,11 +12,15 @@ from ....node.drawing import scene as look
 from ....node.drawing.ellipsoids import Ellipsoid
 from ....node.drawing.scene import Scene
 
-# Number of points of the trail, and their distance as a share of the arm's size.
-TRAIL_POINTS, TRAIL_STEP = 300, 0.004
+# Largest number of points of the trail.
+TRAIL_POINTS = 300
+# Distance between points of the trail, divided by the arm's size.
+TRAIL_STEP = 0.004
+# Opacity of an ellipsoid, 0 to 1.
 ELLIPSOID_OPACITY = 0.3
-# Radii of the lines along lost motions, as shares of the size.
+# Radii of the lines along lost motions, divided by the arm's size.
 LOST_RADII = {'linear': 0.012, 'angular': 0.007}
+# The segment of a hidden line.
 NOWHERE = np.zeros((1, 2, 3), dtype=np.float32)
 
 
@@ -27,9 +31,9 @@ class Drawing:
     Parameters
     ----------
     server
-        Where to draw.
+        The server whose pages show the arm.
     scene
-        The first picture; later ones have as many links, frames and axes.
+        The first scene; later scenes have the same numbers of links, frames and axes.
     """
 
     def __init__(self, server: viser.ViserServer, scene: Scene) -> None:
@@ -92,7 +96,7 @@ class Drawing:
         )
 
     def clear_trail(self) -> None:
-        """Forget the tool's path."""
+        """Remove all points of the trail."""
         self._trail.clear()
 
     def draw(self, scene: Scene, shown: Set[str]) -> None:
@@ -102,9 +106,9 @@ class Drawing:
         Parameters
         ----------
         scene
-            What to draw.
+            The scene.
         shown
-            The groups that are switched on: linear, angular, frames, axes, trail, velocity.
+            Names of the visible groups: linear, angular, frames, axes, trail, velocity.
         """
         for (link, ball), ends in zip(self._links, scene.links):
             self._stretch(link, ends, look.LINK_RADIUS * scene.size, scene.size)
@@ -131,7 +135,7 @@ class Drawing:
         self._draw_lines(self._path, np.stack([trail[:-1], trail[1:]], axis=1), 'trail' in shown)
 
     def _set(self, handle: Any, **values: Any) -> None:
-        # viser sends every assigned value, even if it has not changed.
+        # viser sends each assigned value, also if it is the same as before.
         for name, value in values.items():
             key = (id(handle), name)
             if key not in self._values or not np.array_equal(self._values[key], value):
@@ -139,7 +143,7 @@ class Drawing:
                 setattr(handle, name, value)
 
     def _draw_lines(self, handle: Any, points: Floats | None, shown: bool = True) -> None:
-        # Shows segments (2, 3) or (k, 2, 3); hides the object without any.
+        # Shows segments (2, 3) or (k, 2, 3); hides the object if the segments are missing.
         if points is None or not len(points) or not shown:
             self._set(handle, visible=False)
         else:
@@ -192,6 +196,6 @@ def _place(T: Floats) -> dict[str, Floats]:
 
 
 def _round_length(length: float) -> float:
-    # 1, 2 or 5 times a power of ten.
+    # Returns the nearest of 1, 2 and 5 times powers of ten.
     power = 10.0 ** np.floor(np.log10(length))
     return float(min((1, 2, 5, 10), key=lambda k: abs(k * power - length)) * power)

@@ -1,6 +1,4 @@
-"""
-The values of gauges: how near a singular pose is, how soon it comes, and each joint's limits.
-"""
+"""Compute the gauges: distance to a singular pose, time to the threshold, joint limits."""
 
 import math
 from typing import NamedTuple
@@ -10,13 +8,14 @@ from ....node.drawing.observation import Observation
 from ....node.drawing.scene import distance_text, factor_name
 from ....robot.measures import MEASURES, Level
 
-# A gauge of a measure is full at this multiple of the warning threshold.
-FULL = 5.0
-# The gauge of the time to the threshold is full at this time, s.
-LONGEST_TIME = 10.0
-# A time to the threshold below this (s) gives the gauge a colour.
-SOON = 2.0
-# Share of a joint's range beside each limit in which the joint is drawn as near that limit.
+# Value of a measure at which its gauge is full, divided by the warning threshold.
+FULL_RATIO = 5.0
+# Time to the threshold at which its gauge is full, s.
+FULL_TIME = 10.0
+# Time to the threshold below which its gauge has the colour of WARN, s.
+WARN_TIME = 2.0
+# Distance from a limit at which a joint is near it: divided by the joint's range, or in rad or m
+# if only one limit is finite.
 LIMIT_MARGIN = 0.05
 
 LEVEL_WORDS = {
@@ -34,13 +33,13 @@ class Gauge(NamedTuple):
     Attributes
     ----------
     name, title, text
-        A key for programs, the title, and the value in words.
+        A key for programs, the title, and the value as text.
     fraction
-        How full, 0 to 1.
+        Filled part, 0 to 1.
     marks
-        Marks on it with their values: where ERROR and WARN begin.
+        Places of the thresholds of ERROR and WARN, 0 to 1, and their values.
     level
-        Its colour.
+        The level whose colour the gauge has.
     """
 
     name: str
@@ -58,9 +57,9 @@ class JointReading(NamedTuple):
     Attributes
     ----------
     name, text
-        Its name, and its position with unit.
+        The name of the joint, and its position with unit.
     fraction
-        Its position between its limits, 0 to 1; None if it has not both.
+        Position between the limits, 0 to 1; None unless both limits are finite.
     remark
         `near lower limit`, `beyond upper limit`, or empty.
     level
@@ -75,7 +74,7 @@ class JointReading(NamedTuple):
 
 
 def headline(seen: Observation) -> str:
-    """Return the level in words, with the name of the factor that is zero."""
+    """Return the level in words, with the name of the nearest factor."""
     words = LEVEL_WORDS[seen.level]
     name = factor_name(seen) if seen.level in (Level.WARN, Level.ERROR) else ''
     return f'{words}: {name}' if name else words
@@ -88,7 +87,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
     thresholds = seen.robot.singularity.thresholds
     measure = MEASURES[thresholds.measure]
     value = watched_value(seen.robot, seen.singularity)
-    full = FULL * thresholds.warn if measure.small_is_bad else thresholds.warn / FULL
+    full = FULL_RATIO * thresholds.warn if measure.small_is_bad else thresholds.warn / FULL_RATIO
 
     def fraction(value: float) -> float:
         if not measure.small_is_bad:  # a condition number: 1 is best, infinite is worst
@@ -120,7 +119,7 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
 
 
 def _scale_gauges(seen: Observation) -> tuple[Gauge, ...]:
-    # Only where somebody asks for joint velocities.
+    # The node publishes a scale only if it receives commands.
     if seen.scale is None:
         return ()
     value, cause, level = seen.scale
@@ -144,19 +143,19 @@ def _time_gauge(seen: Observation) -> Gauge:
     if math.isinf(time):
         return Gauge('time', title, 'not approaching', 1.0, (), Level.OK)
     text = f'{time:.1f} s at this velocity' if time < 1000.0 else 'not soon'
-    level = Level.WARN if time < SOON else Level.OK
+    level = Level.WARN if time < WARN_TIME else Level.OK
     return Gauge(
         'time',
         title,
         text,
-        min(1.0, time / LONGEST_TIME),
-        ((SOON / LONGEST_TIME, f'{SOON:.0f} s'),),
+        min(1.0, time / FULL_TIME),
+        ((WARN_TIME / FULL_TIME, f'{WARN_TIME:.0f} s'),),
         level,
     )
 
 
 def joint_readings(seen: Observation) -> tuple[JointReading, ...]:
-    """Return each joint's position between its limits."""
+    """Return the position of each joint between its limits."""
     robot = seen.robot
     readings = []
     for name, unit, q, (lower, upper) in zip(

@@ -1,11 +1,11 @@
 """
-viser's server with stricter rules for connections and for the messages of clients.
+Start viser's server with stricter rules for connections and for the messages of clients.
 
-This relies on viser to make its server by one call of `websockets.asyncio.server.serve` with
-keywords, reads messages by `recv`, and keeps the things of the panel in
-`gui._gui_input_handle_from_uuid`; all else are documented parameters of `serve`. Each time a page
-is served, two test connections try whether a foreign page and a false message are refused: if they
-are not, as with a viser of another design, nothing is served.
+The rules depend on three details of viser. It starts its server by one call of
+`websockets.asyncio.server.serve` with keywords, and reads messages by `recv`. It keeps the
+elements of the panel in `gui._gui_input_handle_from_uuid`. Each time a page is served, two test
+connections must be refused: a foreign page, and a false message. If they are not, because viser
+has changed, the server is stopped.
 """
 
 import io
@@ -17,6 +17,7 @@ from typing import Any
 
 import viser
 import websockets.asyncio.server as websocket_server
+from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed, ConnectionClosedError, InvalidStatus
 from websockets.http11 import Request, Response
 from websockets.sync.client import connect
@@ -27,13 +28,13 @@ from .origin_check import FORBIDDEN, OriginCheck
 
 # The websocket code for a violated policy (RFC 6455, 7.4.1).
 POLICY = 1008
-# Pages send values and cameras: some hundred bytes.
-LARGEST_MESSAGE = 16_384
-# The server answers the test connections within this (s), even on a busy computer.
+# Largest message of a page, bytes; values and cameras have some hundred bytes.
+MAX_MESSAGE_SIZE = 16_384
+# Time limit of an answer to a test connection on a busy computer, s.
 CONNECT_TIMEOUT = 20.0
 PROTOCOL = f'viser-v{viser.__version__}'
 HEADERS = {
-    # No other site may frame the page to have it clicked; the page connects to its server only.
+    # Another site must not frame the page to get clicks; the page connects only to its server.
     'Content-Security-Policy': "frame-ancestors 'none'; connect-src 'self' data: blob:",
     'X-Frame-Options': 'DENY',
     'X-Content-Type-Options': 'nosniff',
@@ -54,7 +55,7 @@ def guarded_server(
         Foreign pages could connect to it.
     """
     panel: dict[str, Any] = {}
-    discarded = io.StringIO()  # the output that viser prints itself
+    discarded = io.StringIO()  # viser's own output
     with redirect_stdout(discarded), _serving(origin_check, lambda: panel):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     try:
@@ -68,23 +69,25 @@ def guarded_server(
 
 @contextmanager
 def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
-    # Within the block `serve` makes servers with these rules.
+    # Replaces `serve` within the block by a function that adds the rules.
     original = websocket_server.serve
 
-    class PageConnection(websocket_server.ServerConnection):  # type: ignore[misc]
-        async def recv(self, decode: bool | None = None) -> Any:
+    class PageConnection(ServerConnection):  # type: ignore[misc]
+        async def recv(self, decode: bool | None = None) -> bytes | str:
             while True:
-                data = await super().recv(decode)
+                data: bytes | str = await super().recv(decode)
                 try:
                     if is_taken(data, panel()):
                         return data
                 except MessageError as error:
                     await self.close(POLICY, str(error)[:100])
-                    # Messages that came before the end of the closing are dropped, too.
+                    # Messages that arrive during the closing are dropped, too.
                     raise ConnectionClosedError(None, None) from None
 
-    def serve(*arguments: Any, process_request: Any, **options: Any) -> Any:
-        def check(connection: Any, request: Request) -> Response | None:
+    def serve(
+        *arguments: Any, process_request: Callable[..., Response | None], **options: Any
+    ) -> websocket_server.serve:
+        def check(connection: ServerConnection, request: Request) -> Response | None:
             refusal = origin_check.refusal(
                 request.path, request.headers, connection.local_address[:2], PROTOCOL
             )
@@ -92,7 +95,7 @@ def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) 
                 return connection.respond(refusal.status, refusal.sentence + '\n')
             return process_request(connection, request)
 
-        def complete(connection: Any, request: Request, response: Response) -> None:
+        def complete(connection: ServerConnection, request: Request, response: Response) -> None:
             for name, value in HEADERS.items():
                 response.headers[name] = value
             if origin_check.token and response.status_code == 200:
@@ -103,7 +106,7 @@ def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) 
             'process_request': check,
             'process_response': complete,
             'create_connection': PageConnection,
-            'max_size': LARGEST_MESSAGE,
+            'max_size': MAX_MESSAGE_SIZE,
             'logger': _logger(),
         }
         return original(*arguments, **(options | rules))
@@ -116,12 +119,12 @@ def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) 
 
 
 def _logger() -> logging.Logger:
-    # Faults of clients are not written to the terminal.
+    # Errors of clients are not printed.
     logger = logging.getLogger(__name__)
     if not os.environ.get('KINEMATICS_TRACEBACK'):
         logger.propagate = False
         logger.addHandler(logging.NullHandler())
-        # Of a client that has gone: a line for each message to it.
+        # asyncio would print a line for each message to a client that has disconnected.
         logging.getLogger('asyncio').setLevel(logging.ERROR)
     return logger
 

@@ -1,4 +1,4 @@
-"""The description that a kinematics node gives of itself: robot, topics, axes of its numbers."""
+"""Read the description of a kinematics node: robot, topics, axes of its numbers."""
 
 import json
 import time
@@ -19,36 +19,36 @@ from ....rigid_motion import exact_rpy, pose_of
 from ....robot.measures import Thresholds
 from ....robot.robot import Robot, with_singularity, with_tool
 
-# Tools that differ by less are one: they have come through a text (m and rad).
-SAME_TOOL = 1e-9
+# Largest difference between equal tools, m and rad: the description is a text.
+TOOL_TOLERANCE = 1e-9
 
 
 class NodeFacts(NamedTuple):
     """
-    A node's description of itself.
+    The description of a node.
 
     Attributes
     ----------
     source
-        Its full name.
+        Full name of the node.
     text
-        Its description as it was received.
+        The received description.
     robot
-        Its parameter `robot`: a bundled name or a file.
+        The node's parameter `robot`: a bundled name or a file.
     name
-        The name in its robot file.
+        The name of the robot in its file.
     joints
-        Names of the joints on the topics.
+        The joint names on the topics.
     joint_states
-        The topic it subscribes to.
+        The topic of its joint states.
     axes
         Axes of the Jacobian and of the twist, `base` or `tool` each.
     thresholds, length
-        The thresholds and the length that singularities are judged by.
+        The thresholds of the warning, and the characteristic length, m.
     sha256
-        Of its robot file, as it was when the node read it.
+        Checksum of the robot file when the node read it.
     tool : shape (4, 4)
-        Its tool in the frame after the last row of the table.
+        The tool in the frame after the last row of the table.
     """
 
     source: str
@@ -64,7 +64,7 @@ class NodeFacts(NamedTuple):
     tool: Floats
 
     def mismatch(self, robot: Robot) -> str:
-        """Return why the node's numbers are not those of this arm; empty if they are."""
+        """Return why the node's numbers belong to another arm; empty if they do not."""
         if len(self.joints) == robot.dof and self.name == robot.name:
             return ''
         return (
@@ -73,21 +73,21 @@ class NodeFacts(NamedTuple):
         )
 
     def with_tool(self, robot: Robot) -> Robot:
-        """Return the arm with the tool that is in force in the node."""
+        """Return the arm with the node's current tool."""
         own = robot.description.tool.motion.matrix
-        if np.allclose(own, self.tool, rtol=0.0, atol=SAME_TOOL):
+        if np.allclose(own, self.tool, rtol=0.0, atol=TOOL_TOLERANCE):
             return robot
         return with_tool(robot, tuple(self.tool[:3, 3].tolist()), exact_rpy(self.tool[:3, :3]))
 
     def edited(self, robot: Robot) -> str:
-        """Return that the file has changed since the node read it; empty if it has not."""
+        """Return a sentence if the file has changed since the node read it, or an empty text."""
         read = robot.description.sha256
         if not read or read == self.sha256 or self.name != robot.name:
             return ''
         return f'the robot file here is not as {self.source} has read it; ~/reload reads it again'
 
     def judged(self, robot: Robot) -> Robot:
-        """Return the arm with the joint names, thresholds and length in force in the node."""
+        """Return the arm with the node's current joint names, thresholds and length."""
         named = replace(robot, joint_names=self.joints)
         try:
             return with_singularity(named, self.length, self.thresholds)
@@ -97,14 +97,14 @@ class NodeFacts(NamedTuple):
 
 def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> NodeFacts | None:
     """
-    Return a node's description of itself; None if no node answers in `timeout` (s).
+    Return the description of a node, or None if no node answers within `timeout` (s).
 
     Parameters
     ----------
     node, executor
-        The node that asks, and its executor.
+        The node of the request, and its executor.
     source
-        Full name of the node that is asked.
+        Full name of the described node.
     """
     deadline = time.monotonic() + timeout
     while not node.count_publishers(WARNING.replace('~', source)):
@@ -112,21 +112,21 @@ def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> Nod
             return None
         executor.spin_once(timeout_sec=0.05)
     deadline = max(deadline, time.monotonic() + MAX_CALLS * CALL_TIMEOUT)
-    told = call_service(
+    answer = call_service(
         node, executor, Trigger, DESCRIBE.replace('~', source), Trigger.Request(), deadline
     )
-    if told is None:
+    if answer is None:
         return None
     request = GetParameters.Request(names=['robot'])
     values = call_service(
         node, executor, GetParameters, f'{source}/get_parameters', request, deadline
     )
     try:
-        facts = json.loads(told.message)
+        facts = json.loads(answer.message)
         judged = facts['singularity']
         return NodeFacts(
             source=source,
-            text=told.message,
+            text=answer.message,
             robot=(values.values[0].string_value if values else '') or str(facts['robot']),
             name=str(facts['robot']),
             joints=tuple(str(joint['name']) for joint in facts['joints']),
@@ -139,5 +139,5 @@ def ask_node(node: Node, executor: Executor, source: str, timeout: float) -> Nod
             sha256=str(facts['file']['sha256']),
             tool=pose_of(facts['tool']['xyz'], facts['tool']['rpy']),
         )
-    except (ValueError, KeyError, TypeError):  # a service of that name of another program
+    except (ValueError, KeyError, TypeError):  # another program's service with this name
         return None

@@ -1,9 +1,9 @@
 """
-The origin check: names of the page, pages that may connect to it, and the token.
+Check the origin of a request: the host name, the page that sends it, and the token.
 
-A browser lets every page it shows open connections to any server it can reach, and a foreign name
-server may give this computer's address for its name. A page of another site must not move the
-sliders. The request alone decides, before any message of a client is read.
+A browser lets each page open connections to any server it can reach, and a foreign name server may
+resolve its name to this computer. A page of another site must not move the sliders. Each request
+is checked before a message of its client is read.
 """
 
 import hmac
@@ -14,25 +14,27 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 from urllib.parse import parse_qsl, urlsplit
 
-BAD_REQUEST, FORBIDDEN = 400, 403
+# Status codes of HTTP.
+BAD_REQUEST = 400
+FORBIDDEN = 403
 TOKEN = 'token'
 # Hosts that mean all addresses of this computer.
 ANYWHERE = ('0.0.0.0', '::')
-# Cookies do not tell ports apart: the port is in the name.
+# The name of the cookie contains the port, because browsers share cookies between ports.
 COOKIE = 'kinematics_view_{port}'
-# Random bytes of a token: beyond guessing.
+# Number of random bytes of a token, so that it cannot be guessed.
 TOKEN_BYTES = 24
 
 
 class Headers(Protocol):
-    """Headers of a request, in which a name may occur several times."""
+    """The headers of a request; a name may occur several times."""
 
     def get_all(self, key: str) -> list[str]:
         """Return all values of a header."""
 
 
 class HttpRefusal(NamedTuple):
-    """A status of HTTP, and a sentence for the client."""
+    """A status code of HTTP, and a sentence for the client."""
 
     status: int
     sentence: str
@@ -47,8 +49,8 @@ class OriginCheck(NamedTuple):
     names
         Host names of the page, in lower case, besides `localhost` and addresses.
     token
-        The token that the address or a cookie must hold; empty if every user of this computer may
-        look.
+        The token that the address or a cookie must contain; empty if every user of this computer
+        may see the page.
     """
 
     names: frozenset[str]
@@ -58,7 +60,7 @@ class OriginCheck(NamedTuple):
         self, path: str, headers: Headers, called: tuple[str, int], protocol: str
     ) -> HttpRefusal | None:
         """
-        Return why a request is refused; None for one that passes.
+        Return the refusal of a request, or None if it passes.
 
         Parameters
         ----------
@@ -80,11 +82,11 @@ class OriginCheck(NamedTuple):
                 f'This page is not served as {hosts[0]!a}. '
                 'If it should be, start the view with --allow-host NAME.',
             )
-        # A browser always names the page that opens a websocket; a program need not.
+        # A browser always sends the origin of the page that opens a websocket; a program may not.
         if origins and _netloc(origins[0]) != hosts[0]:
             return HttpRefusal(FORBIDDEN, 'Pages of other sites may not connect to this one.')
         if any(name != TOKEN for name, _ in _query(path)):
-            # The page would connect to any server that its address names, and obey its messages.
+            # viser's page would connect to a server that is named in its address, and obey it.
             return HttpRefusal(
                 FORBIDDEN, f'The address of this page takes no parameter except {TOKEN}.'
             )
@@ -99,7 +101,7 @@ class OriginCheck(NamedTuple):
         return None
 
     def is_shown_by(self, path: str) -> bool:
-        """Return whether an address holds the token, or none is needed."""
+        """Return whether an address contains the token, or a token is not needed."""
         shown = (value for name, value in _query(path) if name == TOKEN)
         return not self.token or any(map(self._is_token, shown))
 
@@ -111,20 +113,19 @@ class OriginCheck(NamedTuple):
 
     def cookie(self, port: int) -> str:
         """
-        Return the cookie by which a browser remembers the token; it is not sent for pages of other
-        sites.
+        Return the cookie with the token, which a browser does not send for pages of other sites.
         """
         return f'{COOKIE.format(port=port)}={self.token}; Path=/; HttpOnly; SameSite=Strict'
 
     def _is_served_as(self, host: str, called: str) -> bool:
         try:
             parts = urlsplit(f'//{host}')
-            name, _ = parts.hostname or '', parts.port  # whose port is no number raises, too
+            name, _ = parts.hostname or '', parts.port  # a wrong port raises ValueError, too
         except ValueError:
             return False
         if '@' in parts.netloc:
             return False
-        # The owner of a name can point it to this computer; an address cannot be changed so.
+        # The owner of a foreign name can resolve it to this computer; an address is safe.
         return is_loopback(name) or name in self.names or name == called.removeprefix('::ffff:')
 
     def _is_remembered(self, headers: Headers, port: int) -> bool:
@@ -162,7 +163,7 @@ def origin_check_of(host: str, more_names: Sequence[str]) -> OriginCheck:
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a host name or address is that of the computer itself."""
+    """Return whether a host name or address is local to this computer."""
     if host == 'localhost':
         return True
     try:

@@ -1,4 +1,4 @@
-"""The web page: the picture, the panel beside it, and its switches."""
+"""Build the web page: the picture, the panel beside it, and its switches."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -38,20 +38,20 @@ class Page:
     Parameters
     ----------
     server
-        Its server; elements of a former page are removed.
+        The server of the page; elements of a former page are removed.
     viewpoint
-        The camera's viewpoint.
+        The camera of the page.
     robot
         The arm.
     publishable
-        Whether to offer to publish the sliders.
+        Whether the page has a box to publish the sliders.
 
     Attributes
     ----------
     robot
         The arm.
     sliders
-        The joints' sliders.
+        The sliders of the joints.
     """
 
     def __init__(
@@ -59,8 +59,8 @@ class Page:
     ) -> None:
         self.robot = robot
         self._server = server
-        self._wish: Floats | None = None
-        self._in_hand = True
+        self._requested: Floats | None = None
+        self._unlocked = True
         server.scene.reset()
         gui = server.gui
         gui.reset()
@@ -99,7 +99,7 @@ class Page:
 
     def offer(self, nodes: tuple[str, ...], node: str) -> str:
         """
-        Offer the arms of several nodes; return the node that is chosen.
+        Offer the arms of several nodes; return the chosen node.
 
         Parameters
         ----------
@@ -121,40 +121,40 @@ class Page:
         if singular is not None:
             self._buttons.append((self._server.gui.add_button('Singular pose'), singular))
         for button, q in self._buttons:
-            button.on_click(lambda _, q=q: setattr(self, '_wish', q))
+            button.on_click(lambda _, q=q: setattr(self, '_requested', q))
 
     @property
     def wants_to_publish(self) -> bool:
-        """Return whether the sliders are to be published."""
+        """Return whether the box to publish the sliders is ticked."""
         return bool(self._publish.visible and self._publish.value)
 
     def follow(self, q: Floats) -> None:
-        """Show joint positions on the sliders, which are locked then."""
-        self._change_hands(False)
+        """Lock the sliders, and show joint positions on them."""
+        self._set_unlocked(False)
         self._self_motion.release()
         self.sliders.jump(q)
 
     def lead(self) -> tuple[Floats, Floats | None]:
-        """Return the values of the sliders, q and qdot, and unlock them."""
-        self._change_hands(True)
-        wish, self._wish = self._wish, None
-        if wish is not None:
-            self.sliders.jump(wish)
+        """Unlock the sliders, and return their values q and qdot, shape (n,) each."""
+        self._set_unlocked(True)
+        requested, self._requested = self._requested, None
+        if requested is not None:
+            self.sliders.jump(requested)
             self._drawing.clear_trail()
         q = self._self_motion.lead(self.sliders)
         return q, self.sliders.velocities(q)
 
-    def _change_hands(self, people: bool) -> None:
-        if people == self._in_hand:
+    def _set_unlocked(self, unlocked: bool) -> None:
+        if unlocked == self._unlocked:
             return
-        self._in_hand = people
+        self._unlocked = unlocked
         self._drawing.clear_trail()
-        self.sliders.enable(people)
+        self.sliders.enable(unlocked)
         for button, _ in self._buttons:
-            button.disabled = not people
+            button.disabled = not unlocked
 
     def show(self, seen: Observation, title: str, status: str) -> None:
-        """Show an observation, its node and its source; only changes are sent."""
+        """Show an observation with a title and its source; only changes are sent."""
         self.last = seen
         shown = {name for name, switch in self._switches.items() if switch.value}
         scene = scene_of(seen)
@@ -173,18 +173,21 @@ class Page:
 @contextmanager
 def serve(address: Address, label: str) -> Iterator[tuple[viser.ViserServer, str]]:
     """
-    Serve pages within the block; yield the server and the address to open in a browser.
+    Serve pages within the block; yield the server and its address for a browser.
 
     Raises
     ------
     ViewError
-        The port is taken, the host is no address of this computer, or pages of other sites could
-        connect to this one.
+        The port is taken, the host is not an address of this computer, or pages of other sites
+        could connect.
     """
     host, port, more_names = address
     check_address(host, port)
     origin_check = origin_check_of(host, more_names)
     with guarded_server(host, port, label, origin_check) as server:
-        if port not in (0, server.get_port()):  # taken in the meantime: viser took the next one
+        if port not in (
+            0,
+            server.get_port(),
+        ):  # viser takes the next port if another program was faster
             raise ViewError(f'--port {port}: another program uses it on {host}')
         yield server, origin_check.address(host, server.get_port())

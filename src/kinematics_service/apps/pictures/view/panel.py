@@ -1,7 +1,7 @@
 """
-The panel beside the picture: gauges, tool, measures, Jacobian and limits as HTML.
+Write the panel beside the picture as HTML: gauges, tool, measures, Jacobian and limits.
 
-Every word that comes from a robot file or a message is escaped.
+Each text from a robot file or a message is escaped.
 """
 
 import math
@@ -24,12 +24,12 @@ from ....robot.measures import MEASURES, Level
 from .gauges import Gauge, JointReading, gauges_of, headline, joint_readings
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-# Level colours as backgrounds ask for this colour of text.
+# Colour of text on the colour of each level.
 INK = {Level.OK: '#fff', Level.WARN: '#000', Level.ERROR: '#fff', Level.STALE: '#fff'}
-# Symbols for people who do not see the colour, and for print.
+# Symbols of the levels, for readers who cannot see the colours, and for print.
 SIGNS = {Level.OK: '●', Level.WARN: '▲', Level.ERROR: '■', Level.STALE: '○'}
 
-# On a narrow screen viser's panel covers the picture: this keeps the arm visible.
+# On a narrow screen viser's panel would cover the picture; the last rules limit its height.
 STYLE = """<style>
 .kin{font-size:12px;line-height:1.35;padding:2px 10px 4px 8px}
 .kin table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
@@ -55,7 +55,7 @@ white-space:nowrap}
 
 
 def colour(level: Level) -> str:
-    """Return a level's colour for CSS."""
+    """Return the colour of a level for CSS."""
     return '#{:02x}{:02x}{:02x}'.format(*LEVEL_COLOURS[level])
 
 
@@ -64,7 +64,7 @@ def _box(name: str, content: str) -> str:
 
 
 def gauges_html(seen: Observation, title: str, status: str) -> str:
-    """Return the arm's name, the headline, the source of the numbers, and the gauges."""
+    """Return the title, the headline, the source of the numbers, and the gauges."""
     level = seen.level
     head = (
         f'<div id="kin-title">{escape(title)}</div>'
@@ -107,7 +107,7 @@ def facts_html(seen: Observation, scene: Scene) -> str:
         rows.append(('angular wx wy wz', f'{_numbers(seen.twist[3:])} rad/s', 'angular'))
     for measure in MEASURES.values():
         value = getattr(s, measure.name)
-        # The distance has a gauge.
+        # The distance has a gauge already.
         if value is not None and measure.name != 'distance':
             rows.append((measure.short or measure.words, _value(value), measure.name))
     rows += [
@@ -137,7 +137,7 @@ def _value(value: float) -> str:
 
 
 def jacobian_html(seen: Observation) -> str:
-    """Return J as a table: rows vx to wz, columns the joints."""
+    """Return J as a table: a row for each of vx to wz, a column for each joint."""
     names = short_names(seen.robot.joint_names)
     head = ''.join(f'<th>{_breakable(name)}</th>' for name in names)
     body = ''.join(
@@ -155,7 +155,7 @@ def jacobian_html(seen: Observation) -> str:
 
 
 def joints_html(seen: Observation) -> str:
-    """Return each joint between its limits."""
+    """Return the position of each joint between its limits."""
     return _box('joints', ''.join(map(_joint, joint_readings(seen))))
 
 

@@ -1,6 +1,4 @@
-"""
-The loop behind the page: take messages or sliders, compute, show; some thirty times a second.
-"""
+"""Run the loop behind the page, 30 times a second: read messages or sliders, compute, show."""
 
 import sys
 import time
@@ -16,17 +14,18 @@ from .origin_check import ANYWHERE
 from .page import Page, serve
 from .viewpoint import Viewpoint
 
+# Period of the loop, s.
 PERIOD = 1.0 / 30.0
 
 
 class ArmSource:
     """
-    The arm to show, and the source of its joint states: none here, so that the sliders move it.
+    The arm to show without joint states, so that the sliders move it; the base of other sources.
 
     Attributes
     ----------
     robot
-        The arm to show now: another object if it has changed.
+        The arm to show; another object after a change.
     nodes
         The nodes whose arms can be shown.
     """
@@ -43,23 +42,23 @@ class ArmSource:
 
     @property
     def status(self) -> str:
-        """Return the source of the observation in one line, or why there is none."""
+        """Return the source of the observation, or why it is missing, in one line."""
         return self._status
 
     @property
     def node(self) -> str:
-        """Return the node whose arm it is; empty without ROS."""
+        """Return the node of the arm; empty without ROS."""
         return ''
 
     def choose(self, node: str) -> None:
         """Show the arm of another node."""
 
     def listen(self, seconds: float) -> None:
-        """Take messages for this time, s."""
+        """Receive messages for `seconds`."""
         time.sleep(seconds)
 
     def observation(self) -> Observation | None:
-        """Return the newest observation; None while no joint states arrive."""
+        """Return the newest observation, or None while joint states are missing."""
         return None
 
     def publish(self, q: Floats) -> str:
@@ -76,19 +75,19 @@ def run_page(
     Parameters
     ----------
     source
-        The arm and the source of its joint states; the sliders move it while there are none.
+        The arm and the source of its joint states; the sliders move it while these are missing.
     address
         Host and port of the page.
     publishable
-        Whether to offer to publish the sliders.
+        Whether the page has a box to publish the sliders.
     ended
-        Whether to stop.
+        Returns whether to stop.
 
     Raises
     ------
     ViewError
-        The port is taken, the host is no address of this computer, or pages of other sites could
-        connect to this one.
+        The port is taken, the host is not an address of this computer, or pages of other sites
+        could connect.
     """
     with serve(address, source.robot.name) as (server, url):
         viewpoint = Viewpoint(server)
@@ -111,12 +110,12 @@ def run_page(
                 print(f'now {source.status}', flush=True)
                 was_live = live
             turn(page, source)
-            # The loop always rests a little: slow drawing makes the page slow, not the computer.
+            # A pause after slow drawing keeps the computer usable.
             source.listen(max(0.2 * PERIOD, PERIOD - (time.monotonic() - begin)))
 
 
 def turn(page: Page, source: ArmSource) -> None:
-    """Show the present observation, or go to the node that a user has chosen."""
+    """Show the current observation, or change to the node that a user has chosen."""
     chosen = page.offer(source.nodes, source.node)
     if chosen != source.node:
         source.choose(chosen)
@@ -141,7 +140,7 @@ def turn(page: Page, source: ArmSource) -> None:
 
 
 def _led(page: Page, q: Floats, qdot: Floats | None, status: str) -> tuple[Observation, str]:
-    # Where a loop does not close the picture stays, and the status says why.
+    # If a loop does not close, the picture stays, and the status has the reason.
     try:
         return observe(page.robot, q, qdot), status
     except LoopError as error:

@@ -1,4 +1,4 @@
-"""A slider for each joint, and their initial values."""
+"""Offer a slider for each joint, and their initial values."""
 
 import math
 import time
@@ -13,19 +13,20 @@ from ....node.drawing.scene import short_names
 from ....robot.robot import Robot
 from ..plots.ranges import clear_pose, finite_ranges
 
+# Largest step of a slider, rad or m.
 STEP = 0.001
-# Time of the differences that give velocities, s.
-MEMORY = 0.25
+# Time over which the velocity of a slider is measured, s.
+VELOCITY_WINDOW = 0.25
 
 
 def singular_pose(robot: Robot, inside: Floats, near: Floats) -> Floats | None:
     """
-    Return the singular pose (n,) inside a range that is nearest to one; None if none was found.
+    Return the singular pose (n,) inside ranges (n, 2) that is nearest to `near` (n,), or None.
     """
-    found = singular_poses(robot, inside)
-    if not len(found):
+    poses = singular_poses(robot, inside)
+    if not len(poses):
         return None
-    return np.asarray(found[int(np.argmin(np.linalg.norm(found - near, axis=1)))])
+    return np.asarray(poses[int(np.argmin(np.linalg.norm(poses - near, axis=1)))])
 
 
 class Sliders:
@@ -42,7 +43,7 @@ class Sliders:
     Attributes
     ----------
     ranges : shape (n, 2), rad or m
-        Their ends.
+        The ends of the sliders.
     """
 
     def __init__(self, server: viser.ViserServer, robot: Robot) -> None:
@@ -76,10 +77,10 @@ class Sliders:
         return inside
 
     def velocities(self, q: Floats) -> Floats | None:
-        """Return the velocities of the sliders, shape (n,); None while they stand still."""
+        """Return the velocities of the sliders, shape (n,), or None while they rest."""
         now = time.monotonic()
         self._history.append((now, q))
-        while now - self._history[0][0] > MEMORY:
+        while now - self._history[0][0] > VELOCITY_WINDOW:
             self._history.popleft()
         then, before = self._history[0]
         if now == then or np.array_equal(q, before):
@@ -88,7 +89,7 @@ class Sliders:
 
     def move(self, q: Floats) -> None:
         """
-        Move the sliders to the joints' positions; angles without limits are taken within a turn.
+        Move the sliders to joint positions; an angle without limits is shown within half a turn.
         """
         for handle, value, continuous in zip(self._handles, q.tolist(), self._continuous):
             if continuous:

@@ -1,10 +1,9 @@
 """
-The inputs of the live view: joint states, and the outputs of a node.
+Receive the inputs of the live view: joint states, and the outputs of a node.
 
-The node's pose, frames, Jacobian, twist, distance and level are shown as it publishes them. Values
-that it does not publish with every message (the time to the threshold, the lost direction, the
-joint axes) are computed from the same joint states by the same functions. Without a node all
-values are.
+The view shows the pose, frames, Jacobian, twist, distance and level that the node publishes. It
+computes other values (the time to the threshold, the lost direction, the joint axes) from the same
+joint states by the same functions. Without a node it computes all values.
 """
 
 import os
@@ -26,17 +25,19 @@ from ....node.process.session import destroy, helper_node
 from ....node.process.spin import Spinner
 from ....robot.robot import Robot
 from .node_facts import NodeFacts, ask_node
-from .view_outputs import FRESH, ViewOutputs
+from .view_outputs import MAX_AGE, ViewOutputs
 
-# Longest time (s) without an update of the page when messages come faster than they can be taken.
-LONGEST_CATCHING_UP = 0.2
-# Period of the calls of a node's description (s), and the wait for it if the node has changed.
-ASK_AGAIN, ANSWER_TIMEOUT = 1.0, 0.5
+# Longest delay of the page if messages arrive faster than they are read, s.
+MAX_DELAY = 0.2
+# Period of the requests for a node's description, s.
+REQUEST_PERIOD = 1.0
+# Time limit of the answer if the node has changed, s.
+ANSWER_TIMEOUT = 0.5
 
 
 class ViewListener:
     """
-    A node that subscribes to an arm for the view, and publishes its sliders when it is told to.
+    The node of the view: it subscribes to an arm, and can publish the sliders.
 
     Parameters
     ----------
@@ -48,7 +49,7 @@ class ViewListener:
     Attributes
     ----------
     facts
-        The node's last description of itself; None before the first.
+        The last description of the kinematics node, or None before the first.
     """
 
     def __init__(self, context: Context, source: str) -> None:
@@ -56,8 +57,8 @@ class ViewListener:
         self._node = helper_node(f'kinematics_view_{os.getpid()}', context)
         self._spinner = Spinner(context, [self._node])
         self.facts: NodeFacts | None = None
-        self._known: frozenset[bytes] = frozenset()
-        self._asked = -ASK_AGAIN
+        self._known_publishers: frozenset[bytes] = frozenset()
+        self._request_time = -REQUEST_PERIOD
         self._estimator: Estimator | None = None
         self._answer: EstimatorOutput | None = None
         self._arrival = 0.0
@@ -66,8 +67,8 @@ class ViewListener:
         self._subscription: Any = None
         self._mismatch = self._edited = ''
         self.outputs = ViewOutputs(self._node, self.source)
-        self._watch = self._node.create_client(Trigger, DESCRIBE.replace('~', self.source))
-        self._description: Any = None
+        self._client = self._node.create_client(Trigger, DESCRIBE.replace('~', self.source))
+        self._request: Any = None
 
     def close(self) -> None:
         """Destroy the node."""
@@ -76,54 +77,55 @@ class ViewListener:
 
     def listen(self, seconds: float) -> None:
         """
-        Take messages for this time, and longer if more have come already: only the newest count.
+        Receive messages for `seconds`, and then all messages that have arrived already.
         """
         deadline = time.monotonic() + seconds
         while (left := deadline - time.monotonic()) > 0.0:
             self._spinner.spin_once(timeout_sec=left)
-        while time.monotonic() < deadline + LONGEST_CATCHING_UP:
-            before = self._heard_so_far
+        while time.monotonic() < deadline + MAX_DELAY:
+            before = self._message_count
             self._spinner.spin_once(timeout_sec=0.0)
-            if self._heard_so_far == before:
+            if self._message_count == before:
                 return
-        self._spinner.catch_up(LONGEST_CATCHING_UP)
+        self._spinner.catch_up(MAX_DELAY)
 
     @property
-    def _heard_so_far(self) -> int:
+    def _message_count(self) -> int:
         return self._joint_states + self.outputs.count
 
     def ask(self, timeout: float) -> NodeFacts | None:
         """
-        Return the node's description of itself, after a wait of at most `timeout` (s); None if
-        there is none.
+        Return the description of the node, or None without an answer within `timeout` (s).
         """
-        self._asked, self._description = time.monotonic(), None
+        self._request_time, self._request = time.monotonic(), None
         facts = ask_node(self._node, self._spinner, self.source, timeout)
         if facts is not None:
-            self.facts, self._known = facts, self._publishers()
+            self.facts, self._known_publishers = facts, self._publishers()
         return self.facts
 
     def changed(self) -> bool:
-        """Return whether the node has come, come back, or changed its description; ask it then."""
-        told = self._description
-        if told is not None and told.done():
-            self._description = None
-            text = '' if told.exception() else told.result().message
+        """Return whether the node has appeared, restarted or changed, and read its description."""
+        answer = self._request
+        if answer is not None and answer.done():
+            self._request = None
+            text = '' if answer.exception() else answer.result().message
             before = self.facts
             if text and (
-                before is None or text != before.text or self._publishers() - self._known
+                before is None
+                or text != before.text
+                or self._publishers() - self._known_publishers
             ):
                 return self.ask(ANSWER_TIMEOUT) is not before
-        if time.monotonic() - self._asked > ASK_AGAIN:
-            self._asked = time.monotonic()
-            if self._description is not None:  # lost, together with its node
-                self._watch.remove_pending_request(self._description)
-            ready = self._watch.service_is_ready()
-            self._description = self._watch.call_async(Trigger.Request()) if ready else None
+        if time.monotonic() - self._request_time > REQUEST_PERIOD:
+            self._request_time = time.monotonic()
+            if self._request is not None:  # the node ended before its answer
+                self._client.remove_pending_request(self._request)
+            ready = self._client.service_is_ready()
+            self._request = self._client.call_async(Trigger.Request()) if ready else None
         return False
 
     def _publishers(self) -> frozenset[bytes]:
-        # A node that comes back has other publishers, by their identifiers.
+        # The identifiers of the publishers change if the node restarts.
         topic = WARNING.replace('~', self.source)
         infos = self._node.get_publishers_info_by_topic(topic)
         return frozenset(bytes(info.endpoint_gid) for info in infos)
@@ -133,7 +135,7 @@ class ViewListener:
         return tuple(kinematics_nodes(self._node))
 
     def show(self, robot: Robot) -> None:
-        """Subscribe to the joint states of this arm from now on."""
+        """Subscribe to the joint states of this arm."""
         facts, self._answer = self.facts, None
         self._mismatch = self._edited = ''
         namespace = self.source.rpartition('/')[0]
@@ -154,16 +156,16 @@ class ViewListener:
         assert self._estimator is not None
         self._joint_states += 1
         try:
-            answer = self._estimator.take(sample_of(message, self._node.get_clock()))
-        except Exception as error:  # no message of a robot may end the view
+            output = self._estimator.take(sample_of(message, self._node.get_clock()))
+        except Exception as error:  # a message must not end the view
             self._node.get_logger().error(f'joint state: {error!a}')
             return
-        if isinstance(answer, EstimatorOutput):
-            self._answer, self._arrival = answer, time.monotonic()
+        if isinstance(output, EstimatorOutput):
+            self._answer, self._arrival = output, time.monotonic()
 
     @property
     def _live(self) -> bool:
-        return self._answer is not None and time.monotonic() - self._arrival < FRESH
+        return self._answer is not None and time.monotonic() - self._arrival < MAX_AGE
 
     @property
     def _node_live(self) -> bool:
@@ -184,7 +186,7 @@ class ViewListener:
         return f'live from {topic}; the node {self.source} {silent}'
 
     def observation(self) -> Observation | None:
-        """Return the newest observation; None while no joint states arrive."""
+        """Return the newest observation, or None while joint states are missing."""
         if not self._live or self._mismatch:
             return None
         assert self._answer is not None
@@ -195,7 +197,7 @@ class ViewListener:
         return seen
 
     def publish(self, q: Floats) -> str:
-        """Publish joint positions; return why not if another publisher does already."""
+        """Publish joint positions; return the reason if another publisher prevents this."""
         assert self._subscription is not None
         topic = self._subscription.topic_name
         if self._publisher is None or self._publisher.topic_name != topic:

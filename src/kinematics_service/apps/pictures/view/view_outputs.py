@@ -1,6 +1,4 @@
-"""
-The outputs of a kinematics node, as the live view shows them: in base axes, linear rows first.
-"""
+"""Receive the outputs of a kinematics node for the live view: in base axes, linear rows first."""
 
 from dataclasses import replace
 from typing import Any
@@ -27,9 +25,9 @@ from ....node.messages.topics import SCALE, SCALE_REASON, WARNING, WARNING_QOS
 from ....node.process.latest_message import LatestMessage
 from ....robot.measures import Level
 
-# Messages older than this (s) are not shown as live.
-FRESH = 1.0
-# Only the last message of a topic is shown.
+# Largest age of a message that is shown as live, s.
+MAX_AGE = 1.0
+# The view shows only the last message of a topic.
 LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
 
 
@@ -46,7 +44,7 @@ class ViewOutputs:
     """
 
     def __init__(self, node: Node, source: str) -> None:
-        def subscribe(topic: str, kind: Any) -> LatestMessage:
+        def subscribe(topic: str, kind: type) -> LatestMessage:
             return LatestMessage(node, f'{source}/{topic}', kind, LAST_QOS)
 
         self.pose = subscribe('pose', PoseStamped)
@@ -62,13 +60,13 @@ class ViewOutputs:
 
     @property
     def count(self) -> int:
-        """Return the number of messages so far."""
-        heard = (self.pose, self.jacobian, self.frames, self.twist, self.distance, self.warning)
-        return sum(one.count for one in heard)
+        """Return the number of received messages."""
+        outputs = (self.pose, self.jacobian, self.frames, self.twist, self.distance, self.warning)
+        return sum(output.count for output in outputs)
 
     @property
     def live(self) -> bool:
-        """Return whether the node publishes answers."""
+        """Return whether the node publishes poses."""
         return _fresh(self.pose)
 
     def shown(self, seen: Observation, axes: tuple[str, str]) -> Observation:
@@ -78,14 +76,14 @@ class ViewOutputs:
         Parameters
         ----------
         seen
-            The observation that follows from the joint states alone.
+            The observation computed from the joint states alone.
         axes
             Axes of the node's Jacobian and of its twist, `base` or `tool` each.
         """
         values: dict[str, Any] = {}
         pose = values['pose'] = matrix_of(self.pose.message.pose)
         if _fresh(self.frames):
-            frames = np.array([matrix_of(one) for one in self.frames.message.poses])
+            frames = np.array([matrix_of(frame) for frame in self.frames.message.poses])
             if frames.shape == seen.frames.shape:
                 values['frames'] = frames
         if _fresh(self.jacobian):
@@ -110,12 +108,12 @@ class ViewOutputs:
         return replace(seen, **values)
 
 
-def _fresh(heard: LatestMessage) -> bool:
-    return heard.count > 0 and heard.age < FRESH
+def _fresh(latest: LatestMessage) -> bool:
+    return latest.count > 0 and latest.age < MAX_AGE
 
 
 def _six_rows(message: Any) -> Floats | None:
-    # Linear rows first, whatever the order is.
+    # Returns the Jacobian with linear rows first, or None if a row is missing.
     try:
         matrix = jacobian_of(message)
     except LayoutError:

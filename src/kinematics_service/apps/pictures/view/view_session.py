@@ -1,4 +1,4 @@
-"""The live view with ROS, from its options to an exit code."""
+"""Run the live view with ROS, and choose the arm it shows."""
 
 from collections.abc import Sequence
 
@@ -15,32 +15,35 @@ from .node_facts import NodeFacts
 from .run import ArmSource, run_page
 from .view_listener import ViewListener
 
-# A node that runs answers within this (s).
+# Time limit of the answer of a node, s.
 ANSWER_TIMEOUT = 2.0
-# Number of turns between two looks for nodes that come and go.
-TURNS = 30
+# Number of turns of the loop between two searches for nodes.
+SEARCH_TURNS = 30
+# Full name of the node if none was found.
 DEFAULT_NODE = '/kinematics'
 
 
 class ViewSession(ArmSource):
     """
-    The arms that the view can show: those of nodes that come, go and change, or its own.
+    The arms that the view can show: its own arm, or the arms of nodes that start, end and change.
 
     Parameters
     ----------
     context
         The context of the view; `close` leaves it open.
     robot
-        The arm to show; None for that of the node, or `otherwise` if there is no node.
+        The arm to show, or None for the arm of the node.
+    otherwise
+        Bundled name of the arm if a node is missing.
     node
         Full name of the node to show first; empty for the first one found.
 
     Attributes
     ----------
     robot
-        The arm that is shown now.
+        The shown arm.
     nodes
-        Full names of the present nodes.
+        Full names of the running nodes.
     """
 
     def __init__(self, context: Context, robot: Robot | None, otherwise: str, node: str) -> None:
@@ -62,17 +65,18 @@ class ViewSession(ArmSource):
 
     @property
     def node(self) -> str:
-        """Return the full name of the node whose arm is shown, whether it runs or not."""
+        """Return the full name of the node of the shown arm, also if it has ended."""
         return self._listener.source
 
     @property
     def title(self) -> str:
-        """Return whose arm is shown."""
+        """Return the names of the shown arm and its node."""
         if self._listener.facts is not None:
             return f'{self.robot.name} of {self.node}'
-        heard = f' {self.node}' if self._found else ''
+        if self._found:
+            return f'{self.robot.name}; no node {self.node} runs'
         default = '' if self._given else ' (no --robot FILE|NAME is given)'
-        return f'{self.robot.name}{default}; no node{heard} runs'
+        return f'{self.robot.name}{default}; no node runs'
 
     def choose(self, node: str) -> None:
         """Show the arm of another node."""
@@ -80,19 +84,19 @@ class ViewSession(ArmSource):
         self._go_to(node)
 
     def listen(self, seconds: float) -> None:
-        """Take messages for this time, and follow nodes that come, come back or change."""
+        """Receive messages for `seconds`, and follow nodes that start, restart or change."""
         self._listener.listen(seconds)
         if self._listener.changed():
             self._found = True
             self._take(self._listener.facts)
         self._turns += 1
-        if self._turns % TURNS == 0:
+        if self._turns % SEARCH_TURNS == 0:
             self.nodes = self._listener.sources()
             if not self._found and self.nodes:
                 self._go_to(self.nodes[0])
 
     def observation(self) -> Observation | None:
-        """Return the newest observation; None while no joint states arrive."""
+        """Return the newest observation, or None while joint states are missing."""
         return self._listener.observation()
 
     @property
@@ -101,7 +105,7 @@ class ViewSession(ArmSource):
         return self._listener.status
 
     def publish(self, q: Floats) -> str:
-        """Publish joint positions; return why not if another publisher does already."""
+        """Publish joint positions; return the reason if another publisher prevents this."""
         return self._listener.publish(q)
 
     def _go_to(self, node: str) -> None:
@@ -139,11 +143,13 @@ def run_view(
     Parameters
     ----------
     robot
-        The arm; None for that of the node, or `otherwise` if there is no node.
+        The arm, or None for the arm of the node.
+    otherwise
+        Bundled name of the arm if a node is missing.
     node
-        Full name of the node, of which the leading slash may be missing; empty for any.
+        Full name of the node, with or without the leading slash; empty for any node.
     address, publishable
-        As `run_page` takes them.
+        See `run_page`.
     ros_args
         ROS arguments, `--ros-args` included.
     """

@@ -1,4 +1,4 @@
-"""The viewpoint of pages: at the middle of the arm, with all of it in the picture."""
+"""Aim the camera of each page at the middle of the arm, so that the whole arm is visible."""
 
 import numpy as np
 import viser
@@ -6,15 +6,13 @@ import viser
 from ....kernel import Floats
 from ....node.drawing.scene import Scene
 
-# Position in front and a little above, in sizes of the arm.
+# Position of the camera, in front of the arm and above it, divided by the arm's size.
 OFFSET = np.array([0.85, 0.7, 0.4])
-# A picture narrower than this (width by height) shows the arm from further away.
-SQUARE = 1.0
 
 
 class Viewpoint:
     """
-    The viewpoint of the pages of a server when they are opened, and when another arm is shown.
+    The camera of the pages of a server when they are opened, and when another arm is shown.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
@@ -23,7 +21,7 @@ class Viewpoint:
         server.on_client_connect(self._aim)
 
     def look_at(self, scene: Scene) -> None:
-        """Show an arm in the middle of the picture from now on."""
+        """Aim all cameras at an arm, now and when further pages are opened."""
         self._middle = scene.links.reshape(-1, 3).mean(axis=0)
         self._offset = scene.size * OFFSET
         camera = self._server.initial_camera
@@ -36,6 +34,7 @@ class Viewpoint:
 
     def _aim(self, client: viser.ClientHandle) -> None:
         width, height = client.camera.image_width, client.camera.image_height
-        if 0 < width < SQUARE * height:
-            away: Floats = self._offset * min(SQUARE * height / width, 3.0)
+        # The arm must fit into the width of a tall picture.
+        if 0 < width < height:
+            away: Floats = self._offset * min(height / width, 3.0)
             client.camera.position = self._middle + away
