@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from kinematics_service.rigid_motion import (
-    LEVEL,
+    ANGLE_TOLERANCE,
     Z_INTO,
     roll_pitch_yaw,
     rotation_of_quaternion,
@@ -136,8 +136,8 @@ def test_roll_pitch_yaw_multiply_out_to_the_rotation():
             np.testing.assert_allclose(R, (about[0] @ about[1] @ about[2])[:3, :3], atol=1e-15)
             found = roll_pitch_yaw(R)
             assert abs(found[1]) <= math.pi / 2
-            if away < LEVEL:
+            if away < ANGLE_TOLERANCE:
                 assert found[2] == 0.0
             again = rotation_of_roll_pitch_yaw(found)
-            bound = LEVEL if away < LEVEL else ROUND_OFF
+            bound = ANGLE_TOLERANCE if away < ANGLE_TOLERANCE else ROUND_OFF
             np.testing.assert_allclose(again, R, rtol=0, atol=bound)

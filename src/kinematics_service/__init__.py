@@ -2,15 +2,15 @@
 Kinematics of any arm given by its Denavit-Hartenberg table: a library and a ROS 2 node.
 
 The library needs no ROS: `load_robot`, `forward_kinematics`, `jacobian`, `twist`, `singularity`.
-Each name is imported when it is first used, so that the command line answers `--help`, and hears
+Each name is imported at its first use, so that the command line prints `--help`, and reacts to
 Ctrl-C, before the kernel is loaded.
 """
 
-# Not `signal`, which makes enumerations of these first: Ctrl-C is heard in the meantime.
+# `signal` would create enumerations first; Ctrl-C must not raise a traceback in the meantime.
 import _signal
 import sys
 
-# As a command this file comes before `__main__`: Ctrl-C ends it without a traceback from here on.
+# A command runs this file before `__main__`: from here on Ctrl-C ends it without a traceback.
 _program = sys.argv[0] if sys.argv else ''
 _is_command = (_program == '-m' and __name__ in sys.orig_argv) or _program.endswith(f'/{__name__}')
 if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
@@ -18,8 +18,8 @@ if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_hand
 
 from importlib import import_module  # noqa: E402
 
-# The public names and their modules are said once, in the stub, for type checkers and for this:
-# each line is `from .module import name as name`.
+# The stub is the only list of public names and their modules, also for type checkers. Each line is
+# `from .module import name as name`.
 with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:
     _HOME = {_line.split()[-1]: _line.split()[1] for _line in _stub}
 

@@ -1,4 +1,4 @@
-"""The program: `python -m kinematics_service`, installed as `kinematics_service`."""
+"""Run the program: `python -m kinematics_service`, installed as `kinematics_service`."""
 
 import sys
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv
         The arguments without the program's name; default: those of this process.
     """
-    # Imported here: while it loads, Ctrl-C has its default action (`__init__`).
+    # Imported here, so that Ctrl-C has its default action during the import (see `__init__`).
     from .cli.command_line import run
 
     try:

@@ -1,7 +1,7 @@
 """
-The errors of the package: whatever it refuses is a KinematicsError, its text a sentence.
+Define the errors of the package: each is a KinematicsError, and its text is a sentence.
 
-Those with (V) are ValueErrors as well; behind a colon stands what an error carries besides.
+Errors with (V) are also ValueErrors. The words after a colon are further attributes of an error.
 
     KinematicsError
     +-- RobotFileError (V): faults
@@ -44,18 +44,18 @@ from typing import Any
 @dataclass(frozen=True)
 class Fault:
     """
-    One thing that is wrong in a robot file.
+    One fault in a robot file.
 
     Parameters
     ----------
     file
         The path as the user gave it.
     line
-        Counted from 1; 0 if no line can be named (a missing file).
+        Line number from 1 on; 0 if the fault does not have a line (a missing file).
     where
-        The key in the file, `links[2].alpha`; empty for the whole file.
+        The key in the file, for example `links[2].alpha`; empty for the whole file.
     message
-        The fault, and what is accepted.
+        The fault, and the accepted values.
     """
 
     file: str
@@ -64,13 +64,13 @@ class Fault:
     message: str
 
     def __str__(self) -> str:
-        """Return `file:line: where: message`, without the parts that are not known."""
+        """Return `file:line: where: message`, without empty parts."""
         at = f'{self.file}:{self.line}' if self.line else self.file
         return ': '.join(part for part in (at, self.where, self.message) if part)
 
 
 class KinematicsError(Exception):
-    """Anything this package refuses to do."""
+    """Base of all errors of this package."""
 
 
 class RobotFileError(KinematicsError, ValueError):
@@ -81,7 +81,7 @@ class RobotFileError(KinematicsError, ValueError):
         super().__init__('\n'.join(map(str, self.faults)))
 
     def __reduce__(self) -> tuple[type['RobotFileError'], tuple[tuple[Fault, ...]]]:
-        """Rebuild from the faults, not from the text: so it passes between processes unchanged."""
+        """Rebuild the error from its faults, so that it passes between processes unchanged."""
         return type(self), (self.faults,)
 
 
@@ -92,7 +92,7 @@ class RobotNotFoundError(KinematicsError, ValueError):
     Attributes
     ----------
     name, known
-        The name, and those of the bundled robots.
+        The name, and the names of the bundled robots.
     """
 
     def __init__(self, message: str, name: str = '', known: Sequence[str] = ()) -> None:
@@ -101,14 +101,14 @@ class RobotNotFoundError(KinematicsError, ValueError):
 
 
 class RobotFileWriteError(KinematicsError):
-    """A robot file that cannot be changed without touching what is not ours."""
+    """A robot file that cannot be changed without a change of its other content."""
 
 
 class ExpressionError(KinematicsError, ValueError):
     """A text that is not an accepted expression."""
 
 
-# In words, or by dimensions, some of them letters: (6, 4), ('N', 6).
+# A shape in words, or as dimensions, which may be letters: (6, 4), ('N', 6).
 Shape = str | tuple[int | str, ...]
 
 
@@ -119,11 +119,11 @@ class ArgumentError(KinematicsError, ValueError):
     Attributes
     ----------
     argument
-        Its name.
+        Name of the argument.
     expected
-        What is accepted: shapes, leading dimensions left out, or words.
+        Accepted values: shapes without leading dimensions, or words.
     given
-        The shape or the words given; None where it has no shape.
+        The given shape or words; None for a value without a shape.
     """
 
     def __init__(
@@ -140,8 +140,8 @@ class JointVectorError(ArgumentError):
     Attributes
     ----------
     row
-        Of a batch the first pose that is not finite, counted over all leading dimensions; None
-        where the shape is wrong.
+        Index of the first pose of a batch that is not finite, over all leading dimensions; None if
+        the shape is wrong.
     """
 
     row: int | None = None
@@ -149,12 +149,12 @@ class JointVectorError(ArgumentError):
 
 class LoopError(JointVectorError):
     """
-    Joint positions at which a closed loop of the arm does not close, on the branch it is known on.
+    Joint positions at which a closed loop of the arm does not close on its known branch.
 
     Attributes
     ----------
     loop
-        Its name.
+        Name of the loop.
     """
 
     loop = ''
@@ -177,11 +177,11 @@ class WrenchError(ArgumentError):
 
 
 class PlanError(ArgumentError):
-    """A plan whose times do not rise, or a question about it that means nothing."""
+    """A plan whose times do not increase, or a request about it without a meaning."""
 
 
 class ServoSettingsError(ArgumentError):
-    """Settings of the servo that mean nothing."""
+    """Settings of the servo that are outside their ranges."""
 
 
 class SweepError(KinematicsError):
@@ -189,11 +189,11 @@ class SweepError(KinematicsError):
 
 
 class DerivationError(KinematicsError, ValueError):
-    """What cannot be derived exactly, and why."""
+    """A derivation that is not possible exactly; the message has the reason."""
 
 
 class FormulaError(KinematicsError, ValueError):
-    """A formula that cannot be read, and where."""
+    """A formula that cannot be read, with its place."""
 
     def __init__(self, message: str, line: int = 0, column: int = 0) -> None:
         self.message = message
@@ -203,11 +203,11 @@ class FormulaError(KinematicsError, ValueError):
 
 
 class UrdfError(KinematicsError, ValueError):
-    """A URDF that cannot be read, or a chain in it that no robot file can say."""
+    """A URDF that cannot be read, or that contains a chain without a robot file."""
 
 
 class RecordingError(KinematicsError, ValueError):
-    """A recording that cannot be read or judged; one sentence says why and what is accepted."""
+    """A recording that cannot be read or judged; the message has the reason."""
 
 
 class FramesError(KinematicsError, ValueError):
@@ -215,17 +215,17 @@ class FramesError(KinematicsError, ValueError):
 
 
 class CalibrationError(KinematicsError, ValueError):
-    """Measured poses that no robot can be identified from; one sentence says why."""
+    """Measured poses that do not identify a robot; the message has the reason."""
 
 
 class ParameterNotFoundError(CalibrationError):
     """
-    A name that is no parameter of an arm, nor a group of them.
+    A name that is neither a parameter of an arm nor a group of parameters.
 
     Attributes
     ----------
     name, known
-        The name, and those of the groups and parameters.
+        The name, and the names of groups and parameters.
     """
 
     def __init__(self, message: str, name: str = '', known: Sequence[str] = ()) -> None:
@@ -238,7 +238,7 @@ class PlotError(KinematicsError, ValueError):
 
 
 class ViewError(KinematicsError):
-    """A page that cannot be served: its address, viser missing or unknown; what to change."""
+    """A page that cannot be served, because of its address or viser."""
 
 
 class ArmsError(KinematicsError, ValueError):
@@ -250,11 +250,11 @@ class RobotConflictError(KinematicsError, ValueError):
 
 
 class SettingsError(KinematicsError, ValueError):
-    """A parameter's value is refused; the message names it, the value and what is accepted."""
+    """A wrong value of a parameter; the message has the name, the value and accepted values."""
 
 
 class RefusedTargetError(KinematicsError, ValueError):
-    """A target that cannot be understood, or not now; the message says why."""
+    """A target that the node cannot read, or not now; the message has the reason."""
 
 
 class LayoutError(KinematicsError, ValueError):
@@ -262,8 +262,8 @@ class LayoutError(KinematicsError, ValueError):
 
 
 class CdrError(KinematicsError, ValueError):
-    """Bytes whose encapsulation or lengths cannot be those of a message."""
+    """Bytes with an encapsulation or with lengths that a message cannot have."""
 
 
 class WireError(KinematicsError, ValueError):
-    """Bytes that are no message of their type: the official deserializer refuses them too."""
+    """Bytes that are not a message of their type; the official deserializer refuses them, too."""

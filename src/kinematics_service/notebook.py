@@ -1,10 +1,10 @@
-"""Results show themselves in a notebook, by views of apps: None where the app was removed."""
+"""Represent results in a notebook by modules of apps; None if the app was removed."""
 
 from .app_modules import app_module
 
 
 def as_html(result: object) -> str | None:
-    """Return a result as a notebook shows it; it is the result's `_repr_html_`."""
+    """Return a result as HTML; it is the result's `_repr_html_`."""
     pictures = app_module('html')
     return pictures.html_of(result) if pictures else None
 

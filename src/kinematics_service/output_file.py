@@ -1,9 +1,8 @@
 """
-Files that are written whole or not at all, and keep what they are.
+Write files completely or not at all.
 
-A regular file gives way to the new one when that is complete, with its permissions and its owner.
-What else a name stands for (a device, a named pipe, the standard output) is written to and never
-replaced. Links stay, and are followed.
+A complete new file replaces a regular file, and keeps its permissions and its owner. Other targets
+(a device, a named pipe, the standard output) are written to and not replaced. Links are followed.
 """
 
 import errno
@@ -19,16 +18,16 @@ from typing import BinaryIO, TextIO
 
 from .errors import KinematicsError
 
-# Why a file may have to stay where it is: its owner is another, or it is a mount of its own, as
-# single files in containers are; EXDEV where only a folder elsewhere can hold the new one.
-KEPT_IN_PLACE = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
+# Errors after which an existing file is overwritten instead of replaced: it has another owner, or
+# is itself a mount, as single files in containers are. EXDEV: the new file is on another disk.
+OVERWRITE_ERRORS = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
 # Standard output and standard error.
 STREAMS = (1, 2)
 
 
 def write_file(path: Path, content: str | bytes) -> None:
     """
-    Write a file, all or nothing; text as UTF-8.
+    Write a file completely or not at all; text as UTF-8.
 
     Raises
     ------
@@ -42,7 +41,7 @@ def write_file(path: Path, content: str | bytes) -> None:
 @contextmanager
 def new_file(path: Path) -> Iterator[Path]:
     """
-    Yield the path of a file to make, in a folder of its own; at the end it becomes `path`.
+    Yield the path of a new file in a temporary folder; the file becomes `path` after the block.
 
     Raises
     ------
@@ -61,7 +60,7 @@ def new_file(path: Path) -> Iterator[Path]:
 
 
 def unwritable(path: Path) -> str | None:
-    """Return why a file cannot be written, as far as is known before it is tried; else None."""
+    """Return why a file probably cannot be written, or None, without trying it."""
     try:
         found = _found(path)
         folder = _target(path).parent
@@ -75,7 +74,7 @@ def unwritable(path: Path) -> str | None:
 
 
 def _found(path: Path) -> os.stat_result | None:
-    # What a path leads to, or None if nothing is there yet, perhaps behind a link.
+    # Returns the status of the file of a path, or None if it does not exist (also behind a link).
     try:
         return path.stat()
     except FileNotFoundError:
@@ -87,7 +86,7 @@ def _target(path: Path) -> Path:
 
 
 def _folder(path: Path) -> Path | None:
-    # Beside the old file, whose place can then be taken at once; elsewhere if nothing is replaced.
+    # Returns the folder of the file, in which a rename replaces it; None for a temporary folder.
     found, folder = _found(path), _target(path).parent
     beside = found is None or (_may_be_replaced(path, found) and os.access(folder, os.W_OK))
     return folder if beside else None
@@ -96,7 +95,7 @@ def _folder(path: Path) -> Path | None:
 def _may_be_replaced(path: Path, found: os.stat_result) -> bool:
     if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1 or _stream(found) is not None:
         return False
-    # A link of /proc leads to files that have no name any more.
+    # A link in /proc may lead to a file without a name.
     there = _found(_target(path))
     return there is not None and os.path.samestat(found, there)
 
@@ -123,7 +122,7 @@ def _put(made: Path, path: Path) -> None:
             made.chmod(stat.S_IMODE(found.st_mode) & 0o777)
             os.replace(made, _target(path))
         except OSError as error:
-            if error.errno not in KEPT_IN_PLACE:
+            if error.errno not in OVERWRITE_ERRORS:
                 raise
             _pour(made, path, found)
 
@@ -131,8 +130,8 @@ def _put(made: Path, path: Path) -> None:
 def _pour(made: Path, path: Path, found: os.stat_result) -> None:
     number = _stream(found)
     if number is not None:
-        sys.stdout.flush()  # what was printed before comes first
-    # Without O_TRUNC, and without O_CREAT, which systems refuse for pipes of others.
+        sys.stdout.flush()  # earlier output comes first
+    # O_TRUNC would lose the old content; systems refuse O_CREAT for pipes of other users.
     handle = os.open(path, os.O_WRONLY | os.O_NOCTTY) if number is None else os.dup(number)
     with made.open('rb') as content, os.fdopen(handle, 'wb') as stream:
         whole = number is None and stat.S_ISREG(found.st_mode)
@@ -147,7 +146,7 @@ def _pour(made: Path, path: Path, found: os.stat_result) -> None:
 
 
 def _reserve(stream: BinaryIO, size: int, before: int) -> None:
-    # If there is no room the old content is left.
+    # Reserves disk space, so that the old content stays if the disk is full.
     if not size or not hasattr(os, 'posix_fallocate'):
         return
     try:
@@ -158,7 +157,7 @@ def _reserve(stream: BinaryIO, size: int, before: int) -> None:
 
 
 def say_written(file: Path, stream: TextIO | None = None) -> None:
-    """Print that a file was written; of a device or a pipe that would be in what it is given."""
+    """Print that a regular file was written; for a pipe the line would be in its content."""
     if file.is_file():
         print(f'wrote {file}', file=stream)
 
@@ -167,9 +166,9 @@ def write_documents(
     html: Path | None, page: str, json: Path | None, document: str, print_it: Callable[[], None]
 ) -> None:
     """
-    Write a report as page and document, each where a file is named, and print it.
+    Write a report as page and document to the named files, and print it.
 
-    A document whose file is `-` is printed instead.
+    If the file of the document is `-`, the document is printed instead.
     """
     printed = str(json) == '-'
     texts = {html: page, None if printed else json: f'{document}\n'}

@@ -1,8 +1,8 @@
 """
-An HTML page that needs nothing else: light, dark and printed, at any width.
+Write an HTML page without other files: light, dark and printed, at any width.
 
-The style is page.css. Its colours are those of Okabe and Ito (2008), told apart by all kinds of
-colour vision, and lighter in the dark.
+The style is page.css. Its colours are those of Okabe and Ito (2008), which people with any colour
+vision can distinguish; the dark page has lighter ones.
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,7 +21,7 @@ def document(title: str, body: Iterable[str], style: str = '', script: str = '')
     body
         Pieces of HTML, one after the other.
     style, script
-        Of the page's own, beside the style that all pages share.
+        Style and script of this page, besides the shared style.
     """
     shared = resource('kinematics_service', 'page.css')
     parts = [
@@ -36,20 +36,19 @@ def document(title: str, body: Iterable[str], style: str = '', script: str = '')
 
 
 def resource(package: str, name: str) -> str:
-    """Return the text of a style or script that lies beside the modules of a package."""
+    """Return the text of a style or script in the folder of a package."""
     return resources.files(package).joinpath(name).read_text(encoding='utf-8')
 
 
 def facts(rows: Iterable[tuple[str, str]]) -> str:
-    """Return a list of names and what each says; both are HTML already."""
+    """Return a list of names and values, both as HTML."""
     cells = ''.join(f'<dt>{name}</dt><dd>{value}</dd>' for name, value in rows)
     return f'<dl class="origin">{cells}</dl>\n'
 
 
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:
     """
-    Return a table; cells are HTML already, those of the columns `numbers` are aligned to the
-    right.
+    Return a table of cells in HTML; the columns `numbers` are aligned to the right.
     """
     styles = '', ' class="n"'
 

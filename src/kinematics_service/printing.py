@@ -1,4 +1,4 @@
-"""Output to the screen: tables and sentences that fit a terminal, and are unbroken in a pipe."""
+"""Print tables and sentences that fit a terminal, with unbroken lines in a pipe."""
 
 import json
 import math
@@ -17,12 +17,12 @@ from rich.text import Text
 
 from .kernel import Floats
 
-# What `json_text` writes: arrays become lists, and named tuples objects.
+# Values for `json_text`: arrays become lists, and named tuples become objects.
 Json: TypeAlias = (
     None | bool | int | float | str | npt.NDArray[Any] | Sequence['Json'] | Mapping[str, 'Json']
 )
 
-# Without a terminal no line is broken: a program reads the output.
+# Width without a terminal: a program reads the output, so lines are not broken.
 UNBROKEN = 10_000
 TRAILING_BLANKS = re.compile(r' +$', re.MULTILINE)
 GAP = (0, 2, 0, 0)
@@ -31,9 +31,9 @@ BREAKS = re.compile(r'[^_/.-]*[_/.-]?')
 
 class Output:
     """
-    Standard output: as wide as the terminal, unbroken if there is none.
+    Standard output with the width of the terminal, or with unbroken lines without a terminal.
 
-    Text is printed as it is: no markup, no guessed highlights; colours only on a terminal.
+    Text is printed without markup and highlights; colours appear only on a terminal.
     """
 
     def __init__(self) -> None:
@@ -42,23 +42,23 @@ class Output:
 
     @property
     def width(self) -> int:
-        """Return the number of characters that fit into a line."""
+        """Return the number of characters of a line."""
         return self._console.width
 
     def print(self, *renderables: RenderableType) -> None:
-        """Print things below each other, without the blanks that fill a table's last column."""
+        """Print renderables below each other, without blanks at the ends of lines."""
         with self._console.capture() as captured:
             self._console.print(*renderables, sep='\n')
         sys.stdout.write(TRAILING_BLANKS.sub('', captured.get()))
 
 
 def plain(text: str) -> str:
-    """Return a text without characters a terminal would obey."""
+    """Return a text without control characters, which a terminal would obey."""
     return ''.join(c if c.isprintable() or c == '\n' else '?' for c in text)
 
 
 def table(*headers: str) -> Table:
-    """Return an empty table: cells fold if the terminal is too narrow, and are never cut."""
+    """Return an empty table whose cells fold on a narrow terminal and are not cut."""
     result = Table(box=None, padding=GAP, pad_edge=False)
     for header in headers:
         result.add_column(header, header_style='bold', overflow='fold')
@@ -66,7 +66,7 @@ def table(*headers: str) -> Table:
 
 
 def facts(rows: Iterable[tuple[str, str]]) -> Table:
-    """Return a list of facts: labels, and texts with indented lines; empty ones are left out."""
+    """Return a list of labels and texts, without empty texts; further lines are indented."""
     result = Table.grid(padding=GAP)
     result.add_column(style='bold', no_wrap=True)
     result.add_column(overflow='fold')
@@ -83,7 +83,7 @@ def heading(text: str, style: str = 'bold') -> Text:
 
 def broken_name(name: str, width: int) -> str:
     """
-    Return a joint name in lines of at most `width`, broken after its own separators if possible.
+    Return a joint name in lines of at most `width`, broken after separators; a longer part stays.
     """
     lines = ['']
     for part in BREAKS.findall(name):
@@ -95,8 +95,7 @@ def broken_name(name: str, width: int) -> str:
 
 def number(value: float, decimals: int = 6) -> str:
     """
-    Return a number with fixed decimals, without a negative zero; large and infinite ones have a
-    short form.
+    Return a number with fixed decimals; large and infinite numbers have a short form.
     """
     if not math.isfinite(value) or abs(value) >= 1e4:
         return f'{value:.{decimals}g}'
@@ -104,7 +103,7 @@ def number(value: float, decimals: int = 6) -> str:
 
 
 def numbers(values: Floats, decimals: int = 6) -> str:
-    """Return a row of numbers, each as wide as the widest."""
+    """Return numbers in a row, all with the width of the longest."""
     texts = [number(value, decimals) for value in values]
     width = max(map(len, texts))
     return '  '.join(text.rjust(width) for text in texts)
@@ -112,8 +111,7 @@ def numbers(values: Floats, decimals: int = 6) -> str:
 
 def json_text(document: Mapping[str, Json]) -> str:
     """
-    Return strict JSON: arrays as lists, named tuples as objects, and null for numbers that are
-    infinite or NaN.
+    Return strict JSON: arrays as lists, named tuples as objects, infinite numbers and NaN as null.
     """
     return json.dumps(_strict(document), allow_nan=False)
 
@@ -133,13 +131,13 @@ def _strict(value: Any) -> Any:
 
 
 def attributes(thing: object, *names: str) -> dict[str, Any]:
-    """Return attributes under their names, for a document."""
+    """Return attributes of an object by name."""
     return {name: getattr(thing, name) for name in names}
 
 
 @contextmanager
 def working(what: str) -> Iterator[Callable[[str], None]]:
-    """Show a line on standard error while it works, on a terminal only; yield what changes it."""
+    """Show a status line on a terminal during the block; yield a function that changes it."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda _: None

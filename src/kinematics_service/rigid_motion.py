@@ -1,20 +1,22 @@
-"""Rotations and rigid motions as arrays, outside the kernel: and conversions between them."""
+"""Convert rotations and rigid motions as arrays, outside the kernel."""
 
 import math
 
 import numpy as np
 import numpy.typing as npt
 
-# Not taken from the kernel: a robot file is read without it.
+# Defined here because a robot file is read without the kernel.
 Floats = npt.NDArray[np.float64]
 
-# Below it cos(pitch) says no more about the yaw that people read.
-LEVEL = 1e-9
-# 2 cos(angle) below which the axis is read from R + R^T: within 18 degrees of half a turn, where
-# R - R^T fades.
-NEAR_HALF_A_TURN = -1.9
+# Distance of pitch from +-pi/2 at which the yaw of `roll_pitch_yaw` is 0, rad: it is not unique.
+ANGLE_TOLERANCE = 1e-9
+# The same for `exact_rpy`, rad: round-off of 1.
+ANGLE_ROUND_OFF = 1e-15
+# Value of 2 cos(angle) below which R + R^T gives the axis: within 18 degrees of half a turn, where
+# R - R^T is small.
+HALF_TURN_COSINE = -1.9
 
-# Rotations that turn the z axis into the named one: permutations, so nothing is rounded.
+# Rotations of the z axis into the named axis: permutations, without round-off.
 Z_INTO = {
     'x': np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),
     'y': np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
@@ -63,13 +65,13 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
     """
     Return the rotations (..., 3, 3) of quaternions x y z w (..., 4) of any length but zero.
 
-    The Euler-Rodrigues formula, R = I + s (w [v]x + [v]x [v]x) with v = (x, y, z). s = 2 / |q|^2
-    stands in for a division of q by its length, and takes no root: quarter turns about the axes
-    come out exact. NaN where q is zero or not finite.
+    The Euler-Rodrigues formula is R = I + s (w [v]x + [v]x [v]x) with v = (x, y, z). With
+    s = 2 / |q|^2 it needs no square root, so quarter turns about the axes are exact. The rotation
+    is NaN if q is zero or not finite.
     """
     q = np.moveaxis(np.asarray(quaternion_xyzw, dtype=np.float64), -1, 0)
     with np.errstate(invalid='ignore'):
-        # By the largest component, or else the square of a length may overflow.
+        # Without this division the square of the length may overflow.
         x, y, z, w = q / np.max(np.abs(q), axis=0)
     s = 2.0 / (x * x + y * y + z * z + w * w)
     R = np.empty((*q.shape[1:], 3, 3))
@@ -83,7 +85,7 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
 
 
 def skew_part(R: Floats) -> Floats:
-    """Return 2 sin(angle) axis of rotations (..., 3, 3), shape (..., 3): what R - R^T holds."""
+    """Return 2 sin(angle) axis of rotations (..., 3, 3), shape (..., 3), from R - R^T."""
     return np.stack(
         [
             R[..., 2, 1] - R[..., 1, 2],
@@ -98,23 +100,27 @@ def rotation_vector(R: Floats) -> Floats:
     """
     Return the rotation vectors (..., 3) of rotations (..., 3, 3), rad: axis times angle, <= pi.
 
-    To round-off at every angle; of exactly half a turn either axis is right.
+    The result is exact to round-off at every angle. For half a turn both axes are right.
     """
     skew = skew_part(R)
     sine = np.sqrt(np.einsum('...i,...i->...', skew, skew))
     cosine = np.trace(R, axis1=-2, axis2=-1) - 1.0
     angle = np.arctan2(sine, cosine)
-    share = np.divide(angle, sine, out=np.full_like(sine, 0.5), where=sine > 0.0)
-    vectors: Floats = skew * share[..., None]
-    near = cosine < NEAR_HALF_A_TURN
-    if np.any(near):
-        # R + R^T = 2 cos I + 2 (1 - cos) axis axis^T: the longest column shows the axis best, and
-        # the skew part which way it points.
-        outer = R[near] + np.swapaxes(R[near], -1, -2) - cosine[near][:, None, None] * np.eye(3)
-        longest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
-        axis = outer[np.arange(len(outer)), longest]
-        along = np.copysign(angle[near], np.einsum('ni,ni->n', axis, skew[near]))
-        vectors[near] = axis * (along / np.linalg.norm(axis, axis=-1))[:, None]
+    ratio = np.divide(angle, sine, out=np.full_like(sine, 0.5), where=sine > 0.0)
+    vectors: Floats = skew * ratio[..., None]
+    half_turns = cosine < HALF_TURN_COSINE
+    if np.any(half_turns):
+        # R + R^T = 2 cos I + 2 (1 - cos) axis axis^T: the column column gives the axis with the
+        # least error, and the skew part gives its sign.
+        outer = (
+            R[half_turns]
+            + np.swapaxes(R[half_turns], -1, -2)
+            - cosine[half_turns][:, None, None] * np.eye(3)
+        )
+        column = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
+        axis = outer[np.arange(len(outer)), column]
+        along = np.copysign(angle[half_turns], np.einsum('ni,ni->n', axis, skew[half_turns]))
+        vectors[half_turns] = axis * (along / np.linalg.norm(axis, axis=-1))[:, None]
     return vectors
 
 
@@ -125,17 +131,17 @@ def apart(one: Floats, other: Floats) -> tuple[Floats, Floats]:
     return distances, np.asarray(np.linalg.norm(rotation_vector(R), axis=-1))
 
 
-def roll_pitch_yaw(R: Floats, level: float = LEVEL) -> Floats:
+def roll_pitch_yaw(R: Floats, tolerance: float = ANGLE_TOLERANCE) -> Floats:
     """
     Return (roll, pitch, yaw) of a rotation matrix, R = Rz(yaw) Ry(pitch) Rx(roll), in rad.
 
-    Where cos(pitch) is below `level` only roll -+ yaw is determined: yaw is then 0. Elsewhere the
-    angles multiply out to R within round-off, next to pitch = +-pi/2 too: roll is read from
-    Rz(-yaw) R, whose second row is (0, cos roll, -sin roll), and so undoes what an
-    ill-conditioned yaw does.
+    If cos(pitch) is below `tolerance`, only roll -+ yaw is determined, and yaw is 0. Otherwise
+    the product of the angles' rotations is R within round-off, also half_turns pitch = +-pi/2. The
+    reason is that roll comes from Rz(-yaw) R, whose second row is (0, cos roll, -sin roll), so it
+    compensates the error of an ill-conditioned yaw.
     """
     yaw = math.atan2(R[1, 0], R[0, 0])
-    if math.hypot(R[0, 0], R[1, 0]) < level:
+    if math.hypot(R[0, 0], R[1, 0]) < tolerance:
         yaw = 0.0
     c, s = math.cos(yaw), math.sin(yaw)
     roll = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
@@ -159,18 +165,14 @@ def rotation_of_roll_pitch_yaw(rpy: npt.ArrayLike) -> Floats:
     return R + 0.0  # no -0.0
 
 
-# Below it cos(pitch) is round-off, and so would be the yaw read from it: yaw is then 0.
-EXACT = 1e-15
-
-
 def exact_rpy(R: Floats) -> tuple[float, float, float]:
     """
     Return (roll, pitch, yaw) of a rotation, R = Rz(yaw) Ry(pitch) Rx(roll), in rad.
 
-    Unlike those for people to read, the three angles multiply out to R within round-off at every
-    R, pitch = +-pi/2 included.
+    The product of the angles' rotations is R within round-off at every R, also at pitch = +-pi/2,
+    unlike for `roll_pitch_yaw`.
     """
-    roll, pitch, yaw = roll_pitch_yaw(R, EXACT).tolist()
+    roll, pitch, yaw = roll_pitch_yaw(R, ANGLE_ROUND_OFF).tolist()
     return roll, pitch, yaw
 
 

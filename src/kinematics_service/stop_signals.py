@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM: the first one asks for the end, a second one, or time, makes it."""
+"""Handle SIGINT and SIGTERM: the first requests the end, a second one or a time-out forces it."""
 
 import math
 import os
@@ -11,38 +11,36 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
-# Shortest time for a clean-up after the first signal, even if a second one comes (s): one press of
-# Ctrl-C can reach a process twice.
+# Shortest time for a clean-up after the first signal, s. One press of Ctrl-C can reach a process
+# twice, so a second signal does not end it earlier.
 GRACE = 1.0
-# Period of what is done while no signal comes (s).
-MEANWHILE = 0.25
-# A command that Ctrl-C interrupts cleans up within this (s): half-written files, its processes,
-# the cursor.
-UNWINDING = 0.8
-INTERRUPTED = 130  # as shells have it
-# Time after which C ends the process if Python has not run since a signal (s).
-DEAF = 3
+# Period of the calls of `meanwhile`, s.
+CALL_PERIOD = 0.25
+# Time for the clean-up of an interrupted command, s: half-written files, processes, the cursor.
+CLEAN_UP_TIME = 0.8
+INTERRUPTED = 130  # exit code after SIGINT, as in shells
+# Time after a signal at which C ends the process if Python has not run, s.
+PYTHON_TIMEOUT = 3
 SHOW_CURSOR = b'\x1b[?25h'
 
 
 class StopSignal:
     """
-    Whether SIGINT or SIGTERM has come.
+    The state of the stop signals.
 
     Attributes
     ----------
     came
-        Whether one has come.
+        Whether SIGINT or SIGTERM has come.
     then
-        Called when the first one comes, from another thread.
+        Called at the first signal, from another thread.
     meanwhile
-        Called every MEANWHILE until then, from that thread.
+        Called every CALL_PERIOD until the first signal, from that thread.
     time_out
-        Time for a clean-up after the first signal, s; the process ends then, as at a second one.
-        None: as long as it takes.
+        Time for a clean-up after the first signal, s; then the process ends. None: no limit.
     last_words
-        Text written to standard output if a second one or time ends the process, such as a
-        terminal's reset.
+        Text for standard output if a second signal or the time-out ends the process, for example
+        to reset a terminal.
     """
 
     def __init__(self) -> None:
@@ -54,20 +52,20 @@ class StopSignal:
 
     def follow(self, signals: int) -> None:
         """
-        Read signals from a file until it ends; a second one, or time, ends the process.
+        Read signals from a file until it ends; a second signal or the time-out ends the process.
 
         Parameters
         ----------
         signals
             Descriptor of the file.
         """
-        while not select.select([signals], [], [], MEANWHILE)[0]:
-            with suppress(Exception):  # a signal must be followed all the same
+        while not select.select([signals], [], [], CALL_PERIOD)[0]:
+            with suppress(Exception):  # an error must not end this thread
                 self.meanwhile()
         if not os.read(signals, 1):
             return
         first = time.monotonic()
-        # Python ends the process now, or C if the clean-up keeps the interpreter's lock.
+        # The alarm lets C end the process if the clean-up keeps the interpreter's lock.
         signal.alarm(0 if self.time_out is None else math.ceil(self.time_out + GRACE))
         self.came = True
         self.then()
@@ -85,14 +83,13 @@ def stop_signals() -> Iterator[StopSignal]:
     """
     Handle SIGINT and SIGTERM inside the block, and ignore both from its end on.
 
-    rclpy's own handlers end a busy node with a traceback most of the time. A thread follows the
-    signals, so that they take effect also while the main thread is inside a library that does not
-    return to Python. A signal while the interpreter ends must do no harm, so the process ignores
-    both after the block.
+    rclpy's own handlers often end a busy node with a traceback. Here a thread follows the signals,
+    so that they also work while the main thread is inside a library. After the block the process
+    ignores both signals, because the interpreter ends then.
     """
     stop = StopSignal()
-    # The descriptor reports it.
-    told = _watched(NUMBERS, lambda number, frame: None, stop.follow)
+    # The handlers do nothing; the descriptor reports the signals.
+    descriptor = _watched(NUMBERS, lambda number, frame: None, stop.follow)
     try:
         yield stop
     finally:
@@ -100,7 +97,7 @@ def stop_signals() -> Iterator[StopSignal]:
             signal.signal(number, signal.SIG_IGN)
         signal.set_wakeup_fd(-1)
         signal.alarm(0)
-        os.close(told)  # which ends the thread
+        os.close(descriptor)  # which ends the thread
 
 
 @contextmanager
@@ -108,11 +105,11 @@ def interruptible() -> Iterator[None]:
     """
     Raise KeyboardInterrupt at Ctrl-C, and end the process if that takes too long.
 
-    Inside a library the exception waits until it comes back, and one that calls Python may lose
-    it. A second Ctrl-C does not wait either.
+    The exception waits until a library returns, and a library that calls Python may lose it. A
+    second Ctrl-C ends the process at once.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        # A shell starts its background processes with it ignored.
+        # A shell starts background processes with SIGINT ignored.
         yield
         return
     _watched((signal.SIGINT,), signal.default_int_handler, _end_in_time)
@@ -127,22 +124,23 @@ def _watched(
     handler: Callable[[int, FrameType | None], object],
     follow: Callable[[int], None],
 ) -> int:
-    # Handle signals, follow them in a thread, and return the descriptor they are written to.
+    # Handles signals, follows them in a thread, and returns the descriptor to which they are
+    # written.
     from .kernel import end_in_time
 
-    signals, told = os.pipe()
-    os.set_blocking(told, False)
-    signal.set_wakeup_fd(told, warn_on_full_buffer=False)
+    signals, descriptor = os.pipe()
+    os.set_blocking(descriptor, False)
+    signal.set_wakeup_fd(descriptor, warn_on_full_buffer=False)
     for number in numbers:
         signal.signal(number, handler)
-        end_in_time(number, DEAF)
+        end_in_time(number, PYTHON_TIMEOUT)
     threading.Thread(target=follow, args=(signals,), daemon=True).start()
-    return told
+    return descriptor
 
 
 def _end_in_time(signals: int) -> None:
     os.read(signals, 1)
-    select.select([signals], [], [], UNWINDING)
+    select.select([signals], [], [], CLEAN_UP_TIME)
     for stream in (1, 2):
         if os.isatty(stream):
             os.write(stream, SHOW_CURSOR)

@@ -1,4 +1,4 @@
-"""Signs of PDF files and word processors, and the plain ones they stand for; nouns and numbers."""
+"""Replace signs of PDF files and word processors by plain ones; write nouns and numbers."""
 
 import re
 import unicodedata
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 DEGREE = '°'
 _MINUS = '−‐‑‒–﹣－'
-_TIMES = '×·⋅∙∗\u2062'  # the last one is invisible: formulas of web pages hold it
+_TIMES = '×·⋅∙∗\u2062'  # the last one is invisible; formulas of web pages contain it
 _DIVIDED = '⁄∕÷'
 _SPACES = ('\u00a0', '\u202f', '\u205f', '\u3000', *map(chr, range(0x2000, 0x200B)))
 _NO_WIDTH = '\u200b\u200c\u200d\u2060\ufeff'
@@ -16,7 +16,7 @@ SIGNS = str.maketrans({
     **dict.fromkeys(_DIVIDED, '/'),
     **dict.fromkeys(_SPACES, ' '),
     **dict.fromkeys(_NO_WIDTH, ''),
-    **dict.fromkeys('º˚', DEGREE),  # an ordinal and an accent that look like it
+    **dict.fromkeys('º˚', DEGREE),  # an ordinal and an accent that look like a degree sign
 })  # fmt: skip
 SUBSCRIPTS = str.maketrans('₀₁₂₃₄₅₆₇₈₉₋ᵢⱼ', '0123456789-ij')
 _NAMES = (
@@ -27,14 +27,14 @@ GREEK = {
     **dict(zip('αβγδεζηθικλμνξοπρστυφχψω', _NAMES.split(), strict=True)),
     **dict(zip('ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ', _NAMES.title().split(), strict=True)),
     'ϑ': 'theta', 'ϕ': 'phi', 'ϖ': 'pi', 'ϵ': 'epsilon', 'µ': 'mu',
-    '⍺': 'alpha',  # of APL: tables of programs hold it
+    '⍺': 'alpha',  # of APL; tables of programs contain it
 }  # fmt: skip
 _LETTERS = str.maketrans(GREEK)
 _STYLED = re.compile('[\U0001d400-\U0001d7ff]')  # letters of formulas, such as an italic theta
 
 
 def plain_signs(text: str) -> str:
-    """Return a text with ASCII signs and spaces; the degree sign, Greek and indices stay."""
+    """Return a text with ASCII signs and spaces; degree signs, Greek letters and indices stay."""
     if text.isascii():
         return text
     text = _STYLED.sub(lambda found: unicodedata.normalize('NFKC', found[0]), text)
@@ -42,7 +42,7 @@ def plain_signs(text: str) -> str:
 
 
 def plain_names(text: str) -> str:
-    """Return a text with ASCII signs and Greek letters by name, its indices on the line."""
+    """Return a text with ASCII signs, names of Greek letters, and indices as plain digits."""
     if text.isascii():
         return text
     return plain_signs(text).translate(_LETTERS).translate(SUBSCRIPTS)
@@ -58,11 +58,11 @@ def counted(number: int, noun: str) -> str:
 
 
 def number_text(value: float) -> str:
-    """Return a number so that it is read back to the last bit; 2 for 2.0, 0 for -0.0."""
+    """Return a number exactly, without a final `.0`: 2 for 2.0, 0 for -0.0."""
     return repr(float(value) + 0.0).removesuffix('.0')
 
 
 def listed(names: Sequence[str], most: int, between: str = ', ') -> str:
-    """Return names one after another, at most so many, and how many there are more."""
+    """Return at most `most` names one after another, and the number of further names."""
     more = len(names) - most
     return between.join(names[:most]) + (f' and {more} more' if more > 0 else '')

@@ -1,4 +1,4 @@
-"""The version of the package, from `package.xml` alone."""
+"""Read the version of the package, which comes from `package.xml`."""
 
 from importlib import metadata
 

@@ -1,4 +1,4 @@
-"""Preparation of the command line before typer reads it."""
+"""Prepare the command line before typer reads it."""
 
 import re
 from collections.abc import Sequence
@@ -14,19 +14,19 @@ TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 
 class Arguments(NamedTuple):
-    """A command line in two parts: ours, and ROS's own."""
+    """A command line in two parts: arguments of the command, and of ROS."""
 
     ours: list[str]
     ros: list[str]
 
 
 class WrongArguments(Exception):
-    """Options that do not go together; its text is the sentence for the user."""
+    """Options that exclude each other; the text is the sentence for the user."""
 
 
 def split_ros_arguments(argv: Sequence[str]) -> Arguments:
     """
-    Return what is typer's and what is rclpy's: from each `--ros-args` on, up to a `--` or the end.
+    Return the arguments for typer and for rclpy: from each `--ros-args` to a `--` or the end.
     """
     ours: list[str] = []
     ros: list[str] = []
@@ -64,15 +64,15 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
 
 def name_robots(argv: Sequence[str]) -> list[str]:
     """
-    Return the arguments with all that is said of a robot in its name, as `--robot` takes it.
+    Return the arguments with topic and links of a robot in its name, as `--robot` takes it.
 
     `--robot-description` becomes `--robot topic:/robot_description`, and with `--base a --tip b`
-    the one URDF or topic among the arguments becomes `arm.urdf:a:b`.
+    the URDF or topic among the arguments becomes `arm.urdf:a:b`.
 
     Raises
     ------
     WrongArguments
-        A link is missing, or it is not one URDF or topic that it could be of.
+        A link is missing, or the arguments do not contain exactly one URDF or topic.
     """
     named: list[str] = []
     ends = {'--base': '', '--tip': ''}

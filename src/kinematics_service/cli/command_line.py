@@ -1,4 +1,4 @@
-"""From the command line to an exit code: what is started, and what becomes of errors."""
+"""Run a command line, and turn errors into sentences and exit codes."""
 
 import io
 import os
@@ -15,13 +15,13 @@ from .node import plain_options, start_node
 from .ros_variables import RosVariableError
 from .standard_output import checked_output
 
-# Exit code if the reader of the output has gone: 128 and the number of SIGPIPE, as of a shell.
+# Exit code if the reader of the output has ended: 128 + SIGPIPE, as in a shell.
 READER_GONE = 141
-# A shell completes the installed program, however completion is asked for: by these options, or
-# by a shell, which sets this variable and gives no arguments.
+# Name of the installed program. A shell requests completions by the variable; the options install
+# or print them.
 PROGRAM = 'kinematics_service'
-OF_COMPLETION = ('--install-completion', '--show-completion')
-COMPLETES = f'_{PROGRAM.upper()}_COMPLETE'
+COMPLETION_OPTIONS = ('--install-completion', '--show-completion')
+COMPLETION_VARIABLE = f'_{PROGRAM.upper()}_COMPLETE'
 
 
 def run(argv: Sequence[str] | None = None) -> int:
@@ -36,7 +36,7 @@ def run(argv: Sequence[str] | None = None) -> int:
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors='replace')  # a '?' is better than no answer
+            stream.reconfigure(errors='replace')  # '?' for unknown characters
     if argv is not None:
         return _code_of(argv)
     output = sys.stdout or open(os.devnull, 'w')  # noqa: SIM115, of this process
@@ -55,22 +55,22 @@ def run(argv: Sequence[str] | None = None) -> int:
 def _code_of(argv: Sequence[str] | None) -> int:
     ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
-        if ours[:1] != ['import']:  # where base and tip are options of their own
+        if ours[:1] != ['import']:  # it has --base and --tip itself
             ours = name_robots(ours)
-        completion = COMPLETES in os.environ or any(
-            word.startswith(OF_COMPLETION) for word in ours
+        completion = COMPLETION_VARIABLE in os.environ or any(
+            word.startswith(COMPLETION_OPTIONS) for word in ours
         )
         options = None if completion else plain_options(ours)
         if options is not None:
-            return start_node(options, ros)  # which has its own way with signals
-        # Imported here: the node does without, and while it loads Ctrl-C has its default action.
+            return start_node(options, ros)  # the node handles signals itself
+        # Imported here: the node does not need it, and Ctrl-C still has its default action.
         from .commands import command_group
 
         with nullcontext() if argv is not None else interruptible():
             command_group()(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
         return 0
     except SystemExit as end:
-        if isinstance(end.__context__, BrokenPipeError):  # of click, which ends with 1
+        if isinstance(end.__context__, BrokenPipeError):  # click turns it into exit code 1
             return READER_GONE
         return end.code if isinstance(end.code, int) else 0
     except (RobotConflictError, ArmsError) as error:

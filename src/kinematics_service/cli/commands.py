@@ -1,4 +1,4 @@
-"""All commands, each loaded when it is asked for, and the options of the node."""
+"""Define all commands, each loaded when it is used, and the options of the node."""
 
 import difflib
 import os
@@ -18,9 +18,9 @@ from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, named, option
 
-# The commands by their use, in the order of the help. Each has a file and a function of its name
-# (_ for -), whose parameters are its arguments and options, and whose docstring is its help: in
-# this folder, or in the folder `commands` of an app.
+# The commands by their use, in the order of the help. Each has a file in this folder or in the
+# folder `commands` of an app, with a function of the same name (_ for -). The parameters of the
+# function are the arguments and options of the command, and its docstring is the help.
 GROUPS = {
     'Start': {
         'demo': 'Show the node at work without a robot.',
@@ -70,7 +70,7 @@ RARE_OPTIONS = {
     '--show-completion', '--speed-of', '--stop', '--tolerance', '--velocity-source',
     '--verbose', '--warn', '--workers',
 }  # fmt: skip
-# The app that has a command; all others are the core's own.
+# The app of a command; the other commands belong to the core.
 APPS = {
     'check': 'checking',
     'compare': 'formulas',
@@ -85,20 +85,20 @@ APPS = {
 for _command, _app in APPS.items():
     if not has_app(_app):
         del COMMANDS[_command]
-# Columns that a help takes at most, if the terminal has them.
+# Largest width of a help text, in columns.
 WIDE = {'max_content_width': 100}
-# Python has no module of the first name, and another function of the second.
+# Function names of commands that cannot have their own: `import` is a keyword, `set` a type.
 RENAMED = {'import': 'import_urdf', 'set': 'set_parameter'}
-# Those that hand on the arguments of ROS.
+# Commands that take ROS arguments.
 WITH_ROS = ('calibrate-live', 'demo', 'echo', 'reload', 'set', 'view')
-# Those whose first argument is a robot, which they take by --robot as well.
+# Commands whose first argument is a robot; they also take it by --robot.
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
-# What a first argument that stands alone is of those that take all theirs by options.
+# The option of a first argument without its option, by command.
 FIRST_OPTION = {
     **dict.fromkeys(('demo', 'fk', 'ik', 'jacobian', 'view'), ROBOT),
     'import': '--urdf',
 }
-# What typer says of a value, and plain words for it.
+# Texts of typer about a value, and plain words for them.
 TYPER_WORDS = {
     'Value error, ': '',
     'Input should be a valid integer, unable to parse string as an integer': 'not a whole number',
@@ -106,7 +106,7 @@ TYPER_WORDS = {
     'Input should be ': 'not ',
 }
 
-# typer before 0.12 asks nobody whether help and errors shall stand in boxes.
+# typer before 0.12 has no other way to print help and errors without boxes.
 typer.core.rich = None  # type: ignore[attr-defined]
 
 
@@ -158,18 +158,21 @@ def with_short_help(command: Any) -> Any:
     return command
 
 
+# typer has copies of click's classes in some versions: they are Any here.
 class CommandGroup(typer.core.TyperGroup):
     """
-    The commands, the same under every typer: Ctrl-C ends each with the exit code of that signal,
-    and a command that does not exist is answered with those that do.
+    The commands, with the same behaviour in every version of typer.
+
+    Ctrl-C ends each command with the exit code of the signal. The error for an unknown command
+    lists all commands.
     """
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names in the order of the help."""
+        """Return the names of the commands in the order of the help."""
         return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        """Return a command, whose file is loaded now; None where there is none of that name."""
+        """Load the file of a command, and return the command; None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
         name = RENAMED.get(cmd_name, cmd_name.replace('-', '_'))
@@ -177,7 +180,7 @@ class CommandGroup(typer.core.TyperGroup):
         alone = typer.Typer(add_completion=False, rich_markup_mode=None)
         command = getattr(module, name)
         words = f'{cleandoc(command.__doc__ or "")}\n{getattr(module, "HELP_ENDS", "")}'
-        # `set` takes values such as -1.
+        # `set` takes values like -1, which look like options.
         settings = {**WIDE, 'ignore_unknown_options': cmd_name == 'set'}
         alone.command(cmd_name, help=words, context_settings=settings)(command)
         return with_short_help(typer.main.get_command(alone))
@@ -195,7 +198,7 @@ class CommandGroup(typer.core.TyperGroup):
                     formatter.write_dl(rows)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command that the first argument names, its name and the other arguments."""
+        """Return the command of the first argument, its name and the other arguments."""
         name, others = args[0], args[1:]
         if name not in COMMANDS and not name.startswith('-'):
             near = difflib.get_close_matches(name, COMMANDS, n=1)
@@ -216,19 +219,19 @@ class CommandGroup(typer.core.TyperGroup):
         except typer.BadParameter as error:
             for typers, plain in TYPER_WORDS.items():
                 error.message = error.message.replace(typers, plain)
-            # Of what is missing typer says the name alone.
+            # For a missing argument typer has only the name.
             error.message = error.message or getattr(error.param, 'help', None) or ''
             raise
 
 
 def home_of(command: str) -> str:
-    """Return the package whose file a command is."""
+    """Return the package with the file of a command."""
     root = __package__.partition('.')[0]
     return f'{root}.apps.{APPS[command]}.commands' if command in APPS else f'{root}.cli'
 
 
 def robot_first(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments with each robot that `--robot` names before all others."""
+    """Return the arguments with the robots of `--robot` before all others."""
     robots, others = list[str](), list[str]()
     words = iter(arguments)
     for word in words:
@@ -310,7 +313,7 @@ def _node(
         raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
-    # The node logs this itself, and a user who set the variable knows it.
+    # The node logs the notice itself, and a user who has set the variable knows it.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)
 

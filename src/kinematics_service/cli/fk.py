@@ -1,4 +1,4 @@
-"""The command `fk`: where the tool is at given joint positions."""
+"""The command `fk`: the pose of the tool at joint positions."""
 
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, singularity_of
@@ -26,7 +26,7 @@ from .singularity_report import (
     state_json,
 )
 
-# What follows the help: the keys of the object `singularity`.
+# End of the help: the keys of the object `singularity`.
 HELP_ENDS = JSON_KEYS
 
 

@@ -1,4 +1,4 @@
-"""The command `ik`: which joint positions bring the tool to a pose or a position."""
+"""The command `ik`: joint positions that bring the tool to a pose or a position."""
 
 import math
 import re
@@ -32,7 +32,7 @@ from .options import (
 )
 from .singularity_report import DEGREES, arm_json
 
-# How the solutions were found.
+# Methods of the solver, in words.
 HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search': 'by search'}
 
 RpyOption = Annotated[
@@ -103,7 +103,7 @@ def ik(
 
     Positions that differ by full turns are one solution: the one inside the limits nearest
     to --near (default: the middle of the limits) is printed. Each was checked by forward
-    kinematics. Where the arm can move on without moving the tool, the solution is a family,
+    kinematics. If the arm can move without moving the tool, the solution is a family,
     printed at one of its positions. The exit code is 1 if nothing is inside the limits;
     then the nearest pose is printed.
 
@@ -116,8 +116,8 @@ def ik(
     limits that end it, its length, the range of each joint, and the positions farthest from
     the limits. complete is found: a search may miss arcs.
 
-    --one: the first solution found inside the limits, the nearest one where there is a
-    closed form. An arm without one is searched from there: --seed gives other starts.
+    --one: the first solution found inside the limits, or the nearest one if the arm has a
+    closed form. Without a closed form the search starts at --near; --seed gives other starts.
 
     \b
     The keys of --json, in m and rad; null: infinite or undefined:
@@ -169,12 +169,12 @@ def ik(
 
 def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool) -> Floats:
     """
-    Return the target that the options name: a position (3,), or a pose (4, 4).
+    Return the target of the options: a position (3,), or a pose (4, 4).
 
     Raises
     ------
     WrongUsage
-        An option is not as many numbers as it takes, or two of them exclude each other.
+        An option has a wrong number of numbers, or two options exclude each other.
     """
     position = given_numbers('--xyz', xyz, 3)
     if rpy is not None and quaternion is not None:
@@ -197,10 +197,10 @@ def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool
 
 
 def _row_names(text: str, target: Floats, axis: str | None) -> list[str]:
-    known = ROW_NAMES if target.ndim == 2 and axis is None else ROW_NAMES[:3]
+    accepted = ROW_NAMES if target.ndim == 2 and axis is None else ROW_NAMES[:3]
     names = re.split(r'\s*,\s*|\s+', text.strip())
-    if set(names) - set(known):
-        raise WrongUsage(f'--rows: {text!r} is not some of {" ".join(known)}')
+    if set(names) - set(accepted):
+        raise WrongUsage(f'--rows: {text!r} is not some of {" ".join(accepted)}')
     return names
 
 
@@ -209,7 +209,7 @@ def _document(
     result: IkResult,
     target: Floats,
     near: Floats | None,
-    asked: dict[str, Any],
+    settings: dict[str, Any],
 ) -> str:
     nearest = result.nearest
     return json_text(
@@ -217,7 +217,7 @@ def _document(
             **arm_json(robot),
             'target': target,
             'near': near,
-            **asked,
+            **settings,
             **attributes(result, 'status', 'reason', 'method', 'complete', 'roots'),
             'solutions': [
                 {**_entry(solution), 'multiplicity': solution.multiplicity} for solution in result
@@ -237,10 +237,10 @@ def _document(
     )
 
 
-def _entry(one: IkSolution | IkFamily) -> dict[str, Any]:
+def _entry(solution: IkSolution | IkFamily) -> dict[str, Any]:
     return {
-        **attributes(one, 'q', 'residual', 'feasible', 'beyond', 'margin'),
-        **attributes(one.posture, 'shoulder', 'elbow', 'wrist'),
+        **attributes(solution, 'q', 'residual', 'feasible', 'beyond', 'margin'),
+        **attributes(solution.posture, 'shoulder', 'elbow', 'wrist'),
     }
 
 
@@ -308,7 +308,7 @@ def _times(multiplicity: int) -> str:
 def _solution_rows(
     out: Output, robot: Robot, solutions: tuple[IkSolution, ...], degrees: bool
 ) -> Iterator[tuple[str, str]]:
-    # A solution is a line, or two where the terminal is too narrow for one.
+    # Yields the number and the text of each solution: one line, or two on a narrow terminal.
     rows = [_joint_texts(robot, solution.q, degrees) for solution in solutions]
     width = max(len(text) for row in rows for text in row)
     for k, (row, solution) in enumerate(zip(rows, solutions), 1):

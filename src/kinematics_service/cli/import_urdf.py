@@ -1,4 +1,4 @@
-"""The command `import`: a robot file from the formats of other programs."""
+"""The command `import`: make a robot file from the formats of other programs."""
 
 import re
 import sys
@@ -17,7 +17,7 @@ from .options import ROBOT, WrongUsage, doubt_text, flag, given_robot, option
 
 
 class ImportedConvention(str, Enum):
-    """The conventions that a table may be written in."""
+    """Conventions of a table."""
 
     standard = 'standard'
     modified = 'modified'
@@ -93,11 +93,11 @@ def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
     _write(out, found.text, f'{arm.name}: {found}')
 
 
-def _write(out: str, text: str, said: str) -> None:
+def _write(out: str, text: str, message: str) -> None:
     write_document(out, text)
-    # On the screen the robot file itself is standard output, so that it can be redirected.
+    # If the robot file goes to standard output, the message must not be in it.
     if out == '-':
-        print(said, file=sys.stderr)
+        print(message, file=sys.stderr)
     else:
-        print(said)
+        print(message)
         say_written(Path(out))

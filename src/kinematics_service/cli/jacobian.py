@@ -1,4 +1,4 @@
-"""The command `jacobian`: how joint velocities move the tool at given joint positions."""
+"""The command `jacobian`: the Jacobian and the twist of the tool at joint positions."""
 
 from typing import Annotated, Optional
 
@@ -36,11 +36,10 @@ from .singularity_report import (
 )
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-# Width of a column of the matrix: its numbers, and the longest part of a joint name that is
-# printed on one line.
+# Width of a column of the matrix: a number, or a part of a joint name, in characters.
 CELL = 9
 
-# What follows the help: the keys of the object `singularity`.
+# End of the help: the keys of the object `singularity`.
 HELP_ENDS = JSON_KEYS
 
 
@@ -130,7 +129,7 @@ def _place(robot: Robot, at: str | None) -> str:
 def _print_jacobian(out: Output, robot: Robot, at: str | None, axes: str, J: Floats) -> None:
     out.print(heading(f'{robot.name}: Jacobian of {_place(robot, at)}, axes of {axes}'))
     names = [plain(name) for name in robot.joint_names]
-    # Names on one line if there is room, else broken; then as many columns as there is room for.
+    # Names are broken if they do not fit on one line. Columns that do not fit follow below.
     room = out.width - len('  vx  ')
     longest = max(CELL, *map(len, names))
     cell = longest if robot.dof * (longest + 2) <= room else CELL

@@ -1,4 +1,4 @@
-"""ROS where it is needed, and what is said where it cannot be imported."""
+"""Import modules that need ROS, with a sentence if ROS is missing."""
 
 from importlib import import_module
 from types import ModuleType
@@ -12,14 +12,14 @@ WITHOUT_ROS = (
 
 
 class RosMissingError(Exception):
-    """ROS cannot be imported; its text says how to get it."""
+    """ROS cannot be imported; the text says how to install it."""
 
     def __init__(self, reason: ImportError) -> None:
         super().__init__(WITHOUT_ROS.format(reason=reason))
 
 
 def is_ours(error: ImportError) -> bool:
-    """Return whether what failed is an import of our own: a mistake, which stays what it is."""
+    """Return whether an import of this package failed: a mistake that must not be hidden."""
     return (error.name or '').startswith(__package__.partition('.')[0])
 
 

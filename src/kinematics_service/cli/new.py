@@ -1,4 +1,4 @@
-"""The command `new`: a robot file to begin with."""
+"""The command `new`: write a robot file to begin with."""
 
 import re
 import sys
@@ -24,7 +24,7 @@ DEFAULT_CONVENTION = 'standard'
 ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
 
 
-# The choices of an option are an enumeration for typer.
+# typer takes the choices of an option as an enumeration.
 NewConvention = Enum(  # type: ignore[misc]
     'NewConvention', {name: name for name in NEW_CONVENTIONS}, type=str
 )

@@ -1,8 +1,8 @@
 """
-The command without a name: the node.
+Start the node: the command without a name.
 
-Its few options are read here as well as by typer, which with all commands takes longer to load
-than the rest of the node: what is plainly a start of the node does not wait for it.
+typer with all commands takes longer to load than the rest of the node. This module reads plain
+starts of the node itself, without typer.
 """
 
 import gc
@@ -14,13 +14,13 @@ from .missing_ros import ros_module
 
 ROBOT, MANAGED = '--robot', '--managed'
 UNSECURED, MIXED_ROS = '--allow-unsecured', '--allow-mixed-ros'
-# numpy's library for large matrices starts a thread, which after each call waits at full speed for
-# the next one: 50 ms of processor time at a start. Those of an arm are small.
+# numpy's matrix library starts a thread that waits at full speed after each call: 50 ms of
+# processor time at a start. The matrices of an arm are too small to need it.
 ONE_THREAD = ('OPENBLAS_NUM_THREADS', '1')
 
 
 class NodeOptions(NamedTuple):
-    """What is asked of the node; `robots` as `--robot` has them."""
+    """The options of the node; `robots` are the values of `--robot`."""
 
     robots: list[str]
     allow_unsecured: bool
@@ -30,9 +30,9 @@ class NodeOptions(NamedTuple):
 
 def plain_options(arguments: Sequence[str]) -> NodeOptions | None:
     """
-    Return the options where the arguments start the node and nothing else.
+    Return the options if the arguments only start the node.
 
-    None where typer is to read them: a command, help, the version, and what is wrong.
+    None for a command, help, the version, and wrong arguments, which typer reads.
     """
     robots = []
     flags = set()
@@ -53,7 +53,7 @@ def plain_options(arguments: Sequence[str]) -> NodeOptions | None:
 
 def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
     """
-    Run the node until it is told to stop, and return its exit code.
+    Run the node until a signal, and return its exit code.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
         ROS cannot start with its environment variables.
     """
     os.environ.setdefault(*ONE_THREAD)
-    # Nothing is garbage before the node is there: to look for it takes 25 ms.
+    # Garbage collections during the start take 25 ms and free nothing.
     gc.disable()
     try:
         code: int = ros_module('node.process.runner').run_node(

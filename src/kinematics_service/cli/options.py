@@ -1,4 +1,4 @@
-"""The options several commands share, and what their values mean."""
+"""Define the options of several commands, and read their values."""
 
 import math
 import re
@@ -22,23 +22,24 @@ from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot, robot_in_letters
 from ..typography import counted, plain_names
 
-WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')  # or with a degree sign
+# A number with pi or a degree sign.
+WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
-LARGEST = 256 * 1024  # bytes of a text that is given
-UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # as spreadsheets begin their Unicode text
+MAX_BYTES = 256 * 1024  # of a text file or of standard input
+UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # first bytes of Unicode text of spreadsheets
 ROBOT = 'FILE|NAME'
-NODE = '/kinematics'  # full name of the node that is meant if none is named
+NODE = '/kinematics'  # default full name of the node
 ROBOT_WORDS = 'A robot file, a URDF (with --base and --tip LINK), or a bundled robot.'
 
 
 def robots_like(incomplete: str) -> list[str]:
-    """Return the bundled robots whose name a word begins, for completion by a shell."""
+    """Return the bundled robots whose names begin with a text, for completion by a shell."""
     return [name for name in bundled_robots() if name.startswith(incomplete)]
 
 
 def named(name: str, words: str, metavar: str | None = None, **others: Any) -> Any:
-    """Return an option of that name for what several commands have, which take its default."""
+    """Return an option for the annotation of a parameter, which has the default."""
     return typer.Option(name, help=words, metavar=metavar, **others)
 
 
@@ -85,13 +86,13 @@ def option(
     Parameters
     ----------
     words, metavar
-        Its help, and the word for its value there.
+        Help of the option, and the word for its value in the help.
     default
-        Its value where it is not given; `...` where it must be.
+        Value if the option is missing; `...` if the option is required.
     name
-        `--name` where it is not that of the parameter.
+        `--name` if it differs from the name of the parameter.
     shown
-        The default in words.
+        The default in the help, in words.
     least, most
         The bounds of a number.
     """
@@ -114,15 +115,15 @@ def flag(name: str, words: str) -> Any:
 
 
 class WrongUsage(typer.BadParameter):
-    """A command line that makes no sense: exit code 2, with its text as the message."""
+    """Wrong usage of the command line: exit code 2, with its text as the message."""
 
     def format_message(self) -> str:
-        """Return the sentence itself, without typer's preface."""
+        """Return the sentence without typer's preface."""
         return self.message
 
 
 def refuse_unwritable(option: str, file: Path) -> None:
-    """Refuse an output that cannot be written, before anything is computed for it."""
+    """Refuse an output file that cannot be written, before its content is computed."""
     folder = file.parent
     if file.is_dir():
         raise WrongUsage(f'{option}: {file} is a folder: give the file itself')
@@ -133,13 +134,13 @@ def refuse_unwritable(option: str, file: Path) -> None:
 
 
 def refuse_robot_file(option: str, file: Path, robot: str) -> None:
-    """Refuse an output that would take the place of the robot file it is made from."""
+    """Refuse an output file that is the robot file itself."""
     if file.exists() and file.samefile(find_robot_file(robot)):
         raise WrongUsage(f'{option}: {file} is the robot file itself')
 
 
 def refuse_unknown_robot(name: str) -> None:
-    """Refuse a robot that is neither a file nor a bundled one, as wrong usage."""
+    """Refuse a name that is neither a file nor a bundled robot, as wrong usage."""
     try:
         path = find_robot_file(name)
     except RobotNotFoundError as error:
@@ -150,35 +151,35 @@ def refuse_unknown_robot(name: str) -> None:
 
 def given_robot(name: str, in_letters: bool = False) -> Robot:
     """
-    Return the robot of a name; what is doubtful in a URDF is printed.
+    Return the robot of a name, and print the doubts about a URDF.
 
-    `in_letters`: constants of its file may have no value.
+    With `in_letters` the constants of its file need no values.
 
     Raises
     ------
     RobotFileError, UrdfError
-        The file exists but holds no valid robot.
+        The file exists, but does not describe a valid robot.
     """
     refuse_unknown_robot(name)
     robot = robot_in_letters(name) if in_letters else load_robot(name)
-    if translator_of(robot.description.file):  # a robot file has been checked by its author
+    if translator_of(robot.description.file):  # the author of a robot file has checked it
         for doubt in robot.description.warnings:
             print(doubt_text(doubt), file=sys.stderr)
     return robot
 
 
 def doubt_text(doubt: Fault) -> str:
-    """Return what is allowed but most likely a mistake, as a line for the user."""
+    """Return a doubt, which is allowed but probably a mistake, as a line for the user."""
     return str(replace(doubt, where=f'WARN {doubt.where}'))
 
 
 def given_point(text: str) -> str | int:
-    """Return what `--of` or `--axes` names: a row where it is a whole number."""
+    """Return the point of `--of` or `--axes`: a row if it is a whole number."""
     return int(text) if re.fullmatch('[0-9]{1,6}', text) else text
 
 
 def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
-    """Return the robot whose tool is what `--of` and `--at` say, or the robot itself."""
+    """Return the robot with the point of `--of` and `--at` as its tool, or the robot itself."""
     if of is None and at is None:
         return robot
     try:
@@ -193,14 +194,14 @@ def given_text(file: str) -> str:
     """Return the text of a file, or of standard input for `-`."""
     try:
         if file == '-':
-            data = sys.stdin.buffer.read(LARGEST + 1)
+            data = sys.stdin.buffer.read(MAX_BYTES + 1)
         else:
             with Path(file).open('rb') as stream:
-                data = stream.read(LARGEST + 1)
+                data = stream.read(MAX_BYTES + 1)
     except OSError as error:
         raise WrongUsage(f'cannot read {file}: {error.strerror}') from None
-    if len(data) > LARGEST:
-        raise WrongUsage(f'{file} is larger than {LARGEST // 1024} KiB')
+    if len(data) > MAX_BYTES:
+        raise WrongUsage(f'{file} is larger than {MAX_BYTES // 1024} KiB')
     try:
         return data.decode('utf-16' if data[:2] in UTF_16 else 'utf-8-sig')
     except UnicodeDecodeError as error:
@@ -211,7 +212,7 @@ def given_text(file: str) -> str:
 def given_numbers(
     option: str, text: str, count: int, angles: bool = False, degrees: bool = False
 ) -> Floats:
-    """Return the numbers of an option that takes so many, shape (count,), angles in rad."""
+    """Return the `count` numbers of an option, shape (count,), angles in rad."""
     words = _words(text)
     values = [_value(option, word, angles, degrees) for word in words]
     if len(words) != count or None in values:
@@ -226,7 +227,7 @@ def _words(text: str) -> list[str]:
 
 
 def _value(option: str, word: str, angle: bool, degrees: bool) -> float | None:
-    # A number in SI units; 90° and pi/2 are understood too. None for another word.
+    # Returns a number in SI units, also of 90° and pi/2; None for another word.
     if NUMBER.fullmatch(word):
         return math.radians(float(word)) if angle and degrees else float(word)
     if not WITH_PI.fullmatch(word):
@@ -240,7 +241,7 @@ def _value(option: str, word: str, angle: bool, degrees: bool) -> float | None:
 
 
 def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
-    """Return the joint positions of `--q`, shape (n,), rad or m; ask if they look like degrees."""
+    """Return the joint positions of `--q`, shape (n,), rad or m; ask if they are degrees."""
     q = joint_values(robot, text, '--q', degrees)
     if not degrees and _look_like_degrees(robot, q):
         print('--q is read in radians, and is far out: did you mean --deg?', file=sys.stderr)
@@ -248,7 +249,8 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
 
 
 def _look_like_degrees(robot: Robot, q: Floats) -> bool:
-    # More than a turn and beyond the limits in radians, while all would fit in degrees.
+    # Returns whether an angle is more than a turn and beyond its limits in radians, and all angles
+    # are inside their limits in degrees.
     turning = ~robot.prismatic
     low, high = robot.limits.T
     bounded = np.isfinite(high - low)
@@ -262,10 +264,10 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
     """
     Return the numbers of `--q` or `--qdot`, shape (n,), rad or m (rad/s or m/s).
 
-    Accepted are commas, spaces, and brackets around them all.
+    Commas or spaces separate the numbers; brackets around all numbers are allowed.
     """
     words = _words(text)
-    turning = [*~robot.prismatic, *(True for _ in words)]  # and where there are too many
+    turning = [*~robot.prismatic, *(True for _ in words)]  # angles, if there are too many numbers
     values = []
     for word, turns in zip(words, turning):
         value = _value(option, word, turns, degrees)

@@ -1,4 +1,4 @@
-"""The command `robots`: the robots that come with the package."""
+"""The command `robots`: list the bundled robots."""
 
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ HEADER = ('robot', 'dof', 'joints', 'convention', 'source')
 
 
 def joint_letters(joints: tuple[JointDescription, ...]) -> str:
-    """Return the joints of an arm as letters, base to tool: RRP."""
+    """Return the joint types of an arm as letters, base to tool: RRP."""
     return ''.join(joint.type[0].upper() for joint in joints)
 
 
@@ -67,16 +67,16 @@ def _entry(title: str, name: str, file: Path, about: RobotDescription) -> dict[s
 
 
 def _row(name: str, about: RobotDescription) -> tuple[str, ...]:
-    # The first part of a source names the origin of the numbers; the others are their history.
+    # The first part of a source names the origin of the numbers; the other parts are history.
     letters = joint_letters(about.joints)
     return name, str(len(about.joints)), letters, about.convention, about.source.partition(';')[0]
 
 
 def _line(row: tuple[str, ...], widths: list[int], width: int) -> str:
     *cells, source = row
-    # A line that is too long is shortened at the end of the source, at a comma where there is one.
+    # A long source is cut at its last comma that fits, or else anywhere.
     room = max(width - sum(widths[:-1]) - 2 * len(cells), len(HEADER[-1]))
-    known = ''.join(plain(cell).ljust(wide + 2) for cell, wide in zip(cells, widths))
+    line = ''.join(plain(cell).ljust(wide + 2) for cell, wide in zip(cells, widths))
     if len(source) > room:
         source = source[: room + 1].rpartition(', ')[0] or f'{source[: room - 3]}...'
-    return known + plain(source)
+    return line + plain(source)

@@ -1,7 +1,7 @@
 """
-Faults of the environment variables of ROS, found before ROS is imported.
+Check the environment variables of ROS before ROS is imported.
 
-Some of them would end the process while rclpy is imported, with a message of that library.
+Some wrong values would end the process during the import of rclpy, with a message of that library.
 """
 
 import importlib.util
@@ -9,26 +9,26 @@ import os
 import re
 from pathlib import Path
 
-# The ports of DDS end here: 7400 + 250 * domain and some more must be less than 65536.
-LARGEST_DOMAIN = 232
+# Largest domain: the ports of DDS, 7400 + 250 * domain and a few more, must be below 65536.
+MAX_DOMAIN = 232
 DOMAIN = re.compile(r'0|[1-9][0-9]{0,2}')
-# Where a ROS installation lists the middlewares it has, beside the layer that chooses one of them.
+# Folder in which a ROS installation lists its middlewares, and the layer that chooses one.
 INDEX = Path('share/ament_index/resource_index/rmw_typesupport')
 CHOOSER = 'rmw_implementation'
 
 
 class RosVariableError(Exception):
-    """An environment variable with which ROS cannot start: exit code 2."""
+    """A value of an environment variable with which ROS cannot start: exit code 2."""
 
 
 def refuse_ros_variables() -> None:
     """
-    Look at the variables before ROS does.
+    Raise an error if a variable has a wrong value.
 
     Raises
     ------
     RosVariableError
-        ROS could not start with them.
+        ROS could not start.
     """
     sentence = _wrong_domain() or _wrong_middleware()
     if sentence is not None:
@@ -36,29 +36,29 @@ def refuse_ros_variables() -> None:
 
 
 def _wrong_domain() -> str | None:
-    # ROS itself takes 5x for 5, -1 for 0 and 010 for 8.
+    # ROS itself reads 5x as 5, -1 as 0 and 010 as 8.
     value = os.environ.get('ROS_DOMAIN_ID', '')
     number = value.strip()
-    if not value or (DOMAIN.fullmatch(number) and int(number) <= LARGEST_DOMAIN):
+    if not value or (DOMAIN.fullmatch(number) and int(number) <= MAX_DOMAIN):
         return None
     return (
-        f'ROS_DOMAIN_ID is {value[:40]!a}: it must be a whole number from 0 to {LARGEST_DOMAIN}, '
+        f'ROS_DOMAIN_ID is {value[:40]!a}: it must be a whole number from 0 to {MAX_DOMAIN}, '
         'or not be set'
     )
 
 
 def _wrong_middleware() -> str | None:
-    value, known = os.environ.get('RMW_IMPLEMENTATION', ''), _middlewares()
-    if not value or not known or value in known:
+    value, installed = os.environ.get('RMW_IMPLEMENTATION', ''), _middlewares()
+    if not value or not installed or value in installed:
         return None
     return (
         f'RMW_IMPLEMENTATION is {value[:40]!a}, which is not installed here: it must be '
-        f'{" or ".join(known)}, or not be set'
+        f'{" or ".join(installed)}, or not be set'
     )
 
 
 def _middlewares() -> list[str]:
-    # As listed by the ROS installation that rclpy belongs to; empty if it lists none.
+    # Returns the middlewares of the ROS installation of rclpy; empty without a list.
     spec = importlib.util.find_spec('rclpy')
     if spec is None or spec.origin is None:
         return []

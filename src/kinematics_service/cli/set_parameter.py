@@ -1,4 +1,4 @@
-"""The command `set`: a parameter of a running node."""
+"""The command `set`: set a parameter of a running node."""
 
 from typing import Annotated
 

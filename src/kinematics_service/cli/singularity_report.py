@@ -1,4 +1,4 @@
-"""The singularity measures of one pose, for a person at a robot and for a program."""
+"""Report the singularity measures of one pose, as text and as JSON."""
 
 import math
 import textwrap
@@ -23,9 +23,10 @@ from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
 DEGREES = 180.0 / math.pi
-# Rates below this are noise of the difference they come from; times beyond this are never.
-STEADY = 1e-8
-LONG = 1e5
+# Largest rate that is shown as 0, 1/s: a smaller rate is round-off of its difference.
+RATE_TOLERANCE = 1e-8
+# Time to the threshold beyond which the pose is not approaching it, s.
+MAX_TIME = 1e5
 
 NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
 JSON_KEYS = f"""\
@@ -48,7 +49,7 @@ def in_degrees(angle: float) -> str:
 
 
 def threshold_words(thresholds: Thresholds) -> str:
-    """Return where WARN and ERROR begin, `distance: WARN below 0.1 rad (5.73 deg), ...`."""
+    """Return the thresholds in words, `distance: WARN below 0.1 rad (5.73 deg), ...`."""
     measure = MEASURES[thresholds.measure]
     side = 'below' if measure.small_is_bad else 'above'
 
@@ -68,12 +69,12 @@ def beyond_limits(robot: Robot, q: Floats) -> list[str]:
 
 
 def arm_json(robot: Robot) -> dict[str, Json]:
-    """Return what every document about poses of an arm begins with."""
+    """Return the first keys of a document about poses of an arm."""
     return {'robot': robot.name, **attributes(robot, 'base_frame', 'tool_frame', 'joint_names')}
 
 
 def state_json(state: ToolState) -> dict[str, Json]:
-    """Return the arm, where its joints are, and which of them are beyond their limits."""
+    """Return the arm, its joint positions, and the joints beyond their limits."""
     beyond = beyond_limits(state.robot, state.q)
     return {**arm_json(state.robot), 'q': state.q, 'beyond_limits': beyond}
 
@@ -119,7 +120,7 @@ def short_measures(state: ToolState, singularity: Singularity) -> Iterator[tuple
 
 
 def print_singularity(out: Output, state: ToolState, singularity: Singularity) -> None:
-    """Print the measures of a pose, then each joint's part in it."""
+    """Print the measures of a pose, then a table of the joints."""
     robot = state.robot
     out.print(
         '',
@@ -131,7 +132,7 @@ def print_singularity(out: Output, state: ToolState, singularity: Singularity) -
 
 
 def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> None:
-    # One line per joint: its position, and its part in the singularity.
+    # Prints one line for each joint: its position, and its motions at the singularity.
     robot = state.robot
     outside = beyond_limits(robot, state.q)
     nearest = singularity.nearest_singular
@@ -206,7 +207,7 @@ def _degree(robot: Robot, singularity: Singularity) -> str:
 
 
 def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
-    # Behind the factors of the file stand the closed loops.
+    # The factors contain those of the file, then the closed loops.
     factors, loops = singularity.factors, robot.loop_names
     if factors is None:
         return
@@ -249,9 +250,9 @@ def _motion_words(robot: Robot, singularity: Singularity) -> str:
         return ''
     if time == 0.0:
         when = 'beyond its WARN threshold now'
-    elif time > LONG:
+    elif time > MAX_TIME:
         when = 'not approaching its WARN threshold'
     else:
         when = f'WARN in {time:.3g} s'
-    rate = 0.0 if abs(rate) < STEADY else rate
+    rate = 0.0 if abs(rate) < RATE_TOLERANCE else rate
     return f'{measure} changes by {rate:.3g} per second: {when}'

@@ -1,4 +1,4 @@
-"""Standard output whose every byte is written, or the command fails."""
+"""Write all bytes to standard output, or fail."""
 
 import io
 from typing import Any, TextIO
@@ -7,7 +7,7 @@ from ..errors import KinematicsError
 
 
 class _CheckedFile(io.FileIO):
-    # The first failure is told; what is left over must not raise again when the interpreter ends.
+    # Only the first failure raises; the rest of the buffer must not raise again at the end.
     failed = False
 
     def write(self, data: Any, /) -> int:
@@ -26,15 +26,15 @@ class _CheckedFile(io.FileIO):
 
 def checked_output(stream: TextIO) -> TextIO:
     """
-    Return a stream to the same file whose errors are a KinematicsError.
+    Return a stream to the same file that raises KinematicsError.
 
-    With PYTHONUNBUFFERED, which containers set, Python's own leaves out the rest of a text of
-    which a full disk took a part, without a word: there is no buffer that would write it again.
+    With PYTHONUNBUFFERED, which containers set, Python's own stream drops the rest of a text
+    silently if a full disk has taken a part of it. The buffer of this stream writes the rest, too.
 
     Raises
     ------
     OSError
-        The stream has no file.
+        The stream does not have a file.
     """
     stream.flush()
     unbuffered = isinstance(stream.buffer, io.RawIOBase)

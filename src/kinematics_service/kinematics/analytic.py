@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..errors import PointError
 from ..kernel import Floats
-from ..rigid_motion import LEVEL, roll_pitch_yaw, rotation_vector
+from ..rigid_motion import ANGLE_TOLERANCE, roll_pitch_yaw, rotation_vector
 from ..robot.chain import FrozenArrays
 from ..robot.points import TOOL
 from ..robot.robot import AnyRobot, as_robot
@@ -128,7 +128,7 @@ def _of_rpy(R: Floats) -> _Map:
     angles = [roll_pitch_yaw(matrix) for matrix in R.reshape(-1, 3, 3)]
     coordinates = np.array(angles).reshape(*R.shape[:-2], 3)
     cos_pitch = np.hypot(R[..., 0, 0], R[..., 1, 0])
-    singular = np.asarray(cos_pitch < LEVEL)
+    singular = np.asarray(cos_pitch < ANGLE_TOLERANCE)
     by = np.where(singular, np.nan, cos_pitch)
     c, s = R[..., 0, 0] / by, R[..., 1, 0] / by
     tangent = -R[..., 2, 0] / by
@@ -176,7 +176,7 @@ def _of_rotation_vector(R: Floats) -> _Map:
         vector,
         by_turn,
         np.asarray(1.0 / np.sinc(half / np.pi)),
-        np.asarray(angle > np.pi - LEVEL),
+        np.asarray(angle > np.pi - ANGLE_TOLERANCE),
     )
 
 
