@@ -261,11 +261,12 @@ def _print_result(
     )
     if result.solutions:
         order = f'nearest to {"the middle of the limits" if near is None else "--near"} first'
+        units = ('deg' if degrees else 'rad') + (', m' if np.any(robot.prismatic) else '')
         worst = max(solution.residual for solution in result.solutions)
         out.print(
             f'  residuals up to {worst:.1e}',
             '',
-            heading(f'     joints [{_units(robot, degrees)}], {order}'),
+            heading(f'     joints [{units}], {order}'),
             facts(_solution_rows(out, robot, result.solutions, degrees)),
         )
     for family in result.families:
@@ -282,11 +283,6 @@ def _print_result(
     out.print('', facts(errors))
 
 
-def _units(robot: Robot, degrees: bool) -> str:
-    angle = 'deg' if degrees else 'rad'
-    return f'{angle}, m' if 'prismatic' in robot.joint_types else angle
-
-
 def _completeness(result: IkResult) -> str:
     curves = any(family.intervals for family in result.families)
     if result.complete == 'partial' or not (result.solutions or curves):
@@ -299,12 +295,6 @@ def _completeness(result: IkResult) -> str:
     return f'; there are no others ({found} of {bound} complex ones found)'
 
 
-def _times(multiplicity: int) -> str:
-    if multiplicity == 1:
-        return ''
-    return f'{multiplicity} in one' if multiplicity else 'singular'
-
-
 def _solution_rows(
     out: Output, robot: Robot, solutions: tuple[IkSolution, ...], degrees: bool
 ) -> Iterator[tuple[str, str]]:
@@ -314,7 +304,9 @@ def _solution_rows(
     for k, (row, solution) in enumerate(zip(rows, solutions), 1):
         joints = '  '.join(text.rjust(width) for text in row)
         residual = '' if solution.exact else f'residual {solution.residual:.1e}'
-        margin, times = _margin(robot, solution, degrees), _times(solution.multiplicity)
+        count = solution.multiplicity
+        margin = _margin(robot, solution, degrees)
+        times = {0: 'singular', 1: ''}.get(count, f'{count} in one')
         words = '; '.join(filter(None, (str(solution.posture), margin, residual, times)))
         fits = len(f'  {len(rows)}  {joints}  {words}') <= out.width
         yield str(k), f'{joints}{"  " if fits else chr(10)}{words}'

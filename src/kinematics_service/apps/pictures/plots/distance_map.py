@@ -129,20 +129,17 @@ def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
         raise PlotError(f'{robot.name} has one joint ({choices}): a map needs two')
     if names is None:
         return _pair_with_most_change(robot)
-    found = []
+    indices = dict(zip((*robot.variables, *robot.joint_names), 2 * [*range(robot.dof)]))
     for name in names:
-        if name in robot.joint_names:
-            found.append(robot.joint_names.index(name))
-        elif name in robot.variables:
-            found.append(robot.variables.index(name))
-        else:
+        if name not in indices:
             raise PlotError(f'--joints: {robot.name} has no joint {name!r}; choose from {choices}')
-    if len(found) != 2 or found[0] == found[1]:
+    pair = [indices[name] for name in names]
+    if len(pair) != 2 or pair[0] == pair[1]:
         raise PlotError(
             f'--joints: give two different joints, such as '
             f'--joints {robot.variables[0]},{robot.variables[1]}; {robot.name} has {choices}'
         )
-    return found[0], found[1]
+    return pair[0], pair[1]
 
 
 def _joint_name(robot: Robot, j: int) -> str:

@@ -114,18 +114,19 @@ def _draw_thresholds(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Art
 
 def _draw_open(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Artist]:
     # Hatches the background, which is visible where loops do not close.
-    from matplotlib.patches import Patch, Rectangle
+    from matplotlib.patches import Patch
 
     if numbers.open_share == 0.0:
         return []
-    axes.add_patch(
-        Rectangle(
-            (0.0, 0.0), 1.0, 1.0, transform=axes.transAxes, facecolor=OPEN, edgecolor='white',
-            hatch='//', linewidth=0.0, zorder=-1.0,
-        )
-    )  # fmt: skip
+    style: dict[str, Any] = {
+        'facecolor': OPEN,
+        'edgecolor': 'white',
+        'hatch': '//',
+        'linewidth': 0.0,
+    }
+    axes.patch.set(**style)
     label = f'{words(not_all_closed(robot.loop_names))}: {100.0 * numbers.open_share:.3g} %'
-    return [Patch(facecolor=OPEN, edgecolor='white', hatch='//', linewidth=0.0, label=label)]
+    return [Patch(**style, label=label)]
 
 
 def _label(axis: Any, robot: Robot, joint: int) -> None:

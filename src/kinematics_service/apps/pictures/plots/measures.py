@@ -78,14 +78,8 @@ def _draw_thresholds(axes: Axes, robot: Robot) -> None:
     both = measure.of_square  # it may be negative
     for value, name, style in ((limits.warn, 'warn', '--'), (limits.stop, 'stop', '-')):
         for sign in (1.0, -1.0) if both else (1.0,):
-            axes.axhline(
-                sign * value,
-                color=VERMILION,
-                linestyle=style,
-                linewidth=1.1,
-                label=f'{name} {value:g}' if sign > 0 else None,
-                zorder=2.5,
-            )
+            label = f'{name} {value:g}' if sign > 0 else None
+            axes.axhline(sign * value, color=VERMILION, linestyle=style, label=label)
     if measure.small_is_bad and not both:
         axes.set_ylim(bottom=0.0)
     draw_legend(axes)
@@ -129,9 +123,7 @@ def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singula
             xytext=(t, 1.02),
             textcoords=('data', 'axes fraction'),
             ha='center',
-            va='bottom',
-            fontsize=9.0,
-            arrowprops={'arrowstyle': '-', 'color': GREY, 'linewidth': 0.8, 'linestyle': ':'},
+            arrowprops={'arrowstyle': '-', 'color': GREY, 'linestyle': ':'},
             annotation_clip=False,
         )
 

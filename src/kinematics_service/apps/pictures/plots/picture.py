@@ -25,7 +25,6 @@ DASHES: tuple[Dashes, ...] = ('-', '--', '-.', ':', (0, (6, *5 * [1.5])), (0, (3
 # Differences from matplotlib's own style, whose first font, DejaVu Sans, comes with it.
 STYLE = {
     'figure.titlesize': 10.5,
-    'axes.titlesize': 10.0,
     'legend.fontsize': 9.0,
     'axes.grid': True,
     'grid.color': '#DDDDDD',

@@ -4,6 +4,7 @@ import math
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -94,28 +95,10 @@ def solutions_picture(robot: Robot, target: Floats, result: IkResult) -> Draw:
             axes = figure.add_axes(panel, projection='3d')
             set_space(axes, cube, azimuth_of(skeleton), small=True)
             draw_skeleton(axes, skeleton, cube, label_size=None)
-            axes.plot(
-                *point[:, None],
-                marker='*',
-                markersize=13,
-                color=PURPLE,
-                markeredgecolor='white',
-                gid='target',
-            )
-            numbers = f'{positions(robot, pose.q, 40)}\n{_away(near, k)}'
-            axes.set_title(numbers, fontsize='small')
-            axes.annotate(
-                words(pose.heading),
-                (0.5, 1.0),
-                xytext=(0.0, 13.0 * (numbers.count('\n') + 1)),
-                xycoords='axes fraction',
-                textcoords='offset points',
-                ha='center',
-                va='bottom',
-                fontsize=9.0,
-                fontweight='bold',
-                color=BLACK if pose.allowed else VERMILION,
-            )
+            star: dict[str, Any] = {'marker': '*', 'markersize': 13, 'markeredgecolor': 'white'}
+            axes.plot(*point[:, None], color=PURPLE, gid='target', **star)
+            text = f'{words(pose.heading)}\n{positions(robot, pose.q, 40)}\n{_away(near, k)}'
+            axes.set_title(text, fontsize=9.0, color=BLACK if pose.allowed else VERMILION)
         figure.suptitle(title, y=1.0 - 0.1 / height)
 
     return draw

@@ -94,27 +94,14 @@ def gauges_of(seen: Observation) -> tuple[Gauge, ...]:
             return min(1.0, full / value)
         return min(1.0, max(0.0, value / full))
 
-    watched = Gauge(
-        'measure',
-        measure.long or measure.words,
-        distance_text(seen) if _is_distance(seen) else f'{value:.4g}',
-        fraction(value),
-        tuple((fraction(limit), f'{limit:g}') for limit in (thresholds.stop, thresholds.warn)),
-        seen.level,
-    )
-    gauges = [watched]
+    title = measure.long or measure.words
+    text = distance_text(seen) if _is_distance(seen) else f'{value:.4g}'
+    limits = (thresholds.stop, thresholds.warn)
+    marks = tuple((fraction(limit), f'{limit:g}') for limit in limits)
+    gauges = [Gauge('measure', title, text, fraction(value), marks, seen.level)]
     if not _is_distance(seen):
-        distance = seen.singularity.distance
-        gauges.append(
-            Gauge(
-                'distance',
-                MEASURES['distance'].long,
-                distance_text(seen),
-                min(1.0, distance / 0.5),
-                (),
-                seen.level,
-            )
-        )
+        title, filled = MEASURES['distance'].long, min(1.0, seen.singularity.distance / 0.5)
+        gauges.append(Gauge('distance', title, distance_text(seen), filled, (), seen.level))
     return (*gauges, _time_gauge(seen), *_scale_gauges(seen))
 
 
@@ -144,14 +131,8 @@ def _time_gauge(seen: Observation) -> Gauge:
         return Gauge('time', title, 'not approaching', 1.0, (), Level.OK)
     text = f'{time:.1f} s at this velocity' if time < 1000.0 else 'not soon'
     level = Level.WARN if time < WARN_TIME else Level.OK
-    return Gauge(
-        'time',
-        title,
-        text,
-        min(1.0, time / FULL_TIME),
-        ((WARN_TIME / FULL_TIME, f'{WARN_TIME:.0f} s'),),
-        level,
-    )
+    marks = ((WARN_TIME / FULL_TIME, f'{WARN_TIME:.0f} s'),)
+    return Gauge('time', title, text, min(1.0, time / FULL_TIME), marks, level)
 
 
 def joint_readings(seen: Observation) -> tuple[JointReading, ...]:
