@@ -217,7 +217,7 @@ def test_a_measure(package):
     recording(package.folder)
     told, printed, checked, near, _, refused = package.commands(
         'fk --robot planar_2r --q 0.1,0.7 --json',
-        'fk --robot planar_2r --q 0.1,0.7',
+        'fk --robot planar_2r --q 0.1,0.7 --all',
         'check watched.yaml',
         'fk --robot watched.yaml --q 0.1,0.1 --json',
         'audit run.csv --robot planar_2r --html page.html',
@@ -408,8 +408,8 @@ def test_a_command(package):
     package.write('cli/joints.py', COMMAND)
     package.insert(
         'cli/commands.py',
-        "    'joints': 'Print the joints of a robot.',\n",
-        after="    'view': 'Show the arm live on a web page.',\n",
+        "        'joints': 'Print the joints of a robot.',\n",
+        after="        'export': 'Write a robot as URDF.',\n",
     )
     assert package.edited == files_of('A command', 'joints')
     printed, own, every = package.commands('joints --robot planar_2r', 'joints --help', '--help')

@@ -348,11 +348,11 @@ import kinematics_service.__main__ as entry
 import kinematics_service.cli.commands as commands
 import ctypes
 
-def app(arguments, obj, prog_name):
+def group(arguments, obj, prog_name):
     print('ready', flush=True)
     ctypes.CDLL(None).sleep(60)
 
-commands.app = app
+commands.command_group = lambda: group
 sys.argv.append('robots')
 sys.exit(entry.main())
 """

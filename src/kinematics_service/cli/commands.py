@@ -64,7 +64,7 @@ NAME_WIDTH = max(map(len, COMMANDS))
 # Options that only --help-all shows.
 RARE_OPTIONS = {
     '--allow-host', '--allow-mixed-ros', '--allow-unsecured', '--anyway', '--axis',
-    '--backlash', '--clearance', '--fix', '--frames', '--gravity', '--install-completion',
+    '--clearance', '--fix', '--frames', '--gravity', '--install-completion',
     '--joint-prefix', '--labels', '--load', '--load-at', '--managed', '--own', '--points',
     '--pose-gap', '--pose-stop', '--pose-warn', '--reduced', '--seed', '--servo', '--sessions',
     '--show-completion', '--speed-of', '--stop', '--tolerance', '--velocity-source',

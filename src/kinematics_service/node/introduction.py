@@ -31,7 +31,7 @@ def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
         logger.warning(notice)
     robot = settings.robot
     if parameters.by_default:
-        logger.warning(
+        logger.info(
             f'no robot is given, so this is {robot.name}; choose yours with --robot FILE|NAME '
             "(names: command 'robots')"
         )

@@ -91,6 +91,8 @@ def run_demo(
         rules = [word for rule in RULES for word in ('-r', rule)]
         node = KinematicsNode(robot, context=context, cli_args=['--ros-args', *rules])
         arm, motion = _arm(node, trajectory, replay)
+        if robot is None:
+            motion += ' (choose another robot with --robot FILE|NAME)'
         lines = invitation(
             motion, node.get_fully_qualified_name(), f'{RANGE}={os.environ[RANGE]}', set_aside
         )

@@ -51,9 +51,7 @@ def demo(
     A recording has a line for each moment and these columns, in s, rad and m: stamp,
     position.JOINT for each joint of the robot, and, if known, velocity.JOINT.
     """
-    if robot is None:
-        print("no --robot is given: puma560 (others: --robot FILE|NAME, see 'robots')")
-    else:
+    if robot is not None:
         refuse_unknown_robot(robot)
     if duration is not None and not math.isfinite(duration):
         raise WrongUsage(f'--duration: {duration} is not a time')
