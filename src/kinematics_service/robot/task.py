@@ -124,15 +124,11 @@ def seeded_poses(limits: Floats, prismatic: Iterable[bool]) -> Floats:
     -------
     shape (SEEDED_POSES, n), rad or m
     """
-    low, high = np.array(limits[:, 0]), np.array(limits[:, 1])
-    for j, slides in enumerate(prismatic):
-        span = 1.0 if slides else 2 * math.pi
-        if math.isinf(low[j]) and math.isinf(high[j]):
-            low[j] = 0.0 if slides else -math.pi
-        elif math.isinf(low[j]):
-            low[j] = high[j] - span
-        if math.isinf(high[j]):
-            high[j] = low[j] + span
+    low, high = limits.T
+    slides = np.array([*prismatic], dtype=bool)
+    span, begin = np.where(slides, 1.0, 2 * math.pi), np.where(slides, 0.0, -math.pi)
+    low = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high - span, begin))
+    high = np.where(np.isfinite(high), high, low + span)
     random = np.random.default_rng(SEED)
     return random.uniform(low, high, (SEEDED_POSES, len(low)))
 
@@ -175,12 +171,9 @@ def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool
 def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
     n = J.shape[2]
     names = tuple(name for name, moves in zip(ROW_NAMES, moved) if moves)
-    linear = tuple(name for name in names if name in ROW_NAMES[:3])
-    angular = tuple(name for name in names if name in ROW_NAMES[3:])
-    if n >= 6:
-        return names
     # Rows that no joint moves hold round-off, which can have any rank: leave them out.
-    for kind in (linear, angular):
+    for half in (ROW_NAMES[:3], ROW_NAMES[3:]) if n < 6 else ():
+        kind = tuple(name for name in names if name in half)
         if kind and _rank(J[:, [ROW_NAMES.index(name) for name in kind]]) >= n:
             return kind
     return names
