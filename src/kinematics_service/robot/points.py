@@ -28,14 +28,7 @@ from .file.parts.description import (
     SingularityDescription,
     Uncertainty,
 )
-from .file.parts.parameters import (
-    ENDS,
-    GEARS,
-    TABLE_GROUPS,
-    end_parameters,
-    gear_parameters,
-    placed_rows,
-)
+from .file.parts.parameters import ENDS, TABLE_GROUPS, uncertain_parameters
 from .loops import moving_variables, passive_names
 
 TOOL = 'tool'
@@ -226,12 +219,8 @@ def _up_to(
     if uncertainty is None:
         return None
     ends = ENDS if of_tool else ENDS[:1]
-    names = {
-        *(*TABLE_GROUPS, GEARS),
-        *(one.name for one in gear_parameters(description.joints)),
-        *(one.parameter.name for row in placed_rows(links, description.convention) for one in row),
-        *(one.name for end in ends for one in end_parameters(end, 0)),
-    }
+    joints, convention = description.joints, description.convention
+    names = {*TABLE_GROUPS, *uncertain_parameters(links, convention, joints, ends)}
     return replace(
         uncertainty,
         parameters=tuple(pair for pair in uncertainty.parameters if pair[0] in names),

@@ -130,3 +130,15 @@ def end_parameters(end: str, number: int) -> list[ArmParameter]:
     """Return the six parameters of a base or tool; names have a number from 2 on."""
     label = end if number == 0 else f'{end}{number + 1}'
     return [ArmParameter(f'{label}.{name}', end, k > 2, place=name) for k, name in enumerate(SIX)]
+
+
+def uncertain_parameters(
+    links: Sequence[Link],
+    convention: str,
+    joints: Sequence[JointDescription],
+    ends: Sequence[str] = ENDS,
+) -> dict[str, ArmParameter]:
+    """Return the parameters that may have an uncertainty, by name: of rows, ends and gears."""
+    table = [one.parameter for row in placed_rows(links, convention) for one in row]
+    placed = [one for end in ends for one in end_parameters(end, 0)]
+    return {one.name: one for one in (*table, *placed, *gear_parameters(joints))}

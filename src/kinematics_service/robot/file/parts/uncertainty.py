@@ -14,15 +14,7 @@ from ..text.entries import (
 from ..text.fault_report import Place, quoted
 from ..text.yaml_document import Yaml
 from .description import JointDescription, Link, Uncertainty
-from .parameters import (
-    ENDS,
-    GEARS,
-    TABLE_GROUPS,
-    ArmParameter,
-    end_parameters,
-    gear_parameters,
-    placed_rows,
-)
+from .parameters import GEARS, TABLE_GROUPS, ArmParameter, uncertain_parameters
 from .quantities import KIND_OF, Kind, Quantities
 from .schema import FloorEntry, UncertaintyEntry
 
@@ -69,12 +61,14 @@ def read_uncertainty(
         velocities = _of_joints(entry.velocity_noise, kinds, place, quantities)
         if velocities and not any(velocities):
             place.fault('is 0 for every joint: leave it out')
-    known = _known(links, convention, joints)
+    known = uncertain_parameters(links, convention, joints)
     parameters = _parameters(entry.parameters, known, at['parameters'], quantities)
     factor = _factor(entry.covariance, known, at['covariance'], quantities)
     if entry.parameters is not None and entry.covariance is not None:
         at['parameters'].fault('stands beside covariance, which is of the same: give one')
-    xyz, rpy = _floor(entry.floor, at['floor'], quantities)
+    floor = checked(FloorEntry, {} if entry.floor is None else entry.floor, at['floor'])
+    xyz = _deviation(floor.xyz, 'length', at['floor', 'xyz'], quantities)
+    rpy = _deviation(floor.rpy, 'angle', at['floor', 'rpy'], quantities)
     if not at.intact:
         return None
     found = Uncertainty(noise, resolution, backlash, velocities, parameters, factor, xyz, rpy)
@@ -82,14 +76,6 @@ def read_uncertainty(
         at.fault('says that nothing is off: give at least one number above 0, or leave it out')
         return None
     return found
-
-
-def _known(
-    links: Sequence[Link], convention: str, joints: Sequence[JointDescription]
-) -> dict[str, ArmParameter]:
-    table = [one.parameter for row in placed_rows(links, convention) for one in row]
-    ends = [one for end in ENDS for one in end_parameters(end, 0)]
-    return {one.name: one for one in (*table, *ends, *gear_parameters(joints))}
 
 
 def _kind(one: ArmParameter) -> Kind:
@@ -182,13 +168,3 @@ def _factor(
         row = [quantities.fixed(text, kind, place[k], usual=False) for k, text in enumerate(texts)]
         found.append((name, tuple(value or 0.0 for value in row)))
     return tuple(found)
-
-
-def _floor(data: Yaml, at: Place, quantities: Quantities) -> tuple[float, float]:
-    if data is None:
-        return 0.0, 0.0
-    entry = checked(FloorEntry, data, at)
-    return (
-        _deviation(entry.xyz, 'length', at['xyz'], quantities),
-        _deviation(entry.rpy, 'angle', at['rpy'], quantities),
-    )
