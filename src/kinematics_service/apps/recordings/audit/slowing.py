@@ -104,8 +104,8 @@ def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> S
         values.append(np.where(moving, found.value, np.nan))
         slower = moving & (found.value < 1.0)
         causes.append(np.where(slower, np.argmin(found.values, axis=-1), -1))
-    shares = np.asarray(values)
-    runs = stretches_of([(np.asarray(causes), timeline.silent[:])])
+    shares = values[:]
+    runs = stretches_of([(causes[:], timeline.silent[:])])
     slowed = [run for run in runs if run.label >= 0]
     stretches = tuple(_stretch(timeline, shares, run, words[run.label]) for run in slowed)
     return Slowing(values, stretches, int(np.sum(np.isnan(shares))))

@@ -79,11 +79,6 @@ class Column(Generic[Scalar]):
             return chosen
         return np.array([self[row] for row in rows.tolist()], dtype=self._kind)
 
-    def __array__(
-        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
-    ) -> npt.NDArray[Any]:
-        return np.asarray(self[:], dtype=dtype)
-
     def mapped(self) -> npt.NDArray[Scalar]:
         """Return all numbers, a file as a memory map; changes of the array change the column."""
         if self._file is None:
@@ -128,11 +123,6 @@ class StateTable:
         if not self.columns:
             return np.zeros((*np.broadcast_to(0, self._count)[at].shape, 0))
         return np.stack([column[at] for column in self.columns], axis=-1)
-
-    def __array__(
-        self, dtype: npt.DTypeLike | None = None, copy: bool | None = None
-    ) -> npt.NDArray[Any]:
-        return np.asarray(self[:], dtype=dtype)
 
 
 def spans(count: int) -> Iterator[slice]:
