@@ -82,10 +82,8 @@ def blocks_of(text: str) -> list[ScriptMatrix]:
     blocks: list[ScriptMatrix] = []
     inner: dict[int, list[PastedRow]] = {}
     for start, end, parent in _groups(text):
-        line, named = (
-            text.count('\n', 0, start) + 1,
-            NAMED.search(text[max(0, start - 80) : start]),
-        )
+        line = text.count('\n', 0, start) + 1
+        named = NAMED.search(text[max(0, start - 80) : start])
         name = named[1] if named else ''
         if start in inner:
             blocks.append(ScriptMatrix(name, inner[start]))

@@ -63,10 +63,8 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     if track.q is not None and len(order):
         order = order[np.unique(np.linspace(0, len(order) - 1, MAX_POSES).astype(int))]
     elif len(states):
-        ends = (
-            int(states.stamps[0]),
-            max(int(np.max(states.stamps[rows])) for rows in _rows(states)),
-        )
+        last = max(int(np.max(states.stamps[rows])) for rows in _rows(states))
+        ends = int(states.stamps[0]), last
         while np.subtract(*np.searchsorted(track.stamps[order], ends)[::-1]) > 2 * MAX_POSES:
             order = order[::2]
     at = track.stamps[order]

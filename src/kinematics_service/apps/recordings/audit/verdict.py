@@ -144,8 +144,7 @@ def _limits(audit: Audit) -> Iterator[Finding]:
         yield Finding(Level.ERROR, f'Beyond its limits: {", ".join(beyond)}{hint}.')
     elif look_like_degrees(audit.joints):
         yield Finding(Level.WARN, 'Joints turn many times: the positions may be in degrees.')
-    touching = [joint.name for joint in audit.joints if joint.touching]
-    touching = [name for name in touching if name not in beyond]
+    touching = [one.name for one in audit.joints if one.touching and one.name not in beyond]
     if touching:
         yield Finding(Level.WARN, f'At its limit: {", ".join(touching)}.')
     fast = [joint.name for joint in audit.joints if joint.too_fast]

@@ -31,8 +31,6 @@ MAX_ELEMENTS = 128
 MAX_GROUP_DEPTH = 32
 # The physical type of texts in parquet, whose values may have any length.
 TEXT_TYPE = 'BYTE_ARRAY'
-# Endings of element names that mean the position of a joint.
-JOINT_ENDINGS = ('.pos', '.position')
 # Number of row groups of parquet files that are kept for the next episode.
 CACHED_ROW_GROUPS = 2
 
@@ -94,19 +92,14 @@ def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[s
             header.append(name)
             columns.append(numbers)
             continue
-        names = [_joint_of(one) for one in elements.get(name, ())]
+        own = elements.get(name, ())
+        names = [one.removesuffix('.pos').removesuffix('.position') for one in own]
         if len(names) != numbers.shape[1] or len(set(names)) < len(names):
             names = list(map(str, range(numbers.shape[1])))
         header += [f'{name}.{one}' for one in names]
         columns += list(numbers.T)
     refuse_twice(header)
     return Columns(header, columns)
-
-
-def _joint_of(element: str) -> str:
-    for end in JOINT_ENDINGS:
-        element = element.removesuffix(end)
-    return element
 
 
 def vectors_of_table(table: 'pa.RecordBatch | pa.Table') -> dict[str, Floats]:

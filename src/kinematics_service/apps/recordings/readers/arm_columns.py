@@ -208,11 +208,8 @@ class _Search:
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
                 f'{form.in_words()} (--pose-format says what else they are)'
             )
-        form, stamps, heads = (
-            self._pose_units(poses, form),
-            self._stamp_unit(stamp),
-            self.heads.heads,
-        )
+        form, stamps = self._pose_units(poses, form), self._stamp_unit(stamp)
+        heads = self.heads.heads
         stamp, named = heads.get(stamp, ''), (positions, velocities, poses)
         positions, velocities, poses = ([heads[name] for name in some] for some in named)
         return ArmColumns(

@@ -43,10 +43,8 @@ def track_of_messages(
     """
     parts = zip(POSES[kind], ('xyz', 'xyzw'))
     numbers = [attrgetter(f'{part}.{axis}') for part, axes in parts for axis in axes]
-    rows, stamps = (
-        np.empty((MAX_POSES_HELD, len(numbers))),
-        np.empty(MAX_POSES_HELD, dtype=np.int64),
-    )
+    rows = np.empty((MAX_POSES_HELD, len(numbers)))
+    stamps = np.empty(MAX_POSES_HELD, dtype=np.int64)
     stride, kept, count, looked_at, frame = 1, 0, 0, 0, ''
     unreadable = 0
     for time, raw in messages:

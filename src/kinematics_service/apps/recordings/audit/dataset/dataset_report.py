@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from rich.text import Text
 
 from .....page import document
-from .....printing import Json, Output, heading, plain, table
+from .....printing import Json, Output, attributes, heading, plain, table
 from .....robot.measures import Level
 from .....typography import counted
 from .....version import __version__
@@ -187,13 +187,11 @@ def document_of_dataset(report: DatasetReport) -> dict[str, Json]:
         ],
         'episodes': [
             {
-                'name': row.name,
-                'arm': row.arm,
+                **attributes(row, 'name', 'arm'),
                 'frames': row.rows,
                 'seconds': row.seconds,
                 'level': row.level.name,
-                'failed': row.failed,
-                'error': row.error,
+                **attributes(row, 'failed', 'error'),
                 'findings': [{'level': one.level.name, 'text': one.text} for one in row.findings],
             }
             for row in report.rows

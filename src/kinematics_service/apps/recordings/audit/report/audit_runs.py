@@ -36,10 +36,6 @@ Done = Callable[[int], None]
 Bar = Callable[[int | None], AbstractContextManager[Done]]
 
 
-def _no_bar(total: int | None) -> AbstractContextManager[Done]:
-    return nullcontext(lambda _: None)
-
-
 @dataclass(frozen=True)
 class Run:
     """
@@ -80,7 +76,7 @@ class Outcome(NamedTuple):
     failed: bool = True
 
 
-def outcome_of(run: Run, bar: Bar = _no_bar) -> Outcome:
+def outcome_of(run: Run, bar: Bar = lambda _: nullcontext(lambda _: None)) -> Outcome:
     """Return the outcome of a run, also if its file is faulty."""
     try:
         finished = _audited(run, bar)
