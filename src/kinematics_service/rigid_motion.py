@@ -212,3 +212,12 @@ def exponential(w: Floats) -> Floats:
     K[..., 1, 2], K[..., 2, 0], K[..., 0, 1] = -w[..., 0], -w[..., 1], -w[..., 2]
     b = 0.5 * np.sinc(0.5 * angle / np.pi) ** 2
     return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * K + b * K @ K)
+
+
+def across(direction: Floats) -> tuple[Floats, Floats]:
+    """Return two unit vectors (3,) that complete a unit vector to a right-handed basis."""
+    helper = np.zeros(3)
+    helper[int(np.argmin(np.abs(direction)))] = 1.0
+    x = np.cross(helper, direction)
+    x /= np.linalg.norm(x)
+    return x, np.cross(direction, x)

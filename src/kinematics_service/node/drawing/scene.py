@@ -16,6 +16,7 @@ from ...estimation.status_text import NEGLIGIBLE_RATIO, direction_in_words, flat
 from ...kernel import Floats
 from ...kinematics.loop_links import carried_rows, linked_frames
 from ...kinematics.singularity import flat_loop, nearest_factor, none_found
+from ...rigid_motion import across
 from ...robot.measures import Level
 from ...robot.robot import Robot
 from .axes import RowAxis
@@ -207,15 +208,6 @@ def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
     # (z x d, 1 + z.d) = (-y, x, 0, 1 + z), divided by its norm.
     norm = math.sqrt(2.0 * (1.0 + z))
     return -y / norm, x / norm, 0.0, (1.0 + z) / norm
-
-
-def across(direction: Floats) -> tuple[Floats, Floats]:
-    """Return two unit vectors (3,) that complete a unit vector to a right-handed basis."""
-    helper = np.zeros(3)
-    helper[int(np.argmin(np.abs(direction)))] = 1.0
-    x = np.cross(helper, direction)
-    x /= np.linalg.norm(x)
-    return x, np.cross(direction, x)
 
 
 def ring(ends: Floats, size: float) -> Floats:

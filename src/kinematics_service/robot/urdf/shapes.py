@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel import Floats
+from ...rigid_motion import across
 from .elements import UNLIMITED, PlannedJoint, UrdfPlan
 
 # Sizes as shares of the arm's characteristic length, chosen by eye.
@@ -90,9 +91,6 @@ def _hub(joint: PlannedJoint, length: float) -> Iterator[Shape]:
 
 def _pointing(direction: Floats) -> Floats:
     # Return a rotation whose z axis is the direction. A cylinder does not show the other axes.
-    other = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    x = np.cross(other, direction)
-    x /= np.linalg.norm(x)
     T = np.eye(4)
-    T[:3, :3] = np.column_stack([x, np.cross(direction, x), direction])
+    T[:3, :3] = np.column_stack([*across(direction), direction])
     return T
