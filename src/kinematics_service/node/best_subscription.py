@@ -94,9 +94,8 @@ class BestSubscription:
         self._recent: Recent | None = None
         self._former: _CountedSubscription | None = None
         self._all_connected_since = 0.0  # start of the time with all publishers connected, s
-        self._large_message_time = (
-            0.0  # time of the last message that was too large for the queue, s
-        )
+        # Time of the last message that was too large for the queue, s.
+        self._large_message_time = 0.0
         self._qos = copy.copy(qos)  # overrides are written into it
         self._open = partial(_CountedSubscription, node, kind, topic, self._on_message)
         overrides = QoSOverridingOptions.with_default_policies(callback=self._settle_reliability)
@@ -209,7 +208,9 @@ class BestSubscription:
 
     def _has_ended(self) -> None:
         self._is_ending = False
-        _give_back_memory()
+        # The allocator keeps freed memory of messages: 200 MiB after large messages.
+        with contextlib.suppress(OSError, AttributeError):  # it is glibc's
+            ctypes.CDLL(None).malloc_trim(0)
 
     def _on_message(self, subscription: '_CountedSubscription', data: bytes, info: Info) -> None:
         former = self._former
@@ -334,9 +335,3 @@ class _CountedSubscription:
 
         executor.wake()
         executor.create_task(destroy)
-
-
-def _give_back_memory() -> None:
-    # The allocator keeps freed memory of messages: 200 MiB after large messages.
-    with contextlib.suppress(OSError, AttributeError):  # it is glibc's
-        ctypes.CDLL(None).malloc_trim(0)

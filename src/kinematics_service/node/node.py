@@ -24,7 +24,7 @@ from ..estimation.estimator import (
 from ..estimation.joint_efforts import JointEfforts
 from ..estimation.joint_state_form import SerializedSample
 from ..estimation.status_text import StatusText, singularity_status, stale_status
-from ..kinematics.singularity import Singularity, singularity_of
+from ..kinematics.singularity import singularity_of
 from ..robot.measures import Level
 from .describe import description_of
 from .diagnostics import INTERNAL_ERROR, LEFT_OUT
@@ -294,7 +294,8 @@ class KinematicsNode(Node):
                 self._outputs.publish(outcome, active, isinstance(message, SerializedSample))
         finally:
             if warned is not None:  # the estimator takes it for published
-                self._publish_singularity(*warned)
+                robot, base = self.settings.robot, self.settings.base_frame
+                self._publish_warning(singularity_status(robot, *warned, base))
 
     def _follow_reset(self) -> None:
         self._resets = self._estimator.counts.get(RESETS, 0)
@@ -309,12 +310,6 @@ class KinematicsNode(Node):
             reason = self.silent or self._missing_text(names)
             raise RefusedTargetError(f'the joint positions are not known: {reason}')
         return latest
-
-    def _publish_singularity(self, singularity: Singularity, level: Level) -> None:
-        settings = self.settings
-        self._publish_warning(
-            singularity_status(settings.robot, singularity, level, settings.base_frame)
-        )
 
     def _publish_warning(self, status_text: StatusText) -> None:
         self._warning.publish(status_message(f'{full_name(self)}: singularity', status_text))

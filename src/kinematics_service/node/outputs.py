@@ -148,7 +148,6 @@ class Outputs:
         self._transport = transport
         self.events_in_order = False
         self._has_matched_events = True
-        self._settings = settings
         self._active: ActiveTopics | None = None
         self._points = PointStates()
         self.channels: list[Channel] = []

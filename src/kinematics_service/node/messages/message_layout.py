@@ -105,9 +105,8 @@ class MessageLayout:
 
     def _write_doubles(self, writer: CdrWriter, owner: Any, name: str, value: Any) -> None:
         many = None if isinstance(value, float) else len(value)
-        if isinstance(
-            value, array
-        ):  # arrays of constant length are ndarrays; they have no length field
+        # Arrays of constant length are ndarrays; they have no length field.
+        if isinstance(value, array):
             writer.whole(len(value))
         count = 1 if many is None else many
         at = writer.room(DOUBLE, count)

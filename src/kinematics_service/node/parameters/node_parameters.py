@@ -176,9 +176,8 @@ class NodeParameters:
 
     def unknown(self) -> tuple[str, ...]:
         """Return the names of parameters that were given at start but are not declared."""
-        given = getattr(
-            self._node, '_parameter_overrides', {}
-        )  # rclpy has no public function for it
+        # rclpy has no public function for it.
+        given = getattr(self._node, '_parameter_overrides', {})
         return tuple(sorted(name for name in given if not self._node.has_parameter(name)))
 
     def _declare(self, parameter: Parameter, default: Any) -> Any:
