@@ -183,10 +183,6 @@ class PlanCheck:
     @property
     def verdict(self) -> PlanVerdict:
         """Return the worst of all verdicts."""
-        verdicts = [self.singularity.verdict]
-        if self.closure is not None:
-            verdicts.append(self.closure.verdict)
-        for joint in self.joints:
-            verdicts += [joint.limits, joint.speed]
-        verdicts += [speed.verdict for speed in self.speeds if speed.verdict is not None]
-        return max(verdicts, key=_ORDER.index)
+        parts = [one.verdict for one in (self.singularity, self.closure, *self.speeds) if one]
+        joints = [verdict for joint in self.joints for verdict in (joint.limits, joint.speed)]
+        return max(filter(None, (*parts, *joints)), key=_ORDER.index)
