@@ -56,14 +56,6 @@ def add_checksums(file: Path) -> None:
             stream.write(struct.pack('<I', total))
 
 
-def missing(where: str, topic: str, promised: int, read: int) -> Iterator[Remark]:
-    """Yield a remark if the count of the index differs from the number of messages read."""
-    if promised != read:
-        yield Remark(
-            Level.WARN, f'{where} counts {promised:,} messages on {topic}, but holds {read:,}'
-        )
-
-
 def _mcap(name: str, stream: BinaryIO) -> Iterator[Remark]:
     end = stream.seek(-(FOOTER_LENGTH + MAGIC_LENGTH), 2)
     footer = stream.read(FOOTER_LENGTH)

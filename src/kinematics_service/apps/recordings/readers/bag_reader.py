@@ -13,8 +13,9 @@ from rosbags.typesys import Stores, get_typestore
 
 from ....errors import KinematicsError, RecordingError
 from ....estimation.joint_state_columns import columns_of
+from ....robot.measures import Level
 from ....typography import listed
-from .bag_checks import checked, missing
+from .bag_checks import checked
 from .bag_poses import POSES, TRANSFORM, TRANSFORMS, track_of_messages
 from .between_points import PlannedTrajectory
 from .block import LARGEST_BLOCK, LARGEST_BYTES, SECOND, Block, UnreadableMessage, joined
@@ -163,8 +164,9 @@ class _Bag:
         with _one_sentence(self.path):
             yield from blocks
             self.remarks += checked(self.path)
-            topic, name = connections[0].topic, self.path.name
-            self.remarks += missing(name, topic, self._promised(connections), self.read)
+            if (promised := self._promised(connections)) != self.read:
+                counts = f'{self.path.name} counts {promised:,} messages on {connections[0].topic}'
+                self.remarks.append(Remark(Level.WARN, f'{counts}, but holds {self.read:,}'))
 
     def _promised(self, connections: list[Any]) -> int:
         if self.reader.is2:
