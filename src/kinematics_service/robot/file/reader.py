@@ -77,9 +77,8 @@ def read_robot_file(
         The translation fails.
     """
     file = os.fspath(path)
-    translate = translator_of(file)
-    content = _content(file, MAX_TRANSLATED_BYTES if translate else MAX_BYTES)
-    if translate:
+    content = _content(file)
+    if translate := translator_of(file):
         return described(translate(content, file, base, tip), file, content)
     description = parse_robot(_decoded(content, file), file)
     return replace(description, sha256=hashlib.sha256(content).hexdigest())
@@ -88,11 +87,9 @@ def read_robot_file(
 def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '') -> str:
     """Return the text of a robot file, or of another file that is translated into one."""
     file = os.fspath(path)
-    translate = translator_of(file)
-    content = _content(file, MAX_TRANSLATED_BYTES if translate else MAX_BYTES)
-    if translate:
-        return translate(content, file, base, tip).text
-    text = _decoded(content, file)
+    if translate := translator_of(file):
+        return translate(_content(file), file, base, tip).text
+    text = text_of(file)
     if CELL.search(text):
         refuse(file, 'is a cell: give the robot file of one of its arms')
     return text
@@ -107,7 +104,7 @@ def text_of(file: str) -> str:
     RobotFileError
         It cannot be read.
     """
-    return _decoded(_content(file, MAX_BYTES), file)
+    return _decoded(_content(file), file)
 
 
 def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
@@ -122,7 +119,8 @@ def described(translated: RobotText, file: str, content: bytes) -> RobotDescript
     )
 
 
-def _content(file: str, most: int) -> bytes:
+def _content(file: str) -> bytes:
+    most = MAX_TRANSLATED_BYTES if translator_of(file) else MAX_BYTES
     try:
         kind = KINDS.get(stat.S_IFMT(os.stat(file).st_mode))
         if kind is None:

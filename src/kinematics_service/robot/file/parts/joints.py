@@ -64,7 +64,7 @@ def read_joint_heads(data: Yaml, constants: Sequence[str], at: Place) -> list[Jo
         joint_type = next((name for name in get_args(JointType) if name == entry.type), None)
         given = item if isinstance(item, dict) else {}
         hidden = _words(given)
-        if variable and joint_type and given.keys() <= set(JointEntry.keys()):
+        if variable and joint_type and given.keys() <= JointEntry.checks.keys():
             hidden = frozenset()
         heads.append(JointHead(entry, joint_type, variable, hidden))
     return heads

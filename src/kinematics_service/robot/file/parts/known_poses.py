@@ -2,14 +2,14 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from ..text.entries import checked, checked_list
 from ..text.fault_report import Place, number
 from ..text.yaml_document import Yaml
 from .description import JointDescription, KnownPose, Rounding
 from .motions import pose_motion
-from .quantities import KIND_OF, LARGEST_USUAL_ANGLE, LARGEST_USUAL_LENGTH, Kind, Quantities, Units
+from .quantities import KIND_OF, Kind, Quantities, Units, unit_doubt
 from .schema import KnownPoseEntry, ToleranceEntry
 
 # Default tolerance of a known pose (m, rad): the last digit of a datasheet with six decimals.
@@ -19,11 +19,6 @@ LIMIT_TOLERANCE = 1e-9
 DECIMALS = re.compile(r'[-+]?\d*\.(\d+)')
 # Numbers with fewer digits count as exact (m or rad), as 0.45 m and 22.5 deg are.
 MAX_ROUNDING = 1e-3
-# Larger numbers are probably not in m and rad.
-LARGEST_USUAL: Mapping[Kind, float] = {
-    'length': LARGEST_USUAL_LENGTH,
-    'angle': LARGEST_USUAL_ANGLE,
-}
 
 
 def read_known_poses(
@@ -87,7 +82,7 @@ def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
     # In m or rad, from the number with most digits: others may omit their last zeros.
     decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
     most = max((len(found[1]) for found in decimals), default=0)
-    if any(abs(float(found[0])) > LARGEST_USUAL[kind] for found in decimals):
+    if any(unit_doubt(float(found[0]), kind) for found in decimals):
         units = Units('deg', 'mm')  # the unit of the file is probably wrong
     half = units.to_si(0.5 * 10.0**-most, kind)
     return half if most and half <= MAX_ROUNDING else 0.0

@@ -192,11 +192,6 @@ class Entry:
     def __setattr__(self, name: str, value: Value) -> None:
         raise AttributeError(f'an entry is frozen: {name}')
 
-    @classmethod
-    def keys(cls) -> tuple[str, ...]:
-        """Return the accepted keys as the file writes them."""
-        return tuple(cls.checks)
-
 
 def _taken(
     checks: Sequence[Check], value: Yaml, place: Path
@@ -232,7 +227,7 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
     If the user probably meant another key or word, the entry has that instead. So one mistake
     causes one fault, and the value is checked as well.
     """
-    checks, keys = kind.checks, kind.keys()
+    checks, keys = kind.checks, tuple(kind.checks)
     if not isinstance(data, dict):
         wanted = f'{{{", ".join(keys)}}}'
         advice = _named(keys, data) if isinstance(data, list) else ''

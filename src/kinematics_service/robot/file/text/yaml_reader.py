@@ -97,13 +97,10 @@ class YamlReader(Generic[Read]):
                 self._take(event)
         except yaml.MarkedYAMLError as error:
             line, reason = self._explained(error, text)
-            cut = (
-                reason
-                if len(reason) <= MAX_REASON_LENGTH
-                else f'{reason[: MAX_REASON_LENGTH - 3]}...'
-            )
             advice = ' (indent with spaces)' if r"'\t'" in reason else ''
-            raise YamlError(line, f'not valid YAML: {cut}{advice}') from None
+            if len(reason) > MAX_REASON_LENGTH:
+                reason = f'{reason[: MAX_REASON_LENGTH - 3]}...'
+            raise YamlError(line, f'not valid YAML: {reason}{advice}') from None
         except MALFORMED:
             raise YamlError(0, 'not valid YAML: malformed escape or indicator') from None
         return self._documents
