@@ -56,13 +56,8 @@ def _constants(motions: Sequence[NamedMotion], link: DhRow) -> Floats:
     # Motions about and along the same axis commute: they are one screw.
     screws = []
     for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
-        angle = length = 0.0
-        for motion in together:
-            value = link[motion.quantity].affine.constant
-            if motion.axis[0] == 'R':
-                angle += value
-            else:
-                length += value
+        values = [(motion.axis[0], link[motion.quantity].affine.constant) for motion in together]
+        angle, length = (sum(value for kind, value in values if kind == own) for own in 'RT')
         screws.append(screw(axis, angle, length))
     return reduce(np.matmul, screws) if screws else np.eye(4)
 

@@ -1,5 +1,6 @@
 """Compute the columns of a row of measures."""
 
+from itertools import accumulate
 from typing import NamedTuple
 
 from .. import kernel
@@ -36,13 +37,5 @@ class MeasurePlaces(NamedTuple):
 
 def measure_places(dof: int, rows: int, factors: int = 0) -> MeasurePlaces:
     """Return the columns for an arm, by the numbers of its joints, task rows and factors."""
-    motion = kernel.LOST_AT + 6
-    way = motion + dof
-    sigma = way + dof
-    judged = sigma + min(dof, rows)
-    distances = judged + kernel.JUDGED
-    results = distances + factors
-    pose = results + factors * (1 + dof)
-    return MeasurePlaces(
-        kernel.LOST_AT, motion, way, sigma, judged, distances, results, pose, pose + dof
-    )
+    widths = (6, dof, dof, min(dof, rows), kernel.JUDGED, factors, factors * (1 + dof), dof)
+    return MeasurePlaces(*accumulate(widths, initial=kernel.LOST_AT))
