@@ -157,23 +157,17 @@ def _ellipsoid(maker: _Maker, scene: Scene) -> None:
 
 def _twist(maker: _Maker, scene: Scene) -> None:
     shaft, head, length = (share * scene.size for share in ARROW_SIZES)
-    for ends, colour in (
-        (scene.velocity, look.VELOCITY_COLOUR),
-        (scene.rotation, look.ROTATION_COLOUR),
-    ):
-        maker.points(TWIST, Marker.ARROW, ends, (shaft, head, length), colour)
+    sizes = shaft, head, length
+    maker.points(TWIST, Marker.ARROW, scene.velocity, sizes, look.VELOCITY_COLOUR)
+    maker.points(TWIST, Marker.ARROW, scene.rotation, sizes, look.ROTATION_COLOUR)
 
 
 def _lost(maker: _Maker, scene: Scene) -> None:
     lost, size = scene.lost or LostDirection(None, None, '', ''), scene.size
     ring = None if lost.angular is None else look.ring(lost.angular, size).reshape(-1, 3)
     width = LOST_LINE_WIDTH * size
-    for points, thickness in (
-        (lost.linear, width),
-        (lost.angular, 0.5 * width),
-        (ring, 0.5 * width),
-    ):
-        maker.points(LOST, Marker.LINE_LIST, points, (thickness, 0.0, 0.0), look.LOST_COLOUR)
+    for points, share in ((lost.linear, 1.0), (lost.angular, 0.5), (ring, 0.5)):
+        maker.points(LOST, Marker.LINE_LIST, points, (share * width, 0.0, 0.0), look.LOST_COLOUR)
     at = scene.tool[:3, 3] + [0.0, 0.0, 0.12 * size] if scene.lost else None
     words = '\n'.join(filter(None, (lost.name, lost.words)))
     maker.text(LOST, at, words, TEXT_HEIGHT * size, look.LOST_COLOUR)

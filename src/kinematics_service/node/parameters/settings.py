@@ -353,10 +353,8 @@ def _with_tool(values: Mapping[str, Any], robot: Robot) -> Robot:
 
 def _reference(values: Mapping[str, Any]) -> ReferenceLimits:
     limits = ReferenceLimits(*(values[f'reference.{name}'] for name in ReferenceLimits._fields))
-    for what, warn, stop in (
-        ('position', limits.position_warn, limits.position_stop),
-        ('angle', limits.angle_warn, limits.angle_stop),
-    ):
+    for what in ('position', 'angle'):
+        warn, stop = (values[f'reference.{what}_{end}'] for end in ('warn', 'stop'))
         if stop < warn:
             name = f'reference.{what}_stop'
             raise _refuse(name, stop, f'at least reference.{what}_warn, {warn:g}')

@@ -75,13 +75,8 @@ def chain_remarks(tree: UrdfTree, chain: UrdfChain, rounded: UrdfChain) -> tuple
         The chain with rounded angles and axes.
     """
     limits = {joint.name: joint.element.first('limit') for joint in chain.joints}
-    left_out = [
-        name
-        for name, limit in limits.items()
-        if limit
-        and tree.version >= SINCE['jerk']
-        and {'jerk', 'deceleration'} & limit.attributes.keys()
-    ]
+    rates = {'jerk', 'deceleration'} if tree.version >= SINCE['jerk'] else set()
+    left_out = [name for name, limit in limits.items() if limit and rates & {*limit.attributes}]
     nearly = [
         one.name
         for one, other in zip(chain.joints, rounded.joints)

@@ -96,11 +96,8 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     tip, hand = _tip(tree, ways)
     cuts = () if base else tuple(_cuts(tree, [way for link, way in ways.items() if moving[link]]))
     way = _way(tree, tip, base)
-    others = sorted(
-        (link for link in ways if moving[link] and link != tip),
-        key=moving.__getitem__,
-        reverse=True,
-    )
+    others = [link for link in ways if moving[link] and link != tip]
+    others.sort(key=moving.__getitem__, reverse=True)
     if not others:
         return ChainEnds(way.base, tip, cuts)
     named = listed([f'{link} ({moving[link]})' for link in others], MAX_NAMED_TIPS)
