@@ -14,6 +14,7 @@ from ....robot.robot import Robot
 from ...checking.joint_motion import WINDOW
 from ...checking.lag import REACH
 from ..readers.block import LARGEST_BLOCK, Flags, Times
+from ..readers.columns import spans
 from ..readers.source import MAX_POSES, PoseTrack
 from .reported_velocities import MotionColumns
 
@@ -63,7 +64,7 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     if track.q is not None and len(order):
         order = order[np.unique(np.linspace(0, len(order) - 1, MAX_POSES).astype(int))]
     elif len(states):
-        last = max(int(np.max(states.stamps[rows])) for rows in _rows(states))
+        last = max(int(np.max(states.stamps[rows])) for rows in spans(len(states), LARGEST_BLOCK))
         ends = int(states.stamps[0]), last
         while np.subtract(*np.searchsorted(track.stamps[order], ends)[::-1]) > 2 * MAX_POSES:
             order = order[::2]
@@ -89,18 +90,13 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     )
 
 
-def _rows(states: MotionColumns) -> Iterator[slice]:
-    for begin in range(0, len(states), LARGEST_BLOCK):
-        yield slice(begin, begin + LARGEST_BLOCK)
-
-
 def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, Floats]]:
     # Yields stamps, times and joint positions of the states around times: both ends of an interval
     # that meets the window around a time. The last state of a piece waits for the next piece.
     begins, ends = at - WINDOW_AROUND_POSES, at + WINDOW_AROUND_POSES
     none = slice(0, 0)
     last, keep = (states.stamps[none], states.t[none], states.q[none]), np.zeros(0, dtype=bool)
-    for rows in _rows(states):
+    for rows in spans(len(states), LARGEST_BLOCK):
         stamps = states.stamps[rows]
         # If stamps step back, only states later than all before are used.
         before = last[0] if len(last[0]) else np.array([-1])

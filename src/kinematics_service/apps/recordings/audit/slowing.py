@@ -10,7 +10,7 @@ from ....kernel import Floats
 from ....kinematics.scale import scale
 from ....kinematics.servo_rule import ServoRule
 from ....robot.robot import Robot
-from ..readers.columns import Column
+from ..readers.columns import Column, spans
 from .timeline import Stretch, Timeline, stretches_of
 
 # Number of states in one call of `scale`, which limits the memory.
@@ -91,8 +91,7 @@ def slowing_of(robot: Robot, timeline: Timeline, settings: SlowingSettings) -> S
     """
     values, causes = Column(np.float64), Column(np.int16)
     words: list[str] = []
-    for begin in range(0, len(timeline), BATCH):
-        rows = slice(begin, min(begin + BATCH, len(timeline)))
+    for rows in spans(len(timeline), BATCH):
         q, qdot = timeline.q[rows], timeline.qdot[rows]
         moving = ~np.any(np.isnan(qdot), axis=1)
         try:

@@ -7,6 +7,7 @@ import numpy as np
 from ....robot.measures import Level
 from ..readers.arm_columns import arm_columns
 from ..readers.block import LARGEST_BLOCK, Times
+from ..readers.columns import spans
 from ..readers.source import RecordingSource, Remark
 from ..readers.stamp_format import MAX_EPOCH_TIME, UNITS, StampFormat, unit_of
 from ..readers.table_rows import TableRows
@@ -33,8 +34,7 @@ def open_episode(episode: Episode, columns: Columns, arm: DatasetArm) -> Recordi
     stamps = _stamps(columns, own.stamp, own.stamps)
 
     def pieces() -> Iterator[TableRows]:
-        for begin in range(0, len(numbers), LARGEST_BLOCK):
-            rows = slice(begin, begin + LARGEST_BLOCK)
+        for rows in spans(len(numbers), LARGEST_BLOCK):
             yield TableRows(stamps[rows], numbers[rows])
 
     remarks = [Remark(Level.OK, arm.guessed)] if arm.guessed else []

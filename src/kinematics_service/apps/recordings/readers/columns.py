@@ -125,10 +125,10 @@ class StateTable:
         return np.stack([column[at] for column in self.columns], axis=-1)
 
 
-def spans(count: int) -> Iterator[slice]:
-    """Yield the slices of `count` rows in pieces of `MAX_PIECE_ROWS`."""
-    for begin in range(0, count, MAX_PIECE_ROWS):
-        yield slice(begin, min(begin + MAX_PIECE_ROWS, count))
+def spans(count: int, size: int = MAX_PIECE_ROWS) -> Iterator[slice]:
+    """Yield the rows of each piece of `size` rows, as slices with a begin and an end."""
+    for begin in range(0, count, size):
+        yield slice(begin, min(begin + size, count))
 
 
 def median(pieces: Iterable[npt.ArrayLike]) -> float:

@@ -15,6 +15,7 @@ from ....robot.file.text.yaml_reader import YamlError
 from ....robot.measures import Level
 from .between_points import MAX_STEP, PlannedTrajectory, sampled
 from .block import LARGEST_BLOCK, SECOND, Block, Times
+from .columns import spans
 from .source import RecordingSource, Remark, Selection
 from .yaml_values import MAX_VALUES, Values, read_documents
 
@@ -265,8 +266,7 @@ def blocks_of_trajectories(
         if len(times) > 1:
             coarsest = max(coarsest, float(np.max(np.abs(np.diff(positions, axis=0)))))
         stamps: Times = begin + np.rint(times * 1e9).astype(np.int64)
-        for at in range(0, len(stamps), LARGEST_BLOCK):
-            span = slice(at, at + LARGEST_BLOCK)
+        for span in spans(len(stamps), LARGEST_BLOCK):
             yield Block(
                 planned.names, stamps[span], stamps[span], positions[span], velocities[span]
             )
