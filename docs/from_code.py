@@ -209,7 +209,7 @@ def robot_file() -> str:
     parts = []
     for kind, (title, intro, sentences) in ROBOT_FILE.items():
         entry = getattr(schema, kind)
-        explained(entry.keys(), sentences, f'{entry.noun}: the key')
+        explained(tuple(entry.checks), sentences, f'{entry.noun}: the key')
         rows = [
             [code(key), 'yes' if key in entry.required else '', _value(entry, key), text]
             for key, text in sentences.items()
