@@ -52,7 +52,8 @@ class StopSignal:
 
     def follow(self, signals: int) -> None:
         """
-        Read signals from a file until it ends; a second signal or the time-out ends the process.
+        Wait for stop signals on a file descriptor until its end. After the first signal, a second
+        one or the time-out ends the process.
 
         Parameters
         ----------

@@ -151,7 +151,7 @@ class Health:
         return lost - losses[0][1], resets - losses[0][2]
 
     def _explain_silence(self, now: float, state: InputState) -> None:
-        # Users look at the terminal of the node first.
+        # The log has it too, not only /diagnostics: users look at the terminal of the node first.
         topic = self._subscription.topic_name
         why = state.silent or incomplete_in_words(self._estimator, topic, state, self.warnings)
         if state.silent or not why or state.interval > STALL_INTERVAL:

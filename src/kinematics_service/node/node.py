@@ -279,8 +279,8 @@ class KinematicsNode(Node):
         arrival = message.arrival
         self._latest = outcome
         self._reference.note(outcome)
-        # Publishing wakes subscribers, which take this core: other work is cheaper before it. The
-        # warning follows its pose.
+        # Publishing wakes subscribers, and they use this core: do other work before it. Publish
+        # the warning after the pose it belongs to.
         warned = None
         if not self._estimator.is_settled(outcome.state, arrival):
             singularity = singularity_of(outcome.state)
@@ -303,7 +303,8 @@ class KinematicsNode(Node):
         self._reference.forget()
 
     def _present(self) -> EstimatorOutput:
-        # Returns the present state of the arm for a target.
+        # Returns the newest state of the arm, which a target needs. Raises RefusedTargetError if
+        # positions are missing or out of date.
         missing, latest = self._estimator.missing(time.monotonic_ns()), self._latest
         if self.silent or missing or latest is None:
             names = missing or self.settings.joint_names

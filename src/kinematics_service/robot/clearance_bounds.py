@@ -71,9 +71,9 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
 
 
 def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
-    # If the task has all six rows, return the point of the last axis nearest to the axis before
-    # it: the centre of a spherical wrist. The rank of J is the same for each point of the tool. If
-    # the axes are nearly parallel this point may be far away; then return the tool.
+    # For a task of six rows, J has the same rank at every point of the tool. Return the centre of
+    # the wrist: the point of the last axis nearest to the axis before it. If the axes are nearly
+    # parallel, it may be far away; then return the tool.
     if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
         return elements.tool
     a, b = elements.axis[-1], elements.axis[-2]

@@ -166,7 +166,10 @@ class BoardViews(FrozenArrays):
 
 
 def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, Floats]:
-    """Return residuals of corners (K, 2), and derivatives by position and rotation, (2 K, 6)."""
+    """
+    Return the residuals of the corners in px, (K, 2), and their derivatives by position and
+    rotation of the board, (2 K, 6).
+    """
     arms = seen.points @ pose[:3, :3].T
     pixels, J = camera.pixels(arms + pose[:3, 3])
     moves = np.concatenate([J, np.cross(arms[:, None], J)], axis=2)

@@ -65,8 +65,8 @@ OPTIONS = {
 TAKEN = re.compile(r'(base|tool)\d*|compliance')
 # Groups of parameters of sessions and loads.
 PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
-# Parameters that are not in a table: the delay of the joint states, and the whole play of
-# the joints, of which they lack half in the direction they came from.
+# Parameters that are not in a table: the delay of the joint states, and the backlash of the
+# joints. Each joint stops half the backlash before its measured position.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
 # Causes of the frame check that the calibration corrects itself.

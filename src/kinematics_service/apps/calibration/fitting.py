@@ -333,7 +333,7 @@ def find_values(
     progress: Callable[[int], None] = lambda round_: None,
 ) -> Identified:
     """
-    Return the corrections, how well they are known, the noise and the outliers of a problem.
+    Solve a fit: return the corrections with their standard deviations, the noise and the outliers.
 
     Parameters
     ----------

@@ -64,7 +64,9 @@ class CalibratedParameter(ArmParameter):
         return {LAG.group: 's', GEARS: '', COMPLIANCE: yields}.get(self.group, plain)
 
     def in_words(self, value: float) -> str:
-        """Return a correction or a deviation of it in words, with the unit of its kind."""
+        """
+        Return a correction, or its standard deviation, as text with the unit of the parameter.
+        """
         of_unit = {'rad': angle_in_words, 'm': length_in_words, 's': time_in_words}
         if self.unit in of_unit:
             return of_unit[self.unit](value)

@@ -116,7 +116,8 @@ def calibrated_text(
     source = '; '.join(part for part in parts if part)[:MAX_SOURCE_LENGTH]
     sections: dict[str, Sequence[str] | None] = {
         'source': [f'source: {json.dumps(source, ensure_ascii=False)}'],
-        'tolerance': None,  # of the nominal table
+        # None removes the section: tolerances describe the nominal table, not a calibrated one.
+        'tolerance': None,
         'links': links_section(robot.description.links),
         'singularity': singularity_section(text, factors, task_of(found.robot) or ()),
     }

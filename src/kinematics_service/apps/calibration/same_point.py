@@ -177,7 +177,7 @@ class SamePointParameters(ChosenParameters):
                     f'point {name} is touched from {poses}: at least {MIN_POSES} are needed, and '
                     f'some {2 * robot.dof} or more at each point identify most of an arm'
                 )
-            # An arm of three joints has no more than a few poses there.
+            # Two poses suffice: an arm of three joints reaches a point in a few poses only.
             check_different(own, f'the {len(own)} poses at point {name}', least=2)
         self.marks, self.names, self.apart = marks, names, _checked(apart, names)
         self.chain = (arm := parameters_of(robot, gears)).chain
@@ -233,7 +233,10 @@ class SamePointParameters(ChosenParameters):
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
     def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
-        """Return what tells how badly touches fit with each mistake undone."""
+        """
+        Return a function that scores mistakes of the input: the squared distance of each touch,
+        with the mistake corrected.
+        """
         q, far = self.given.q, ERROR_LIMIT.position
         return lambda changes: truncated(
             (self._distances(np.stack([one.joints(q) for one in changes])) / far) ** 2

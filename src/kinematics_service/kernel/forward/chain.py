@@ -397,7 +397,7 @@ class Closure:
 
     def units(self) -> Floats:
         """
-        Return the motion of each joint that is equivalent to 1 rad, shape (n,); infinite for a
+        Return the motion of each joint, rad or m, that counts as 1 rad, shape (n,); infinite for a
         joint outside of all loops.
         """
         units: Floats = self.first.arguments[3]

@@ -108,7 +108,8 @@ def _eliminated(
     across = vectors.dot(v, v)
     first, second = _right_side(F, b, across), _right_side(G, b, across)
     error_1, error_2 = _error_of(F, b, across, way), _error_of(G, b, across, way)
-    # A normal of 0 contributes an error alone.
+    # The normal is zero within its error: the equation does not depend on joint 2, and only the
+    # error enters the bound.
     if F[8] == 0.0:
         return first, error_1 + F[9] * math.sqrt(across)
     if G[8] == 0.0:

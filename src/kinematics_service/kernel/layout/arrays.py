@@ -41,7 +41,7 @@ def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
 
 
 def given(thing: object) -> None:
-    """Raise TypeError for None instead of an object of the kernel."""
+    """Raise TypeError if the argument is None: the kernel needs an object of its own."""
     if thing is None:
         raise TypeError('the kernel takes an object of its own here, not None')
 

@@ -24,8 +24,8 @@ from .rank_equations import RankEquations
 DAMPING = 0.5
 # Converged: rest of the way to the flat position, rad.
 FLAT_TOLERANCE = 1e-4
-# The motion found ends before the flat position by this, rad, or by ten times as much until the
-# loops close: a branch may end there.
+# The motion stops short of the flat position by this distance, rad. It grows tenfold until the
+# loops close, because a branch may end there.
 END_BEFORE = 1e-7
 # Steps: the rest of the way shrinks to 0.75 at worst, where D falls evenly.
 FLAT_STEPS = 30

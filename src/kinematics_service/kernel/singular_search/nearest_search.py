@@ -22,7 +22,8 @@ SAMPLES = 24
 SAMPLES_OF_LOOPS = 6
 # Samples that are starts if J is nearly singular but no singular pose was found near.
 NEARLY_SINGULAR_SAMPLES = 96
-# The least distance, rad, at which a nearly singular pose is searched with more samples.
+# If J is nearly singular but the singular pose found is farther away than this, rad, more samples
+# are tried.
 DOUBTFUL_DISTANCE = 0.1
 # Mixtures of the last two directions that are starts: 22.5 degrees apart.
 MIXTURES = 8
@@ -192,7 +193,8 @@ class NearestSearch:
                 self._take_flat(k)
 
     def _take_flat(self, k: int) -> None:
-        # A flat position of group k is singular, too.
+        # At the flat position of loop group k, the loop equations are singular. It replaces the
+        # singular pose if it is nearer.
         if self.flat_lengths[k] < self.distance:
             self.distance = self.flat_lengths[k]
             arrays.copy(self.nearest, self.n, self.projection.d)

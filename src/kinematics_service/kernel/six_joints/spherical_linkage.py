@@ -149,7 +149,8 @@ class SphericalLinkage:
         self.bound += math.sqrt(vectors.dot(carried, carried))
         self.bound += math.sqrt(vectors.dot(twice, twice)) + 3 * abs(self.offset)
         self.bound += math.sqrt(vectors.dot(between, between) / square)
-        # Slides perpendicular to joint A, before and after it, span one plane at any angle.
+        # If both slides are perpendicular to joint A, one before and one after it, they span the
+        # plane normal to axis A at every angle.
         slide, other = vectors.axis_of(screws, 0), vectors.axis_of(screws, self.second)
         self.across = self.before == 1 and abs(vectors.dot(slide, first)) < PARALLEL_SINE
         self.across = self.across and abs(vectors.dot(other, first)) < PARALLEL_SINE

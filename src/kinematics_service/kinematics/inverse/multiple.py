@@ -126,7 +126,8 @@ def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
 
 
 def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
-    # The highest order m of a root near 0, and its position: the simple root of derivative m - 1.
+    # Returns the highest multiplicity m of a root near 0, and its position, computed as the simple
+    # root of derivative m - 1.
     derivatives = [np.polynomial.Polynomial(coefficients)]
     for _ in range(MAX_ORDER):
         derivatives.append(derivatives[-1].deriv())
@@ -145,8 +146,8 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
 def _way(
     problem: IkProblem, q: Floats, s: float, parts: tuple[Floats, Floats, Floats]
 ) -> Floats | None:
-    # The scaled step from q with component s along the lost motion, by Newton's method for the
-    # equations that are not lost. None if it diverges.
+    # Returns the scaled step from q with component s along the null direction of J. Newton's
+    # method solves the equations of full rank. None if it diverges.
     along, across, kept = parts
     y = np.zeros(len(across))
     for _ in range(MAX_NEWTON_STEPS):

@@ -49,8 +49,8 @@ def redundant_result(problem: IkProblem) -> IkResult:
 def _near_alone(
     problem: IkProblem, curves: Sequence[SolutionCurve], families: list[IkFamily]
 ) -> list[IkFamily]:
-    # Returns `near` as a family if it is a solution that no arc (inside the limits) or no curve
-    # (outside) passes: a curve cannot be traced from a singular solution.
+    # Returns `near` as a family of its own if it is a solution outside all arcs and curves found:
+    # no curve can be traced from a singular solution.
     robot, target, plan, near, *_ = problem
     error = float(errors_at(target, plan, near[None])[0])
     if not target.is_reached_at(near, error):

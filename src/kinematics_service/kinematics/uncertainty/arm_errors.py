@@ -37,7 +37,7 @@ CACHE_SIZE = 8
 
 class TableErrors(NamedTuple):
     """
-    Uncertain parameters of a table in the form of the kernel.
+    Uncertain parameters of a table as arrays for the kernel.
 
     Attributes
     ----------

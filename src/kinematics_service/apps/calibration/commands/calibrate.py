@@ -49,7 +49,7 @@ class ConditionOptions(NamedTuple):
             raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
 
     def of(self, given: Sequence[MeasuredRecording]) -> RowConditions:
-        """Return sessions and loads of the rows, as the library's `calibrate` takes them."""
+        """Return the session and the load of each measured row, as `ks.calibrate` takes them."""
         sessions = loads = None
         if self.sessions == EACH_FILE:
             sessions = [Path(one.file).name for one in given for _ in one.q]

@@ -37,7 +37,8 @@ from ..reading import read_images
 from ..robot_text import Frames
 
 BOARD = re.compile(r'(\d{1,3})x(\d{1,3}),([^,]+),([^,]+),\s*(DICT_\w+)(,\s*legacy)?')
-# Squares in a row of a board: fewer have too few corners, and no board has more.
+# Allowed number of squares along each edge of a board: smaller boards have too few corners, and
+# larger boards do not exist.
 SQUARES = range(3, 101)
 LARGEST_SQUARE = 10.0  # m; a larger one is in other units
 

@@ -1,5 +1,6 @@
 """
-Frames and Jacobian of a table at many poses, by products of matrices and their derivatives.
+Frames and Jacobian of a table at many joint positions: products of the row matrices, and of their
+derivatives.
 
 J is independent of the kernel's: it comes from dT/dq, not from axes and moment arms.
 """

@@ -143,7 +143,8 @@ class OriginCheck(NamedTuple):
 
 def origin_check_of(host: str, more_names: Sequence[str]) -> OriginCheck:
     """
-    Return the origin check of a page served at a host.
+    Return the HTTP origin check of the live view: the host names it accepts, and the token it
+    needs.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ MIN_SPAN_RATIO = 0.05
 ROUND_OFF = 1e-9
 # Round-off of joint positions relative to the coefficients of polynomials: 45 machine epsilons.
 RELATIVE_ROUND_OFF = 1e-14
-# Largest number of clearances for a plan.
+# Largest number of evaluations of the proved radius without singular poses, for one plan.
 MAX_CLEARANCES = 5_000
 # Further clearances for each segment of a plan.
 MAX_CLEARANCES_OF_SEGMENT = 20

@@ -12,7 +12,8 @@ from .quantities import Kind, Quantities
 from .schema import PlacementEntry, PoseEntry
 
 ZEROS = ('0', '0', '0')
-# Largest entry of |R^T R - 1| of a rotation by exact expressions, which is kept as it is.
+# A rotation matrix is used unchanged if no entry of |R^T R - 1| exceeds this: exact expressions
+# like sqrt(2)/2 meet it.
 EXACT_ROTATION_TOLERANCE = 1e-12
 # Largest entry of |R^T R - 1| of a rotation with six printed digits, which is projected.
 PRINTED_ROTATION_TOLERANCE = 1e-6

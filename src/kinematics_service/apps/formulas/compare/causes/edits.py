@@ -221,7 +221,9 @@ def arguments(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with its numbers in degrees, millimetres, or its result in degrees."""
+    """
+    Yield the expression with a mistake of units: numbers or result in degrees, or millimetres.
+    """
     changed, inside = e, False
     for part in {p for _, p in places(e) if p.func in (sp.sin, sp.cos, sp.tan)}:
         number, rest = part.args[0].as_coeff_Add()

@@ -141,7 +141,7 @@ class _Parser:
             self.at += 1
 
     def expression(self, least: int = SUM) -> Node:
-        """Return the expression up to an operator that binds less."""
+        """Parse an expression up to the first operator whose precedence is lower than `least`."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
             raise self.error(f'brackets and signs nested more than {MAX_DEPTH} deep')

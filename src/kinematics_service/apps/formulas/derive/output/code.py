@@ -11,7 +11,8 @@ from ..derivation import Derivation
 
 def code_of(derivation: Derivation, language: str) -> str:
     """
-    Return a module of functions: the tool's pose, the Jacobian, and the determinant if there is.
+    Return source code of functions: the tool's pose, the Jacobian, and the determinant if it was
+    derived.
     """
     return _WRITERS[language](derivation)
 
