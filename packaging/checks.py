@@ -13,6 +13,7 @@ import os
 import re
 import subprocess
 import sys
+import tokenize
 from collections.abc import Iterator, Sized
 from importlib.util import find_spec
 from pathlib import Path
@@ -53,7 +54,8 @@ WORDING = {
     'name who says it': r'\b(?:is told|are told|is said|are said|stands? in|is heard|shall)\b',
     'write not or without': r'\b(?:is|are|was|were|be) no(?!w| longer| more| less)(?:ne)? [a-z]',
 }
-# Lines with such a wording, in 1,000 words of all pages; four packages of others have 0.4 to 0.8.
+# Such wordings in 1,000 words, of all pages and of each folder of the package; four packages of
+# others have 0.4 to 0.8.
 MAX_WORDINGS = 1.0
 # A check that finds fewer of them looks in the wrong place.
 MIN_IMPORTS = 21
@@ -61,6 +63,7 @@ MIN_STEPS = 11
 MIN_TEST_COMMANDS = 6
 MIN_EXTRAS = 5
 MIN_TEST_FILES = 5
+MIN_FOLDERS = 12
 
 
 def nodes_of(file: Path) -> list[ast.AST]:
@@ -93,20 +96,40 @@ def retired_words() -> Iterator[str]:
             yield f'{file.relative_to(ROOT)}: {old!r} is now {RETIRED[old]!r}'
 
 
+def texts_of(file: Path) -> Iterator[str]:
+    """Yield the lines of the docstrings, and the comments of a file of Python."""
+    for node in nodes_of(file):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef):
+            yield from (ast.get_docstring(node) or '').splitlines()
+    with file.open('rb') as source:
+        for token in tokenize.tokenize(source.readline):
+            if token.type == tokenize.COMMENT:
+                yield token.string.lstrip('# ')
+
+
 def plain_words() -> Iterator[str]:
-    """Yield the wordings of the pages that stop a reader, if they are more than `MAX_WORDINGS`."""
+    """Yield the wordings that stop a reader, of texts that have more than `MAX_WORDINGS`."""
     patterns = {name: re.compile(pattern) for name, pattern in WORDING.items()}
     pages = [*(ROOT / 'docs').rglob('*.md'), ROOT / 'README.md', ROOT / 'CONTRIBUTING.md']
-    lines = [(page.relative_to(ROOT), line) for page in pages for line in prose_of(page)]
-    words = sum(len(line.split()) for _, line in lines)
-    found = [
-        f'{page}: {name}: {line}'
-        for page, line in lines
-        for name, pattern in patterns.items()
-        if pattern.search(line)
+    folders = [
+        file.parent
+        for file in [*PACKAGE.glob('*/__init__.py'), *PACKAGE.glob('apps/*/__init__.py')]
+        if file.parent.name != 'apps'
     ]
-    if len(found) > MAX_WORDINGS * words / 1000:
-        yield from found
+    yield from too_few('folders of the package', folders, MIN_FOLDERS)
+    texts = [[(page, line) for page in pages for line in prose_of(page)]]
+    for folder in folders:
+        texts.append([(file, text) for file in folder.rglob('*.py') for text in texts_of(file)])
+    for lines in texts:
+        words = sum(len(line.split()) for _, line in lines)
+        found = [
+            f'{file.relative_to(ROOT)}: {name}: {line}'
+            for file, line in lines
+            for name, pattern in patterns.items()
+            if pattern.search(line)
+        ]
+        if len(found) > MAX_WORDINGS * words / 1000:
+            yield from found
 
 
 def exists(module: str, name: str) -> bool:
