@@ -2,8 +2,7 @@
 Judge recordings, planned trajectories and datasets by the rules of the node: `audit`.
 
 `readers/` and `datasets/` turn files into blocks of joint states. `audit/` passes the blocks
-through the estimator of the node and the kernel, and makes findings; `audit/report/` writes page,
-JSON and bag. `plans/` checks a plan at and between its points. `sweep.py` distributes batches over
-a cluster.
-`commands/` has the command and its options.
+through the estimator of the node and the kernel, and makes findings; `audit/report/` writes the
+page, the JSON document and the bag. `plans/` checks a plan at and between its points. `sweep.py`
+distributes batches over a cluster. `commands/` has the command and its options.
 """

@@ -34,12 +34,14 @@ from .slowing import Slowing, SlowingSettings, slowing_of
 from .stream import Stream, StreamWatch
 from .timeline import Timeline, TimelineBatch
 
-# Number of joint names in the error that no name belongs to the arm.
+# Largest number of joint names listed in the error that no message names a joint of the arm.
 MAX_NAMES = 12
 
 
 class WorstMoment(NamedTuple):
-    """A worst moment: the quantity, the row of the timeline, and the value in words."""
+    """
+    A worst moment of a recording: the quantity, its row in the timeline, and its value as text.
+    """
 
     what: str
     row: int
@@ -62,7 +64,7 @@ class Audit:
     frames
         The comparison with a second source of poses, or why it failed; None without a source.
     trajectories, plans
-        Number of planned trajectories; and the checks by the number of the trajectory, from 1.
+        The number of planned trajectories; the checks, by trajectory number from 1.
     asked
         The settings for plans.
     slowing
@@ -92,13 +94,13 @@ class Audit:
 
     @property
     def refused(self) -> dict[str, int]:
-        """Return the number of messages that did not make a state, by reason."""
+        """Return the number of messages that did not yield a state of the arm, by reason."""
         other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
         return {reason: n for reason, n in self.counts.items() if n and reason not in other}
 
     @property
     def damaged(self) -> bool:
-        """Return whether the file's checksums are wrong."""
+        """Return whether a checksum of the recording is wrong."""
         return any(remark.level == Level.ERROR for remark in self.remarks)
 
 
@@ -126,8 +128,8 @@ class AuditSettings(NamedTuple):
 
 class AuditProgress(NamedTuple):
     """
-    Callbacks of an audit: `progress` gets numbers of messages and then of checked plans, `part`
-    each batch.
+    Callbacks of an audit: `progress` receives the number of messages, or of checked plans, since
+    the call before; `part` receives each batch of states.
     """
 
     progress: Callable[[int], None] = lambda messages: None
@@ -261,7 +263,8 @@ def _excess(column: Column[np.float64], joint: JointReport, rows: slice) -> Floa
 
 
 def _largest(count: int, values_of: Callable[[slice], Floats]) -> tuple[int, float]:
-    # Returns the first row of the largest value without NaN, and the value; -inf if all are NaN.
+    # Returns the first row with the largest value, and this value, ignoring NaN; -inf if all are
+    # NaN.
     row, largest = 0, -math.inf
     for rows in spans(count):
         values = values_of(rows)

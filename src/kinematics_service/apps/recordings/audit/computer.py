@@ -1,4 +1,7 @@
-"""Turn blocks of messages into a timeline: the kernel in batches, warnings message by message."""
+"""
+Compute the timeline of a recording from its blocks of messages: the kernel runs on batches, the
+rules for warnings run message by message.
+"""
 
 from collections import Counter
 
@@ -18,7 +21,8 @@ from .ingest import Ingest, KnownJoints
 from .judging import Judge
 from .timeline import PublishedWarning, Timeline, TimelineBatch
 
-# Largest number of warnings that are kept; an arm may pass a threshold for hours.
+# Largest number of warnings kept in the timeline, which bounds the memory if an arm is often near
+# a threshold.
 MAX_WARNINGS = 10_000
 
 
@@ -99,14 +103,16 @@ class Computer:
         return KnownJoints(**columns, timeouts=kept)
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
-        # As in the estimator, the sign of a quaternion is that of the last published quaternion.
+        # Give each quaternion the sign nearer to the quaternion published before it, as the
+        # estimator does.
         before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
         last = np.concatenate([before, quaternions[:-1]])
         dots = np.einsum('ij,ij->i', quaternions, last)
         for k in np.flatnonzero(np.abs(dots) < 1e-9):
-            dots[k] = np.dot(quaternions[k], last[k])  # the sign of a sum depends on its order
+            # near 0 the order of the sum decides the sign: use the function of the estimator
+            dots[k] = np.dot(quaternions[k], last[k])
         turns = np.where(dots < 0.0, -1.0, 1.0)
         signs = np.cumprod(turns)
         for k in np.flatnonzero(fresh | (dots == 0.0)):
-            signs[k:] *= signs[k]  # a new start, with w >= 0
+            signs[k:] *= signs[k]  # restart with the sign of the kernel, w >= 0
         return np.asarray(signs, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""Thin curves over time to the columns of a drawing: the extremes of each column are kept."""
+"""Thin curves over time to the resolution of a drawing: each column keeps its extremes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -38,7 +38,7 @@ class Curve:
 
 
 def across(t: Floats, end: float) -> Floats:
-    """Return the positions of times in the drawing."""
+    """Return the horizontal positions of times (s) in a drawing that ends at `end` (s)."""
     return t * (WIDTH / end) if end else np.full(len(t), 0.5 * WIDTH)
 
 
@@ -46,7 +46,7 @@ def curve_of(
     name: str, style: str, end: float, pieces: Iterable[tuple[Floats, Floats, Flags]]
 ) -> Curve:
     """
-    Return a curve thinned to what a drawing shows, read in pieces.
+    Return a curve from its pieces, thinned to the resolution of a drawing.
 
     It keeps the first, the least, the largest and the last value of every column of the drawing.
 
@@ -61,7 +61,7 @@ def curve_of(
     count = held = groups = 0
     for t, values, breaks in pieces:
         known = np.flatnonzero(np.isfinite(values))
-        # A line starts again after a break or an unknown row.
+        # Start a new group, drawn as a separate line, after a break or an unknown value.
         group = groups + np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
         groups = int(group[-1])
         count, held = count + len(known), held + len(known)
@@ -80,12 +80,12 @@ def _joined(drawn: list[tuple[Any, ...]]) -> tuple[Any, ...]:
 
 
 def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[Any, ...]:  # type: ignore[type-arg]
-    # Thinning the thinned pieces gives the same as thinning the whole.
+    # Pieces that were thinned before may be thinned again together: the kept points are the same.
     column = np.minimum(across(t, end) * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
     edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)
     counts = np.diff(edges, append=len(values))
-    # The first row with the least and with the largest value of each column.
+    # In each column keep the first row with the least value, and the first with the largest value.
     least = _first_where(values == np.repeat(low, counts), edges)
     largest = _first_where(values == np.repeat(high, counts), edges)
     kept = np.unique(np.concatenate([edges, edges + counts - 1, least, largest]))

@@ -1,4 +1,4 @@
-"""A finding of an audit, and durations in words."""
+"""Define a finding of an audit, and write durations as text."""
 
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ class Finding(NamedTuple):
 
 
 def seconds(time: float) -> str:
-    """Return a duration in words: 0.04 s, 3.2 s, 2 min 5 s, 1 h 3 min."""
+    """Return a duration (s) as text: 0.04 s, 3.2 s, 2 min 5 s, 1 h 3 min."""
     if time < 60.0:
         return f'{time:.3g} s'
     if time < 3600.0:

@@ -21,9 +21,9 @@ from .timeline import Timeline
 
 # Largest gap between two states for interpolation, in median intervals: one or two lost messages.
 GAP_INTERVALS = 3.0
-# Lower bound of this gap, s.
+# Lower bound of the largest gap for interpolation, s.
 MIN_GAP = 0.05
-# Upper bound of this gap, s.
+# Upper bound of the largest gap for interpolation, s.
 MAX_GAP = 0.5
 # Least number of poses for a comparison.
 MIN_POSES = 3
@@ -38,9 +38,9 @@ class FrameSettings(NamedTuple):
     gap : s
         Largest time between the joint states around a pose; None: three median intervals.
     limits
-        Remainders from which the level is WARN, and ERROR.
+        RMS pose differences, after constant offsets, at which the level is WARN, and ERROR.
     fine
-        Remainders up to which no cause is searched.
+        RMS pose differences up to which no cause is searched.
     """
 
     gap: float | None = None
@@ -51,7 +51,7 @@ class FrameSettings(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class FrameReport:
     """
-    The diagnosis, and the remainders over time.
+    The diagnosis of the frame check, and the pose differences over time.
 
     Attributes
     ----------
@@ -61,17 +61,17 @@ class FrameReport:
         Number of poses; number of evenly spread poses that were considered; and number of these
         with joint positions at their time.
     unmatched
-        Why other poses lack joint positions, in words; empty if all have them.
+        Why the other poses have no joint positions, as text; empty if all have them.
     doubts
         Remarks on implausible numbers, each a sentence.
     diagnosis
         Result of the frame check.
     limits
-        Remainders from which the level is WARN, and ERROR.
+        RMS pose differences, after constant offsets, at which the level is WARN, and ERROR.
     t : shape (M,), s
         Time in the recording of each compared pose.
     position, rotation : shape (M,), m and rad
-        Remainders after the constant offsets.
+        Pose differences that remain after constant offsets of base and tool.
     """
 
     name: str
@@ -89,12 +89,12 @@ class FrameReport:
 
     @property
     def level(self) -> Level:
-        """Return the level of the remainder."""
+        """Return the level of the pose differences."""
         return self.limits.level(self.diagnosis)
 
     @property
     def sentence(self) -> str:
-        """Return the result of the comparison, a sentence."""
+        """Return the result of the comparison as a sentence."""
         return self.limits.sentence(self.diagnosis)
 
 
@@ -110,7 +110,10 @@ class NotCompared(NamedTuple):
 def frames_of(
     robot: Robot, track: PoseTrack, timeline: Timeline, settings: FrameSettings
 ) -> FrameReport | NotCompared:
-    """Return the comparison of the poses of a second source, or why it is not possible."""
+    """
+    Compare the poses of a second source with those of the recording; return the report, or the
+    reason why a comparison is not possible.
+    """
     none = NotCompared(track.name, track.frame, track.total or len(track.stamps), track.refused)
     if track.refused:
         return none
@@ -178,7 +181,7 @@ class ChosenPoses(NamedTuple):
 
 
 def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
-    """Return the poses to compare, among the M poses that `use` selects."""
+    """Choose the poses to compare among the M poses that `use` selects, at even steps."""
     rows = np.flatnonzero(use)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAX_POSES).astype(int))]
     zero, motion = found.stamps[0], None
@@ -190,7 +193,7 @@ def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
 
 def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
     """
-    Return which poses have joint positions, and why the other poses lack them, in words.
+    Return which poses have joint positions at their time, and as text why the others have none.
 
     Parameters
     ----------

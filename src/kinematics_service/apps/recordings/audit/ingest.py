@@ -1,8 +1,10 @@
 """
-Pass blocks of messages through the estimator: the known joints after each message.
+Pass blocks of messages through the estimator of the node, and return the known joints after each
+message.
 
-Messages in order are taken in columns, by the rules of the estimator. The first and the last of
-them go through the estimator itself, so its memory is the same.
+A run of messages with rising stamps is computed in columns, by the rules of the estimator. The
+first and the last message of a run go through the estimator itself, which keeps its memory
+correct.
 """
 
 import math
@@ -18,13 +20,14 @@ from ....kernel import LARGEST, Floats
 from ....robot.robot import Robot
 from ..readers.block import Block, Flags, Times, UnreadableMessage
 
-# Least number of messages that are taken in columns.
+# Number of consecutive messages below which each message goes through the estimator itself.
 MIN_RUN = 8
 
 
 class JointTimeout(NamedTuple):
     """
-    A joint lacks positions for the timeout: the node reports STALE at `moment` (ns, of receipt).
+    A joint that has had no position for the timeout: the node reports STALE at `moment` (ns, of
+    receipt).
     """
 
     moment: int
@@ -43,13 +46,14 @@ class KnownJoints:
     stamps, arrivals : shape (N,), ns
         Stamp of the state, and time of receipt.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
-        In the order of the arm; a row of `qdot` is NaN if some velocity is unknown.
+        Joint positions and velocities in the order of the arm's joints; a row of `qdot` is NaN if
+        the velocity of a joint is unknown.
     differenced : shape (N,)
-        Whether some velocity is a difference of positions.
+        Whether the velocity of a joint is a difference of positions.
     fresh : shape (N,)
-        Whether the estimator was reset just before.
+        Whether the estimator was reset just before the message.
     timeouts : by row
-        The time-out before a row.
+        The time-out just before a row, by row number.
     """
 
     messages: Times
@@ -80,7 +84,7 @@ class RefusedExample(NamedTuple):
 
 class Ingest:
     """
-    An estimator, and the messages that it refused.
+    Passes messages through an estimator, and counts the messages that it refuses.
 
     Attributes
     ----------
@@ -106,7 +110,10 @@ class Ingest:
         return self._estimator.counts
 
     def take(self, block: Block | UnreadableMessage) -> KnownJoints:
-        """Return the known joints after each message of the next block that makes a state."""
+        """
+        Take the next block of messages; return the known joints after each message that yields a
+        state.
+        """
         if isinstance(block, UnreadableMessage):
             self.counts[UNREADABLE] += 1
             self._refused(0, UNREADABLE, 0, block.reason)
@@ -119,8 +126,8 @@ class Ingest:
                 k += 1
                 if accepted and end - k >= MIN_RUN:
                     self._columns(block, k - 1, end - 1)
-                    # This call updates the memory of the estimator. The message was counted with
-                    # its run, also if its loops do not close.
+                    # Update the memory of the estimator with the last message of the run. Restore
+                    # the counts afterwards, because `_columns` has counted this message already.
                     counts = self.counts.copy()
                     self._estimator.accept(block.sample(end - 2))
                     self.counts.clear()
@@ -130,12 +137,12 @@ class Ingest:
         return self._rows.known()
 
     def _refused(self, k: int, reason: str, stamp: int, sentence: str) -> None:
-        # Message k of the block makes no state.
+        # Keeps the first example of each reason; message k of the block yields no state.
         self.examples.setdefault(reason, RefusedExample(self._message + k, stamp, sentence))
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
-        # Yields runs of messages that can be taken in columns after the first; other messages are
-        # runs of one.
+        # Yields begin and end of each run of messages with complete positions and rising stamps.
+        # Any other message is a run of one.
         count = len(block)
         columns = self._joint_columns(block)
         if columns is None:
@@ -150,8 +157,8 @@ class Ingest:
         yield from zip(starts, starts[1:])
 
     def _joint_columns(self, block: Block) -> list[int] | None:
-        # Returns the column of each joint of the arm; None unless each joint occurs once and has
-        # a position.
+        # Returns the column of each joint of the arm; None if a joint does not occur exactly once,
+        # or if positions are missing.
         if block.positions.shape[1] != len(block.names):
             return None
         if any(block.names.count(name) != 1 for name in self._names):
@@ -159,7 +166,7 @@ class Ingest:
         return [block.names.index(name) for name in self._names]
 
     def _one(self, block: Block, k: int) -> bool:
-        # One message through the estimator itself.
+        # Passes message k through the estimator itself, and returns whether it was accepted.
         estimator, sample = self._estimator, block.sample(k)
         self._started = sample.arrival if self._started is None else self._started
         self._listen(sample.arrival)
@@ -181,7 +188,7 @@ class Ingest:
         return True
 
     def _listen(self, arrival: int) -> None:
-        # Does what the watchdog of the node does between messages.
+        # Detects time-outs between messages, as the watchdog of the node does.
         assert self._started is not None
         timeout = self._estimator.settings.timeout
         if self._stale or arrival - self._started <= timeout:
@@ -195,7 +202,8 @@ class Ingest:
             self._rows.timeout = JointTimeout(min(moment, arrival), missing)
 
     def _columns(self, block: Block, first: int, end: int) -> None:
-        # Takes messages first + 1 to end - 1; message `first` is the last accepted message.
+        # Computes messages first + 1 to end - 1 in columns; message `first` was accepted by the
+        # estimator.
         settings = self._estimator.settings
         columns = self._joint_columns(block)
         assert columns is not None
@@ -233,7 +241,8 @@ class Ingest:
         self.counts[ACCEPTED] += len(q) - 1
 
     def _differences(self, q: Floats, stamps: Times, longest: int) -> Floats:
-        # Returns backward differences, as the estimator computes them.
+        # Returns velocities as backward differences of the positions, as the estimator computes
+        # them.
         steps = np.diff(q, axis=0)
         far = self._wraps & (np.abs(steps) > math.pi)
         for k, j in np.argwhere(far).tolist():
@@ -272,7 +281,7 @@ class _KnownRows:
         self.count += len(self._parts[-1][0])
 
     def known(self) -> KnownJoints:
-        """Return the rows that were added since the last call."""
+        """Return the rows that were added since the previous call."""
         columns = (np.concatenate(column) for column in zip(*self._parts))
         messages, stamps, arrivals, q, qdot, differenced = columns
         fresh, timeouts = np.isin(np.arange(self.count), self._fresh), self.timeouts

@@ -1,4 +1,4 @@
-"""Find the intervals of a recording near a singularity: name, duration and worst moment."""
+"""Find the intervals of a recording near a singularity, with duration and worst moment."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -16,7 +16,9 @@ from .timeline import Stretch, Timeline, stretches_of
 
 
 class FactorPassage(NamedTuple):
-    """A named factor near its zero: least distance (rad), and its row of the timeline."""
+    """
+    The passage of a named factor near its zero: least distance (rad), and its row in the timeline.
+    """
 
     name: str
     distance: float
@@ -34,7 +36,7 @@ class Interval(NamedTuple):
     begin, end : s
         Time of the first state that is not OK, and of the next state that is OK, or the last.
     level
-        The worst.
+        The worst level.
     stopped : s
         Time at level ERROR.
     value
@@ -44,7 +46,8 @@ class Interval(NamedTuple):
     factors
         All factors that are the nearest factor at some time, by their worst moments.
     lost, fighting
-        At the worst moment, in words: lost motion of the tool, joints that cancel each other.
+        At the worst moment, as text: the direction in which the tool cannot move, and the joints
+        whose motions cancel.
     q : shape (n,), rad or m
         Joint positions at the worst moment.
     """
@@ -65,7 +68,7 @@ class Interval(NamedTuple):
 
     @property
     def seconds(self) -> float:
-        """Return how long it lasts, s."""
+        """Return the duration, s."""
         return self.end - self.begin
 
 
@@ -103,7 +106,7 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
         rows = slice(first + span.start, first + span.stop)
         t = timeline.t[rows.start : min(rows.stop, until) + 1]
         levels = timeline.levels[rows]
-        # A state holds until the next state.
+        # The level of a state holds until the next state.
         holds = np.diff(t, append=t[-1:])[: len(levels)]
         level = max(level, Level(int(np.max(levels))))
         stopped += float(np.sum(holds[levels == Level.ERROR]))
@@ -131,7 +134,8 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
 
 
 def _nearest(robot: Robot, near: Singularity) -> str:
-    # Returns the nearest factor; a loop counts only if it is nearer than the singular pose.
+    # Returns the name of the nearest factor. A loop is named only if its singular position is
+    # nearer than the singular pose; otherwise the name is empty.
     if near.factors is None:
         return ''
     k = near.factors.nearest
@@ -151,7 +155,8 @@ def _named(
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
-    # Updates the least distance of each factor that is the nearest factor at some time.
+    # Updates `passed`: the least distance of each factor, over the states at which it is the
+    # nearest factor.
     if not robot.singularity.factors.names:
         return
     distances = timeline.factors[rows]

@@ -1,7 +1,7 @@
 """
-Report the motion of each joint: range, limits, jumps, and its reported velocities.
+Report the motion of each joint: range, limits, jumps, and check of its reported velocities.
 
-A step is a jump if it is larger than the speed of the joint explains.
+A step between two states is a jump if the speed of the joint is too low to explain it.
 """
 
 import math
@@ -17,11 +17,11 @@ from .reported_velocities import INTERVAL_FACTOR, VelocityCheck, velocity_check
 from .stream import steps_of
 from .timeline import Timeline
 
-# A position touches its limit if it is at most this far from it (rad, m).
+# A position is at its limit if it is at most this far from it (rad, m).
 LIMIT_MARGIN = (math.radians(0.5), 1e-3)
-# Positions beyond their limits by more than a turn may be in degrees.
+# If a position is beyond its limit by more than this (rad), the positions may be in degrees.
 DEGREES_BEYOND = math.tau
-# Number of listed jumps.
+# Largest number of jumps listed in the report.
 MAX_JUMPS = 100
 
 
@@ -71,7 +71,7 @@ class JointReport(NamedTuple):
 
 
 def joint_reports(robot: Robot, timeline: Timeline) -> tuple[JointReport, ...]:
-    """Return a report of each joint, in the order of the arm."""
+    """Return a report of each joint of a recording, in the order of the arm's joints."""
     return tuple(_report(robot, timeline, j) for j in range(robot.dof))
 
 
@@ -112,7 +112,9 @@ def _report(robot: Robot, timeline: Timeline, j: int) -> JointReport:
 
 
 def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
-    """Return whether positions may be degrees, because they are far beyond the limits."""
+    """
+    Return whether the joint positions may be in degrees, because they are far beyond the limits.
+    """
     turning = [report for report in reports if not report.sliding]
     far = [report for report in turning if report.worst_beyond > DEGREES_BEYOND]
     wild = [r for r in turning if math.isinf(r.upper) and r.greatest - r.least > 10 * math.tau]
@@ -120,7 +122,7 @@ def look_like_degrees(reports: tuple[JointReport, ...]) -> bool:
 
 
 def jumps_of(robot: Robot, timeline: Timeline) -> tuple[int, tuple[Jump, ...]]:
-    """Return the number of jumps, and the first jumps."""
+    """Return the number of jumps in a recording, and the first `MAX_JUMPS` of them."""
     usual = median(steps[steps > 0] for _, steps in steps_of(timeline.stamps))
     count, first = 0, list[Jump]()
     for rows in spans(len(timeline)):

@@ -1,4 +1,4 @@
-"""The level of each state and the warnings of the node, from the measures of a batch."""
+"""Compute the level of each state and the warnings of the node, from the measures of a batch."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -34,11 +34,15 @@ class Judge:
     alarm: Alarm = Alarm()
 
     def judge(self, known: KnownJoints, singularity: Singularities) -> Judged:
-        """Return levels and warnings of the next states, and of the time-outs before them."""
+        """
+        Return levels and warnings of the next states, and the time-outs before them with a
+        warning.
+        """
         directions, factors = singularity.lost_direction, singularity.factors
         nearest = None if factors is None else np.argmin(factors.estimates, axis=1)
         values = np.abs(getattr(singularity, self.thresholds.measure))
-        # The level without hysteresis is the higher level if the pose is nearly singular.
+        # Start from the levels without hysteresis: they are ERROR or WARN if a pose is nearly
+        # singular.
         levels = np.array(singularity.level, dtype=np.int8)
         judged = Judged(levels, [], [])
         for k, alone in enumerate(levels.tolist()):
@@ -46,7 +50,7 @@ class Judge:
                 timeout = known.timeouts[k]
                 self.alarm, say = self.alarm.step(Level.STALE, None, timeout.moment)
                 judged.timeouts.extend([(k, timeout)] if say else [])
-            # A level that stays OK changes nothing and causes no warning.
+            # Skip this state: if the level stays OK, neither the level nor the warnings change.
             if alone == self.alarm.level == Level.OK and self.alarm.last is not None:
                 continue
             level = self.thresholds.level(float(values[k]), self.alarm.level)

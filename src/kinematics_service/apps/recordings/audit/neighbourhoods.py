@@ -1,7 +1,7 @@
 """
 Interpolate joint positions at the times of poses.
 
-Only states within half a second of some hundred poses are kept in memory.
+The memory holds only states near a pose, within `WINDOW_AROUND_POSES`.
 """
 
 from collections.abc import Iterator
@@ -33,7 +33,8 @@ class Track(NamedTuple):
     q : shape (M, n), rad or m
         Joint positions, NaN without joint positions.
     gaps : shape (M,), s
-        Time between the joint states around each pose; 0 for the same row or stamp.
+        Time between the joint states around each pose; 0 if a joint state has the row or the stamp
+        of the pose.
     within : shape (M,)
         Whether each pose is within the time of the recording.
     interval : s
@@ -91,14 +92,16 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
 
 
 def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, Floats]]:
-    # Yields stamps, times and joint positions of the states around times: both ends of an interval
-    # that meets the window around a time. The last state of a piece waits for the next piece.
+    # Yields stamps, times and joint positions of the states around the times `at`: both ends of an
+    # interval that meets the window around a time. The last state of a piece waits for the next
+    # piece.
     begins, ends = at - WINDOW_AROUND_POSES, at + WINDOW_AROUND_POSES
     none = slice(0, 0)
     last, keep = (states.stamps[none], states.t[none], states.q[none]), np.zeros(0, dtype=bool)
     for rows in spans(len(states), LARGEST_BLOCK):
         stamps = states.stamps[rows]
-        # If stamps step back, only states later than all before are used.
+        # Skip states whose stamp is not later than all stamps before, because stamps may step
+        # back.
         before = last[0] if len(last[0]) else np.array([-1])
         highest = np.maximum.accumulate(np.concatenate([before, stamps[:-1]]))
         rising = np.flatnonzero(stamps > highest)
@@ -117,7 +120,7 @@ def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, F
 
 def _between(robot: Robot, stamps: Times, q: Floats, at: Times) -> tuple[Floats, Floats]:
     # Returns joint positions (M, n) by linear interpolation between the states around each time,
-    # and the time (s) between these states; 0 if a state has this stamp.
+    # and the time (s) between these two states; 0 if a state has exactly this stamp.
     right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
     left = np.where(stamps[right] == at, right, np.maximum(right - 1, 0))
     gaps = np.asarray((stamps[right] - stamps[left]) * 1e-9, dtype=np.float64)

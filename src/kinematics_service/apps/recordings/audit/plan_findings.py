@@ -1,4 +1,4 @@
-"""Sentences about the checks of plans."""
+"""Write the findings on checked plans as sentences."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -16,9 +16,9 @@ from ..plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from .auditing import Audit
 from .findings import Finding, seconds
 
-# Number of sentences about trajectories that are not proved; further ones are counted.
+# Largest number of sentences about trajectories that are not proved; the others are only counted.
 MAX_SENTENCES = 3
-# Distance below which a factor is zero, rad.
+# Distance (rad) below which a factor is reported as zero at a singular pose.
 ZERO_TOLERANCE = 1e-6
 
 
@@ -40,7 +40,10 @@ def _rounded(value: float, way: Callable[[float], int]) -> float:
 
 
 def joints_refuted(audit: Audit, what: Literal['limits', 'speed']) -> list[str]:
-    """Return the names of joints that leave their limits in a plan, or are too fast."""
+    """
+    Return the names of joints that a plan refutes: beyond their limits, or above their speed
+    limits.
+    """
     joints = [joint for plan in audit.plans.values() for joint in plan.joints]
     return [joint.name for joint in joints if getattr(joint, what) == 'refuted']
 
@@ -53,7 +56,7 @@ def plan_findings(audit: Audit) -> list[Finding]:
 
 
 def _closures(audit: Audit) -> Iterator[Finding]:
-    # Yields findings on closed loops.
+    # Yields findings on whether closed loops close.
     for number, plan in audit.plans.items():
         closure, where = plan.closure, _where(audit, number)
         if closure is None:
@@ -76,7 +79,7 @@ def _where(audit: Audit, number: int) -> str:
 
 
 def _of_those_checked(audit: Audit) -> str:
-    # A proof holds for the checked trajectories alone.
+    # Limits a proof to the checked trajectories if not all were checked.
     if len(audit.plans) == audit.trajectories:
         return ''
     return f'Of {len(audit.plans):,} of {audit.trajectories:,} trajectories: '
@@ -107,7 +110,8 @@ def _named(robot: Robot, found: PlanSingularity) -> str:
     # Returns the named factors that vanish at the singular pose.
     if found.nearest_singular is None or not robot.singularity.factors.names:
         return ''
-    if robot.loop_names:  # at a flat position nothing closes
+    # for an arm with loops, name the loop whose equations are singular, if any
+    if robot.loop_names:
         loop = flat_loop(robot, singularity(robot, found.moment.q))
         return f' ({flat_position(loop)})' if loop else ''
     factors = singularity(robot, found.nearest_singular).factors
@@ -165,7 +169,7 @@ def _speeds(audit: Audit) -> Iterator[Finding]:
 
 
 def point_in_words(of: str) -> str:
-    """Return the name of a point: the tool, a frame, or a joint."""
+    """Return a point as text: the tool, a frame with its number, or a joint."""
     if of == TOOL:
         return 'the tool'
     return f'frame {of}' if of.isdecimal() else of
@@ -177,7 +181,7 @@ def _speed(speed: PlanSpeed) -> Finding:
     if speed.verdict == 'refuted':
         text = f'{who} moves at {low} m/s {_at(speed.moment)} ({speed.limit:g} allowed)'
         return Finding(Level.ERROR, f'Refuted: {text}.')
-    if math.isinf(speed.upper):  # sampled
+    if math.isinf(speed.upper):  # the speed is only sampled
         found = f'the largest sampled speed of {who} is {low} m/s, at {at}'
         if speed.limit is None:
             return Finding(Level.OK, f'{found[0].upper()}{found[1:]}; nothing bounds it.')

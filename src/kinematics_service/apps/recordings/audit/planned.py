@@ -14,7 +14,8 @@ from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 
-# Half of the last digit of a turn in words, degrees.
+# Half of the last printed digit of an angle, degrees. A smaller rest of a turn is reported as no
+# motion.
 TURN_RESOLUTION = 0.05
 
 
@@ -38,7 +39,7 @@ class PlanSettings(NamedTuple):
 
     @property
     def speeds_told(self) -> bool:
-        """Return whether speeds were requested."""
+        """Return whether a speed limit or further points were requested."""
         return self.speed_limit is not None or bool(self.speed_of)
 
 
@@ -49,7 +50,10 @@ def checks_of(
     asked: PlanSettings,
     progress: Callable[[int], None] = lambda plans: None,
 ) -> dict[int, PlanCheck]:
-    """Return the checks by the number of the trajectory; a failed check becomes a remark."""
+    """
+    Check the trajectories of a file, and return the checks by trajectory number from 1. A failed
+    check becomes a remark.
+    """
     checks = {}
     for number, plan in enumerate(source.plans, 1):
         which, several = 'The plan', len(source.plans)
@@ -68,7 +72,7 @@ def checks_of(
 def _full_turns(
     robot: Robot, plan: PlannedTrajectory, prefix: str, which: str
 ) -> Iterator[Remark]:
-    # Yields remarks on turns that could be a full turn shorter within the limits.
+    # Yields a remark for each joint whose turn could be shorter by full turns, within its limits.
     for j, name in enumerate(robot.joint_names):
         q = plan.positions[:, plan.names.index(prefix + name)]
         sides = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1

@@ -1,8 +1,9 @@
 """
 Compare the reported velocities of each joint of a recording with differences of its positions.
 
-A regression of one on the other finds a wrong factor, and a search over shifts a lag. The noise of
-the positions is estimated from products of differences that share no position.
+A regression of the reported velocities on the differences finds a wrong factor. A search over time
+shifts finds a lag. The noise of the positions is estimated from products of two differences
+without a common position.
 """
 
 import math
@@ -16,28 +17,30 @@ from ..readers.block import Flags, ForwardClock, Times
 from ..readers.columns import Column, StateTable, median, spans
 from .stream import steps_of
 
-# Lags up to this many median intervals are tried.
+# Largest lag that is tried, in median intervals.
 LAG_INTERVALS = 12
 # Lags are tried with about this many messages, spread over the recording in pieces of LAG_PIECE.
 LAG_MESSAGES = 50_000
 LAG_PIECE = 5_000
-# A lag or a scale is reported if it reduces the difference (RMS) below this fraction of it.
+# A lag or a scale is reported if correcting it reduces the RMS difference below this ratio.
 EXPLAINED_SHARE = 0.6
-# Differences below this fraction of the speed have no cause that matters.
+# Ratio of RMS difference to speed below which no cause is searched.
 DIFFERENCE_SHARE = 0.002
-# A scale that differs from 1 by less is not reported.
+# Least deviation of a scale from 1 that is reported.
 SCALE_TOLERANCE = 0.05
-# A joint with a lower speed (RMS; rad/s, m/s) is not compared.
+# RMS speed (rad/s, m/s) below which the velocities of a joint are not compared.
 SPEED_MINIMUM = 1e-3
-# The motion exceeds its noise if it is this many standard errors of it.
+# A joint is compared if its mean square velocity exceeds the noise by six standard errors; this is
+# the square root of six.
 NOISE_FACTOR = math.sqrt(6.0)
-# Nor is a joint compared whose range is below this many standard deviations of its positions.
+# A joint is not compared if its range is below this many standard deviations of its positions.
 RANGE_FACTOR = 20.0
-# Nor one whose range (rad, m) is below this: it stands, and its controller holds it.
+# A joint is not compared if its range (rad, m) is below this: its controller holds it in place.
 RANGE_MINIMUM = 1e-3
-# Longest interval that is used, in median intervals.
+# Longest interval between two states from which a velocity is computed, in median intervals.
 INTERVAL_FACTOR = 5.0
-# A median difference is reported above this fraction of the joint's speed (RMS).
+# The median difference is reported if it exceeds this fraction of the joint's RMS speed, plus the
+# noise.
 VELOCITY_SHARE = 0.2
 
 
@@ -85,15 +88,17 @@ class VelocityCheck(NamedTuple):
     Attributes
     ----------
     rms, typical, worst
-        RMS, median and largest of their difference; `row` is the worst row.
+        RMS, median and largest difference of reported velocity and position difference; `row` is
+        the row with the largest.
     speed
-        RMS of the differences themselves.
+        RMS of the velocities from differences of positions.
     noise
-        RMS of their part that is noise of the positions.
+        RMS of the part of these velocities that is noise of the positions.
     lag : s
-        Delay of the velocities, 0 if none is believable.
+        Delay of the reported velocities, 0 if no delay explains the difference.
     scale
-        Reported over differentiated: -1 a wrong sign, 57.3 degrees; 1 if none is believable.
+        Reported velocity divided by position difference: -1 for a wrong sign, 57.3 for degrees; 1
+        if no scale explains the difference.
     """
 
     rms: float
@@ -106,7 +111,7 @@ class VelocityCheck(NamedTuple):
     scale: float
 
     def in_words(self, unit: str) -> str:
-        """Return how the velocities differ from the positions, in words; empty if they agree."""
+        """Return as text how the velocities differ from the positions; empty if they agree."""
         if self.scale != 1.0:
             return f'are {scale_in_words(self.scale)}'
         if self.lag:
@@ -119,18 +124,19 @@ class VelocityCheck(NamedTuple):
 
 def smooth_products(velocities: Floats, use: Flags) -> Floats:
     """
-    Return products of mean velocities whose mean is the mean square of the motion without noise.
+    Return products of velocities (differences of positions) whose mean is the mean square velocity
+    without noise.
 
-    The noise of one position is in two velocities, next to each other. The product of a velocity
-    and the next but one has none, and the speed hardly changes in between.
+    The noise of one position enters two adjacent velocities. Each product is of a velocity and the
+    next but one, whose noises are independent, and the speed hardly changes in between.
     """
     products: Floats = velocities[2:] * velocities[:-2]
     return products[use[2:] & use[1:-1] & use[:-2]]
 
 
 def _samples(timeline: MotionColumns, j: int) -> StateTable:
-    # Returns time, position, reported velocity and row of the states with new values of joint j.
-    # If neither changes, the joint stood still or was in none of the messages.
+    # Returns time, position, reported velocity and row of each state in which position or velocity
+    # of joint j is new. If neither changes, the joint stood still or was missing in the message.
     samples = StateTable(4)
     columns = timeline.t, timeline.q.columns[j], timeline.qdot.columns[j]
     for rows in spans(len(timeline)):
@@ -144,18 +150,22 @@ def _samples(timeline: MotionColumns, j: int) -> StateTable:
 
 
 def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityCheck | None:
-    """Return how the reported velocities of joint j agree; None if there is nothing to compare."""
+    """
+    Compare the reported velocities of joint j with its positions; None if a comparison is
+    impossible.
+    """
     samples = _samples(timeline, j)
     usual = median(steps[steps > 0.0] for _, steps in steps_of(samples.columns[0]))
     longest, differences = INTERVAL_FACTOR * usual, Column(np.float64)
     row, worst, sums = 0, -1.0, np.zeros(6)
     position = least = greatest = 0.0
     for rows in spans(len(samples)):
-        begin = max(rows.start - 3, 0)  # a product without noise is of three intervals
+        begin = max(rows.start - 3, 0)  # a product in `smooth_products` spans three intervals
         t, q, qdot, numbers = samples[begin : rows.stop].T
         steps, motion = np.diff(t), joint_steps(q, wraps)
         use = (steps > 0.0) & (steps <= longest)
-        # The mean velocity of an interval against the mean of its ends: right to second order.
+        # Compare the mean velocity of each interval with the mean of the reported velocities at
+        # its ends; the error is of second order.
         mean = np.where(use, motion, 0.0) / np.where(use, steps, 1.0)
         ends = np.where(use, 0.5 * (qdot[1:] + qdot[:-1]), 0.0)
         products, new = smooth_products(mean, use), slice(max(rows.start - begin - 1, 0), None)
@@ -179,7 +189,8 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     surely = max(SPEED_MINIMUM, NOISE_FACTOR * noise / count**0.25)
     if moving < surely**2 or greatest - least < max(RANGE_FACTOR * jitter, RANGE_MINIMUM):
         return None
-    # The noise of the positions is in the differences alone: the motion is the measure.
+    # Divide by the square of the motion without noise: only the differences contain noise of
+    # positions.
     scale, lag = product / moving, 0.0
     left = reported - 2.0 * scale * product + scale**2 * square
     least = DIFFERENCE_SHARE * speed
@@ -191,15 +202,15 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
 
 
 def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
-    # Returns the delay (s) of the reported velocities that explains their difference; 0 if none
-    # does, or if the difference (RMS) is not above the least.
+    # Returns the delay (s) of the reported velocities that explains their difference from the
+    # positions. It is 0 if no delay explains it, or if the RMS difference is at most `least`.
     lags = usual * np.linspace(-LAG_INTERVALS, LAG_INTERVALS, 8 * LAG_INTERVALS + 1)
     pieces = [np.zeros((len(lags), 0))]
     for begin in range(0, len(samples), LAG_PIECE * math.ceil(len(samples) / LAG_MESSAGES)):
         t, q, qdot, _ = samples[begin : begin + LAG_PIECE].T
         path = np.append(0.0, np.cumsum(joint_steps(q, wraps)))
         steps, errors = np.diff(t), np.diff(path_errors(t, path, qdot, lags), axis=1)
-        # An interval is used if no gap is within the largest lag of it.
+        # Use an interval only if no gap is nearer than the largest lag.
         gaps = np.append(0.0, np.cumsum((steps <= 0.0) | (steps > INTERVAL_FACTOR * usual)))
         ends = t[:-1] + lags[0], t[1:] + lags[-1]
         use = np.ptp(np.interp(ends, t, gaps, left=math.nan, right=math.nan), axis=0) == 0.0
@@ -209,7 +220,8 @@ def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
     best = int(np.argmin(squares))
     if squares[now] <= found.shape[1] * least**2 or best in (0, len(lags) - 1):
         return 0.0
-    # A few outliers hide a lag from the mean square, a long rest from the median.
+    # Compare mean squares and medians: outliers hide a lag from the mean square, a long rest hides
+    # it from the median.
     explained = squares[best] < EXPLAINED_SHARE**2 * squares[now]
     explained |= np.median(found[best]) < EXPLAINED_SHARE * np.median(found[now])
     return float(lags[best]) if explained else 0.0

@@ -13,7 +13,7 @@ from ....robot.robot import Robot
 from ..readers.columns import Column, spans
 from .timeline import Stretch, Timeline, stretches_of
 
-# Number of states in one call of `scale`, which limits the memory.
+# Number of states in one call of `scale`, which bounds the memory.
 BATCH = 2**14
 
 
@@ -24,13 +24,14 @@ class SlowedStretch(NamedTuple):
     Attributes
     ----------
     begin, end : s
-        Times of the first state, and of the state after the last one, if there is one.
+        Time of the first slowed state, and of the next state after them; of the last slowed state
+        if none follows.
     cause
-        In words: `singularity`, `position limit of elbow`.
+        The cause as text: `singularity`, `position limit of elbow`.
     value
-        The least ratio of the velocities.
+        The least scale: allowed velocity divided by the velocity of the recording.
     worst
-        Its row of the timeline.
+        The row of the least scale in the timeline.
     """
 
     begin: float
@@ -41,7 +42,7 @@ class SlowedStretch(NamedTuple):
 
     @property
     def seconds(self) -> float:
-        """Return how long it lasts, s."""
+        """Return the duration, s."""
         return self.end - self.begin
 
 
@@ -53,7 +54,8 @@ class Slowing:
     Attributes
     ----------
     values : shape (N,)
-        Ratio of the velocities; NaN if they are unknown.
+        Scale of each state: allowed velocity divided by its velocity; NaN if the velocity is
+        unknown.
     stretches
         The slowed intervals, in order.
     unknown
@@ -66,7 +68,7 @@ class Slowing:
 
     @property
     def by_cause(self) -> dict[str, float]:
-        """Return the seconds of each cause, the longest first."""
+        """Return the total time of each cause, s, the longest first."""
         seconds: dict[str, float] = {}
         for one in self.stretches:
             seconds[one.cause] = seconds.get(one.cause, 0.0) + one.seconds
@@ -74,7 +76,10 @@ class Slowing:
 
 
 class SlowingSettings(NamedTuple):
-    """Whether the `reduced` speeds of the robot file hold; MoveIt Servo's rule, if it is used."""
+    """
+    Settings of `ks.scale`: whether the `reduced` speeds of the robot file apply, and MoveIt
+    Servo's rule or None.
+    """
 
     reduced: bool = False
     rule: ServoRule | None = None

@@ -1,4 +1,4 @@
-"""Evaluate the timing of messages: rate, gaps, repeated stamps, changing orders of names."""
+"""Evaluate the timing of messages: rate, gaps, repeated stamps, changes of the order of names."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,11 +10,11 @@ import numpy.typing as npt
 from ..readers.block import Block, UnreadableMessage
 from ..readers.columns import Column, Scalar, median, spans
 
-# Least gap in median intervals of the stamps.
+# Ratio to the median interval of stamps above which an interval is a gap.
 GAP_INTERVALS = 5.0
-# Least gap, ns.
+# Least length of a gap, ns.
 MIN_GAP = 20_000_000
-# Number of listed gaps.
+# Largest number of gaps that are listed.
 MAX_LISTED = 100
 
 
@@ -36,9 +36,9 @@ class Stream:
     messages
         Number of messages.
     median_interval, longest_interval : s
-        Intervals of the stamps, 0 without stamps.
+        Median and longest interval between stamps, 0 without stamps.
     duration : s
-        Sum of the intervals that go forwards.
+        Sum of the positive intervals between stamps.
     gap_count, gaps
         Number of gaps, and the longest gaps.
     repeated, backwards, unstamped
@@ -47,13 +47,13 @@ class Stream:
     largest_step_back : s
         Largest step back of the stamps.
     identical
-        Messages with stamp and positions of the message before.
+        Number of messages with both stamp and positions of the message before.
     orders
-        Number of orders in which the arm's joints are named.
+        Number of different orders in which messages name the arm's joints.
     changes_of_order
-        Number of times that two messages in a row name them differently.
+        Number of times that the order differs from the order in the message before.
     delay_median, delay_longest : s
-        Times from stamp to receipt; 0 without stamps.
+        Median and longest time from stamp to receipt, 0 without stamps.
     """
 
     messages: int
@@ -74,12 +74,15 @@ class Stream:
 
     @property
     def rate(self) -> float:
-        """Return messages per second by the median interval, 0 without stamps."""
+        """Return the message rate, 1/s, from the median interval; 0 without stamps."""
         return 1.0 / self.median_interval if self.median_interval > 0.0 else 0.0
 
 
 def steps_of(stamps: Column[Scalar]) -> Iterator[tuple[int, npt.NDArray[Scalar]]]:
-    """Yield the steps between stamps in pieces, with the number of the first stamp of each."""
+    """
+    Yield differences of successive stamps in pieces, with the number of the first stamp of each
+    piece.
+    """
     for rows in spans(len(stamps)):
         begin = max(rows.start - 1, 0)
         steps = np.diff(stamps[begin : rows.stop])
@@ -92,7 +95,7 @@ class StreamWatch:
 
     def __init__(self, joint_names: tuple[str, ...]) -> None:
         self._ours = set(joint_names)
-        # Columns of the messages with a stamp.
+        # The columns hold only messages with a stamp.
         self._stamps, self._delays = Column(np.int64), Column(np.int64)
         self._numbers = Column(np.int64)
         self._orders = set[tuple[str, ...]]()
@@ -103,7 +106,7 @@ class StreamWatch:
         self._count = 0
 
     def take(self, block: Block | UnreadableMessage) -> None:
-        """Take the next block."""
+        """Take the next block of messages."""
         if isinstance(block, UnreadableMessage):
             self._count += 1
             return
@@ -112,7 +115,8 @@ class StreamWatch:
             self._orders.add(order)
             self._changes += self._order is not None and self._order != order
             self._order = order
-        # Tables may begin at 0 s; in a bag stamp 0 means unstamped.
+        # Treat a stamp of 0 as unstamped in a bag, but as a time in a table: a table may begin at
+        # 0 s.
         stamped = (block.stamps > 0) | (block.received == 0)
         self._numbers.append(np.flatnonzero(stamped) + self._count)
         self._stamps.append(block.stamps[stamped])
@@ -125,7 +129,7 @@ class StreamWatch:
         self._count += len(block)
 
     def stream(self) -> Stream:
-        """Return the findings."""
+        """Return the timing of all messages taken so far."""
         stamps, delays = self._stamps, self._delays
         forwards = median(steps[steps > 0] for _, steps in steps_of(stamps))
         longest = max(GAP_INTERVALS * forwards, MIN_GAP)

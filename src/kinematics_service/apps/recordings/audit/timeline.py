@@ -1,4 +1,4 @@
-"""The states of an arm at all messages of a recording, in columns."""
+"""Store the states of an arm at all messages of a recording, in columns."""
 
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
@@ -23,7 +23,7 @@ class Stretch(NamedTuple):
     """
     Consecutive states with the same label, rows `first` to `last`.
 
-    They last to row `until`: the next state, or the last state before a break.
+    The stretch ends at the time of row `until`: the next state, or the last state before a break.
     """
 
     label: int
@@ -35,7 +35,9 @@ class Stretch(NamedTuple):
 def stretches_of(
     pieces: Iterable[tuple[npt.NDArray[np.integer[Any]], Flags]],
 ) -> Iterator[Stretch]:
-    """Yield the stretches of labels (N,), given with flags (N,) of a break before each label."""
+    """
+    Yield the stretches of equal labels (N,), given with flags (N,) of a break before each label.
+    """
     label = first = count = 0
     for labels, breaks in pieces:
         label = label if count else int(labels[0])
@@ -51,7 +53,9 @@ def stretches_of(
 
 
 class PublishedWarning(NamedTuple):
-    """A warning that the node would have published; `row` is the state at or after it."""
+    """
+    A warning that the node would have published; `row` is the first state at or after the warning.
+    """
 
     row: int
     moment: int
@@ -103,7 +107,7 @@ class Timeline(MotionColumns):
 
     @property
     def end(self) -> float:
-        """Return the time of the last state, s."""
+        """Return the time of the last state, s since the first."""
         return float(self.t[-1])
 
     def append(self, batch: 'TimelineBatch', levels: Levels, turned: Flags) -> None:

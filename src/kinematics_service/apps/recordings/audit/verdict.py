@@ -1,4 +1,4 @@
-"""The verdict of an audit in sentences, worst first."""
+"""Write the verdict of an audit as sentences, worst first."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -13,10 +13,11 @@ from .intervals import watched_at
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
 
-# The verdict is in doubt above both limits. A few messages without a state are usual when several
-# drivers start.
+# Number of messages without a state up to which the verdict is not in doubt. A few are usual when
+# several drivers start.
 MAX_UNJUDGED = 2
-# Ratio of messages without a state: 1 ms a second at 1 kHz, too short to pass a singularity.
+# Ratio of messages without a state up to which the verdict is not in doubt. At 1 kHz it is 1 ms in
+# a second, too short to pass a singularity.
 MAX_UNJUDGED_RATIO = 1e-3
 
 
@@ -27,7 +28,7 @@ class AuditVerdict(NamedTuple):
 
     @property
     def level(self) -> Level:
-        """Return the worst level."""
+        """Return the worst level of the findings."""
         return max(sentence.level for sentence in self.sentences)
 
 
@@ -49,7 +50,7 @@ def verdict_of(audit: Audit) -> AuditVerdict:
 
 
 def _unjudged(audit: Audit) -> int:
-    # A repeated message of a recording was judged before.
+    # Exclude repeated messages of a recording: their state was judged before.
     repeated = 0 if audit.planned else audit.refused.get(DROPPED, 0)
     return sum(audit.refused.values()) - repeated
 
@@ -61,12 +62,12 @@ def _unjudged_share(audit: Audit) -> str:
 
 
 def judged_in_words(audit: Audit) -> str:
-    """Return the number of judged states: `2,001 samples`, `1 joint state`."""
+    """Return the number of judged states as text: `2,001 samples`, `1 joint state`."""
     return counted(len(audit.timeline), 'sample' if audit.planned else 'joint state')
 
 
 def _in_doubt(audit: Audit) -> bool:
-    # Returns whether too many messages of a recording did not make a state.
+    # Returns whether too many messages of a recording yielded no state.
     return not audit.planned and _unjudged(audit) > max(
         MAX_UNJUDGED, MAX_UNJUDGED_RATIO * audit.stream.messages
     )
@@ -84,7 +85,7 @@ def _reasons(refused: dict[str, int]) -> str:
 
 def _singular(audit: Audit) -> Finding:
     found = _singular_poses(audit)
-    if audit.planned:  # _not_judged comes first
+    if audit.planned:  # the finding of `_not_judged` comes before this one
         return found._replace(level=max(found.level, Level.WARN)) if audit.refused else found
     if not _in_doubt(audit):
         return found
@@ -93,7 +94,7 @@ def _singular(audit: Audit) -> Finding:
 
 
 def _away(audit: Audit) -> str:
-    # Returns that no state is near a singular pose, without claiming a proof.
+    # Returns a sentence: no state is near a singular pose. It does not claim a proof.
     who = 'planned motion' if audit.planned else 'arm'
     which = f'its {judged_in_words(audit)}'
     if audit.planned and audit.refused:
@@ -165,7 +166,8 @@ def _frames(audit: Audit) -> Iterator[Finding]:
     for doubt in report.doubts:
         yield Finding(Level.WARN, f'{name}: {doubt}.')
     if report.unmatched:
-        # The comparison covers little of the recording if most poses are unmatched.
+        # Warn if most poses are unmatched, because the comparison then covers little of the
+        # recording.
         few = 2 * report.matched < report.considered
         yield Finding(Level.WARN if few else Level.OK, f'{name}: {report.unmatched}.')
 

@@ -10,30 +10,35 @@ from .....robot.measures import Level
 from .....typography import counted
 from ..findings import Finding
 
-# Largest deviation of a step over missing frames from a multiple of the steps around it, relative
-# to these steps.
+# Largest deviation of a step from an integer multiple of the mean of its neighbour steps, as a
+# ratio of this mean. A step over missing frames is near such a multiple.
 MULTIPLE_TOLERANCE = 0.25
-# Largest multiple of a step over missing frames.
+# Largest multiple that a step over missing frames may have.
 MAX_MULTIPLE = 6.0
-# Least cosine between a step over missing frames and the steps around it. The bounds on the steps
-# exclude a fast step of a person's motion.
+# Least cosine between a step over missing frames and its neighbour steps. The conditions on step
+# sizes exclude fast steps of a person's motion.
 MIN_COSINE = 0.97
-# Largest relative difference between neighbours of the two steps before and the two steps after.
+# Largest relative difference between successive steps around missing frames, where the motion must
+# be even.
 STEP_TOLERANCE = 0.4
-# Least ratio of steps to noise at which steps are examined.
+# Ratio of step to noise below which a step is not examined.
 MOTION_TO_NOISE = 6.0
-# Least ratio of an outlier to the noise; an outlier is measured from the middle of its neighbours.
+# Least ratio of an outlier to the noise. The outlier is the distance of a row from the mean of the
+# rows before and after it.
 OUTLIER_TO_NOISE = 25.0
-# Least outlier, rad or m.
+# Least distance of an outlier from the mean of its neighbours, rad or m.
 MIN_OUTLIER = 0.02
 # Least ratio of an outlier to the distance between its neighbours.
 OUTLIER_TO_STEP = 3.0
-# Least number of steps from which the noise is estimated.
+# Number of steps below which the noise cannot be estimated, and no frame is reported.
 MIN_STEPS = 12
 
 
 class Breaks(NamedTuple):
-    """Rows before missing frames, rows that repeat the row before, and outlying rows."""
+    """
+    Row numbers of breaks in a motion: rows before missing frames, rows that repeat the row before,
+    and outliers.
+    """
 
     missing: list[int]
     repeated: list[int]
@@ -55,7 +60,8 @@ def breaks_of(q: Floats) -> Breaks:
     before, own, after = steps[:-2], steps[1:-1], steps[2:]
     first, size, last = (np.linalg.norm(one, axis=1) for one in (before, own, after))
     around = 0.5 * (first + last)
-    # In smooth motion the difference of a step from the mean of its neighbours is noise.
+    # Estimate the noise: in smooth motion a step differs from the mean of its neighbours by noise
+    # only.
     noise = float(np.median(np.linalg.norm(own - 0.5 * (before + after), axis=1)))
     with np.errstate(invalid='ignore', divide='ignore'):
         cosine = np.sum(own * (before + after), axis=1) / (2.0 * size * around)
@@ -65,7 +71,7 @@ def breaks_of(q: Floats) -> Breaks:
     changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     near = STEP_TOLERANCE * around + 2.0 * noise
     alike = np.linalg.norm(after - before, axis=1) < near
-    alike[:1] = alike[-1:] = False  # the ends lack two steps on a side
+    alike[:1] = alike[-1:] = False  # the first and the last step have no second neighbour
     alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
     whole = (
         (times > 1.5)
@@ -87,7 +93,7 @@ def breaks_of(q: Floats) -> Breaks:
 
 
 def break_findings(q: Floats, t: Floats) -> Iterator[Finding]:
-    """Yield findings on the frames of a motion; q (N, n), rad or m; t (N,), s."""
+    """Yield findings on missing, repeated and outlying frames; q (N, n), rad or m; t (N,), s."""
     found = breaks_of(q)
     for rows, one, many in (
         (found.missing, 'is missing', 'are missing'),

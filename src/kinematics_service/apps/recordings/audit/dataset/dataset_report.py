@@ -18,15 +18,17 @@ from ..report.summary import STYLES
 from ..report.tables import TableColumn, table_of
 from .episode_audit import EpisodeRow
 
-# Number of episodes and of kinds of findings on the screen.
+# Largest number of episodes, and of kinds of findings, printed on the screen.
 MAX_SHOWN = 20
-# Number of episodes on the page.
+# Largest number of episodes listed on the page.
 MAX_ON_PAGE = 10_000
 NUMBER = re.compile(r'[-+]?\d[\d.,]*(?:e[-+]?\d+)?')
 
 
 class Kind(NamedTuple):
-    """Findings that differ in their numbers alone: number of episodes, and the first finding."""
+    """
+    Findings with the same text except for numbers: the number of episodes, and the first finding.
+    """
 
     level: Level
     episodes: int
@@ -59,19 +61,21 @@ class DatasetReport(NamedTuple):
 
     @property
     def taken(self) -> list[str]:
-        """Return the assumptions about joints that no option names."""
+        """
+        Return the assumptions about the joint columns that were made because no option names them.
+        """
         texts = dict.fromkeys(text for row in self.rows for _, text in row.findings)
         return [text for text in texts if TAKEN in text]
 
     def in_words(self) -> str:
-        """Return name and size of the dataset, in words."""
+        """Return the name and the size of the dataset as text."""
         episodes = counted(len({row.name for row in self.rows}), 'episode')
         frames = sum(row.rows for row in self.rows)
         time = sum(row.seconds for row in self.rows)
         return f'{self.name}: {episodes}, {frames:,} frames over {seconds(time)}, {self.robot}'
 
     def levels(self) -> str:
-        """Return the number of episodes of each level, in words."""
+        """Return the number of episodes of each level as text."""
         every = [row.level for row in self.rows]
         return ', '.join(
             f'{level.name} {every.count(level)}'
@@ -81,7 +85,7 @@ class DatasetReport(NamedTuple):
 
 
 def report_of(name: str, robot: str, rows: Sequence[EpisodeRow]) -> DatasetReport:
-    """Return the report of a dataset's rows."""
+    """Return the report of a dataset, computed from the rows of its episodes."""
     kinds: dict[tuple[Level, str], list[str]] = {}
     for row in rows:
         told = {NUMBER.sub('#', text): (level, text) for level, text in row.findings}
@@ -177,7 +181,7 @@ def _findings(row: EpisodeRow) -> str:
 
 
 def document_of_dataset(report: DatasetReport) -> dict[str, Json]:
-    """Return the report for programs."""
+    """Return the report as a dictionary for JSON."""
     return {
         'dataset': report.name,
         'robot': report.robot,

@@ -9,17 +9,18 @@ from ...datasets.episodes import Episode, episodes_of
 from ..report.audit_runs import shown_bar, spread
 from .episode_audit import EpisodeBatch, EpisodeRow, EpisodeWork, rows_of_batch
 
-# Largest number of frames of a batch: some seconds of one process.
+# Number of frames after which a batch is closed, some seconds of work for one process.
 MAX_BATCH_FRAMES = 2**16
 # Largest number of episodes of a batch.
 MAX_BATCH_EPISODES = 64
-# Approximate number of episodes in which the cause of a small remainder is searched. The search is
-# slow, and a small mistake concerns the whole dataset.
+# Approximate number of episodes in which the cause of a small pose difference is searched. The
+# search is slow, and a few episodes suffice because a small mistake affects the whole dataset.
 SEARCHED_EPISODES = 200
-# Number of episodes above which few episodes of a batch are searched for the cause of a large
-# remainder, because most episodes have the same cause.
+# Number of episodes above which the cause of a large pose difference is searched in few episodes
+# of a batch. Most episodes of a large dataset have the same cause.
 LARGE_DATASET = 2000
-# Number of these episodes in a batch.
+# Number of episodes in a batch of a large dataset in which the cause of a large difference is
+# searched.
 SEARCHED_OF_BATCH = 2
 
 

@@ -1,4 +1,4 @@
-"""Audit the episodes of a dataset one by one, as rows of a table."""
+"""Audit the episodes of a dataset one by one: each arm of an episode gives one row of a table."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -30,14 +30,15 @@ from ..verdict import verdict_of
 from .continuity import break_findings
 from .labels import labels_of_arms
 
-# Distance (m) from the base of the robot file above which a base frame is another frame.
+# Offset (m) above which the poses are reported to be in another base frame than the robot file's.
 BASE_TOLERANCE = 0.01
-# The same as an angle, rad.
+# Rotation (rad) above which the poses are reported to be in another base frame.
 BASE_ANGLE_TOLERANCE = 0.02
-# With this limit the cause of a remainder is never searched.
+# No search for a cause: this limit accepts every pose difference.
 ANY_REMAINDER = PoseLimit(math.inf, math.inf)
 
-# The poses of an arm with the joints of the others, by their labels.
+# Recordings with the poses of one arm and the joints of another, each with the label of the other
+# arm.
 Crossed = Sequence[tuple[str, RecordingSource]]
 
 
@@ -80,7 +81,7 @@ class EpisodeRow(NamedTuple):
     error
         The reason why it cannot be judged; empty if it was judged.
     disagrees
-        Whether the remainder of the poses exceeds its limit.
+        Whether the difference to the poses of the second source exceeds the limit of WARN.
     findings
         Findings, the worst first.
     """
@@ -96,7 +97,7 @@ class EpisodeRow(NamedTuple):
 
     @property
     def level(self) -> Level:
-        """Return the worst level."""
+        """Return the worst level of the findings, ERROR if the episode cannot be judged."""
         return Level.ERROR if self.error else self.findings[0].level
 
 
@@ -104,8 +105,8 @@ class EpisodeBatch(NamedTuple):
     """
     Episodes for one process, mostly of one file.
 
-    `sought` is whether the cause of a small remainder is searched in each episode. The cause of a
-    large remainder is searched in the first `most` episodes that disagree.
+    `sought` selects the episodes in which the cause of a small pose difference is searched. The
+    cause of a large difference is searched in the first `most` episodes whose poses disagree.
     """
 
     work: EpisodeWork
@@ -164,7 +165,8 @@ def _row(
         ]
         if work.settings.frames.fine != ANY_REMAINDER:
             found += _frames(finished, finished.frames, source, crossed)
-    # Causes come before their effects on the motion.
+    # Sort by level only: findings of one level keep their order, in which causes precede their
+    # effects.
     found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)
     failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
@@ -189,7 +191,7 @@ def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
 def _breaks(finished: Audit) -> Iterator[Finding]:
     timeline = finished.timeline
     stamps = np.diff(timeline.stamps[:])
-    # Gaps in the stamps are reported elsewhere.
+    # Skip the search for missing frames if the stamps have gaps, which are a finding of their own.
     if len(stamps) and np.max(stamps) < 1.5 * np.median(stamps):
         q = timeline.q[:]
         wraps = np.array(finished.robot.continuous)
@@ -237,7 +239,7 @@ def _others(
     tried: list[tuple[str, Errors | None]] = []
     for label, source in crossed:
         for _ in source.blocks:
-            pass  # poses are complete after all blocks were read
+            pass  # read all blocks: the poses are complete only afterwards
         theirs = source.poses()
         if theirs is not None and theirs.q is not None and theirs.q.shape == track.q.shape:
             tried.append((f'the {label} arm', left_by(robot, theirs.q, track.poses)))
@@ -261,7 +263,7 @@ def _write_labels(file: Path, rows: Integers, labels: dict[str, Any]) -> None:
 
 
 def labels_file(folder: Path, episode: Episode) -> Path:
-    """Return the file of the labels of an episode."""
+    """Return the path of the file with the labels of an episode."""
     name, _, part = episode.name.partition(':')
     stem = str(Path(name).with_suffix(''))
     return folder / (f'{stem}/{part.replace("/", "_")}.parquet' if part else f'{stem}.parquet')

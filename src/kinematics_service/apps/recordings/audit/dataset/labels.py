@@ -25,14 +25,14 @@ from ...readers.stamp_format import StampFormat
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# The label that takes long and is optional.
+# Name of the optional label: the proved radius without singular poses, slow to compute.
 CLEARANCE = 'clearance'
-# Largest number of factors in a branch, an int32 with a bit for the sign of each factor.
+# Largest number of factors: their signs are the bits of one int32.
 MAX_FACTORS = 31
 
 
 def _branch(found: Singularities) -> npt.NDArray[np.int32]:
-    # Returns a bit for the sign of each factor of the robot file, or of the determinant.
+    # Returns the signs as bits: of the factors of the robot file, or else of the determinant.
     if found.factors is not None:
         positive = np.asarray(found.factors.values[..., :MAX_FACTORS] > 0.0, dtype=np.int32)
         return positive @ (1 << np.arange(positive.shape[-1], dtype=np.int32))
@@ -65,7 +65,7 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
 
     good = np.all(np.isfinite(q), axis=1)
     good[good] = closes_at(robot.chain, q[good])
-    # Rows in order, because most rows continue a motion.
+    # Evaluate the rows in order, because most rows continue a motion.
     state = evaluate(robot, q[good])
     known = singularity_of(measured_in_order(state, NearestSearch(robot.singularity.arm)))
     rows = pa.array(np.cumsum(good) - 1, mask=~good)
@@ -90,13 +90,13 @@ def labels_of_arms(
     clearance: bool,
 ) -> 'dict[str, pa.Array]':
     """
-    Return the labels of columns of numbers as Arrow arrays; of several arms each name begins with
-    the arm's.
+    Return the labels of all arms as Arrow arrays, by name. If there are several arms, each name
+    begins with the label of the arm.
 
     Parameters
     ----------
     file
-        Its name, for messages.
+        The name of the file, for error messages.
     """
     arrays = {}
     for arm in arms:

@@ -30,25 +30,25 @@ from .page import page_of
 from .page_header import origin_of
 from .summary import Summary, summary_of
 
-# Takes the number of messages or files that were processed.
+# A callback that receives the number of messages or files processed since its last call.
 Done = Callable[[int], None]
-# Opens a progress bar for a number of messages or files.
+# A function that opens a progress bar for a number of messages or files; None: number unknown.
 Bar = Callable[[int | None], AbstractContextManager[Done]]
 
 
 @dataclass(frozen=True)
 class Run:
     """
-    One recording to audit, and the results wanted of it.
+    One recording to audit, and the requested results.
 
     Attributes
     ----------
     robot
-        Its name: a file, or a bundled robot.
+        The robot file, or the name of a bundled robot.
     date
-        Date of the audit, in words.
+        Date of the audit, as text.
     failures
-        Findings that fail the audit; None: the default for its kind of file.
+        Findings that fail the audit; None: the default for a recording or a plan.
     html, json
         Whether page and document are requested.
     out
@@ -77,7 +77,7 @@ class Outcome(NamedTuple):
 
 
 def outcome_of(run: Run, bar: Bar = lambda _: nullcontext(lambda _: None)) -> Outcome:
-    """Return the outcome of a run, also if its file is faulty."""
+    """Run an audit and return its outcome; a faulty file gives an outcome with an error."""
     try:
         finished = _audited(run, bar)
     except KinematicsError as error:
@@ -105,12 +105,15 @@ def _audited(run: Run, bar: Bar) -> Audit:
 
 
 def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
-    """Return whether findings fail an audit; None: the default for its kind of file."""
+    """
+    Return whether findings fail an audit. If `wanted` is None, the defaults of a recording or a
+    plan decide.
+    """
     wanted = wanted or _usual_failures(finished)
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
     plans = finished.plans.values()
-    # A loop that does not close is as bad as a singular pose: the motion ends there.
+    # Treat a loop that does not close like a singular pose, because the motion ends at both.
     poses = [one.verdict for plan in plans for one in (plan.singularity, plan.closure) if one]
     speeds = [speed.verdict for plan in plans for speed in plan.speeds]
     near = 'refuted' in poses
@@ -123,10 +126,10 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
         'limits': bool(beyond) or any(joint.beyond for joint in finished.joints),
         'speed': fast or any(joint.too_fast for joint in finished.joints),
         'undecided': 'not decided' in (*poses, *speeds),
-        # Poses that are missing or not compared do not agree.
+        # Fail also if the poses of a second source are missing or could not be compared.
         'frames': not isinstance(frames, FrameReport) or frames.level == Level.ERROR,
     }
-    # Refused samples of a plan and damaged files fail, because they were not judged.
+    # Fail on refused samples of a plan and on damaged files, because these were not judged.
     unjudged = finished.damaged or (finished.planned and bool(finished.refused))
     return (unjudged and wanted != ('never',)) or any(met[word] for word in wanted)
 
@@ -139,7 +142,9 @@ def _usual_failures(finished: Audit) -> tuple[str, ...]:
 
 
 def no_frames(finished: Audit, failures: tuple[str, ...] | None) -> str:
-    """Return the error if `--fail-on frames` lacks a second source, otherwise an empty text."""
+    """
+    Return an error sentence if `--fail-on frames` is given without a second source, otherwise ''.
+    """
     if finished.frames is not None or 'frames' not in (failures or ()):
         return ''
     return (
@@ -149,7 +154,7 @@ def no_frames(finished: Audit, failures: tuple[str, ...] | None) -> str:
 
 
 def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Outcome]:
-    """Yield the outcome of each run, in their order."""
+    """Yield the outcome of each run, in the order of the runs."""
     if workers is None and (jobs == 1 or len(runs) == 1):
         for run in runs:
             yield outcome_of(run, shown_bar)
@@ -163,7 +168,7 @@ def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Ou
 def spread(
     function: Callable[[Item], Result], items: Sequence[Item], jobs: int, workers: str | None
 ) -> Iterator[Result]:
-    """Yield the function's result of each item, in order, by processes or a dask cluster."""
+    """Yield the result of a function for each item, in order, by processes or a dask cluster."""
     if workers is not None:
         yield from results_of_workers(function, items, workers)
         return
@@ -181,7 +186,7 @@ def spread(
 
 
 def _live_with_the_parent() -> None:
-    # The parent handles signals; the process ends with the parent.
+    # Ignore SIGINT, which the parent handles, and end this process when the parent ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None
@@ -195,7 +200,7 @@ def _live_with_the_parent() -> None:
 
 @contextmanager
 def shown_bar(total: int | None, noun: str = 'messages') -> Iterator[Done]:
-    """Show a progress bar on standard error, on a terminal only; remove it at the end."""
+    """Show a progress bar on standard error if it is a terminal; remove the bar at the end."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda _: None

@@ -38,7 +38,8 @@ class _BagTopic(NamedTuple):
     numbers_at: int
     stamped: bool
 
-    def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
+    # Return the bytes of N messages, shape (N, length), with numbers (N, k) and stamps (N,), ns.
+    def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:
         """Return the bytes of N messages, shape (N, length), of numbers (N, k) and stamps (N,)."""
         table = np.tile(np.frombuffer(self.raw, dtype=np.uint8), (len(numbers), 1))
         data = np.ascontiguousarray(numbers, dtype='<f8').view(np.uint8)
@@ -132,7 +133,7 @@ class BagWriter:
         for k, arrival in enumerate(known.arrivals.tolist()):
             own = warnings[k]
             while own and own[0].moment < arrival:
-                self._warn(*own.pop(0)[1:])  # a time-out before it
+                self._warn(*own.pop(0)[1:])  # a time-out before this joint state
             for connection, data, size, there in columns:
                 if there[k]:
                     self._writer.write(connection, arrival, data[k * size : (k + 1) * size])
@@ -157,7 +158,7 @@ class BagWriter:
         )
 
     def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
-        # A message has a stamp and texts, or neither of them, and numbers.
+        # Adds a topic: with texts, its message begins with a stamp and the texts; numbers follow.
         writer = CdrWriter()
         if texts:
             writer.room(WHOLE, 2)
@@ -187,7 +188,7 @@ class BagWriter:
 
 
 def _quality(latched: bool) -> Any:
-    # Returns the quality of service of the node, for players of bags.
+    # Returns the quality of service that the node offers, which players of bags read.
     from rosbags import interfaces as given
 
     durability = given.QosDurability

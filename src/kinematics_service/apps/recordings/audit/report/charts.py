@@ -15,15 +15,15 @@ from .....kernel import Floats
 from ..curves import WIDTH, Curve, across
 
 HEIGHT = 100
-# Ratio of the height that stays free above and below.
+# Margin above and below the curves, as a ratio of their range.
 AIR = 0.06
-# Largest number of decades of a logarithmic axis.
+# Largest number of decades that a logarithmic axis shows.
 DECADES = 5
 
 
 @dataclass(frozen=True)
 class Band:
-    """A interval of time, s, shaded by `style`: WARN, ERROR or gap."""
+    """An interval of time, s, shaded by `style`: WARN, ERROR or gap."""
 
     begin: float
     end: float
@@ -32,7 +32,7 @@ class Band:
 
 @dataclass(frozen=True)
 class LevelLine:
-    """A horizontal line with a name."""
+    """A horizontal line with a name, such as a limit."""
 
     value: float
     name: str
@@ -69,7 +69,7 @@ class Chart:
     most: float = math.inf
 
     def html(self) -> str:
-        """Return the figure."""
+        """Return the chart as an HTML figure."""
         axis = ValueScale.of(self)
         keys = ''.join(
             f'<span class="key"><svg viewBox="0 0 30 10"><line class="{curve.style}" x1="0" '
@@ -122,7 +122,7 @@ class Chart:
     def _shade(self, band: Band) -> str:
         end = self.end or 1.0
         x = WIDTH * band.begin / end
-        # A moment stays visible.
+        # Keep a short band visible: at least 2 units wide.
         width = max(WIDTH * (band.end - band.begin) / end, 2.0)
         return f'<rect class="{band.style}" x="{x:.2f}" y="0" width="{width:.2f}" height="100"/>'
 
@@ -146,7 +146,9 @@ class ValueScale:
 
     @classmethod
     def of(cls, chart: Chart) -> 'ValueScale':
-        """Return the scale of a chart: its curves with a margin, and its levels."""
+        """
+        Return the scale of a chart: it covers the curves with a margin, and level lines near them.
+        """
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
         highs = [float(np.max(column)) for column in values if len(column)] or [1.0]
@@ -165,7 +167,7 @@ class ValueScale:
     @classmethod
     def _plain(cls, low: float, high: float, marks: Sequence[float]) -> 'ValueScale':
         room = (high - low) or max(abs(high), 1.0) * 0.1
-        # A limit is shown if the curve comes near it.
+        # Extend the range to a limit if the curve comes near the limit.
         for mark in marks:
             if low - 0.5 * room <= mark <= high + 0.5 * room:
                 low, high = min(low, mark), max(high, mark)
@@ -173,11 +175,11 @@ class ValueScale:
         return cls(low - AIR * room, high + AIR * room, False)
 
     def at(self, value: float) -> float:
-        """Return the distance of a value from the top, up to `HEIGHT`."""
+        """Return the distance of a value from the top of the drawing, 0 to `HEIGHT`."""
         return float(self.at_all(np.array([value]))[0])
 
     def at_all(self, values: Floats) -> Floats:
-        """Return the distances of several values from the top."""
+        """Return the distances of values from the top of the drawing, 0 to `HEIGHT`."""
         if self.log:
             share = np.log(np.maximum(values, self.low) / self.low)
             share = share / math.log(self.high / self.low)
@@ -186,18 +188,18 @@ class ValueScale:
         return np.asarray(HEIGHT * (1.0 - np.clip(share, 0.0, 1.0)))
 
     def ticks(self) -> list[float]:
-        """Return round numbers for its labels."""
+        """Return round numbers for the labels of the axis."""
         if not self.log:
             return nice_ticks(self.low, self.high, 4)
         first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
         if last <= first:
-            # Less than two powers of ten: round numbers between them.
+            # Label round numbers: the axis contains fewer than two powers of ten.
             return [tick for tick in nice_ticks(self.low, self.high, 4) if tick > 0.0]
         return [10.0**k for k in range(first, last + 1)]
 
 
 def nice_ticks(low: float, high: float, most: int) -> list[float]:
-    """Return at most about `most` round numbers from low to high."""
+    """Return round numbers from low to high, about `most` at most."""
     if not high > low:
         return [low]
     raw = (high - low) / most
@@ -208,12 +210,14 @@ def nice_ticks(low: float, high: float, most: int) -> list[float]:
 
 
 def shown(value: float) -> str:
-    """Return a number for an axis, without a negative zero."""
+    """Return a number as text for the label of an axis; a negative zero becomes 0."""
     return f'{value + 0.0:.6g}'
 
 
 def time_unit_of(end: float) -> tuple[float, str]:
-    """Return the unit of a time axis of `end` seconds: its seconds, and its name."""
+    """
+    Return the unit for a time axis that ends at `end` (s): its length in seconds, and its name.
+    """
     if end >= 3 * 3600.0:
         return 3600.0, 'h'
     return (60.0, 'min') if end >= 300.0 else (1.0, 's')

@@ -1,4 +1,4 @@
-"""Return an audit as one JSON object."""
+"""Return the results of an audit as one JSON object."""
 
 from collections.abc import Callable
 from functools import partial
@@ -23,13 +23,14 @@ from ..intervals import badness
 from ..timeline import Timeline
 from ..verdict import verdict_of
 
-# Largest number of rows of the series; a longer recording keeps the worst rows, evenly spread.
+# Largest number of rows of the time series. A longer recording is cut into equal intervals, and
+# the first and the worst row of each are kept.
 MAX_ROWS = 10_000
 
 
 def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Return at most `most` of `count` rows: the first and the worst row of equal intervals.
+    Return at most `most` of `count` rows: the first and the worst row of each of equal intervals.
 
     Parameters
     ----------
@@ -216,7 +217,7 @@ def _cause(cause: TestedCause) -> dict[str, Json]:
 
 
 def _offsets(found: FrameDiagnosis | TestedCause) -> dict[str, Json]:
-    # Poses have xyz in m and rpy in rad, as in a robot file.
+    # Write each offset as xyz (m) and rpy (rad), as in a robot file.
     poses = {'base_offset': found.base_offset, 'tool_offset': found.tool_offset}
     return {
         name: {'xyz': T[:3, 3], 'rpy': roll_pitch_yaw(T[:3, :3]), 'matrix': T}

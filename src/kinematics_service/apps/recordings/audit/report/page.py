@@ -1,7 +1,8 @@
 """
-Write an audit as one HTML page without other files.
+Write an audit as one HTML page that needs no other file.
 
-Its script, page.js, shows the values of all plots at one time; it reads them from the paths.
+The script page.js shows the values of all charts at the time under the pointer; it reads the
+values from the paths of the SVG.
 """
 
 import math

@@ -19,12 +19,13 @@ from ..intervals import watched_values
 from ..timeline import stretches_of
 from .charts import Band, Chart, LevelLine
 
-# Returns the values of a curve at some rows.
+# A function that returns the values of a curve for a slice of rows.
 Values = Callable[[slice], Floats]
 
-# Largest number of shaded intervals; more would hide the curve.
+# Largest number of shaded intervals in a chart; more would hide the curve.
 MAX_BANDS = 400
-# End of the axis of the unbounded condition number, relative to the threshold of ERROR.
+# Largest shown condition number, relative to the threshold of ERROR; the measure itself has no
+# bound.
 CLIP_RATIO = 100.0
 
 
@@ -111,12 +112,12 @@ def slowing_chart(audit: Audit, values: Column[np.float64]) -> str:
 
 
 def _html(audit: Audit, chart: Chart) -> str:
-    # Returns a chart with the common axis of time and shaded intervals.
+    # Returns the HTML of a chart with the time axis and the shaded intervals of the recording.
     return replace(chart, bands=_bands(audit), end=audit.timeline.end).html()
 
 
 def joint_charts(audit: Audit) -> str:
-    """Return charts of position and velocity of each joint, with limits."""
+    """Return charts of position and velocity of each joint, with the limits."""
     text = []
     timeline = audit.timeline
     for j, joint in enumerate(audit.joints):
@@ -161,7 +162,7 @@ def tool_charts(audit: Audit) -> str:
 
 
 def frame_charts(audit: Audit, report: FrameReport) -> str:
-    """Return charts of the remainders between the poses of both sources."""
+    """Return charts of the remaining differences between the poses of both sources."""
     none, end = np.zeros(len(report.t), dtype=bool), audit.timeline.end
     return ''.join(
         _html(
@@ -181,7 +182,7 @@ def frame_charts(audit: Audit, report: FrameReport) -> str:
 
 
 def interval_chart(audit: Audit) -> str:
-    """Return a chart of the intervals between the stamps."""
+    """Return a chart of the time between successive stamps."""
     timeline = audit.timeline
     if len(timeline) < 3:
         return ''

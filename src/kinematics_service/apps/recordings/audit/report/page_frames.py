@@ -1,4 +1,4 @@
-"""The section of the audit page on a second source of poses."""
+"""Write the section of the audit page on a second source of poses."""
 
 from html import escape
 
@@ -13,7 +13,7 @@ from .page_charts import frame_charts
 
 
 def frame_section(audit: Audit) -> str:
-    """Return the section, empty without a second source."""
+    """Return the section as HTML, empty without a second source."""
     report = audit.frames
     if report is None:
         return ''
@@ -32,7 +32,8 @@ def frame_section(audit: Audit) -> str:
     }
     rows = ([escape(name), *one.cells()] for name, one in errors.items())
     headers = ('poses apart', 'position rms', 'largest', 'orientation rms', 'largest')
-    # Offsets are valid only after the cause is undone.
+    # If a cause was found, show the offsets that remain after the cause is corrected: only these
+    # are valid.
     best = diagnosis.cause or diagnosis
     undone = ', that undone' if diagnosis.cause else ''
     offsets = [
@@ -56,7 +57,7 @@ def frame_section(audit: Audit) -> str:
 
 
 def _notes(report: FrameReport) -> str:
-    # Returns the number of compared poses, the limits, and doubts about the poses.
+    # Returns HTML: the number of compared poses, the limits, and doubts about the poses.
     limits = report.limits
     compared = f'{report.diagnosis.count:,} of {report.poses:,} poses are compared.'
     unmatched = f' {escape(report.unmatched)}.' if report.unmatched else ''

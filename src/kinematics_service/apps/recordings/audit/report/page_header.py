@@ -1,4 +1,4 @@
-"""The head of the audit page: the files, the date and the version."""
+"""Write the head of the audit page: the files, the date and the version."""
 
 import hashlib
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from .....robot.measures import MEASURES
 from .....version import __version__
 from ..auditing import Audit
 
-# Bytes of a read.
+# Number of bytes read at once for a checksum.
 READ_SIZE = 1 << 20
 
 
@@ -38,7 +38,10 @@ class Provenance:
 
 
 def origin_of(recording: Path, robot: str, date: str) -> Provenance:
-    """Return the origin of an audit of a recording, for a robot by name or file."""
+    """
+    Return the provenance of an audit: recording, robot file and date. The robot is a name or a
+    file.
+    """
     robot_file = find_robot_file(robot)
     return Provenance(date, _sha256(recording), str(robot), _sha256(robot_file))
 
@@ -54,7 +57,9 @@ def _sha256(path: Path) -> str:
 
 
 def header(audit: Audit, origin: Provenance | None) -> str:
-    """Return the header as HTML, with date and checksums if an origin is given."""
+    """
+    Return the head of the page as HTML; date and checksums are shown if the provenance is given.
+    """
     thresholds, robot = audit.robot.singularity.thresholds, audit.robot
     unit = MEASURES[thresholds.measure].unit
     warn, stop = (f'{value:g} {unit}'.strip() for value in (thresholds.warn, thresholds.stop))

@@ -1,4 +1,4 @@
-"""The section of the audit page on plans."""
+"""Write the section of the audit page on planned trajectories."""
 
 import math
 from html import escape
@@ -19,7 +19,7 @@ HEADERS = ('', 'verdict', 'proved', 'found', 'at', 'after point', 'joints there'
 
 
 def plan_section(audit: Audit) -> str:
-    """Return the section; empty for a recording."""
+    """Return the section as HTML, empty for a recording."""
     if not audit.plans:
         return ''
     rows = [row for number, plan in audit.plans.items() for row in _rows(audit, number, plan)]

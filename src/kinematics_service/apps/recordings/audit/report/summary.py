@@ -25,7 +25,7 @@ class Summary(NamedTuple):
 
 
 def summary_of(audit: Audit) -> Summary:
-    """Return the printed part of an audit, small enough to send between processes."""
+    """Return the part of an audit to print; it is small enough to send between processes."""
     noun = 'sample' if audit.planned else 'message'
     return Summary(
         f'{audit.file}: {audit.what}, {counted(audit.stream.messages, noun)} over '
@@ -47,7 +47,7 @@ def summary_of(audit: Audit) -> Summary:
 
 
 def print_summary(summary: Summary) -> None:
-    """Print a summary."""
+    """Print the summary of an audit on the screen."""
     out = Output()
     out.print(heading(summary.heading))
     for sentence in summary.sentences:

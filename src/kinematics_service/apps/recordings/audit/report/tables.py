@@ -1,18 +1,23 @@
-"""Tables of the pages of audits, without empty columns and with a limited number of rows."""
+"""
+Write the HTML tables of audit pages, without empty columns and with a limited number of rows.
+"""
 
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 from .....page import table
 
-# Largest number of rows of a table; the JSON has all.
+# Largest number of rows of an HTML table; the JSON document has all rows.
 MAX_TABLE_ROWS = 60
-# Cell of an unknown number.
+# HTML of a cell whose number is unknown.
 NOTHING = '&ndash;'
 
 
 class TableColumn(NamedTuple):
-    """A column: header, HTML of the cell for the thing of a row, whether it holds numbers."""
+    """
+    A column: header, a function that returns the HTML of a cell from the object of a row, and
+    whether the column holds numbers.
+    """
 
     header: str
     cell: Callable[[Any], str]
@@ -20,7 +25,7 @@ class TableColumn(NamedTuple):
 
 
 def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
-    """Return a table with a row for each thing, without empty columns."""
+    """Return an HTML table with a row for each object, without empty columns."""
     things = list(found)
     cells = [[column.cell(one) for one in things] for column in columns]
     kept = [k for k, own in enumerate(cells) if not things or set(own) - {'', NOTHING}]
@@ -29,7 +34,7 @@ def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
 
 
 def more_of(number: int) -> str:
-    """Return a sentence on the omitted rows of a table, empty without omitted rows."""
+    """Return a sentence on the rows that a table omits; empty if it shows all rows."""
     if number <= MAX_TABLE_ROWS:
         return ''
     return f'<p class="soft">{number - MAX_TABLE_ROWS:,} more are in the JSON.</p>\n'
