@@ -1,7 +1,8 @@
 """
-Apply a function to many items by the workers of a dask cluster.
+Apply a function to many items on the workers of a dask cluster.
 
-A robot is sent with its computed constants, so the results are the same bit for bit.
+A robot is sent to a worker with its computed constants, so workers give the same bits as this
+process.
 """
 
 import logging
@@ -16,9 +17,9 @@ from ...errors import KinematicsError, SweepError
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 
-# Number of submitted batches for each thread of the cluster, so that threads do not wait.
+# Number of batches submitted at once for each thread of the cluster, so that no thread waits.
 BATCHES_PER_THREAD = 3
-# Time-out for the scheduler's answer, and for the first worker, s.
+# Longest wait for the scheduler's answer, and for the first worker, s.
 CONNECT_TIMEOUT = 5
 ADDRESS = re.compile(r'dask://(\[[0-9a-fA-F:]+\]|[\w.-]+):(\d{1,5})/?')
 INSTALL = "pip install '.[dask]' in its checkout, or pip install 'dask[distributed]'"
@@ -26,12 +27,12 @@ INSTALL = "pip install '.[dask]' in its checkout, or pip install 'dask[distribut
 
 def cluster_address(workers: str) -> str:
     """
-    Return the address of a scheduler as dask writes it, `tcp://HOST:PORT`, of `dask://HOST:PORT`.
+    Convert `dask://HOST:PORT` to the scheduler's address as dask writes it, `tcp://HOST:PORT`.
 
     Raises
     ------
     SweepError
-        The text is not such an address.
+        The text is not of the form `dask://HOST:PORT`.
     """
     found = ADDRESS.fullmatch(workers)
     if not found or not 0 < int(found[2]) < 65536:
@@ -43,7 +44,7 @@ def results_of_workers(
     function: Callable[[Item], Result], items: Iterable[Item], workers: str
 ) -> Iterator[Result]:
     """
-    Yield the function's result of each item, in order, computed by the workers of a cluster.
+    Yield the result of a function for each item, in order, computed by the workers of a cluster.
 
     Parameters
     ----------
@@ -51,16 +52,17 @@ def results_of_workers(
         Workers import it by its name, so it must be in a module they have; `functools.partial` of
         such a function works, too.
     items
-        Taken as workers become free.
+        The items; each is read when a worker becomes free.
     workers
         `dask://HOST:PORT` of a scheduler whose workers have this package in the same version.
 
     Raises
     ------
     SweepError
-        No dask, no scheduler or no worker there, or workers that cannot run the function.
+        dask is not installed, no scheduler or worker is found, or the workers cannot run the
+        function.
     """
-    # Few items are submitted at a time, so the memory does not grow with their number.
+    # Submit few items at a time, so that the memory does not grow with the number of items.
     with _client(workers) as client:
         threads = sum(client.nthreads().values())
         under_way: deque[Any] = deque()
@@ -96,7 +98,7 @@ def _client(workers: str) -> Iterator[Any]:
     except ImportError as error:
         raise SweepError(f'workers {workers} need dask ({error}): {INSTALL}') from None
     connect: Any = Client
-    # A failure is reported in one sentence; the log of dask has pages.
+    # Silence the log of dask, which prints pages; a failure is reported in one sentence.
     logging.getLogger('distributed').setLevel(logging.CRITICAL)
     try:
         client = connect(address, timeout=CONNECT_TIMEOUT, set_as_default=False)

@@ -30,8 +30,8 @@ DIFFERENCE_SHARE = 0.002
 SCALE_TOLERANCE = 0.05
 # RMS speed (rad/s, m/s) below which the velocities of a joint are not compared.
 SPEED_MINIMUM = 1e-3
-# A joint is compared if its mean square velocity exceeds the noise by six standard errors; this is
-# the square root of six.
+# A joint is compared if the mean square of its motion is at least six standard errors of the
+# noise; this is the square root of six.
 NOISE_FACTOR = math.sqrt(6.0)
 # A joint is not compared if its range is below this many standard deviations of its positions.
 RANGE_FACTOR = 20.0

@@ -41,7 +41,7 @@ FAILURES = ('never', 'warn', 'stop', 'undecided', 'limits', 'speed', 'frames')
 
 
 class VelocitySource(str, Enum):
-    """Sources of joint velocities."""
+    """The accepted sources of joint velocities."""
 
     auto = 'auto'
     message = 'message'
@@ -195,7 +195,8 @@ def audit(
 def _dataset_of(
     files: list[Path], of_dataset: Mapping[str, object], of_others: tuple[object, ...]
 ) -> Path | None:
-    # Returns the file that is a dataset; refuses options of the other kind of file.
+    # Returns the dataset among the files, or None; refuses options that do not apply to it, or
+    # only to it.
     dataset = next((file for file in files if is_dataset(file)), None)
     if dataset is None:
         given = next((name for name, value in of_dataset.items() if value is not None), None)
@@ -240,7 +241,8 @@ def _judged(robot: Robot, warn: float | None, stop: float | None) -> Robot:
 
 
 def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> list[Path | None]:
-    # Returns the output of an option for each recording; several outputs go into a folder.
+    # Returns the output file of an option for each recording; with several recordings, `given` is
+    # a folder.
     several = len(files) > 1
     if given is None or not (several or given.is_dir()):
         return [given] * len(files)
@@ -261,7 +263,7 @@ def _paths(option: str, given: Path | None, files: list[Path], suffix: str) -> l
 
 
 def _belongs_to(path: Path, recording: Path) -> bool:
-    # Returns whether an output would replace a recording or a file in the folder of a bag.
+    # Returns whether writing `path` would replace a recording, or a file in the folder of a bag.
     if not path.exists() or not recording.exists():
         return False
     parts = [recording, *(recording.iterdir() if recording.is_dir() else ())]

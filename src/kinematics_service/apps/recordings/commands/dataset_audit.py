@@ -1,4 +1,4 @@
-"""The command `audit` for a dataset: one table and one page for all its episodes."""
+"""Audit a dataset for the command `audit`: one table and one page for all its episodes."""
 
 from functools import partial
 from pathlib import Path

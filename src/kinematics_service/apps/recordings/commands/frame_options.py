@@ -1,4 +1,4 @@
-"""Options of `audit` for a second source of the tool's pose."""
+"""Define the options of `audit` for a second source of the tool's pose."""
 
 import math
 import re
@@ -11,7 +11,7 @@ from ..audit.frames import FrameSettings
 
 LIMIT = re.compile(r'((?:[0-9]+[.]?[0-9]*|[.][0-9]+)(?:[eE][-+]?[0-9]+)?)\s*(mm|m|deg|rad)')
 FACTORS = {'m': 1.0, 'mm': 1e-3, 'rad': 1.0, 'deg': math.radians(1.0)}
-MAX_GAP = 3600.0  # s
+MAX_GAP = 3600.0  # Largest value of --pose-gap, s
 
 GapOption = Annotated[
     Optional[float],
@@ -25,7 +25,9 @@ GapOption = Annotated[
 
 
 def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
-    """Return the settings for matching and judging poses."""
+    """
+    Return the settings for matching and judging the poses of a second source, from option values.
+    """
     if gap is not None and not 0.0 < gap <= MAX_GAP:
         raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {MAX_GAP:g} s')
     limits = FrameLimits(given_limit('--pose-warn', warn), given_limit('--pose-stop', stop))
@@ -35,7 +37,9 @@ def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
 
 
 def given_limit(option: str, text: str) -> PoseLimit:
-    """Return a limit of a length, an angle, or both; without a number it is infinite."""
+    """
+    Return the limit that a text gives: a length, an angle, or both. A missing part is infinite.
+    """
     found = {'m': math.inf, 'rad': math.inf}
     for part in text.split(','):
         match = LIMIT.fullmatch(part.strip())

@@ -1,4 +1,4 @@
-"""Options of `audit` for plans."""
+"""Define the options of `audit` for planned trajectories."""
 
 import math
 from collections.abc import Sequence
@@ -14,13 +14,15 @@ from ..plans.point_speed import chain_to
 def given_plans(
     robot: Robot, failures: Sequence[str] | None, limit: float | None, points: str | None
 ) -> PlanSettings:
-    """Return the settings for plans; --fail-on warn selects the threshold `warn`."""
+    """
+    Return the settings for plans. If `failures` has `warn`, the distance is the threshold `warn`.
+    """
     if limit is not None and not 0.0 < limit < math.inf:
         raise WrongUsage(f'--speed-limit: {limit:g} is no speed above 0 m/s')
     names = tuple(name.strip() for name in (points or '').split(',') if name.strip())
     for name in names:
         try:
-            chain_to(robot, name)  # refuses an unknown point
+            chain_to(robot, name)  # raises an error for an unknown point
         except PlanError as error:
             raise WrongUsage(f'--speed-of: {error}') from None
     strict = failures is not None and 'warn' in failures

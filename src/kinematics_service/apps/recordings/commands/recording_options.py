@@ -1,4 +1,4 @@
-"""Options of commands that read recordings: the parts of a file, and their meaning."""
+"""Define the options of commands that read recordings: which parts to read, and their units."""
 
 from typing import Annotated, NamedTuple, Optional
 
@@ -69,7 +69,9 @@ class TableWords(NamedTuple):
 def given_selection(
     robot: Robot, topic: str | None, pose_topic: str | None, prefix: str, table: TableWords
 ) -> Selection:
-    """Return the parts of a recording that options name."""
+    """
+    Return the parts of a recording that the options select, and the formats of their numbers.
+    """
     option = ''
     try:
         joints = JointFormat(table.joint_format or '')

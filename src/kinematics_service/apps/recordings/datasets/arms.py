@@ -1,4 +1,4 @@
-"""Find the arms of a dataset: the elements of its vectors that are their joints and poses."""
+"""Find the arms of a dataset: which elements of its vectors are joint positions and tool poses."""
 
 import re
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from ..readers.source import Selection
 
 class KnownVectors(NamedTuple):
     """
-    Names of vectors that belong together in a kind of dataset.
+    The names of vectors that occur together in one kind of dataset.
 
     Attributes
     ----------
@@ -21,7 +21,8 @@ class KnownVectors(NamedTuple):
     pose
         Vector of the tool pose, or two vectors: position and orientation.
     kind
-        Kind of orientations without names of elements; empty: the default of `pose_format`.
+        Kind of the orientations if the elements have no names; empty: the default of
+        `pose_format`.
     """
 
     position: str
@@ -31,12 +32,12 @@ class KnownVectors(NamedTuple):
 
 
 KNOWN = (
-    # LeRobot, and datasets converted to it.
+    # Names in LeRobot datasets, and in datasets converted to LeRobot.
     KnownVectors('observation.state', 'observation.velocity', 'observation.ee_pose'),
     KnownVectors(
         'observation.state', 'observation.velocity', 'observation.cartesian_position', 'rpy'
     ),
-    # HDF5 of robomimic, ALOHA and DROID.
+    # Names in HDF5 files of robomimic, ALOHA and DROID.
     KnownVectors(
         'obs.robot0_joint_pos', 'obs.robot0_joint_vel', 'obs.robot0_eef_pos+obs.robot0_eef_quat'
     ),
@@ -51,9 +52,9 @@ KNOWN = (
     KnownVectors('q', 'qd', 'pose'),
 )
 STAMPS = ('timestamp', 'stamp', 'time')
-# Words for joints that no option names.
+# Phrase for a vector that is assumed to hold the joints because no option names it.
 TAKEN = 'is taken for the joints'
-# Names of elements that are only numbers.
+# Names of elements that differ only in a number, such as `joint_3.pos`.
 NUMBERED = re.compile(r'[a-z]*[._ ]?\d+([._ ](pos|position|angle|q))?', re.IGNORECASE)
 
 
@@ -66,7 +67,8 @@ class DatasetArm(NamedTuple):
     label
         Its name in the dataset, empty for a single arm.
     reading, position
-        Its columns; the value of `position=` for `--columns`, empty if `--columns` is given.
+        How to read its columns, and the value of `position=` for `--columns`; empty if `--columns`
+        is given.
     guessed
         The assumption about the joints, a sentence; empty if an option names them.
     """
@@ -125,7 +127,7 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
 
 
 def crossed_with(arm: DatasetArm, other: DatasetArm) -> DatasetArm:
-    """Return an arm with its own poses and the joints of another arm."""
+    """Return an arm with its own poses but the joint columns of another arm."""
     columns = arm.reading.columns or ''
     own, theirs = f'position={arm.position}', f'position={other.position}'
     return arm._replace(reading=arm.reading._replace(columns=columns.replace(own, theirs)))
@@ -136,7 +138,8 @@ def _elements(header: Sequence[str], vector: str) -> list[str]:
 
 
 def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str, str]]:
-    # Returns label of each arm, and beginning or elements of its joints.
+    # Returns for each arm its label, and the common start of its joint columns or the slice of its
+    # elements.
     elements, robot = _elements(header, vector), wanted.robot
     first = robot.joint_names[0]
     starts = [name.removesuffix(first) for name in elements if name.endswith(first)]
@@ -159,7 +162,7 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
             f'{robot.name} are {", ".join(robot.joint_names)}: if they are the same in this '
             f'order, say so with --columns position={vector}[0:{n}]'
         )
-    if count in (n, n + 1):  # the last element is a gripper
+    if count in (n, n + 1):  # an additional last element is a gripper
         return [('', f'{vector}[0:{n}]')]
     if count in (2 * n, 2 * n + 2):
         half = count // 2
@@ -173,7 +176,7 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
 def _columns(
     header: list[str], names: KnownVectors, stamp: str, part: str, k: int, arms: int
 ) -> str:
-    # Returns the value of --columns for arm k.
+    # Returns the value of --columns for arm number k.
     found = [f'stamp={stamp}'] if stamp else []
     found.append(f'position={part}')
     slice_ = part.removeprefix(names.position)

@@ -1,4 +1,4 @@
-"""Find the episodes of a dataset: file, first row and number of rows, without reading numbers."""
+"""Find the episodes of a dataset: file, first row and number of rows, without reading the data."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -22,31 +22,32 @@ INSTALL = (
 PARQUET, ARRAYS = ('.parquet',), ('.npz',)
 HDF5 = ('.hdf5', '.h5')
 SUFFIXES = (*PARQUET, *HDF5, *ARRAYS)
-# Names of the column with the number of the episode.
+# Accepted names of the column that holds the episode number of each row.
 NUMBERS = ('episode_index', 'episode_id', 'episode')
-# Largest count of numbers in an episode or a row group of a parquet file (2 GiB), because a small
-# file may claim more than the memory.
+# Largest count of numbers in an episode or in a row group of a parquet file (2 GiB). A small file
+# may claim more numbers than fit in memory.
 MAX_NUMBERS = 2**28
-# Largest header of an array in an npz file, bytes; numpy refuses headers above 10,000.
+# Largest number of header bytes read for an array in an npz file; numpy refuses headers above
+# 10,000.
 MAX_HEADER_BYTES = 2**14
 # Largest number of episodes in a file; larger datasets have many files.
 MAX_EPISODES = 2**20
-# Largest description, 1 MiB; LeRobot writes some kilobytes.
+# Largest size of a dataset's description, info.json, 1 MiB; LeRobot writes some kilobytes.
 MAX_INFO_BYTES = 2**20
-# Largest rate, Hz: stamps are whole nanoseconds.
+# Largest rate, Hz, because stamps are whole nanoseconds.
 MAX_RATE = 1e9
-# Largest depth of nested lists of names; LeRobot has 2.
+# Largest depth of nested lists of element names; LeRobot has 2.
 MAX_LIST_DEPTH = 8
-# The column of steps in files with an episode in each row.
+# Name of the column that holds all steps of an episode in one row.
 STEPS = 'steps'
-# The array of npz files with the end of each episode: its last row plus 1.
+# Name of the array in npz files with the end of each episode: the number of its last row plus 1.
 ENDS = 'episode_ends'
 
 
 @dataclass(frozen=True)
 class Episode:
     """
-    Consecutive rows of a file.
+    An episode of a dataset: consecutive rows of a file.
 
     Attributes
     ----------
@@ -57,9 +58,9 @@ class Episode:
     first, count
         First row, and number of rows; count -1: all rows.
     rate : Hz
-        Rate of the rows by the description of the dataset, 0 without one.
+        Rate of the rows from the description of the dataset, 0 without a description.
     elements
-        Names of the elements of vectors, by column.
+        Names of the elements of each vector, by the name of its column.
     fault
         The reason why the file cannot be read; empty if it can.
     """
@@ -79,7 +80,7 @@ def is_dataset(path: Path) -> bool:
     if not path.is_dir():
         return path.suffix.lower() in SUFFIXES
     if (path / 'metadata.yaml').exists():
-        return False  # a bag
+        return False  # a bag, not a dataset
     return _info_of(path).exists() or any(_files(path))
 
 
@@ -114,7 +115,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
-    # Returns rate and names of elements from LeRobot's info.json.
+    # Returns the rate (Hz) and the names of elements from LeRobot's info.json.
     content: Any = json_of(info, text_of(info, MAX_INFO_BYTES, 'leave only fps and features'))
     features = content.get('features') if isinstance(content, dict) else None
     if not isinstance(features, dict) or {*map(type, features.values())} - {dict}:
@@ -132,7 +133,7 @@ def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
 
 
 def _names(names: Any, deepest: int) -> tuple[str, ...]:
-    # Returns the names of a list, of nested lists, or of a mapping such as motors, axes.
+    # Returns the names in a list, in nested lists, or in a mapping such as `motors` or `axes`.
     if isinstance(names, Mapping):
         names = [part for part in names.values() if isinstance(part, list)]
     if not isinstance(names, list) or not deepest:
@@ -142,7 +143,7 @@ def _names(names: Any, deepest: int) -> tuple[str, ...]:
 
 
 def fault_of(file: Path, error: Exception) -> str:
-    """Return why a file cannot be read; a damaged file can make a reader raise any exception."""
+    """Return why a file cannot be read, as a sentence; a damaged file can raise any exception."""
     if isinstance(error, RecordingError):
         return str(error) if str(error).startswith(f'{file}:') else f'{file}: {error}'
     if isinstance(error, FileNotFoundError):
@@ -153,12 +154,12 @@ def fault_of(file: Path, error: Exception) -> str:
 
 def refuse_twice(names: Iterable[str]) -> None:
     """
-    Refuse two columns of the same name.
+    Refuse a table with two columns of the same name.
 
     Raises
     ------
     RecordingError
-        Two columns have the same name; the message lacks the file.
+        Two columns have the same name; the message does not name the file.
     """
     for name, count in Counter(names).most_common(1):
         if count > 1:
@@ -167,7 +168,7 @@ def refuse_twice(names: Iterable[str]) -> None:
 
 def refuse_to_hold(file: Path, numbers: int) -> None:
     """
-    Refuse too many numbers in one piece.
+    Refuse to read too many numbers of a file at once.
 
     Raises
     ------
@@ -182,7 +183,7 @@ def refuse_to_hold(file: Path, numbers: int) -> None:
 
 
 def _of_file(whole: Episode) -> Iterator[Episode]:
-    # Yields the episodes of a file, given as an episode with all its rows.
+    # Yields the episodes of the file of `whole`, an episode with all rows of the file.
     file, suffix = whole.file, whole.file.suffix.lower()
     read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
     try:
@@ -200,7 +201,7 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
 
 
 def _runs(whole: Episode, numbers: npt.NDArray[np.float64]) -> Iterator[Episode]:
-    # Yields runs of rows with the same number of the episode.
+    # Yields an episode for each run of rows with the same episode number.
     if len(faults := np.flatnonzero(~np.isfinite(numbers))):
         raise RecordingError(f'row {faults[0]} has no number of its episode: number every row')
     begins = np.flatnonzero(np.diff(numbers, prepend=np.nan) != 0).tolist()
@@ -210,7 +211,8 @@ def _runs(whole: Episode, numbers: npt.NDArray[np.float64]) -> Iterator[Episode]
 
 
 def _of_parquet(whole: Episode) -> Iterator[Episode]:
-    # Yields the rows with steps, or runs of rows with the same number of the episode.
+    # Yields an episode for each row with steps, or for each run of rows with the same episode
+    # number.
     import pyarrow.parquet as parquet
     import pyarrow.types as types
 
@@ -228,19 +230,19 @@ def _of_parquet(whole: Episode) -> Iterator[Episode]:
             return
         refuse_to_hold(file, opened.metadata.num_rows)
         kind = opened.schema_arrow.field(column).type
-    # A dictionary stores a repeated name once.
+    # Read texts as a dictionary, which stores a repeated name once and so bounds the memory.
     names = [column] if types.is_string(kind) or types.is_large_string(kind) else None
     with parquet.ParquetFile(file, read_dictionary=names) as opened:
         numbers = opened.read([column])[column].combine_chunks()
     if types.is_dictionary(numbers.type):
         numbers = numbers.indices
-    elif numbers.type.num_fields:  # vectors of one
+    elif numbers.type.num_fields:  # each number is a vector of length 1
         numbers = numbers.flatten()
     yield from _runs(whole, np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64))
 
 
 def headers_of(file: Path) -> dict[str, npt.NDArray[np.generic]]:
-    """Return placeholders with shape and type of the arrays in an npz file, without their data."""
+    """Return arrays with the shapes and types of an npz file, but without the data."""
     headers = {}
     with ZipFile(file) as packed:
         refuse_twice(packed.namelist())
@@ -290,7 +292,7 @@ def _of_arrays(whole: Episode) -> Iterator[Episode]:
 
 
 def _of_hdf5(whole: Episode) -> Iterator[Episode]:
-    # Yields the groups of an HDF5 file that are episodes: demo_0, demo_1 ...
+    # Yields an episode for each numbered group of an HDF5 file: demo_0, demo_1 ...
     import h5py
 
     with h5py.File(whole.file, 'r') as opened:
@@ -308,7 +310,7 @@ def _of_hdf5(whole: Episode) -> Iterator[Episode]:
 
 
 def _held(folder: Any, name: str) -> Any:
-    # Soft and external links are not followed: they may lead to other files.
+    # Returns None for soft and external links, which may lead to other files.
     import h5py
 
     return folder[name] if isinstance(folder.get(name, getlink=True), h5py.HardLink) else None

@@ -1,4 +1,6 @@
-"""Read the numbers of an episode: named columns, with a column for each element of a vector."""
+"""
+Read the numbers of an episode as named columns, with one column for each element of a vector.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -25,18 +27,19 @@ from .episodes import (
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# Largest vector that is read; larger vectors are images and the like.
+# Largest number of elements of a vector that is read; larger vectors are images or similar data.
 MAX_ELEMENTS = 128
-# Largest depth of groups in an HDF5 file: the time of h5py grows with its square.
+# Largest depth of groups in an HDF5 file, because the time of h5py grows with the depth squared.
 MAX_GROUP_DEPTH = 32
-# The physical type of texts in parquet, whose values may have any length.
+# Physical type of texts in parquet files. Their columns are not read, because a text may have any
+# length.
 TEXT_TYPE = 'BYTE_ARRAY'
-# Number of row groups of parquet files that are kept for the next episode.
+# Number of row groups of parquet files that are kept in memory for the next episode.
 CACHED_ROW_GROUPS = 2
 
 
 class Columns(NamedTuple):
-    """Columns of numbers: names, and numbers (N,) of each column."""
+    """Columns of numbers: the names, and an array (N,) for each column."""
 
     header: list[str]
     columns: list[Floats]
@@ -45,7 +48,7 @@ class Columns(NamedTuple):
         return len(self.columns[0])
 
     def chosen(self, names: Sequence[str]) -> Floats:
-        """Return the numbers (N, k) of some columns."""
+        """Return the numbers (N, k) of the columns with these names."""
         places = [self.header.index(name) for name in names]
         if not places:
             return np.zeros((len(self), 0))
@@ -54,7 +57,7 @@ class Columns(NamedTuple):
 
 def columns_of_episode(episode: Episode) -> Columns:
     """
-    Return the numbers of an episode.
+    Return the numbers of an episode, by column.
 
     Raises
     ------
@@ -78,12 +81,13 @@ def columns_of_episode(episode: Episode) -> Columns:
 
 def taken_apart(vectors: Mapping[str, Floats], elements: Mapping[str, Sequence[str]]) -> Columns:
     """
-    Return vectors (N, k) as columns of their elements, by name or by number from 0.
+    Split vectors (N, k) into columns, one for each element, named by the element or its number
+    from 0.
 
     Parameters
     ----------
     elements
-        Names of elements, by vector.
+        Names of the elements, by the name of the vector.
     """
     header: list[str] = []
     columns: list[Floats] = []
@@ -125,7 +129,7 @@ def _numbers(column: Any) -> Floats | None:
     while _is_list(array.type):
         if len(compute.list_value_length(array).drop_null().unique()) > 1:
             return None
-        # Size by the type, if all vectors are missing.
+        # Take the size from the type, in case all vectors are missing.
         size *= array.type.list_size if types.is_fixed_size_list(array.type) else 0
         array = array.flatten()
     if not (types.is_floating(array.type) or types.is_integer(array.type)):
@@ -139,7 +143,7 @@ def _numbers(column: Any) -> Floats | None:
     size = len(numbers) // count if count else size
     if not 0 < size <= MAX_ELEMENTS:
         return None
-    # Flattened numbers lack missing vectors, which become NaN.
+    # Fill the rows of missing vectors with NaN, because `flatten` leaves them out.
     rows = np.full((len(known), size), np.nan)
     rows[known] = numbers.reshape(count, size)
     return rows
@@ -176,7 +180,8 @@ def _of_parquet(episode: Episode) -> dict[str, Floats]:
 
 
 def _steps_of(row: Any) -> Any:
-    # Returns the table in one row: a list of steps, or a list for each number of a step.
+    # Returns the steps in one row as a table. The row holds a list of steps, or a list for each
+    # column.
     import pyarrow as pa
 
     if not pa.types.is_struct(row.type):
@@ -195,7 +200,7 @@ def _without_structs(table: Any) -> Any:
 
 @lru_cache(maxsize=CACHED_ROW_GROUPS)
 def _row_group(file: str, changed: int, k: int, place: str) -> Any:
-    # Returns the columns that may be numbers; pictures are not read.
+    # Reads a row group, but only columns that may hold numbers, so no pictures.
     import pyarrow.parquet as parquet
 
     with parquet.ParquetFile(file) as opened:
@@ -260,7 +265,7 @@ def _arrays(file: Path, changed: int) -> dict[str, Floats]:
 
 
 def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) -> dict[str, Floats]:
-    # Returns the arrays with the most frequent number of rows, as numbers (N,) or (N, k).
+    # Returns the arrays that share the most frequent number of rows, as numbers (N,) or (N, k).
     small = {
         name: array
         for name, array in arrays.items()
@@ -269,7 +274,7 @@ def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) ->
     counts = [len(array) for array in small.values()]
     usual = max(counts, key=counts.count, default=0)
     small = {name: array for name, array in small.items() if len(array) == usual}
-    # HDF5 unpacks whole chunks, which may be larger than the array.
+    # Count whole chunks, which HDF5 unpacks at once and which may be larger than the array.
     parts = [(array.shape, getattr(array, 'chunks', None) or ()) for array in small.values()]
     refuse_to_hold(file, sum(max(map(math.prod, part)) for part in parts))
     return {

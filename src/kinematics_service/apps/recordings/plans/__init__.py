@@ -1,1 +1,1 @@
-"""Plans with a verdict: what is proved of a motion between its points too, and what is refuted."""
+"""Check plans, and state for each claim whether it is proved, refuted, or not decided."""

@@ -16,14 +16,16 @@ from ....kernel import Floats
 from .polynomials import Pieces, PolynomialMotion, joined
 from .verdicts import PlanVerdict
 
-# Largest number of halvings of a segment.
+# Largest number of times that a segment is halved.
 MAX_HALVINGS = 40
-# Largest number of pieces in one call of a quantity, which limits the memory.
+# Largest number of pieces in one evaluation of a quantity, which bounds the memory.
 MAX_ROWS = 16_384
 
 
 class Extreme(NamedTuple):
-    """A largest value, and its place: number and s of a segment."""
+    """
+    A largest value and its place: the number of a segment, and s from 0 to 1 in this segment.
+    """
 
     value: float
     segment: int
@@ -32,12 +34,12 @@ class Extreme(NamedTuple):
 
 class Bounded(NamedTuple):
     """
-    A quantity in N pieces.
+    A quantity in N pieces of a motion: value and upper bound in each.
 
     Attributes
     ----------
     value, most : shape (N,)
-        Its value at the middle of each piece, and its upper bound in the piece.
+        The quantity at the middle of each piece, and its upper bound over the piece.
     short : shape (N,)
         Whether a piece is too short to be split.
     """
@@ -61,7 +63,7 @@ class Bracket(NamedTuple):
     bound
         The largest bound, at the middle of its piece.
     pieces, most
-        The pieces, which cover the motion, and the bound of each.
+        Pieces that cover the whole motion, and the upper bound of the quantity in each piece.
     """
 
     seen: Extreme
@@ -71,7 +73,7 @@ class Bracket(NamedTuple):
 
 
 def verdict_of(seen: float, bound: float, limit: float) -> PlanVerdict:
-    """Return whether a quantity keeps a limit, given a value of it and its upper bound."""
+    """Return the verdict on an upper limit, from a value of the quantity and its upper bound."""
     if seen > limit:
         return 'refuted'
     return 'proved' if bound <= limit else 'not decided'
@@ -86,9 +88,11 @@ def bracketed(
     Parameters
     ----------
     quantity
-        Computes the quantity in some pieces; pieces of length 0 are the ends of segments.
+        A function that evaluates the quantity in pieces; a piece of length 0 is an end of a
+        segment.
     enough
-        Returns the bound at which pieces are not split, given the largest value seen.
+        A function of the largest value found; it returns the bound up to which a piece is not
+        split.
     budget
         Largest number of pieces, besides the segments.
     """

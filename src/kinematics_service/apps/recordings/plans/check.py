@@ -19,16 +19,19 @@ from .polynomials import Pieces, PolynomialMotion, moment_at, polynomial_motion
 from .singular_proof import singularity_of_plan
 from .verdicts import JointExtreme, PlanCheck, PlanJoint, PlanVerdict
 
-# A position beyond its limit by less (rad, m) is at the limit, as in the estimator. A velocity may
-# exceed its limit by this ratio.
+# Tolerance of limits. A position at most this far beyond its limit (rad, m) is at the limit, as in
+# the estimator; a velocity may exceed its limit by this ratio.
 LIMIT_SLACK = 1e-6
-# Tolerance of the extremes of joints (rad, m), relative above 1.
+# Tolerance of the extremes of joints: absolute (rad, m) up to 1, relative above.
 EXTREME_TOLERANCE = 1e-12
 DISTANCE = 'distance'
 
 
 def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop') -> float:
-    """Return a threshold of the distance, rad: the default if another measure is watched."""
+    """
+    Return the threshold `warn` or `stop` of the distance, rad; the default if another measure is
+    watched.
+    """
     watched = robot.singularity.thresholds.measure == DISTANCE
     return float(getattr(robot.singularity.thresholds if watched else MEASURES[DISTANCE], which))
 
@@ -44,7 +47,7 @@ def check_plan(
     speed_of: Sequence[str] = (),
 ) -> PlanCheck:
     """
-    Return which claims about a plan are proved, and which are refuted by a pose.
+    Check a plan: return which claims about it are proved, refuted by a pose, or not decided.
 
     Between two points the motion is that of joint_trajectory_controller: straight with positions
     alone, cubic with velocities, quintic with accelerations. The check is not a safety function:
@@ -56,7 +59,7 @@ def check_plan(
     robot
         The arm.
     times : shape (N,), s
-        Rising.
+        Times of the points, which must rise.
     q : shape (N, n), rad or m
         Joint positions at the points, in the order of the arm.
     qdot, qddot : shape (N, n)
@@ -105,7 +108,7 @@ def check_plan(
         check_positive(PlanError, 'speed_limit', limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
-    with np.errstate(over='ignore', invalid='ignore'):  # _extreme refuses large numbers
+    with np.errstate(over='ignore', invalid='ignore'):  # `_extreme` raises an error for overflows
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
         if robot.chain.loops:
             plan = ClosedPlan(robot, motion, asked)
@@ -182,7 +185,8 @@ def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
 def _extreme(
     motion: PolynomialMotion, coefficients: Floats, measure: np.ufunc, name: str
 ) -> JointExtreme:
-    # Returns the largest measure of S polynomials, coefficients (S, degree + 1) by powers of s.
+    # Returns the largest value of `measure` over S polynomials, with coefficients (S, degree + 1)
+    # by powers of s.
     polynomials = motion._replace(coefficients=coefficients[:, :, None])
 
     def bounded(pieces: Pieces) -> Bounded:

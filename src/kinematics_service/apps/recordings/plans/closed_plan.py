@@ -1,8 +1,9 @@
 """
-Check a plan of an arm with closed loops at sampled poses, which can refute it but prove nothing.
+Check a plan of an arm with closed loops at sampled poses, which can refute the plan but prove
+nothing.
 
-The motion that loops cause between two samples has no known bound. So a claim is not decided if
-the samples do not refute it.
+The motion of passive joints between two samples has no known bound. So a claim is not decided if
+no sample refutes it.
 """
 
 import numpy as np
@@ -18,17 +19,18 @@ from .point_speed import TOOL, chain_to, speed_between
 from .polynomials import PolynomialMotion, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed
 
-# Largest motion of a joint between two samples, rad or a ratio of the characteristic length; the
-# threshold if that is smaller.
+# Largest motion of a joint between two samples: rad, or m divided by the characteristic length.
+# The threshold of the distance applies if it is smaller.
 MAX_STEP = 0.02
-# Largest number of samples; a longer plan has larger steps.
+# Largest number of samples; a longer plan is sampled with larger steps.
 MAX_SAMPLES = 20_000
-# Beyond this position (rad, m) round-off keeps loops from closing.
+# Position (rad, m) beyond which the loops cannot be closed because of round-off.
 MAX_POSITION = 1e8
-# Number of samples that are closed at once. The first batch with an open loop is the last one,
-# because the search for a closed position takes milliseconds a sample.
+# Number of samples whose loops are closed at once. After a batch with an open loop no further
+# batch is computed, because each failed search takes milliseconds.
 BATCH = 256
-# Number of halvings of the step in which a branch ends: 1e-12 of the step.
+# Number of bisections for the moment at which a loop opens; they reduce the step to 1e-12 of its
+# length.
 HALVINGS = 40
 
 
@@ -79,7 +81,9 @@ class ClosedPlan:
                 break
 
     def closure(self) -> PlanClosure:
-        """Return whether the loops close at the samples."""
+        """
+        Return whether the loops close at all samples, and the first moment at which a loop opens.
+        """
         count = len(self.x)
         if np.all(self.closed):
             return PlanClosure('not decided', '', '', count, None)
@@ -96,7 +100,7 @@ class ClosedPlan:
         return PlanClosure('refuted', loop, sentence, count, moment)
 
     def singularity(self) -> PlanSingularity:
-        """Return whether a singular pose within the threshold of a sample is found."""
+        """Return whether a singular pose was found within the threshold of a sample."""
         motion = self._motion
         x = self.x[self.closed]
         distance, at, pose = np.inf, 0.0, None
@@ -122,8 +126,10 @@ class ClosedPlan:
         )
 
     def speed(self, of: str, limit: float | None) -> PlanSpeed:
-        """Return the largest sampled speed of a point, without a bound."""
-        chain_to(self._robot, of)  # refuses an unknown point
+        """
+        Return the largest speed of a point over the samples, m/s; its upper bound is infinite.
+        """
+        chain_to(self._robot, of)  # raises an error for an unknown point
         x = self.x[self.closed]
         if not len(x):
             moment = moment_at(self._motion, 0, 0.0)

@@ -18,13 +18,13 @@ from .polynomials import Pieces, PolynomialMotion, derivative, moment_at
 from .verdicts import PlanMoment, PlanSpeed
 
 TOOL = 'tool'
-# Largest relative difference of the bounds of a speed.
+# Relative width of the bracket of a speed at which bisection stops.
 RELATIVE_TOLERANCE = 0.01
-# Largest difference of the bounds of a speed near 0, m/s.
+# Absolute width of the bracket of a speed at which bisection stops, m/s.
 ABSOLUTE_TOLERANCE = 1e-9
-# A speed that exceeds its limit by a smaller ratio is at the limit.
+# Ratio by which a speed may exceed its limit and is still at the limit.
 LIMIT_SLACK = 1e-6
-# Largest number of pieces besides the segments.
+# Largest number of pieces, besides the segments of the plan.
 MAX_PIECES = 500_000
 
 
@@ -32,7 +32,7 @@ def speed_over_plan(
     robot: Robot, motion: PolynomialMotion, of: str, limit: float | None
 ) -> PlanSpeed:
     """
-    Return the largest speed of a point over a motion.
+    Return a bracket of the largest speed of a point over a motion.
 
     Parameters
     ----------
@@ -57,7 +57,8 @@ def speed_over_plan(
         good = seen * (1.0 + RELATIVE_TOLERANCE) + ABSOLUTE_TOLERANCE
         if seen > allowed:
             return good
-        return min(good, max(allowed, seen + ABSOLUTE_TOLERANCE))  # the limit may be in between
+        # narrow the bracket further, because it may contain the limit
+        return min(good, max(allowed, seen + ABSOLUTE_TOLERANCE))
 
     seen, bound, *_ = bracketed(motion, _Speeds(chain, motion).bounded, enough, MAX_PIECES)
     moment = moment_at(motion, seen.segment, seen.s)
@@ -67,14 +68,17 @@ def speed_over_plan(
 def speed_between(
     of: str, lower: float, upper: float, moment: PlanMoment, limit: float | None
 ) -> PlanSpeed:
-    """Return the largest speed of a point, given a speed at a moment and a bound, m/s."""
+    """
+    Return the largest speed of a point with its verdict, from a speed at a moment and an upper
+    bound, m/s.
+    """
     verdict = None if limit is None else verdict_of(lower, upper, limit * (1.0 + LIMIT_SLACK))
     return PlanSpeed(of, lower, upper, moment, limit, verdict)
 
 
 def chain_to(robot: Robot, of: str) -> Chain | None:
     """
-    Return the chain that ends in a point; None if the point stands still.
+    Return the chain that ends in a point of the arm; None if the point does not move.
 
     Raises
     ------
@@ -86,7 +90,8 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
     if of.isdecimal() and int(of) <= robot.rows:
         chain = robot.point(int(of)).chain
         return chain if chain.entries else None
-    # A joint of a loop's own chain has no axis in the table.
+    # Accept no joint names for an arm with loops: the table has no axes for joints of a loop's own
+    # chain.
     joints = () if robot.chain.loops else robot.joint_names
     if of in joints:
         table = robot.chain.table
@@ -106,7 +111,8 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
 
 
 def _shortened(robot: Robot, last: int, offset: Floats) -> Chain | None:
-    # Returns the chain up to element `last`, with its tool at an offset from this element.
+    # Returns the chain up to element `last`, with the tool at `offset` from this element; None if
+    # the point does not move.
     if last < 0:
         return None
     table = robot.chain.table
@@ -127,34 +133,34 @@ def _shortened(robot: Robot, last: int, offset: Floats) -> Chain | None:
 
 
 class _Speeds:
-    """The speed of a chain's tool along a motion, with bounds of how it changes."""
+    """The speed of a chain's tool along a motion, with an upper bound in each piece."""
 
     def __init__(self, chain: Chain, motion: PolynomialMotion) -> None:
         self._motion = motion
         self._chain = chain
         table = chain.table
         element = np.repeat(np.arange(chain.elements), np.diff(table.first_entry))
-        # Rotation and stroke of each element for one unit of each joint.
+        # Rotation (rad) and translation (m) of each element for one unit of each joint.
         self._by_theta = np.zeros((chain.dof, chain.elements))
         self._by_d = np.zeros((chain.dof, chain.elements))
         np.add.at(self._by_theta, (table.joint, element), table.by_theta)
         np.add.at(self._by_d, (table.joint, element), table.by_d)
 
     def bounded(self, pieces: Pieces) -> Bounded:
-        """Return the speed in pieces and its bounds, m/s."""
+        """Return the speed of the tool in pieces, and its upper bounds, m/s."""
         taylor, T = self._motion.taylor(pieces), self._motion.seconds(pieces.segment)
         v, a = self._velocity(taylor, T)
         seconds = pieces.half * T
         swing = a * seconds[:, None]
-        # |v + a t| is convex in t, so it is largest at an end of the piece.
+        # Evaluate |v + a t| at both ends of a piece: it is convex in t, so its maximum is there.
         ends = np.maximum(np.linalg.norm(v + swing, axis=1), np.linalg.norm(v - swing, axis=1))
         most = ends + 0.5 * self._third(taylor, pieces.half, T) * seconds**2
         most = np.where(np.isnan(most), np.inf, most)
         return Bounded(np.linalg.norm(v, axis=1), most, pieces.half == 0.0)
 
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
-        # Returns velocity and acceleration of the point at the middles: dv_f/dq_e = w_e x v_f if
-        # e is f or before it.
+        # Returns velocity and acceleration of the point at the middles of the pieces. They follow
+        # from dv_f/dq_e = w_e x v_f if e is f or before f.
         chain, E = self._chain, self._chain.entries
         q, rates, accelerations = (derivative(taylor, order, T) for order in (0, 1, 2))
         rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
@@ -170,13 +176,14 @@ class _Speeds:
 
     def _third(self, taylor: Floats, half: Floats, T: Floats) -> Floats:
         # Bounds the third derivative of the point's position in each piece. The point is a sum of
-        # vectors, each turned by the elements before it. If s, a and j are the sums of the sizes
-        # of the first, second and third derivatives of the angles of these elements, those of the
-        # rotation are at most s, s^2 + a and s^3 + 3 s a + j.
+        # vectors, each turned by the elements before it. Let s, a and j be the sums of the sizes
+        # of the first, second and third derivatives of the angles of these elements. Then the
+        # derivatives of the rotation are at most s, s^2 + a and s^3 + 3 s a + j.
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))
-        # Element k + 1 slides along its axis, turned by the elements up to k.
+        # Bound the vector of element k + 1: it slides along its axis, turned by the elements up to
+        # k.
         moves, axes = table.before[1:, :, 3], table.before[1:-1, :, 2]
         stroke = table.d_0[1:] + slides[:, 0, 1:]
         lengths = np.linalg.norm(moves[:-1] + axes * stroke[:, :, None], axis=2)
@@ -190,7 +197,7 @@ class _Speeds:
 
 
 def _most(taylor: Floats, order: int, half: Floats, T: Floats) -> Floats:
-    # Bounds a derivative by time in each piece.
+    # Bounds the absolute derivative by time of this order in each piece.
     most = np.zeros_like(taylor[:, 0])
     for i in range(order, taylor.shape[1]):
         most += math.perm(i, order) * np.abs(taylor[:, i]) * half[:, None] ** (i - order)

@@ -1,4 +1,4 @@
-"""Interpolate a plan as a controller does: a polynomial of time between two points."""
+"""Interpolate a plan as a controller does: by a polynomial of time between two points."""
 
 import math
 from typing import NamedTuple, TypeAlias
@@ -21,7 +21,7 @@ class Pieces(NamedTuple):
     segment : shape (N,)
         The number of the polynomial, from 0: it is between points `segment` and `segment + 1`.
     middle, half : shape (N,)
-        Middle and half of the length of a piece, as ratios of the segment's duration.
+        Middle and half length of each piece, as ratios of the segment's duration.
     """
 
     segment: Integers
@@ -29,11 +29,11 @@ class Pieces(NamedTuple):
     half: Floats
 
     def chosen(self, which: Which) -> 'Pieces':
-        """Return the pieces that `which` selects."""
+        """Return the pieces that the index array or slice `which` selects."""
         return Pieces(self.segment[which], self.middle[which], self.half[which])
 
     def halved(self) -> 'Pieces':
-        """Return both halves of each piece."""
+        """Split each piece in the middle, and return both halves."""
         half = 0.5 * self.half
         return Pieces(
             np.tile(self.segment, 2),
@@ -43,7 +43,7 @@ class Pieces(NamedTuple):
 
 
 def joined(parts: list[Pieces]) -> Pieces:
-    """Return the pieces of all parts."""
+    """Return the pieces of all parts as one object."""
     none = Pieces(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
     return Pieces(*(np.concatenate(columns) for columns in zip(none, *parts)))
 
@@ -64,12 +64,12 @@ class PolynomialMotion(NamedTuple):
     coefficients: Floats
 
     def place(self, x: npt.ArrayLike) -> tuple[Integers, Floats]:
-        """Return segment number and s of places: place 1.25 is s = 0.25 in segment 1."""
+        """Return segment numbers and s (0 to 1) of places: place 1.25 is s = 0.25 in segment 1."""
         segment = np.minimum(np.asarray(x, dtype=np.int64), len(self.begins) - 1)
         return segment, np.asarray(x - segment)
 
     def times(self, segment: Integers, s: Floats) -> Floats:
-        """Return the times of s in segments, in seconds."""
+        """Return the times at s in segments, s since the start of the plan's clock."""
         return np.asarray(self.begins[segment] + s * self.durations[segment])
 
     def positions(self, segment: Integers, s: Floats) -> Floats:
@@ -90,7 +90,7 @@ class PolynomialMotion(NamedTuple):
         return derivative(taylor, 1, self.seconds(segment))
 
     def whole(self) -> Pieces:
-        """Return the segments as pieces."""
+        """Return each segment as one piece."""
         count = len(self.begins)
         return Pieces(np.arange(count), np.full(count, 0.5), np.full(count, 0.5))
 
@@ -98,11 +98,11 @@ class PolynomialMotion(NamedTuple):
         """
         Return the Taylor coefficients at the middle of each piece, shape (N, degree + 1, n).
 
-        They belong to powers of s minus the middle.
+        The coefficients belong to powers of s minus the middle.
         """
         moved = self.coefficients[pieces.segment]
         degree = moved.shape[1] - 1
-        # Synthetic division, once for each power.
+        # Move the origin of s to the middle of each piece, by repeated synthetic division.
         for i in range(degree):
             for k in range(degree - 1, i - 1, -1):
                 moved[:, k] += pieces.middle[:, None] * moved[:, k + 1]
@@ -110,7 +110,10 @@ class PolynomialMotion(NamedTuple):
 
 
 def derivative(taylor: Floats, order: int, seconds: Floats) -> Floats:
-    """Return a derivative by time (N, n) at the middles of the pieces of `taylor`."""
+    """
+    Return a derivative by time (N, n) at the middles of pieces, from Taylor coefficients (N,
+    degree + 1, n) and segment durations, s.
+    """
     if order >= taylor.shape[1]:
         return np.zeros_like(taylor[:, 0])
     scale = seconds[:, None] ** order
@@ -123,13 +126,13 @@ def polynomial_motion(
     """
     Return the motion of joint_trajectory_controller through the points of a plan.
 
-    It is straight where points have positions alone, cubic with velocities, and quintic with
-    accelerations too; a plan of one point stays there.
+    The motion is straight if points have only positions, cubic with velocities, and quintic with
+    velocities and accelerations. A plan of one point does not move.
 
     Parameters
     ----------
     times : shape (N,), s
-        Rising.
+        Times of the points, which must rise.
     positions, velocities, accelerations : shape (N, n)
         rad or m, and their derivatives; None if the points have none.
     """
@@ -143,7 +146,7 @@ def polynomial_motion(
         return PolynomialMotion(times[:-1], durations, np.stack([p0, d], axis=1))
     v0, v1 = velocities[:-1] * T, velocities[1:] * T
     if accelerations is None:
-        # Hermite's conditions at both ends.
+        # Solve Hermite's conditions: position and velocity at both ends.
         cubic = [p0, v0, 3 * d - 2 * v0 - v1, v0 + v1 - 2 * d]
         return PolynomialMotion(times[:-1], durations, np.stack(cubic, axis=1))
     a0, a1 = accelerations[:-1] * T * T, accelerations[1:] * T * T
@@ -159,7 +162,7 @@ def polynomial_motion(
 
 
 def moment_at(motion: PolynomialMotion, segment: int | Integers, s: float | Floats) -> PlanMoment:
-    """Return the moment at s of a segment."""
+    """Return time, point number and joint positions of the motion at s of a segment."""
     at, share = np.array([segment]), np.array([s])
     time = float(motion.times(at, share)[0])
     last = segment == len(motion.begins) - 1 and s == 1.0 and motion.durations[segment] > 0.0

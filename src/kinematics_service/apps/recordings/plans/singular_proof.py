@@ -1,9 +1,10 @@
 """
 Decide whether a plan comes within a threshold of a singular pose: proved, refuted or not decided.
 
-The distance to a closed set is 1-Lipschitz in the joint positions. So in a piece of the plan the
-distance is at least the clearance at the middle minus the joint motion from the middle. A singular
-pose within the threshold of a pose of the plan refutes the plan.
+The clearance is the proved radius without singular poses around a configuration. The distance to
+singular poses is 1-Lipschitz in the joint positions. So in a piece of the plan it is at least the
+clearance at the middle minus the joint motion from the middle. A singular pose within the
+threshold of a pose of the plan refutes the plan.
 """
 
 import math
@@ -19,21 +20,22 @@ from .bisection import Bounded, Extreme, bracketed, verdict_of
 from .polynomials import Pieces, PolynomialMotion, moment_at
 from .verdicts import PlanSingularity
 
-# Least joint motion in a piece that is split, relative to the threshold.
+# Joint motion in a piece below which the piece is not split, relative to the threshold.
 MIN_SPAN_RATIO = 0.05
-# Round-off of joint positions, rad.
+# Bound of the absolute round-off of joint positions, rad.
 ROUND_OFF = 1e-9
-# Round-off of joint positions relative to the coefficients of polynomials: 45 machine epsilons.
+# Bound of the round-off of joint positions relative to the coefficients of polynomials: 45 machine
+# epsilons.
 RELATIVE_ROUND_OFF = 1e-14
 # Largest number of evaluations of the proved radius without singular poses, for one plan.
 MAX_CLEARANCES = 5_000
-# Further clearances for each segment of a plan.
+# Additional number of these evaluations for each segment of a plan.
 MAX_CLEARANCES_OF_SEGMENT = 20
-# Bisection ends if the lower bound of the distance is this ratio of the least clearance.
+# Bisection stops if the lower bound of the distance is at least this ratio of the least clearance.
 BOUND_RATIO = 0.95
-# Number of moments around the nearest moment at which the distance is searched again.
+# Number of moments around the moment of least distance at which the distance is searched again.
 REFINEMENT_SAMPLES = 17
-# Number of these searches, each in a narrower range.
+# Number of searches around the moment of least distance, each in a narrower range of time.
 REFINEMENTS = 4
 
 
@@ -69,12 +71,12 @@ class _Distance:
     Attributes
     ----------
     evaluations
-        Number of clearances computed.
+        Number of clearances computed so far.
     """
 
     def __init__(self, robot: Robot, motion: PolynomialMotion, threshold: float) -> None:
         self._robot, self._motion, self._threshold = robot, motion, threshold
-        # The other joints do not change the rank, so their motion does not count.
+        # Ignore the motion of joints that do not change the rank of J.
         self._moving = moving_joints(robot.chain, robot.singularity.task)
         size = np.max(np.sum(np.abs(motion.coefficients), axis=1))
         self._round_off = ROUND_OFF + RELATIVE_ROUND_OFF * float(size)
@@ -83,12 +85,13 @@ class _Distance:
 
     def negative(self, pieces: Pieces) -> Bounded:
         """
-        Return the negative distance and its bound.
+        Return the negative distance to singular poses in pieces, and its upper bound.
 
-        The distance is searched at points of the plan and where the clearance is too small.
+        The search for the nearest singular pose runs at points of the plan, and wherever the
+        clearance is at most the threshold.
         """
         q = self._motion.positions(pieces.segment, pieces.middle)
-        # A point belongs to the pieces beside it, so its clearance is not needed.
+        # Skip the clearance at points of the plan, because the pieces beside a point contain it.
         inside, clearance = pieces.half > 0.0, np.full(len(q), np.inf)
         clearance[inside] = np.maximum(clearances(self._robot, q[inside]) - self._round_off, 0.0)
         self.evaluations += int(np.sum(inside))
@@ -101,20 +104,26 @@ class _Distance:
         return Bounded(value, span - clearance, near & (span < MIN_SPAN_RATIO * self._threshold))
 
     def enough(self, seen: float) -> float:
-        """Return the bound at which bisection ends: any bound if the plan is refuted."""
+        """Return the bound at which bisection stops; it is infinite if the plan is refuted."""
         if -seen < self._threshold:
             return math.inf
         return -max(self._threshold, BOUND_RATIO * self._least_clearance)
 
     def to_nearest(self, q: Floats) -> Floats:
-        """Return the distances (N,), rad, of poses (N, n) to the nearest singular poses found."""
+        """
+        Return the distances (N,), rad, from poses (N, n) to the nearest singular poses found; inf
+        without one.
+        """
         away = (singularity(self._robot, q).nearest_singular - q) / (
             self._robot.singularity.task.column_scales
         )
         return np.where(np.isnan(away[:, 0]), np.inf, np.linalg.norm(away, axis=1))
 
     def least_around(self, seen: Extreme) -> Extreme:
-        """Return the place of least distance near a given place, by repeated sampling."""
+        """
+        Return the place of least distance near a given place, found by sampling narrower and
+        narrower ranges.
+        """
         count, width = len(self._motion.begins), 1.0
         for _ in range(REFINEMENTS):
             x = seen.segment + seen.s
@@ -129,14 +138,15 @@ class _Distance:
 
 
 def _span(taylor: Floats, reach: Floats) -> Floats:
-    # Bounds the joint motion from the middles of pieces within a reach, a ratio of the segment.
+    # Bounds the joint motion within `reach` of the middles of pieces; the reach is a ratio of the
+    # segment.
     powers = reach[:, None] ** np.arange(1, taylor.shape[1])
     most = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
     return np.asarray(np.linalg.norm(most, axis=1))
 
 
 def _times(motion: PolynomialMotion, pieces: Pieces) -> tuple[tuple[float, float], ...]:
-    # Returns the times of pieces; pieces that touch are merged.
+    # Returns the times (begin, end) of pieces, s; adjacent pieces are merged.
     begins = motion.times(pieces.segment, pieces.middle - pieces.half)
     ends = motion.times(pieces.segment, pieces.middle + pieces.half)
     merged: list[tuple[float, float]] = []

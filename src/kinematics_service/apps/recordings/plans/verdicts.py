@@ -7,7 +7,7 @@ from ....kernel import Floats
 from ....robot.chain import FrozenArrays
 
 PlanVerdict = Literal['proved', 'refuted', 'not decided']
-# Best verdict first.
+# The verdicts in order, the best first.
 _ORDER: tuple[PlanVerdict, ...] = ('proved', 'not decided', 'refuted')
 
 
@@ -19,7 +19,7 @@ class PlanMoment(FrozenArrays):
     Attributes
     ----------
     time
-        s, in the time of the points.
+        Time in s, on the clock of the plan's points.
     point
         Number of the last point before the moment, from 0.
     q : shape (n,), rad or m
@@ -42,7 +42,8 @@ class PlanSingularity:
         `proved`: the distance is at least the threshold everywhere. `refuted`: at `moment` the
         distance to `nearest_singular` is less than the threshold. `not decided`: neither.
     threshold
-        rad; prismatic joints are divided by the characteristic length.
+        The least allowed distance, rad; motions of prismatic joints are divided by the
+        characteristic length.
     lower
         Proved lower bound of the distance over the whole plan, rad; 0 without a proof.
     upper
@@ -68,13 +69,13 @@ class PlanSingularity:
     evaluations: int
 
     def __post_init__(self) -> None:
-        """Freeze the pose."""
+        """Make the array of the singular pose read-only."""
         if self.nearest_singular is not None:
             self.nearest_singular.setflags(write=False)
 
 
 class JointExtreme(NamedTuple):
-    """An extreme of a joint's position (rad, m) or speed (rad/s, m/s), and its moment."""
+    """The extreme value of a joint's position (rad, m) or speed (rad/s, m/s), and its moment."""
 
     value: float
     moment: PlanMoment
@@ -83,14 +84,14 @@ class JointExtreme(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class PlanJoint:
     """
-    Range and largest speed of a joint over a plan, to round-off.
+    Range and largest speed of a joint over a plan, exact up to round-off.
 
     Attributes
     ----------
     name
         Name of the joint.
     least, greatest, fastest
-        Extremes of its position, and its largest speed.
+        Least and greatest position, and the largest speed.
     limits, speed
         Whether it keeps its limits and its velocity limit: proved or refuted.
     """
@@ -117,7 +118,7 @@ class PlanSpeed:
     moment
         A moment with the speed `lower`.
     limit
-        m/s; None without a limit.
+        Largest allowed speed, m/s; None without a limit.
     verdict
         Whether the speed keeps the limit; None without a limit.
     """
@@ -182,7 +183,7 @@ class PlanCheck:
 
     @property
     def verdict(self) -> PlanVerdict:
-        """Return the worst of all verdicts."""
+        """Return the worst verdict of all claims."""
         parts = [one.verdict for one in (self.singularity, self.closure, *self.speeds) if one]
         joints = [verdict for joint in self.joints for verdict in (joint.limits, joint.speed)]
         return max(filter(None, (*parts, *joints)), key=_ORDER.index)

@@ -1,1 +1,1 @@
-"""Recordings and plans as streams of joint states, from any kind of file."""
+"""Read recordings and plans of any file type as streams of joint states."""

@@ -1,4 +1,4 @@
-"""Find the columns of an arm in a table, by known heads or by `--columns`."""
+"""Find the columns of an arm in a table, by known column names or by `--columns`."""
 
 import re
 from collections import Counter
@@ -19,19 +19,20 @@ from .joint_format import ANGLES, LENGTHS, PERCENT, STATE, JointFormat
 from .source import Selection
 from .stamp_format import UNITS, StampFormat
 
-# Number of columns in an error message.
+# Largest number of columns listed in an error message.
 MAX_LISTED = 12
-# Number of letters of a column's name in an error message.
+# Largest number of letters of a column name in an error message.
 MAX_NAME_LENGTH = 60
 STAMP = 'stamp'
-# Heads of stamps in small letters, for layouts without a head of their own.
+# Column names of stamps in small letters, for layouts that do not name their stamp column.
 STAMPS = (STAMP, 'timestamp', 'time', 't', 'date', 'datetime', '%time', '__time')
-# Columns by their numbers from 1; elements of a vector from 0, without the last.
+# Matches a range of column numbers, counted from 1, such as 2-7.
 NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
-# Heads of joints by their numbers, and of their velocities.
+# Matches a column name of a joint that ends in a number, such as q1 or joint_3. RATES has the
+# matching starts for velocities.
 NUMBERED = re.compile(r'((?:q|j|joint|axis|theta|angle|pos|position)[ _.]?)\d+', re.IGNORECASE)
 RATES = ('qd', 'dq', 'qdot', 'qd_', 'dq_', 'velocity', 'velocity_', 'vel_')
-# Words in the heads of commanded poses, which are not measured.
+# Matches column names of commanded poses, which are skipped because only measured poses are read.
 COMMAND_WORDS = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
 SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
 HOW = (
@@ -42,9 +43,11 @@ HOW = (
 
 class ColumnNames(NamedTuple):
     """
-    The beginnings of the column names of a layout, and the whole name of the stamp.
+    How the column names of a layout begin, for each quantity; the name of the stamp column is
+    whole.
 
-    An empty beginning of positions means the names of the joints; then velocities are not read.
+    An empty `position` means that the columns have the names of the joints; velocities are then
+    not read.
     """
 
     stamp: str
@@ -55,14 +58,14 @@ class ColumnNames(NamedTuple):
 
 class Layout(NamedTuple):
     """
-    A known layout of column heads.
+    A known layout of column names.
 
     Attributes
     ----------
     maker
-        The maker of the controller, one of `MAKERS`, which has the units; empty: rad and m.
+        The maker of the controller, one of `MAKERS`, which defines the units; empty: rad and m.
     needed
-        Endings of further columns that identify the layout.
+        Names of further columns, in small letters, that the table must have.
     numbered
         Whether the joints are identified by their numbers alone.
     """
@@ -75,11 +78,11 @@ class Layout(NamedTuple):
 
 LAYOUTS = (
     Layout(ColumnNames(STAMP, 'position.', 'velocity.', 'pose.')),
-    # The columns that the recorder of Universal Robots' RTDE client writes.
+    # The layout that the recorder of Universal Robots' RTDE client writes.
     Layout(ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_')),
-    # Names of the joints, and x y z with the orientation.
+    # Joint columns with the names of the joints, and a pose with x, y, z and orientation.
     Layout(ColumnNames('', '', '', '')),
-    # AXIS_ACT and POS_ACT, jointtarget and robtarget, and positions of teach pendants.
+    # Layouts of makers: AXIS_ACT and POS_ACT, jointtarget and robtarget, and teach pendants.
     Layout(ColumnNames('', 'A', '', ''), 'kuka', ('x', 'y', 'z', 'a', 'b', 'c')),
     Layout(ColumnNames('', 'J', '', ''), 'fanuc', ('x', 'y', 'z', 'w', 'p', 'r')),
     Layout(ColumnNames('', 'rax_', '', ''), 'abb'),
@@ -94,18 +97,18 @@ class ArmColumns(NamedTuple):
     Attributes
     ----------
     stamp
-        The column of stamps, empty if rows are numbered.
+        Name of the column of stamps, empty if stamps follow from row numbers.
     stamps
         The unit of stamps, or the rate of the rows.
     positions, velocities, poses
-        Columns in the order of the arm's joints, none or all of the velocities; columns of a pose
-        in the order of its numbers.
+        Column names. Positions and velocities are in the order of the arm's joints; velocities may
+        be empty. Poses are in the order of the numbers of a pose.
     joints, form
         Units of the joints; format of the poses.
     names
-        The beginnings of the names, for messages.
+        How the column names begin, for error messages.
     guessed
-        Assumptions from the heads, each a sentence.
+        Assumptions that follow from the column names, each a sentence.
     """
 
     stamp: str
@@ -128,9 +131,9 @@ def arm_columns(
     Parameters
     ----------
     file
-        Its name, for messages.
+        Path of the table, for error messages.
     accepted
-        The accepted columns, for the message on a missing column.
+        Text that describes the accepted columns, for the error about a missing column.
 
     Raises
     ------
@@ -202,7 +205,7 @@ class _Search:
         if not (poses or asked) and form == PoseFormat():
             poses, form = self._poses_alone(guessed)
         if set(poses) & set(positions):
-            poses, form = [], PoseFormat()  # x, y and z are joints of a gantry
+            poses, form = [], PoseFormat()  # the columns x, y and z are joints of a gantry
         if layout.maker and poses:
             guessed.append(
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
@@ -217,7 +220,8 @@ class _Search:
         )
 
     def _joint_units(self, positions: list[str]) -> JointFormat:
-        # Options and heads must agree.
+        # Returns the joint units of options and column names; refuses a contradiction between
+        # them.
         robot, given, told = self.wanted.robot, self.wanted.joint_format, {}
         for name, column, slides in zip(robot.joint_names, positions, robot.prismatic):
             accepted = (*(LENGTHS if slides else ANGLES), PERCENT)
@@ -271,13 +275,14 @@ class _Search:
         return usual
 
     def _numbered_joints(self) -> list[Layout]:
-        # Returns the layout of heads such as q1 ... q6 or J 1 ... J 6, if their number is that of
-        # the joints and the numbers in the names of the joints rise.
+        # Returns a layout for column names such as q1 ... q6 or J 1 ... J 6. Their number must be
+        # that of the joints, and the numbers in the joint names must rise.
         found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
             return []
-        # q1 .. q4 may be a quaternion; q0 and q1 may not be joints q1 and q2.
+        # Return no layout in doubtful cases: q1 .. q4 may be a quaternion, and q0 and q1 may not
+        # be the joints q1 and q2.
         if pose_columns(self.header, [''], PoseFormat('wxyz')) or {*self.joints} & {*self.header}:
             return []
         rates = next((one for one in RATES if self._family(one)), '')
@@ -290,7 +295,7 @@ class _Search:
         if layout.maker:
             ends = {name.lower() for name in self.header}
             return ends >= set(layout.needed)
-        # A table of named joints without stamps gets an error on the stamps.
+        # Accept named joints even without a stamp column: the error then names the stamps.
         named = names.position and not layout.numbered and 'stamp' not in self._given
         return not named or names.stamp in self.header or self.wanted.stamps.rate > 0.0
 
@@ -326,15 +331,16 @@ class _Search:
             )
 
     def _positions(self, beginning: str) -> list[str]:
-        # Likewise; where they begin with nothing, the names of the joints themselves.
+        # Returns the columns of the joint positions. If `beginning` is empty, these are the names
+        # of the joints.
         if beginning:
             return self._family(beginning)
         both = self.joints, self.wanted.robot.joint_names
         return next((list(own) for own in both if set(own) <= set(self.header)), [])
 
     def _family(self, beginning: str) -> list[str]:
-        # Returns the columns of the joints, by name or by number from 0 or 1; empty if a column is
-        # missing.
+        # Returns the columns of all joints that start with `beginning`, by joint name or by number
+        # from 0 or 1; empty if a column is missing.
         if not beginning:
             return []
         columns = self._numbered(beginning)
@@ -345,12 +351,13 @@ class _Search:
             for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
                 columns = [f'{start}{end}' for end in ends]
                 if all(column in self.header for column in columns):
-                    # Numbers from 0 come first, because the other range overlaps them.
+                    # Try numbers from 0 first, because both ranges overlap.
                     return columns
         return []
 
     def _numbered(self, text: str) -> list[str]:
-        # Returns the columns of a range like 2-7, or of elements of a vector like state[0:6].
+        # Returns the columns of a range like 2-7, or of a slice of a vector like state[0:6]; empty
+        # for other text.
         part = SLICE.fullmatch(text)
         if part is not None:
             elements = [name for name in self.header if name.startswith(f'{part[1]}.')]
@@ -377,7 +384,7 @@ class _Search:
         return found or ([], PoseFormat())
 
     def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
-        # Returns the only pose of the table, for any beginning of its heads.
+        # Returns the only measured pose of the table, whatever its column names start with.
         named = (name for name in self.header if not COMMAND_WORDS.search(name))
         starts = dict.fromkeys(name[:-1] for name in named if name[-1:] in 'xX')
         tried = {start: pose_columns(self.header, [start], PoseFormat()) for start in starts}

@@ -1,7 +1,7 @@
 """
-Check a bag by its own checksums and counts, with a remark if it has no checksums.
+Check a bag by its own checksums and counts; if the bag has no checksums, a remark says so.
 
-rosbags checks the checksums of MCAP's chunks when it reads the chunks.
+The checksums of MCAP chunks are checked by rosbags when it reads the chunks.
 """
 
 import sqlite3
@@ -17,19 +17,19 @@ from .source import Remark
 UNNOTICED = 'has no checksums: a flipped bit in its numbers would not be noticed'
 CHANGED = 'it was changed after it was written, and what follows from it may be wrong'
 MAGIC_LENGTH = 8
-# Opcodes and lengths of MCAP's records: mcap.dev/spec.
+# Layout of the head of an MCAP record, opcode and length: mcap.dev/spec.
 HEAD = struct.Struct('<BQ')
 CHUNK_INDEX = 8
 DATA_END = 15
 FOOTER_LENGTH = HEAD.size + 20
 DATA_END_LENGTH = HEAD.size + 4
-# Offset of the checksum in a chunk, after its times and its size.
+# Offset of the checksum in a chunk record: it follows two times and the size.
 CHUNK_SUM_AT = HEAD.size + 24
 READ_SIZE = 1 << 20
 
 
 def checked(path: Path) -> Iterator[Remark]:
-    """Yield remarks on a readable bag, a file or a directory."""
+    """Check a bag, a file or a directory, and yield remarks on damage or missing checksums."""
     files = sorted(path.iterdir()) if path.is_dir() else [path]
     for file in files:
         if file.suffix == '.mcap':
@@ -42,7 +42,7 @@ def checked(path: Path) -> Iterator[Remark]:
 
 
 def add_checksums(file: Path) -> None:
-    """Write the checksums of data and index into an MCAP file that has none."""
+    """Write the checksums of data and index into an MCAP file without checksums."""
     with file.open('r+b') as stream:
         end = stream.seek(-(FOOTER_LENGTH + MAGIC_LENGTH), 2)
         footer = stream.read(FOOTER_LENGTH)

@@ -1,4 +1,6 @@
-"""Read poses of the tool from a topic of a bag, from a long topic an evenly spread sample."""
+"""
+Read poses of the tool from a topic of a bag; from a long topic, read an evenly spread sample.
+"""
 
 from collections.abc import Callable, Iterable, Sequence
 from operator import attrgetter
@@ -11,7 +13,7 @@ from .block import SECOND
 from .source import PoseTrack
 from .tool_poses import PoseRows
 
-# Fields of position and orientation in a message of each type.
+# Fields of position and orientation in a message, by message type.
 POSES = {
     'geometry_msgs/msg/PoseStamped': ('pose.position', 'pose.orientation'),
     'geometry_msgs/msg/PoseWithCovarianceStamped': ('pose.pose.position', 'pose.pose.orientation'),
@@ -20,8 +22,8 @@ POSES = {
 }
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-# Largest number of poses in memory (13 MB). If it is reached every second pose is dropped. The
-# frame check needs some hundred poses within the recording.
+# Largest number of poses in memory (13 MB). At this number every second pose is dropped. The frame
+# check needs only some hundred poses within the recording.
 MAX_POSES_HELD = 2**16
 
 
@@ -32,14 +34,16 @@ def track_of_messages(
     read: Callable[[bytes], Sequence[Any]],
 ) -> PoseTrack | None:
     """
-    Return the poses of messages, given with their time of receipt (ns); None without messages.
+    Return the poses in messages, given as pairs of time of receipt (ns) and bytes; None without
+    messages.
 
     Parameters
     ----------
     kind
         The type of the messages, one of `POSES`.
     read
-        Makes messages of bytes, at most one except for `/tf`, or raises any exception.
+        Decodes the bytes of a message, and returns its poses, at most one except for `/tf`. It may
+        raise any exception.
     """
     parts = zip(POSES[kind], ('xyz', 'xyzw'))
     numbers = [attrgetter(f'{part}.{axis}') for part, axes in parts for axis in axes]
@@ -57,7 +61,7 @@ def track_of_messages(
         looked_at += 1
         try:
             found = read(raw)
-        except Exception:  # bytes can make the reader raise any exception
+        except Exception:  # damaged bytes can make the reader raise any exception
             unreadable += 1
             continue
         if not found:

@@ -1,4 +1,4 @@
-"""Read bags of ROS 2 (MCAP, sqlite3) and ROS 1 without ROS by rosbags, an optional package."""
+"""Read bags of ROS 2 (MCAP, sqlite3) and ROS 1, without ROS, by the optional package rosbags."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -42,7 +42,7 @@ MAGIC = {
 @contextmanager
 def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
     """
-    Open a bag.
+    Open a bag as a recording or a plan.
 
     Raises
     ------
@@ -54,7 +54,8 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
             _check(path)
             if path.is_dir():
                 refuse_to_grow(path)
-            # Bags older than ROS 2 Iron do not hold the definitions of their messages.
+            # Use the definitions of Jazzy as default: bags older than ROS 2 Iron do not hold the
+            # definitions of their messages.
             reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
             reader.open()
         try:
@@ -66,7 +67,8 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
 
 @contextmanager
 def _one_sentence(path: Path) -> Iterator[None]:
-    # A damaged file can make the reader raise any exception.
+    # Turns any exception of the reader into a RecordingError, because a damaged file can raise
+    # any.
     try:
         yield
     except KinematicsError:
@@ -79,7 +81,7 @@ def _one_sentence(path: Path) -> Iterator[None]:
 
 
 def _from_the_reader(error: BaseException) -> bool:
-    # Returns whether an error comes from rosbags or its dependencies, not from this package.
+    # Returns whether an error comes from rosbags or its dependencies and not from this package.
     *_, (frame, _) = walk_tb(error.__traceback__)
     return not frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0])
 
@@ -114,7 +116,7 @@ def _check(path: Path) -> None:
 
 
 def _types_of(fields: Any) -> Iterator[str]:
-    # Yields the names of the types of fields, also of elements of arrays.
+    # Yields the type names of message fields; for an array, of its elements.
     for _, (node, what) in fields:
         while node.name in ('ARRAY', 'SEQUENCE'):
             node, what = what[0]
@@ -198,8 +200,8 @@ class _Bag:
         raise RecordingError(f'{self.path}: {self._listed()}')
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
-        # Bytes are read by the definition of ROS: a type of the same name with other fields would
-        # give wrong numbers.
+        # Refuse a type with the name but not the fields of a ROS type: its bytes, read by the
+        # definition of ROS, would give wrong numbers.
         usual = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
         if not self.reader.is2:
             usual |= get_typestore(Stores.ROS1_NOETIC).fielddefs
@@ -240,11 +242,11 @@ class _Bag:
             most = max(1, min(LARGEST_BLOCK, LARGEST_BYTES // max(length, 1)))
             while some := list(islice(alike, most)):
                 yield from self._alike(some)
-                some.clear()  # before the next are read
+                some.clear()  # free the memory before the next messages are read
 
     def _alike(self, messages: Sequence[tuple[int, bytes]]) -> Iterator[Block | UnreadableMessage]:
-        # Yields messages of equal length. A message is read alone if it differs from the first in
-        # more than numbers.
+        # Yields blocks from messages of equal length. A message that differs from the first in
+        # more than numbers and stamp is decoded alone.
         times, raws = zip(*messages)
         columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
         if columns is None:
@@ -268,7 +270,7 @@ class _Bag:
     def _one(self, raw: bytes, time: int) -> Block | UnreadableMessage:
         try:
             message: Any = self.reader.deserialize(raw, JOINT_STATE)
-        except Exception as error:  # bytes can make the reader raise any exception
+        except Exception as error:  # damaged bytes can make the reader raise any exception
             return UnreadableMessage(time, ' '.join(str(error).split()) or type(error).__name__)
         stamp = int(message.header.stamp.sec) * SECOND + int(message.header.stamp.nanosec)
         stamps, received = (np.array([when], dtype=np.int64) for when in (stamp, time))
@@ -309,7 +311,8 @@ class _Bag:
         return ', '.join(sorted(name for name, own in self.types.items() if own in usable))
 
     def _child(self, topic: str, asked: str, connections: list[Any]) -> str:
-        # Returns the frame whose transforms are the poses: the requested one, or the only one.
+        # Returns the child frame whose transforms are the poses: the requested frame, or the only
+        # one.
         parents: dict[str, set[str]] = {}
         for message, _ in self._messages(connections):
             for one in message.transforms:

@@ -1,4 +1,4 @@
-"""Sample the motion that a controller makes of a planned trajectory."""
+"""Sample the motion that a controller makes from a planned trajectory."""
 
 import sys
 from typing import NamedTuple
@@ -8,9 +8,9 @@ import numpy as np
 from ....kernel import Floats, Integers
 from ..plans.polynomials import polynomial_motion
 
-# Largest motion of a joint between two samples, rad or m.
+# Largest motion of a joint between two samples, rad or m. Long trajectories may exceed it.
 MAX_STEP = 0.01
-# Least number of samples between two points, which shows a joint that turns back.
+# Least number of samples between two points, so that a joint that turns back is seen.
 MIN_SAMPLES = 4
 # Largest number of samples between two points.
 MAX_SAMPLES = 2_000
@@ -18,14 +18,14 @@ MAX_SAMPLES = 2_000
 
 class PlannedTrajectory(NamedTuple):
     """
-    A planned trajectory.
+    A planned trajectory: joint names, times and positions of its points.
 
     Attributes
     ----------
     names
         Joint names.
     times : shape (N,), s
-        Since the start.
+        Times of the points since the start.
     positions : shape (N, k), rad or m
     velocities, accelerations
         Derivatives of the positions; None if the points have none.
@@ -39,7 +39,9 @@ class PlannedTrajectory(NamedTuple):
 
 
 class SampledSteps(NamedTuple):
-    """A motion in steps: times (N,) in s, positions (N, k), velocities (N, k)."""
+    """
+    A sampled motion: times (N,), s; positions (N, k), rad or m; velocities (N, k), rad/s or m/s.
+    """
 
     times: Floats
     positions: Floats
@@ -50,7 +52,8 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
     """
     Return samples of the motion along a trajectory, its points included.
 
-    They are at most `most`, but at least 4 a segment; a longer motion has larger steps.
+    The number of samples is at most `most`, but at least 4 for each segment; a longer motion has
+    larger steps.
     """
     q = planned.positions
     motion = polynomial_motion(planned.times, q, planned.velocities, planned.accelerations)
@@ -63,10 +66,11 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
 
 
 def _counts(planned: PlannedTrajectory, most: int) -> Integers:
-    # Returns the number of samples of each segment, without its end.
+    # Returns the number of samples of each segment; its end is a sample of the next segment.
     reach = np.max(np.abs(np.diff(planned.positions, axis=0)), axis=1)
     if planned.velocities is not None:
-        # A cubic may leave the range of its ends; the speeds at its ends bound the motion.
+        # Consider the speeds at the points, because a cubic may leave the range of its end
+        # positions.
         speeds = np.max(np.abs(planned.velocities), axis=1)
         fastest = np.maximum(speeds[:-1], speeds[1:])
         reach = np.maximum(reach, 0.5 * np.diff(planned.times) * fastest)

@@ -1,4 +1,4 @@
-"""Blocks of joint states: consecutive messages with the same names, in columns."""
+"""Store joint states as blocks: consecutive messages with the same names, in columns."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -17,18 +17,21 @@ Flags: TypeAlias = npt.NDArray[np.bool_]
 SECOND = 1_000_000_000  # ns
 # Largest number of messages in a block.
 LARGEST_BLOCK = 16_384
-# Largest number of serialized bytes in a block, 64 MiB, unless a single message has more.
+# Largest number of serialized bytes in a block, 64 MiB; a single larger message is a block.
 LARGEST_BYTES = 2**26
 
 
 class ForwardClock:
-    """A clock, ns, that follows stamps forward and stands still when they step back."""
+    """A clock, ns, that advances with rising stamps and stops while they step back."""
 
     def __init__(self) -> None:
         self._last: tuple[int, int] | None = None
 
     def times(self, stamps: Times) -> Times:
-        """Return the times of the next stamps (N,), N > 0, beginning with the first stamp."""
+        """
+        Return the clock's times for the next stamps (N,), N > 0; the first time is the first
+        stamp.
+        """
         stamp, time = self._last or (int(stamps[0]), int(stamps[0]))
         times: Times = time + np.cumsum(np.maximum(np.diff(stamps, prepend=stamp), 0))
         self._last = int(stamps[-1]), int(times[-1])
@@ -38,16 +41,17 @@ class ForwardClock:
 @dataclass(frozen=True, eq=False)
 class Block:
     """
-    Consecutive JointState messages with the same names and as many numbers.
+    Consecutive JointState messages with the same names and the same count of numbers.
 
     Attributes
     ----------
     names
         Joint names, as in the messages.
     stamps, received : shape (N,), ns
-        Stamps of the header, 0 if unstamped; and times of receipt.
+        Stamp in the header, 0 if unstamped, and time of receipt of each message.
     positions, velocities : shape (N, k), rad or m, rad/s or m/s
-        Numbers of the messages; k should be the number of names, and is 0 without numbers.
+        Positions and velocities of the messages. k should be the number of names, and is 0 if the
+        messages have no such numbers.
     """
 
     names: tuple[str, ...]
@@ -60,7 +64,7 @@ class Block:
         return len(self.stamps)
 
     def sample(self, k: int) -> JointSample:
-        """Return message k for the estimator, with the times of receipt as the steady clock."""
+        """Return message k for the estimator; its time of receipt is used as the steady clock."""
         received = int(self.received[k])
         return JointSample(
             self.names,
@@ -74,7 +78,7 @@ class Block:
 
 @dataclass(frozen=True)
 class UnreadableMessage:
-    """A message that cannot be read as a JointState, with the reason in words."""
+    """A message that cannot be read as a JointState, with the reason as text."""
 
     received: int
     reason: str
@@ -86,7 +90,9 @@ class UnreadableMessage:
 def joined(
     parts: Iterable[Block | UnreadableMessage],
 ) -> Iterator[Block | UnreadableMessage]:
-    """Yield parts in order, consecutive blocks with the same names and counts as one block."""
+    """
+    Yield blocks in order, with consecutive blocks of the same names and counts joined into one.
+    """
 
     def kind(part: Block | UnreadableMessage) -> tuple[object, ...]:
         if isinstance(part, UnreadableMessage):

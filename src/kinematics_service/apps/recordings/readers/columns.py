@@ -1,5 +1,6 @@
 """
-Columns of numbers for all states of a recording, in memory while small, then in a temporary file.
+Store columns of numbers for all states of a recording: in memory while they are small, then in a
+temporary file.
 """
 
 import os
@@ -13,11 +14,11 @@ import numpy.typing as npt
 from ....errors import RecordingError
 from ....kernel import Floats
 
-# Largest count of numbers that a column holds in memory. Then they go to an unnamed file, which
-# the system deletes when the process ends.
+# Count of numbers in memory above which a column writes them to an unnamed file. The system
+# deletes the file when the process ends.
 MAX_HELD_NUMBERS = 2**18
-# Number of states in a piece. It is fixed, so sums do not depend on the size of blocks; 17 minutes
-# at 1 kHz are one piece.
+# Number of states in a piece, 17 minutes at 1 kHz. It is constant, so that sums over pieces do not
+# depend on the size of blocks.
 MAX_PIECE_ROWS = 2**20
 
 Scalar = TypeVar('Scalar', bound=np.generic)
@@ -38,7 +39,7 @@ class Column(Generic[Scalar]):
         return self._written + self._held_count
 
     def append(self, numbers: npt.ArrayLike) -> None:
-        """Add the numbers of the next states."""
+        """Append the numbers of the next states."""
         own = np.array(numbers, dtype=self._kind)
         self._held.append(own)
         self._held_count += len(own)
@@ -80,7 +81,10 @@ class Column(Generic[Scalar]):
         return np.array([self[row] for row in rows.tolist()], dtype=self._kind)
 
     def mapped(self) -> npt.NDArray[Scalar]:
-        """Return all numbers, a file as a memory map; changes of the array change the column."""
+        """
+        Return all numbers as an array; a column in a file is a memory map. Changes of the array
+        change the column.
+        """
         if self._file is None:
             return self._joined()
         self._write()
@@ -104,7 +108,7 @@ class Column(Generic[Scalar]):
 
 
 class StateTable:
-    """Columns side by side, read like an array (N, k)."""
+    """Columns of equal length, read like an array (N, k)."""
 
     def __init__(self, columns: int) -> None:
         self.columns = tuple(Column(np.float64) for _ in range(columns))
@@ -114,7 +118,7 @@ class StateTable:
         return self._count
 
     def append(self, rows: Floats) -> None:
-        """Add the rows of the next states."""
+        """Append the rows (M, k) of the next states."""
         self._count += len(rows)
         for k, column in enumerate(self.columns):
             column.append(rows[:, k])
@@ -126,16 +130,18 @@ class StateTable:
 
 
 def spans(count: int, size: int = MAX_PIECE_ROWS) -> Iterator[slice]:
-    """Yield the rows of each piece of `size` rows, as slices with a begin and an end."""
+    """
+    Yield slices that divide `count` rows into pieces of `size` rows; the last may be shorter.
+    """
     for begin in range(0, count, size):
         yield slice(begin, min(begin + size, count))
 
 
 def median(pieces: Iterable[npt.ArrayLike]) -> float:
     """
-    Return the median of numbers that come in pieces, 0 without numbers; NaN is not allowed.
+    Return the median of all numbers in some pieces, 0 without numbers; NaN is not allowed.
 
-    A long column is partitioned in its file, not in memory.
+    Many numbers are partitioned in a temporary file, not in memory.
     """
     every = Column(np.float64)
     for piece in pieces:

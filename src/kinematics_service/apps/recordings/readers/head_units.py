@@ -1,4 +1,4 @@
-"""Split the heads of columns into names and units: `q1_deg`, `q3 [mm]`, `time (ms)`, `q[0]`."""
+"""Split column names into name and unit: `q1_deg`, `q3 [mm]`, `time (ms)`, `q[0]`."""
 
 import re
 from collections.abc import Collection, Mapping, Sequence
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ....errors import RecordingError
 
-# The words for a unit, in small letters.
+# Accepted words for each unit, in small letters.
 UNITS = {
     'rad': 'rad rads radian radians',
     'deg': 'deg degs degree degrees ° º',
@@ -25,7 +25,10 @@ BEHIND = re.compile(
 
 
 class HeadUnits(NamedTuple):
-    """Names of heads without their units, in their order; head and unit of each name."""
+    """
+    Column names without their units, in the order of the table; original name and unit, by this
+    name.
+    """
 
     names: list[str]
     heads: Mapping[str, str]
@@ -33,12 +36,12 @@ class HeadUnits(NamedTuple):
 
     def unit(self, names: Sequence[str], accepted: Collection[str], where: str) -> str:
         """
-        Return the unit in the heads of some columns, empty without a unit.
+        Return the common unit of some columns, empty if their names have no unit.
 
         Raises
         ------
         RecordingError
-            The heads have different units, or a unit that is not in `accepted`.
+            The columns have different units, or a unit that is not in `accepted`.
         """
         found = {self.units.get(name, ''): name for name in names}
         if len(found) > 1:
@@ -54,10 +57,13 @@ class HeadUnits(NamedTuple):
 
 
 def units_of_heads(header: Sequence[str], joints: Collection[str]) -> HeadUnits:
-    """Return names and units of heads; a head that ends in a joint's name has no unit."""
+    """
+    Split column names into names and units; a column name that ends in a joint's name has no unit.
+    """
     parted = [(head, '') if head.endswith(tuple(joints)) else _parted(head) for head in header]
     names = [name for name, _ in parted]
-    # `q1_deg` beside `q1_rad`: both keep their units as parts of their names.
+    # Keep whole column names if their names without units are equal, such as `q1_deg` and
+    # `q1_rad`.
     kept = [
         (name, unit) if names.count(name) == 1 else (head, '')
         for head, (name, unit) in zip(header, parted)

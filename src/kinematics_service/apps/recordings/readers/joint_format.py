@@ -1,4 +1,4 @@
-"""Convert joint columns of a table: units, or encoder ticks with zero and ratio."""
+"""Convert joint columns of a table to rad or m: from units, or from encoder ticks."""
 
 import json
 import math
@@ -13,16 +13,17 @@ from ....errors import RecordingError
 from ....kernel import Floats
 from ....robot.robot import Robot
 
-# Factors from a unit to rad or m.
+# Factors that convert a unit to rad or m.
 ANGLES = {'rad': 1.0, 'deg': math.radians(1.0), 'turns': math.tau}
 LENGTHS = {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2}
-# Percentage from the middle of a joint's limits to a limit, -100 to 100.
+# Unit: percentage of the way from the middle of a joint's limits to a limit, -100 to 100.
 PERCENT = 'percent'
-# Ticks a turn, negative if the encoder counts the other way; the tick at zero.
+# Matches ticks in a turn, negative if the encoder counts backwards, and the tick at zero:
+# 4096@2048.
 TICKS = re.compile(r'(-?\d+(?:\.\d+)?)(?:@(-?\d+(?:\.\d+)?))?')
-# The vector of joint positions in the statistics of a dataset.
+# Name of the vector of joint positions in the statistics of a dataset.
 STATE = 'observation.state'
-# Ticks a turn of the servos whose calibration LeRobot writes.
+# Ticks in a turn of the servos whose calibration LeRobot writes.
 SERVO_TURN = 4095.0
 ACCEPTED = (
     'write rad, deg, turns, m, mm, percent (of the way from the middle of the limits to a '
@@ -32,23 +33,26 @@ ACCEPTED = (
 
 
 class JointUnits(NamedTuple):
-    """Joint positions (..., n), rad or m, are `scale` (n,) times (numbers - `zero` (n,))."""
+    """
+    Units of joint columns: positions (..., n), rad or m, are `scale` (n,) times (numbers - `zero`
+    (n,)).
+    """
 
     scale: Floats
     zero: Floats
 
     def positions(self, numbers: Floats) -> Floats:
-        """Return joint positions of numbers (..., n)."""
+        """Convert numbers (..., n) of the joint columns to joint positions, rad or m."""
         return np.asarray((numbers - self.zero) * self.scale)
 
 
 class JointFormat(NamedTuple):
     """
-    The units of joint columns, in words with commas; empty: rad and m.
+    The units of joint columns, as words separated by commas; empty: rad and m.
 
-    Each word holds for all joints that it fits, or for the joint that it names: `deg,mm`,
-    `turns,wrist=4096@2048`, or a file. `first` is the place of the arm's first joint in the state
-    vector of a dataset, for a file with its statistics.
+    A word applies to all joints of its kind, or to the joint that it names: `deg,mm`,
+    `turns,wrist=4096@2048`, or a file. `first` is the index of the arm's first joint in the state
+    vector of a dataset; a file with statistics of the dataset needs it.
     """
 
     text: str = ''
@@ -97,7 +101,7 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
             )
         _take_range(units, j, (-100.0, 100.0), (lower, upper))
     elif ticks and float(ticks[1]):
-        turn = 1.0 if sliding else math.tau  # a sliding joint has ticks a metre
+        turn = 1.0 if sliding else math.tau  # the ticks of a sliding joint are per metre
         units.scale[j], units.zero[j] = turn / float(ticks[1]), float(ticks[2] or 0.0)
     else:
         raise RecordingError(f'--joint-format: {unit!r} is not accepted; {ACCEPTED}')
@@ -106,7 +110,8 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
 def _take_range(
     units: JointUnits, j: int, numbers: tuple[float, float], meant: tuple[float, float]
 ) -> None:
-    # Maps the range of numbers onto the range that they mean.
+    # Sets scale and zero of joint j so that the range `numbers` maps onto the range `meant`, rad
+    # or m.
     scale = (meant[1] - meant[0]) / (numbers[1] - numbers[0])
     units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(meant) / scale
 
@@ -135,7 +140,8 @@ def _is_motor(content: Any) -> bool:
 
 
 def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]) -> None:
-    # Numbers go from -100 to 100 over the range of the servo; the middle is the joint's zero.
+    # Sets scale and zero: numbers from -100 to 100 cover the range of the servo, with the zero in
+    # the middle.
     for j, name in enumerate(robot.joint_names):
         one = motors[name]
         reach = 0.5 * (float(one['range_max']) - float(one['range_min']))
@@ -146,7 +152,7 @@ def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]
 def _range_of_state(
     content: Mapping[str, Any], first: int, end: int
 ) -> tuple[list[float], list[float]]:
-    # Returns the range of the state that the dataset maps to -1 to 1.
+    # Returns the least and largest joint positions, which the dataset maps to -1 and 1.
     state = content[STATE]
     least, most = ([float(x) for x in state[name][first:end]] for name in ('min', 'max'))
     if min(len(least), len(most)) < end - first:

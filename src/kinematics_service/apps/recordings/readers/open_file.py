@@ -1,4 +1,4 @@
-"""Open a file of joint states of any kind, by its suffix and its first bytes."""
+"""Open a file of joint states of any type, detected from its suffix and its first bytes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,7 +34,7 @@ def open_source(file: Path, wanted: Selection) -> Iterator[RecordingSource]:
     if not file.exists():
         raise RecordingError(f'{file}: there is no such file')
     if not (file.is_file() or file.is_dir()):
-        # Devices and pipes cannot be read twice.
+        # Refuse devices and pipes, because a reader reads a file twice.
         raise RecordingError(f'{file}: is a device or a named pipe: give a file')
     suffix = file.suffix.lower()
     if file.is_dir() or suffix in BAGS or _looks_like_a_bag(file):

@@ -19,16 +19,16 @@ from .columns import spans
 from .source import RecordingSource, Remark, Selection
 from .yaml_values import MAX_VALUES, Values, read_documents
 
-# Pause between the trajectories of a topic, longer than any timeout, ns.
+# Time between the trajectories of a topic, longer than any timeout, ns.
 PAUSE = 3_600 * SECOND
-# Stamp of the first sample; 0 would mean unstamped.
+# Stamp of the first sample, because 0 would mean unstamped.
 FIRST_STAMP = SECOND
 MAX_FILE_BYTES = 64 * 1024 * 1024
-# Largest number of samples of a file, besides 4 a segment: a minute of work.
+# Largest number of samples of a file, apart from the least 4 for each segment: a minute of work.
 MAX_FILE_SAMPLES = 500_000
-# Largest motion between two samples without a remark, rad or m.
+# Motion between two samples above which a remark is made, rad or m.
 COARSE_STEP = 10 * MAX_STEP
-# Keys of a JointTrajectoryPoint.
+# Accepted keys of a JointTrajectoryPoint.
 POINT_KEYS = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
 SINGULAR = {'positions': 'position', 'velocities': 'velocity', 'accelerations': 'acceleration'}
 
@@ -66,7 +66,7 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
 
 def text_of(file: Path, largest: int, instead: str) -> str:
     """
-    Return the text of a file of at most `largest` bytes; `instead` is advice for a larger file.
+    Read the text of a file of at most `largest` bytes; `instead` is advice if the file is larger.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def text_of(file: Path, largest: int, instead: str) -> str:
 
 def json_of(file: Path, text: str) -> Values:
     """
-    Return the content of a text in JSON.
+    Parse a JSON text and return its content.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def _documents(file: Path, text: str) -> list[Values]:
 
 
 def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    # json.loads would silently take the last value of a key that occurs twice.
+    # Refuse a key that occurs twice: json.loads would silently take its last value.
     mapping = dict(pairs)
     if len(mapping) < len(pairs):
         twice, _ = Counter(key for key, _ in pairs).most_common(1)[0]
@@ -128,8 +128,8 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _trajectories(document: Values, depth: int = 0) -> Iterator[Mapping[str, Values]]:
-    # Finds a JointTrajectory in a message or in its parents: RobotTrajectory, DisplayTrajectory,
-    # an action's goal.
+    # Yields each JointTrajectory in a message or in messages that contain it, such as
+    # RobotTrajectory, DisplayTrajectory, or the goal of an action.
     if depth > 8:
         return
     if isinstance(document, Mapping):
@@ -162,7 +162,7 @@ def _planned(data: Mapping[str, Values], where: str) -> PlannedTrajectory:
 
 
 def _check_keys(point: Mapping[str, Values], where: str) -> None:
-    # Without this check a misspelt key would change the plan silently.
+    # Refuse unknown keys, because a misspelt key would change the plan silently.
     for key in map(str, point):
         if key not in POINT_KEYS:
             hint = did_you_mean(meant_by(key, POINT_KEYS))
@@ -170,7 +170,7 @@ def _check_keys(point: Mapping[str, Values], where: str) -> None:
 
 
 def trajectory_of_message(message: Any) -> PlannedTrajectory:
-    """Return the trajectory of a JointTrajectory message."""
+    """Convert a JointTrajectory message to a planned trajectory."""
     names = tuple(map(str, message.joint_names))
     points = message.points
     times = [one.time_from_start.sec + one.time_from_start.nanosec * 1e-9 for one in points]
@@ -182,7 +182,7 @@ def trajectory_of_message(message: Any) -> PlannedTrajectory:
 def _trajectory(
     names: tuple[str, ...], times: list[float], rows: Callable[[str], list[Any]], where: str
 ) -> PlannedTrajectory:
-    # `rows` returns the numbers of a key, one row a point.
+    # `rows` is a function that returns the numbers of a key, one row for each point.
     if not times:
         raise RecordingError(f'{where}: the trajectory has no points')
     positions, velocities, accelerations = (
@@ -207,12 +207,13 @@ def _table(rows: Sequence[Any], names: tuple[str, ...], key: str, where: str) ->
     for k, row in enumerate(rows):
         count = len(row) if isinstance(row, (list, np.ndarray)) else 0
         if count != len(names):
-            # Points without velocities would make another motion, and its proof would be wrong.
+            # Refuse some points without velocities: the motion would be another one, and its proof
+            # would be wrong.
             raise RecordingError(
                 f'{where}: points[{k}] must have one {SINGULAR[key]} for each joint: {count} '
                 f'of {len(names)}{"" if key == "positions" else ", and other points have some"}'
             )
-        # numpy would convert truth values and texts to numbers.
+        # Refuse truth values and texts, which numpy would convert to numbers.
         if isinstance(row, list) and not {type(value) for value in row} <= {int, float}:
             raise RecordingError(f'{where}: points[{k}]: {key} must be numbers')
     try:
@@ -240,11 +241,11 @@ def blocks_of_trajectories(
     trajectories: Iterable[PlannedTrajectory], wanted: Selection, where: str, remarks: list[Remark]
 ) -> Iterator[Block]:
     """
-    Yield the joint states of the motions that controllers make of trajectories.
+    Yield joint states sampled from the motions that a controller makes from trajectories.
 
     The motion between points is that of joint_trajectory_controller: straight with positions
-    alone, cubic with velocities, quintic with accelerations; a trajectory of one point stands
-    still. If a motion is too long for small steps, a remark says how large the steps are.
+    alone, cubic with velocities, quintic with accelerations. A trajectory of one point does not
+    move. If a motion is too long for small steps, a remark gives the size of the steps.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Read a whole table of joint states, to replay or draw it."""
+"""Read a whole table of joint states, to replay or draw the motion."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +14,7 @@ from .block import ForwardClock
 from .source import Selection
 from .table_reader import TableReader
 
-# Number of joint names in an error message.
+# Largest number of joint names in an error message.
 LISTED = 20
 
 
@@ -28,9 +28,9 @@ class Recording:
     stamps : shape (N,), ns
         Stamps of the file, which may repeat or jump back.
     positions : shape (N, n), rad or m
-        In the order of the arm's joints.
+        Joint positions in the order of the arm's joints.
     velocities : shape (N, n), rad/s or m/s
-        None if the file has no velocities.
+        Joint velocities in the order of the arm's joints; None if the file has none.
     """
 
     stamps: npt.NDArray[np.int64]
@@ -39,21 +39,23 @@ class Recording:
 
     @property
     def due(self) -> Floats:
-        """Return the time of each row since the first, shape (N,), s; steps back take no time."""
+        """
+        Return the time of each row since the first row, shape (N,), s; a step back takes no time.
+        """
         return np.asarray((ForwardClock().times(self.stamps) - self.stamps[0]) * 1e-9)
 
 
 def read_recording(file: Path, robot: Robot) -> Recording:
     """
-    Return the recording of a table of any of the known layouts.
+    Read a table of joint states of any known layout, and return the recording.
 
-    Each joint needs a position, and all joints or none a velocity; stamps are in seconds, all
+    Each joint needs a position; either all joints have a velocity, or none. Stamps are in seconds,
     other numbers in rad and m. Other columns, empty lines and a byte order mark are ignored.
 
     Raises
     ------
     RecordingError
-        The file cannot be read, or lacks columns of this arm.
+        The file cannot be read, or columns of the arm are missing.
     """
     accepted = (
         'accepted, separated by commas, semicolons, tabs or spaces: stamp in seconds, '

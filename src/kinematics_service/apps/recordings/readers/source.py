@@ -1,4 +1,4 @@
-"""The content of an open recording or planned trajectory, the same for all kinds of files."""
+"""Define the content of an open recording or planned trajectory, equal for all file types."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ from .block import Block, Times, UnreadableMessage
 from .joint_format import JointFormat
 from .stamp_format import StampFormat
 
-# Largest number of poses of a track in a comparison; more poses change the result little.
+# Largest number of poses of a track in a comparison, because more poses change the result little.
 MAX_POSES = 600
 
 
@@ -30,14 +30,15 @@ class PoseTrack(NamedTuple):
     stamps : shape (M,), ns
     poses : shape (M, 4, 4)
     q : shape (M, n), rad or m
-        Joint positions of the same rows, in the order of the arm; None if poses and joints are
-        matched by time.
+        Joint positions in the rows of the poses, in the order of the arm's joints; None if poses
+        and joints are matched by time.
     refused
         The reason why the poses cannot be used, a sentence; empty if they can.
     doubts
         Remarks on implausible numbers, each a sentence.
     total
-        Number of poses of the source, of which these are an evenly spread part; 0: these are all.
+        Number of all poses of the source if `poses` is an evenly spread part of them; 0 if `poses`
+        has all.
     kind
         Kind of the orientations, one of `pose_format.KINDS`; empty for matrices.
     rows : shape (M,)
@@ -57,14 +58,12 @@ class PoseTrack(NamedTuple):
 
     @property
     def positions(self) -> bool:
-        """Return whether the poses are positions alone, with the identity as orientation."""
+        """Return whether the poses are positions only, with the identity as orientation."""
         return self.kind == 'position'
 
 
 class Selection(NamedTuple):
-    """
-    The parts of a file to read, topics or columns, and the meaning of their numbers.
-    """
+    """The topics or columns of a file to read, and the formats of their numbers."""
 
     robot: Robot
     topic: str | None = None
@@ -77,7 +76,7 @@ class Selection(NamedTuple):
 
     @property
     def of_tables(self) -> str:
-        """Return the first given option that is for tables alone; empty without one."""
+        """Return the first given option that applies only to tables; empty without one."""
         given = {
             '--columns': self.columns is not None,
             '--pose-format': self.pose_format != PoseFormat(),
@@ -88,7 +87,7 @@ class Selection(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """A remark on a file itself: `level` OK, WARN, or ERROR if it is damaged."""
+    """A remark on the file itself: `level` is OK, WARN, or ERROR if the file is damaged."""
 
     level: Level
     text: str
@@ -97,28 +96,29 @@ class Remark(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class RecordingSource:
     """
-    An open file.
+    An open recording or plan.
 
     Attributes
     ----------
     what
-        Kind of file, in words.
+        Kind of file, as text.
     topic
         The topic or the columns of the joint states.
     planned
-        Whether it is a planned trajectory rather than a recording.
+        Whether the file is a planned trajectory and not a recording.
     total
         Number of messages by the index of the file, for a progress bar; None if unknown.
     blocks
-        The joint states; they can be read once.
+        The joint states; the iterator can be read only once.
     poses
-        Returns the second source of the tool pose, after all blocks were read; None without one.
+        Returns the poses of the second source, after all blocks were read; None without a second
+        source.
     remarks
         Remarks on the file itself, complete after all blocks were read.
     plans
         The planned trajectories, complete after all blocks were read.
     pose_topics
-        The topics of a bag with poses, in words; empty without such topics.
+        The topics of a bag with poses, as text; empty without such topics.
     """
 
     what: str

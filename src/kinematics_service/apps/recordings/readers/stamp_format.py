@@ -1,4 +1,4 @@
-"""Units of the stamps of a table, or a rate for rows without stamps."""
+"""Convert the stamps of a table to ns, or make stamps from a rate and row numbers."""
 
 import re
 from typing import NamedTuple
@@ -8,15 +8,17 @@ import numpy as np
 from ....errors import RecordingError
 from .block import Times
 
-# Decimal places from a unit to nanoseconds.
+# Number of decimal places between a unit and nanoseconds.
 UNITS = {'s': 9, 'ms': 6, 'us': 3, 'ns': 0}
 RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
 # Range of the rate of numbered rows, Hz.
 MIN_RATE = 0.01  # Hz
 MAX_RATE = 1e6  # Hz
-# Rate of rows in which the arm stands still, Hz: too slow to make speeds of the steps.
+# Rate of rows in which the arm stands still, Hz. At this rate differences between rows give no
+# velocities.
 STANDSTILL_RATE = 0.1
-# Range of present times since 1970, s, the years 2001 to 2096. A stamp is in it in one unit alone.
+# Range of times that count as present, s since 1970: the years 2001 to 2096. A stamp is within it
+# in only one unit.
 MIN_EPOCH_TIME = 10**9
 MAX_EPOCH_TIME = 4 * 10**9
 
@@ -28,7 +30,7 @@ class StampFormat(NamedTuple):
     Attributes
     ----------
     unit
-        One of `UNITS`; empty: seconds, or the unit by the size of the stamps.
+        One of `UNITS`; empty: seconds, or the unit that the size of the stamps shows.
     rate : Hz
         Rate of numbered rows, 0 if stamps are read.
     """
@@ -37,14 +39,17 @@ class StampFormat(NamedTuple):
     rate: float = 0.0
 
     def of_rows(self, first: int, count: int) -> Times:
-        """Return the stamps (count,), ns, of rows from `first` on; row 0 is at one period."""
+        """
+        Return the stamps (count,), ns, of rows from number `first`; the stamp of row 0 is one
+        period.
+        """
         rows = np.arange(first + 1, first + count + 1)
         return np.asarray(np.rint(rows * (1e9 / self.rate)), dtype=np.int64)
 
 
 def stamp_format(text: str) -> StampFormat:
     """
-    Return the format of a word: s, ms, us, ns, a rate like `30Hz`, or `none`.
+    Parse a stamp format: s, ms, us, ns, a rate like `30Hz`, or `none`.
 
     Raises
     ------
@@ -66,7 +71,7 @@ def stamp_format(text: str) -> StampFormat:
 
 
 def unit_of(stamp: float) -> str:
-    """Return the unit in which a stamp is a present time, s if there is none."""
+    """Return the unit in which a stamp is a present time; s if it is none in any unit."""
     for unit, digits in UNITS.items():
         if MIN_EPOCH_TIME <= stamp * 10.0 ** (digits - 9) < MAX_EPOCH_TIME:
             return unit

@@ -1,4 +1,4 @@
-"""Read joint states from a table: a CSV file of a known layout."""
+"""Read joint states from a table: a CSV file with a known layout."""
 
 import csv
 import io
@@ -17,7 +17,7 @@ from .source import RecordingSource, Remark, Selection
 from .table_rows import NO_TEXT, RowReader, TableFile, lines_of, number_of
 from .table_source import source_of
 
-# Bytes of a read when lines are counted.
+# Number of bytes read at once when lines are counted.
 READ_SIZE = 2**20
 # Number of lines that are examined for names of columns and decimal commas.
 HEAD_LINES = 100
@@ -28,7 +28,7 @@ COMMA = re.compile(r'\d,\d')
 
 def open_table(file: Path, wanted: Selection) -> RecordingSource:
     """
-    Open a table.
+    Open a table of joint states.
 
     Raises
     ------
@@ -45,7 +45,7 @@ class TableReader:
     Parameters
     ----------
     accepted
-        The accepted columns, for the message on a missing column.
+        Text that describes the accepted columns, for the error about a missing column.
 
     Attributes
     ----------
@@ -74,13 +74,13 @@ class TableReader:
         self.columns = arm_columns(file, self.header, wanted, accepted)
 
     def rows(self, columns: list[str], whole: bool = False) -> RowReader:
-        """Return a reader of some columns; `whole` is that of `RowReader`."""
+        """Return a reader of the rows with these columns; `whole` as in `RowReader`."""
         return RowReader(
             self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint
         )
 
     def source(self) -> RecordingSource:
-        """Return the table as a recording, with poses of the tool if it has them."""
+        """Return the table as a recording, with poses of the tool if the table has them."""
         own = self.columns
         reader = self.rows([*own.positions, *own.velocities, *own.poses])
         if self._table.decimal_comma:
@@ -91,7 +91,7 @@ class TableReader:
 
 def table_of(file: Path, accepted: str = HOW) -> TableFile:
     """
-    Return a table with its header.
+    Open a table, and find its column names and its delimiter.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def table_of(file: Path, accepted: str = HOW) -> TableFile:
         opened: Callable[[], TextIO] = partial(file.open, encoding='utf-8-sig', newline='')
         with opened() as stream:
             if not file.is_file():
-                # A pipe can be read once.
+                # Keep the text of a pipe, which can be read only once.
                 opened = partial(io.StringIO, ''.join(lines_of(stream)))
         with opened() as stream:
             lines = list(islice(lines_of(stream), HEAD_LINES))
@@ -121,7 +121,7 @@ def table_of(file: Path, accepted: str = HOW) -> TableFile:
 def _table(
     file: Path, opened: Callable[[], TextIO], lines: list[str], filled: list[int]
 ) -> TableFile:
-    # Lines that begin with # are comments; the last comment may hold the names.
+    # Skip lines that begin with #, which are comments. The last comment may hold the column names.
     rows = [k for k in filled if not lines[k].lstrip().startswith(COMMENT)]
     first = lines[rows[0]] if rows else ''
     delimiter = delimiter_of([first or lines[filled[0]]])

@@ -22,10 +22,10 @@ from .stamp_format import UNITS, StampFormat, unit_of
 
 MAX_LINE_LENGTH = 2**20
 NO_TEXT = 'is not UTF-8 text, so not a table'
-# Largest stamp of a ROS header, s.
+# Upper bound of stamps, s: the range of a ROS header.
 MAX_STAMP = Decimal(2**31)
-# Numbers that other programs accept, too: `1_0` and digits of other scripts are numbers for Python
-# alone.
+# DATE and NUMBER accept what other programs accept, too. Python alone would read `1_0` and digits
+# of other scripts as numbers.
 DATE = re.compile(
     r'(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:[.,](\d+))?(?: ?(Z|UTC|[-+]\d\d:?\d\d))?', re.A
 )
@@ -46,9 +46,9 @@ class TableFile(NamedTuple):
     Attributes
     ----------
     file
-        Its path, for messages.
+        Path of the table, for error messages.
     opened
-        Opens its text, any number of times.
+        Opens the text of the table; it can be called again.
     delimiter
         Text between cells; a space means any white space.
     header
@@ -68,7 +68,10 @@ class TableFile(NamedTuple):
     named: bool = True
 
     def lines(self, stream: TextIO) -> Iterator[str]:
-        """Yield the lines of rows, also empty lines, with decimal points and single blanks."""
+        """
+        Yield the lines with rows, also empty lines, with decimal points and with single blanks
+        between cells.
+        """
         for line in islice(lines_of(stream), self.heads, None):
             line = line.replace(',', '.') if self.decimal_comma else line
             yield (
@@ -76,7 +79,7 @@ class TableFile(NamedTuple):
             ) + '\n'
 
     def cells(self, stream: TextIO) -> Iterator[tuple[int, list[str]]]:
-        """Yield number (from 1) and cells of the rows that are not empty."""
+        """Yield line number (from 1) and cells of each row that is not empty."""
         rows = csv.reader(self.lines(stream), delimiter=self.delimiter)
         for cells in rows:
             if any(map(str.strip, cells)):
@@ -85,12 +88,13 @@ class TableFile(NamedTuple):
 
 class RowReader:
     """
-    The rows of a table.
+    Reads the rows of a table.
 
     Parameters
     ----------
     stamp, columns
-        Name of the column of stamps, empty if rows are numbered; names of the other columns.
+        Name of the column of stamps, empty if stamps follow from row numbers; names of the other
+        columns.
     stamps
         The unit of stamps, or the rate of rows.
     hint
@@ -156,7 +160,7 @@ class RowReader:
         return TableRows(self._stamps.of_rows(end - len(numbers), len(numbers)), np.array(numbers))
 
     def _lines(self) -> Iterator[tuple[int, list[str]]]:
-        # Yields rows with their line numbers; the last row may be incomplete.
+        # Yields rows with their line numbers; an incomplete last row is skipped with a remark.
         with self._table.opened() as stream:
             filled = self._table.cells(stream)
             count = 0
@@ -175,7 +179,7 @@ class RowReader:
                 )
 
     def _digits_of(self, stamp: str) -> int:
-        # The size of the first stamp decides; `_nanoseconds` refuses invalid text.
+        # Take the unit from the size of the first stamp; `_nanoseconds` refuses invalid text.
         unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
         if unit != 's':
             name = self._header[self._stamp_at[0]]
@@ -220,7 +224,7 @@ def lines_of(stream: TextIO) -> Iterator[str]:
     Raises
     ------
     csv.Error
-        A line is too long: a file without line ends may be larger than the memory.
+        A line is too long. The limit protects the memory from a file without line ends.
     """
     while line := stream.readline(MAX_LINE_LENGTH + 1):
         if len(line) > MAX_LINE_LENGTH:
@@ -229,9 +233,9 @@ def lines_of(stream: TextIO) -> Iterator[str]:
 
 
 def number_of(text: str) -> float:
-    """Return the number in a cell, or raise ValueError."""
+    """Return the number in a cell. Raise ValueError if the cell holds no number."""
     plain = text.strip()
-    if not plain.isascii() or '_' in plain:  # minus sign of a spreadsheet; 1_0
+    if not plain.isascii() or '_' in plain:  # a minus sign of a spreadsheet, or 1_0
         plain = plain_signs(plain)
         if not NUMBER.fullmatch(plain):
             raise ValueError(text)
@@ -240,7 +244,7 @@ def number_of(text: str) -> float:
 
 def nanoseconds_of(text: str, digits: int = 9) -> int:
     """
-    Return the nanoseconds of a time, 0 to 2^31 s, or of a date, or raise ValueError.
+    Return the nanoseconds of a time, 0 to 2^31 s, or of a date. Raise ValueError for other text.
 
     A date without a zone is taken in UTC.
 
@@ -249,7 +253,7 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     digits
         Decimal places from the unit of the time to nanoseconds: 9 for seconds, 0 for ns.
     """
-    # A double cannot hold the nanoseconds of a present time, so digits are shifted as text.
+    # Shift the digits as text, because a double cannot hold the nanoseconds of a present time.
     text = text.strip()
     whole, _, fraction = text.partition('.')
     latest = MAX_STAMP.scaleb(9 - digits)

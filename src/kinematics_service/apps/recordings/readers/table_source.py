@@ -1,4 +1,4 @@
-"""Turn rows of numbers into a recording: joint states, and poses of the tool."""
+"""Turn rows of numbers into a recording: joint states, and poses of the tool if given."""
 
 from collections.abc import Iterable, Iterator
 
@@ -11,7 +11,7 @@ from .source import MAX_POSES, PoseTrack, RecordingSource, Remark, Selection
 from .table_rows import TableRows
 from .tool_poses import PoseRows
 
-# Ratio of repeated stamps above which the stamps are too coarse for the rows.
+# Ratio of repeated stamps above which a remark warns that the stamps are too coarse.
 REPEATED_STAMP_RATIO = 0.2
 
 
@@ -24,14 +24,14 @@ def source_of(
     remarks: list[Remark],
 ) -> RecordingSource:
     """
-    Return rows as a recording.
+    Return the rows of a table or an episode as a recording.
 
     Parameters
     ----------
     what, total
-        Kind of file, in words, and approximate number of rows.
+        Kind of file, as text, and approximate number of rows.
     pieces
-        The numbers of positions, velocities and poses, side by side; read once.
+        The rows, with positions, velocities and poses side by side; the iterator is read once.
     remarks
         Remarks on the file; reading may add remarks.
     """
@@ -51,12 +51,12 @@ def source_of(
             if not plain:
                 q, qdot = units.positions(q), qdot * units.scale[: m - n]
             if columns.poses:
-                # Poses and joints of a row belong together, whatever the time between rows. A row
-                # may lack all numbers of a pose; a row that lacks some is refused.
+                # Match pose and joints by row, whatever the time between rows. A row may lack all
+                # numbers of a pose; a row that lacks only some is refused.
                 rows = numbers[:, m:]
                 known = np.any(np.isfinite(rows), axis=1)
                 poses.take(stamps[known], rows[known], q[known], count + np.flatnonzero(known))
-            # The time of receipt is the time of the measurement.
+            # Use the time of measurement as the time of receipt, because a table has no other.
             received = clock.times(stamps)
             count, alike = count + len(stamps), alike + int(np.sum(np.diff(stamps) == 0))
             yield Block(names, stamps, received, q, qdot)

@@ -14,24 +14,26 @@ from .columns import Column, StateTable, spans
 from .joint_format import LENGTHS
 from .source import PoseTrack
 
-# Largest deviation of a quaternion from unit length, by float32 and printed digits.
+# Largest deviation of a quaternion's norm from 1, which allows for float32 and few printed digits.
 UNIT_LENGTH_TOLERANCE = 0.05
-# Ratio of invalid rows up to which they are left out; above it the poses are refused.
+# Ratio of invalid rows above which all poses are refused; otherwise only the invalid rows are left
+# out.
 MAX_REJECTED_RATIO = 0.05
-# Distance (m) from the origin of a cell that an arm on a fixed base does not exceed.
+# Distance (m) from the origin that poses of an arm on a fixed base do not exceed.
 MAX_DISTANCE = 20.0
-# Largest rotation vector or angle, rad: a turn, and 0.1 % for printed digits.
+# Largest rotation vector or angle, rad: one turn, plus 0.1 % for few printed digits.
 MAX_ANGLE = 1.001 * math.tau
 ANGLE_WORDS = {'rotvec': 'a rotation vector has the length', **dict.fromkeys(EULER, 'an angle is')}
-# Length of a valid quaternion, by the kind of the orientation.
+# Norm of a valid quaternion, by the kind of the orientation.
 QUATERNION_LENGTH = {'xyzw': 1.0, 'wxyz': 1.0}
 
 
 class PoseRows:
     """
-    Rows of numbers of a second source, taken piece by piece and converted at the end.
+    Collects rows of poses of a second source piece by piece, and converts them to matrices at the
+    end.
 
-    Single invalid rows, such as uninitialised first messages, are left out and reported.
+    Few invalid rows, such as uninitialised first messages, are left out and reported.
 
     Parameters
     ----------
@@ -55,9 +57,9 @@ class PoseRows:
         self._numbers = Column(np.int64)
         self._finite = self._rising = True
         self._latest = -1
-        # The worst number: length of a quaternion or vector, or an angle.
+        # The worst number so far: norm of a quaternion or of a rotation vector, or an angle.
         self._worst = QUATERNION_LENGTH.get(form.kind, 0.0)
-        # Whether all matrices of sixteen numbers can be row by row, and column by column.
+        # Whether all matrices of sixteen numbers can be in row order, and in column order.
         self._upright = self._turned = True
 
     def take(
@@ -104,7 +106,9 @@ class PoseRows:
         )
 
     def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
-        """Return the poses, at most `most`, at even steps in the order of stamps."""
+        """
+        Return the poses as a track in the order of stamps: all, or at most `most` at even steps.
+        """
         total = len(self._stamps)
         many = (self.count - total) / self.count > MAX_REJECTED_RATIO
         refused = self._refusal(many)

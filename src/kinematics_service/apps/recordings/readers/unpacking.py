@@ -1,7 +1,7 @@
 """
 Limit the size of unpacked bags, because a small file can unpack to more than the memory.
 
-rosbags itself unpacks whole files, chunks and messages of any size.
+The limits are needed because rosbags unpacks files, chunks and messages of any size.
 """
 
 import bz2
@@ -22,23 +22,24 @@ from rosbags.rosbag2 import storage_mcap
 
 from ....errors import RecordingError
 
-zstd: ModuleType = getattr(rosbag2, 'zstd', None) or rosbag2.zstandard  # by the version of rosbags
+# its name depends on the version of rosbags
+zstd: ModuleType = getattr(rosbag2, 'zstd', None) or rosbag2.zstandard
 
-# Largest ratio of unpacked to packed size of a file; joint states have about 10.
+# Largest ratio of unpacked to packed size of a file; joint states have a ratio of about 10.
 MAX_EXPANSION_RATIO = 200
-# Unpacked size that is allowed for any file, 64 MiB.
+# Unpacked size up to which every file is accepted, 64 MiB.
 MIN_EXPANSION_BYTES = 2**26
 # Largest chunk or message, 256 MiB; chunks usually have about 1 MB.
 MAX_PART_BYTES = 2**28
-# Largest size of all chunks of the same time, which are in memory together, 1 GiB.
+# Largest total size of chunks that overlap in time, 1 GiB, because they are in memory together.
 MAX_OVERLAP_BYTES = 2**30
-# Bytes of a read.
+# Number of bytes that are unpacked at once.
 READ_SIZE = 2**20
 
 
 def refuse_to_grow(folder: Path) -> None:
     """
-    Refuse a bag with a file that unpacks to much more than its size.
+    Refuse a bag in which a file unpacks to much more than its packed size.
 
     Raises
     ------
@@ -61,7 +62,9 @@ def refuse_to_grow(folder: Path) -> None:
 
 @contextmanager
 def bounded_chunks(path: Path) -> Iterator[None]:
-    """Have rosbags refuse chunks of a bag that are too large, or larger than their header says."""
+    """
+    Make rosbags refuse chunks of a bag that are too large, or larger than their header claims.
+    """
 
     def bounded(open_packed: Callable[..., Any]) -> Callable[..., bytes]:
         return lambda data, size=MAX_PART_BYTES: _unpacked(data, open_packed, path, size)
@@ -80,7 +83,7 @@ def bounded_chunks(path: Path) -> Iterator[None]:
 
 def unpacked_message(data: bytes, path: Path) -> bytes:
     """
-    Return a message of a bag, unpacked.
+    Unpack a message of a bag, and return its bytes.
 
     Raises
     ------
@@ -91,8 +94,8 @@ def unpacked_message(data: bytes, path: Path) -> bytes:
 
 
 def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
-    """Have a reader of rosbags yield packed messages; return whether they are packed."""
-    storage = getattr(reader, 'storage', None)  # of ROS 2
+    """Make a reader of rosbags yield packed messages; return whether the messages are packed."""
+    storage = getattr(reader, 'storage', None)  # only readers of ROS 2 bags have it
     if storage is None or storage.metadata.compression_mode != 'message':
         return False
     storage.metadata = storage.metadata._replace(compression_mode=None)
@@ -101,15 +104,16 @@ def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
 
 def refuse_to_hold(path: Path, reader: rosbag1.Reader | rosbag2.Reader, topic: str) -> None:
     """
-    Refuse a bag with too many chunks of the same time.
+    Refuse a bag with too large chunks that overlap in time.
 
-    rosbags holds a chunk in memory from its first to its last message. It skips messages outside
-    these times; `bounded_chunks` refuses chunks that are larger than their header says.
+    A chunk is in memory from the time of its first message to that of its last, and rosbags skips
+    messages outside these times. The sizes in the headers are reliable, because `bounded_chunks`
+    refuses larger chunks.
 
     Raises
     ------
     RecordingError
-        The chunks of one time are too large.
+        The chunks that overlap in time are too large together.
     """
     storage = getattr(reader, 'storage', None)
     for file in getattr(storage, 'storages', [storage]):

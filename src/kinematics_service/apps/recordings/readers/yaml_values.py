@@ -1,7 +1,7 @@
 """
-Read the YAML of a plan into Python's values.
+Read the YAML text of a plan as Python values.
 
-Plain scalars are numbers by the rules of YAML 1.2: `1e-3` is a number, `1_0` and `0o7` are texts.
+A plain scalar is a number by the rules of YAML 1.2: `1e-3` is a number, `1_0` and `0o7` are texts.
 """
 
 import re
@@ -17,7 +17,7 @@ from ....robot.file.text.yaml_reader import (
 )
 
 MAX_DEPTH = 40
-# Largest number of values: 100,000 points of a six-joint arm have about 3 million.
+# Largest number of values in a file: 100,000 points of a six-joint arm have about 3 million.
 MAX_VALUES = 4_000_000
 NUMBER = re.compile(r'[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?')
 WORDS = {
@@ -35,7 +35,7 @@ Values: TypeAlias = None | bool | float | str | list['Values'] | dict[str, 'Valu
 
 def read_documents(text: str) -> list[Values]:
     """
-    Return the documents of a text: dicts, lists, numbers, texts, truth values, None.
+    Parse a YAML text; return its documents as dicts, lists, numbers, texts, truth values or None.
 
     Raises
     ------
@@ -50,7 +50,7 @@ class _ValueReader(YamlReader[Values]):
     def scalar(self, event: Scalar) -> Values:
         text: str = event.value
         if not event.implicit[0]:
-            return text  # in quotes, or over several lines
+            return text  # the scalar is in quotes, or spans several lines
         if NUMBER.fullmatch(text):
             return float(text)
         return WORDS.get(text, text)

@@ -147,7 +147,8 @@ class ValueScale:
     @classmethod
     def of(cls, chart: Chart) -> 'ValueScale':
         """
-        Return the scale of a chart: it covers the curves with a margin, and level lines near them.
+        Return the scale of a chart: it covers the curves with a margin, and its level lines; a
+        linear axis covers only lines near a curve.
         """
         values = [curve.values for curve in chart.curves]
         lows = [float(np.min(column)) for column in values if len(column)] or [0.0]
