@@ -1,1 +1,1 @@
-"""The ROS 2 node: its topics, parameters and process, and the picture of its arm."""
+"""Run the ROS 2 node: its topics, its parameters, its process, and the picture of its arm."""

@@ -1,5 +1,5 @@
 """
-A subscription whose reliability follows the publishers, and whose queue is bounded in bytes.
+Subscribe to a topic with the reliability of its publishers, and with a queue bounded in bytes.
 
 rclpy fixes `ReliabilityPolicy.BEST_AVAILABLE` when a subscription is created, by the publishers at
 that time. If a publisher with best effort started later, its messages would never be received.
@@ -31,22 +31,23 @@ from .losses import Losses
 from .waiting_messages import take_waiting
 
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
-# Number of remembered messages while two subscriptions receive the same messages. A message that
-# is remembered is not taken again.
+# Number of messages that are remembered while two subscriptions receive them. A message that was
+# taken from one subscription is ignored from the other.
 MAX_REMEMBERED = 4096
-# Time that the former subscription stays after the new one is connected to every publisher (s).
+# Time (s) for which the former subscription is kept after the new one is connected to every
+# publisher.
 OVERLAP_TIME = 1.0
-# Largest queue in the middleware (bytes), unless one message is larger. To read it takes 0.5 s: a
-# message of 10,000 joints takes 16 ms.
+# Largest queue in the middleware (bytes), unless one message is larger. Reading a full queue takes
+# 0.5 s: a message of 10,000 joints takes 16 ms.
 MAX_QUEUE_SIZE = 1 << 23
-# Larger messages (bytes) do not fit into a queue of 1000.
+# Size (bytes) above which 1000 messages do not fit into the queue.
 LARGE_SIZE = MAX_QUEUE_SIZE // 1000
-# Time without large messages after which the queue has its full depth again (s).
+# Time (s) without large messages after which the queue gets its full depth again.
 DEPTH_RECOVERY_TIME = 10.0
 
 Take = Callable[[bytes], None]
 Info = Mapping[str, Any]
-# Keys are the number and the send time of a message; it keeps their order.
+# Number and send time of each remembered message, as keys in the order of arrival.
 Recent = dict[tuple[int | None, int], None]
 
 
@@ -87,27 +88,29 @@ class BestSubscription:
         self._node, self.given_topic, self._take = node, topic, take
         self._size = size
         self._adapts = False
-        # Number of messages that earlier subscriptions lost, and whether it is a lower bound.
+        # Number of messages that ended subscriptions lost; `_lost_more` is whether it is a lower
+        # bound.
         self._lost: int | None = 0
         self._lost_more = False
-        # The last messages; None if no message can arrive twice.
+        # The remembered messages; None if no message can arrive twice.
         self._recent: Recent | None = None
         self._former: _CountedSubscription | None = None
-        self._all_connected_since = 0.0  # start of the time with all publishers connected, s
-        # Time of the last message that was too large for the queue, s.
+        self._all_connected_since = 0.0  # time since which all publishers are connected, s
+        # Time of arrival of the last message too large for a queue of full depth, s.
         self._large_message_time = 0.0
-        self._qos = copy.copy(qos)  # overrides are written into it
+        self._qos = copy.copy(qos)  # rclpy writes overrides into this profile
         self._open = partial(_CountedSubscription, node, kind, topic, self._on_message)
         overrides = QoSOverridingOptions.with_default_policies(callback=self._settle_reliability)
         self._current = self._open(self._qos, overrides)
         self._counting = self._current  # the subscription whose losses are counted
         self._wanted = self._qos
         self._full_depth = self._qos.depth
-        self._known_publishers: set[tuple[int, ...]] = set()  # their ids
-        self._is_ending = False  # whether events of an ended subscription may wait
+        # the ids of the publishers at the last call of `settle`
+        self._known_publishers: set[tuple[int, ...]] = set()
+        self._is_ending = False  # whether the queue may contain events of an ended subscription
 
     def _settle_reliability(self, qos: QoSProfile) -> SetParametersResult:
-        # rclpy calls it after the overrides of a user.
+        # rclpy calls this function after it has applied the overrides of a user.
         if qos.reliability is ReliabilityPolicy.BEST_AVAILABLE:
             self._adapts = True
             qos.reliability = BEST_EFFORT
@@ -125,22 +128,25 @@ class BestSubscription:
 
     @property
     def is_reliable(self) -> bool:
-        """Return whether lost messages are sent again."""
+        """Return whether the middleware sends lost messages again."""
         return self._qos.reliability is RELIABLE
 
     @property
     def lost(self) -> int | None:
-        """Return the number of messages lost, None if the middleware does not number them."""
+        """Return the number of lost messages; None if the middleware does not number messages."""
         now = self._counting.losses.count
         return None if now is None or self._lost is None else now + self._lost
 
     @property
     def lost_is_lower_bound(self) -> bool:
-        """Return whether more messages than `lost` may be lost."""
+        """Return whether `lost` is a lower bound of the number of lost messages."""
         return self._lost_more or self._counting.losses.is_lower_bound
 
     def settle(self, publishers: Sequence[TopicEndpointInfo]) -> None:
-        """Adapt to the publishers of the topic; the node calls it periodically."""
+        """
+        Adapt reliability and queue to the publishers of the topic; the node calls this
+        periodically.
+        """
         now = time.monotonic()
         self.fit(self._size())
         self._follow_publishers(publishers)
@@ -167,12 +173,13 @@ class BestSubscription:
         if size * self._full_depth <= MAX_QUEUE_SIZE:
             return
         self._large_message_time = time.monotonic()
-        depth = 1 << max(MAX_QUEUE_SIZE // size, 1).bit_length() - 1  # few depths: few changes
+        # round down to a power of 2, so that the depth changes rarely
+        depth = 1 << max(MAX_QUEUE_SIZE // size, 1).bit_length() - 1
         if depth < self._wanted.depth:
             self._want(depth=depth)
 
     def _want(self, **policies: Any) -> None:
-        # Notes the wanted policies; `_replace` applies them between two messages.
+        # Stores the wanted policies; `_replace` applies them between two messages.
         wanted = copy.copy(self._wanted)
         for policy, value in policies.items():
             setattr(wanted, policy, value)
@@ -181,9 +188,10 @@ class BestSubscription:
     def _replace(self) -> None:
         former = self._former
         if former is not None:
-            self._take_waiting(former)  # its messages are older
+            # take them first: messages of the former subscription are older
+            self._take_waiting(former)
             if former is not self._former or former.qos != self._wanted:
-                self._end(former)  # the present subscription is replaced later
+                self._end(former)  # replace the present subscription at a later call
                 return
             self._current, self._former = former, self._current
         elif self._is_ending:
@@ -196,7 +204,7 @@ class BestSubscription:
 
     def _end(self, former: '_CountedSubscription') -> None:
         if former is not self._former or former.subscription not in self._node.subscriptions:
-            return  # it has ended, or the executor passes over it
+            return  # it has ended already, or the executor has released it to skip its messages
         self._former = None
         if self._counting is former:
             lost, now = self.lost, self._current.losses.count
@@ -208,7 +216,7 @@ class BestSubscription:
 
     def _has_ended(self) -> None:
         self._is_ending = False
-        # The allocator keeps freed memory of messages: 200 MiB after large messages.
+        # Return freed memory to the system: the allocator would keep 200 MiB after large messages.
         with contextlib.suppress(OSError, AttributeError):  # it is glibc's
             ctypes.CDLL(None).malloc_trim(0)
 
@@ -217,13 +225,15 @@ class BestSubscription:
         if self._recent is None:
             self._take(data)
         elif self._is_ending and (len(data) > LARGE_SIZE or subscription is not self._current):
-            return  # until the memory of the ending subscription is free
+            return  # ignore messages until the memory of the ending subscription is free
         else:
             if former is not None and subscription is not former:
-                self._take_waiting(former)  # its messages are older
+                # take them first: messages of the former subscription are older
+                self._take_waiting(former)
             self._take_once(self._recent, data, info)
             if former is not None and former.qos.depth > self._qos.depth:
-                # No message may wait in a queue that is too long.
+                # Empty the former queue, because it is longer than allowed for messages of this
+                # size.
                 self._take_waiting(former)
                 if subscription is self._current:
                     self._end(former)
@@ -242,9 +252,9 @@ class BestSubscription:
     def _take_waiting(self, former: '_CountedSubscription') -> None:
         recent = self._recent
         if former is not self._former or recent is None:
-            return  # it has ended
+            return  # the former subscription has ended already
         newest, count = take_waiting(former.subscription, self._qos.depth)
-        # If more messages wait than the present queue can hold, the former subscription ends.
+        # End the former subscription if more messages wait there than the present queue can hold.
         is_full = count > len(newest)
         for data, info in (newest[-1],) if is_full else newest:
             former.losses.take(info['publication_sequence_number'], info['source_timestamp'])
@@ -253,8 +263,9 @@ class BestSubscription:
             self._end(former)
 
     def _follow_publishers(self, publishers: Sequence[TopicEndpointInfo]) -> None:
-        # Events of the middleware are not used: `EventsExecutor` would end the process if it found
-        # an event of a destroyed subscription in its queue.
+        # Compare publishers at each call instead of using events of the middleware:
+        # `EventsExecutor` would end the process if it found an event of a destroyed subscription
+        # in its queue.
         offered = {tuple(info.endpoint_gid): info.qos_profile for info in publishers}
         before, self._known_publishers = self._known_publishers, set(offered)
         has_changed = before != self._known_publishers
@@ -290,12 +301,14 @@ class _CountedSubscription:
         count = losses.take
 
         def taken(*arguments: Any) -> None:
-            # `EventsExecutor` of Jazzy hands over message and information as one tuple.
+            # Accept both forms: `EventsExecutor` of Jazzy passes message and information as one
+            # tuple.
             data, info = arguments if len(arguments) == 2 else arguments[0]
             count(info['publication_sequence_number'], info['source_timestamp'])
             take(self, data, info)
 
-        # rclpy reads the signature to find out whether the callback takes the information.
+        # Set a signature with two arguments: rclpy reads it to find out whether the callback takes
+        # the information.
         setattr(taken, '__signature__', inspect.signature(lambda data, info: None))  # noqa: B010
         self.subscription = node.create_subscription(
             kind,
@@ -310,16 +323,16 @@ class _CountedSubscription:
     def _publishers(self) -> int:
         try:
             return int(self.subscription.get_publisher_count())
-        except InvalidHandle:  # it ended while one of its messages was handled
+        except InvalidHandle:  # the subscription ended while one of its messages was handled
             return 0
 
     def end(self, then: Callable[[], None]) -> None:
         """
         Destroy the subscription when the executor has released it, then call `then`.
 
-        Events in the queue of the executor name a subscription by its address. It is destroyed
-        after the executor has released it. A new subscription may have the same address, and must
-        not be made before the old events have left the queue.
+        Events in the queue of the executor refer to a subscription by its address, and a new
+        subscription may get the same address. So do not make a new one before `then` is called:
+        the old events have left the queue only then.
         """
         node, subscription = self._node, self.subscription
         node._subscriptions.remove(subscription)

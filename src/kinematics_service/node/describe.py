@@ -21,7 +21,7 @@ def description_of(
     resolve: Callable[[str], str],
 ) -> dict[str, Any]:
     """Return the data that a program needs to read the topics; a missing limit is null."""
-    # Imported here, because it takes 15 ms.
+    # Imported here, because the import takes 15 ms.
     from ..version import __version__
 
     robot = settings.robot

@@ -1,6 +1,4 @@
-"""
-The status of the input: received messages, their outcomes, and missing joints.
-"""
+"""Make the status of the input: received messages, their outcomes, and missing joints."""
 
 import math
 from collections import Counter
@@ -27,12 +25,12 @@ REJECTED = (
     estimator.NOT_CLOSED,
     estimator.TOO_FAST,
 )
-# Reasons that few arms or settings can have; shown only if they were counted.
+# Reasons of refusal that only few arms or settings can cause; shown only if they occurred.
 RARE = (estimator.NOT_CLOSED, estimator.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
-# Time for which losses and resets are reported, s.
+# Time (s) for which lost messages and resets are reported.
 REPORTED_TIME = 10.0
-# Largest number of resets within `REPORTED_TIME` that a recording in a loop causes.
+# Number of resets within `REPORTED_TIME` up to which they look like a recording played in a loop.
 MAX_RESETS = 3
 LEFT_OUT = 'left out'
 
@@ -48,17 +46,17 @@ class InputState(NamedTuple):
     interval : s
         Time since the last diagnostics.
     arrival : ns
-        The present time by the steady clock.
+        The present time of the steady clock.
     publishers
         Full names of the nodes that publish joint states.
     recent_losses, recent_resets
         Number of lost messages, and of resets, within `REPORTED_TIME`.
     at_least
-        `at least ` if the numbers of lost messages are lower bounds; otherwise empty.
+        The text `at least ` if the number of lost messages is a lower bound; otherwise empty.
     work : ns
         Processing times of messages since the last diagnostics.
     velocity_source
-        Source of the velocities of the last state.
+        Source of the joint velocities of the last state: `message`, `difference` or `none`.
     silent
         Why the node answers nothing; empty if it answers.
     messages
@@ -153,7 +151,9 @@ def _verdict(
 def incomplete_in_words(
     arm: estimator.Estimator, topic: str, state: InputState, warnings: Sequence[str]
 ) -> str:
-    """Return which joints have no position, and why; empty if all joints have a position."""
+    """
+    Return as text which joints have no position, and why; empty if all joints have a position.
+    """
     missing = ', '.join(arm.missing(state.arrival))
     if not missing:
         return ''
@@ -178,7 +178,9 @@ def incomplete_in_words(
 
 
 def unstamped_in_words(arm: estimator.Estimator, state: InputState) -> str:
-    """Return how noisy speeds are if messages have neither stamps nor velocities; else ''."""
+    """
+    Return as text how noisy speeds are if messages have neither stamps nor velocities; else ''.
+    """
     if not state.news[estimator.NOT_STAMPED] or state.velocity_source == 'message':
         return ''
     return arrival_jitter(state.messages, arm.names)
@@ -230,7 +232,7 @@ def input_warnings(arm: estimator.Estimator, state: InputState) -> Iterator[str]
 
 
 def message_warnings(state: InputState) -> Iterator[str]:
-    """Yield a sentence for each cause of unanswered messages; the log had it at once."""
+    """Yield a sentence for each cause of unanswered messages; these causes were logged at once."""
     if rejected := [reason for reason in REJECTED if state.news[reason]]:
         yield f'messages rejected: {", ".join(rejected)}'
     if left_out := state.news[LEFT_OUT]:

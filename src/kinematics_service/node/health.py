@@ -1,4 +1,4 @@
-"""The diagnostics of a node, once a second: its input and the outcomes of messages."""
+"""Publish the diagnostics of a node once a second: its input and the outcomes of messages."""
 
 import math
 import re
@@ -31,23 +31,23 @@ from .steady_time import Throttle, steady_timer
 
 # Period of the diagnostics, s.
 DIAGNOSTICS_PERIOD = 1.0
-# Shortest time for which a rate is computed, s. After a stall the timer makes up for its calls,
-# some at once.
+# Shortest time over which a rate is computed, s. After a stall the timer makes up for missed
+# calls, several at once.
 MIN_INTERVAL = 0.5 * DIAGNOSTICS_PERIOD
-# After a longer interval (s) the process did not run, and cannot have received messages.
+# Interval (s) above which the process did not run, and so cannot have received messages.
 STALL_INTERVAL = 2.0 * DIAGNOSTICS_PERIOD
-# Time without joint states after which the log has the reason, s.
+# Time without joint states after which the reason is logged, s.
 SILENCE_TIMEOUT = 5.0
-# Shortest time between two log lines with the same cause, s.
+# Shortest time between two log lines with one cause, s.
 LOG_PERIOD = 60.0
 JOINT_STATES = 'sensor_msgs/msg/JointState'
-# Node name of a publisher whose node is not yet discovered.
+# Node name of a publisher whose node is not discovered yet.
 UNKNOWN = '_NODE_NAME_UNKNOWN_'
 
 
 def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     """
-    Return why no joint state arrives on a topic, and the topics that have joint states.
+    Return as text why no joint state arrives on a topic, and which topics have joint states.
 
     `given` is the name of the topic before remapping.
     """
@@ -56,14 +56,14 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     who = 'its publishers are silent' if node.count_publishers(topic) else 'nobody publishes it'
     if kinds:
         who = f'it is published as {", ".join(sorted(kinds))}, not as {JOINT_STATES}'
-    # Joint states that a kinematics node publishes are answers to targets.
+    # Skip joint states that a kinematics node publishes, because they are answers to targets.
     nodes = tuple(f'{name}/' for name in kinematics_nodes(node))
     own = {topic, *(publisher.topic_name for publisher in node.publishers)}
     others = sorted(
         name
         for name, types in topics.items()
         if JOINT_STATES in types and name not in own and not name.startswith(nodes)
-        # Unlike get_publishers_info_by_topic, this does not remap the name.
+        # Use count_publishers, because get_publishers_info_by_topic would remap the name.
         if node.count_publishers(name)
     )
     elsewhere = 'no other topic here has a publisher of joint states'
@@ -74,7 +74,9 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
 
 
 def namesakes_in_words(node: Node) -> str:
-    """Return which other nodes publish the same topic of poses; empty if there are none."""
+    """
+    Return as text which other nodes publish on this node's topic of poses; empty if none does.
+    """
     publishers = node.get_publishers_info_by_topic(POSE)
     names = [_name_of(info) for info in publishers if info.node_name != UNKNOWN]
     if (own := f'/{full_name(node)}') in names:
@@ -90,7 +92,7 @@ def _name_of(info: TopicEndpointInfo) -> str:
 
 
 def without_numbers(sentence: str) -> str:
-    """Return the text before the first colon without numbers, which identifies the cause."""
+    """Return the text before the first colon, without numbers: it identifies the cause."""
     return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
 
 
@@ -100,7 +102,7 @@ def diagnostics_publisher(node: Node) -> Publisher:
 
 
 def publish_statuses(node: Node, publisher: Publisher, statuses: Mapping[str, StatusText]) -> None:
-    """Publish statuses of a node, by their subjects, in one message."""
+    """Publish statuses of a node in one message; each key is the subject of a status."""
     message, name = DiagnosticArray(), full_name(node)
     message.header.stamp = node.get_clock().now().to_msg()
     message.status = [status_message(f'{name}: {of}', text) for of, text in statuses.items()]
@@ -138,7 +140,8 @@ class Health:
         self._published_at = self._answered = time.monotonic()
         self._throttle, self._first_time = Throttle(LOG_PERIOD), Throttle(math.inf)
         self.warnings: list[str] = []
-        # For each of the last diagnostics: time (s), number of lost messages, number of resets.
+        # For each diagnostics within `REPORTED_TIME`: time (s), number of lost messages, number of
+        # resets.
         self._losses: deque[tuple[float, int, int]] = deque([(self._published_at, 0, 0)])
         steady_timer(node, DIAGNOSTICS_PERIOD, self.say_when_due)
 
@@ -151,7 +154,7 @@ class Health:
         return lost - losses[0][1], resets - losses[0][2]
 
     def _explain_silence(self, now: float, state: InputState) -> None:
-        # The log has it too, not only /diagnostics: users look at the terminal of the node first.
+        # Logs why no joint states arrive, because users look at the terminal before /diagnostics.
         topic = self._subscription.topic_name
         why = state.silent or incomplete_in_words(self._estimator, topic, state, self.warnings)
         if state.silent or not why or state.interval > STALL_INTERVAL:
@@ -172,12 +175,15 @@ class Health:
                 logger.warning(f'joint states: {sentence}')
 
     def say_when_due(self) -> None:
-        """Publish the status unless the timer makes up for calls after a stall."""
+        """Publish the status, unless this call only makes up for a missed one after a stall."""
         if time.monotonic() - self._published_at >= MIN_INTERVAL:
             self.say()
 
     def say(self) -> None:
-        """Check the input since the last diagnostics; publish its status to subscribers."""
+        """
+        Check the input since the last diagnostics, log its faults, and publish the status if
+        subscribed.
+        """
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         publishers = node.get_publishers_info_by_topic(subscription.given_topic)

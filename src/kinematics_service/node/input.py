@@ -1,4 +1,4 @@
-"""The input of joint states, as bytes or as messages of rclpy."""
+"""Subscribe to joint states, as bytes or as messages of rclpy."""
 
 import time
 from collections import deque
@@ -19,7 +19,7 @@ from .messages.topics import JOINT_STATES_QOS
 
 class Input:
     """
-    The subscription to joint states.
+    The subscription of the node to joint states.
 
     Parameters
     ----------
@@ -30,8 +30,8 @@ class Input:
     transport
         `bytes` or `messages`.
     take
-        Called with each message and returns whether it took the message. If the form of the
-        message is remembered, it gets the bytes; if it does not take them, it gets the decoded
+        Called with each message; returns whether it took the message. It gets the bytes if the
+        form of the message is remembered. If it does not take the bytes, it gets the decoded
         message.
     refuse
         Called with a sentence if bytes are not a JointState.
@@ -39,7 +39,7 @@ class Input:
     Attributes
     ----------
     subscription
-        The subscription; it has the reliability and the number of lost messages.
+        The subscription, with its reliability and its number of lost messages.
     recent
         Times of arrival (steady clock, ns) and bytes of the last messages, for the diagnostics.
     """
@@ -55,7 +55,7 @@ class Input:
         self._take, self._refuse = take, refuse
         self._clock = node.get_clock()
         self._reader = JointStateReader()
-        self._form: JointStateForm | None = None  # of the last message
+        self._form: JointStateForm | None = None  # the form of the last message
         self.recent: deque[tuple[int, bytes]] = deque(maxlen=MESSAGE_LIMIT)
         self.subscription = BestSubscription(
             node,

@@ -1,4 +1,4 @@
-"""The log lines at the start of a node."""
+"""Log the first lines of a node."""
 
 from rclpy.node import Node
 
@@ -10,12 +10,12 @@ from ..robot.robot import Robot
 from ..typography import counted, listed
 from .parameters.node_parameters import NodeParameters
 
-# Largest number of unknown parameters in a log line.
+# Largest number of unknown parameters listed in a log line.
 MAX_NAMES = 5
 
 
 def tool_in_words(robot: Robot) -> str:
-    """Return the tool in a sentence."""
+    """Return the tool of an arm as a sentence."""
     motion = robot.description.tool.motion.matrix
     xyz, rpy = (
         ', '.join(f'{number:.6g}' for number in numbers)
@@ -25,7 +25,7 @@ def tool_in_words(robot: Robot) -> str:
 
 
 def introduce(node: Node, parameters: NodeParameters, topic: str) -> None:
-    """Log the arm, the topic of the joint states, doubts, and unknown parameters."""
+    """Log the arm, the topic of the joint states, doubtful values, and unknown parameters."""
     settings, logger = parameters.settings, node.get_logger()
     if notice := kernel.notice():
         logger.warning(notice)

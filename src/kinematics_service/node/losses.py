@@ -3,33 +3,34 @@
 from collections.abc import Callable
 
 NANOSECOND = 1e-9  # s
-# Smallest number of messages for a rate. After four times as many messages a rate gets a later
-# start, because publishers whose numbers meet may be mistaken for each other.
+# Smallest number of messages from which a rate is computed. After four times as many the rate
+# starts at a later message, because publishers with similar numbers may be mistaken for each
+# other.
 MIN_RATE_MESSAGES = 20
-# A message may be early or late by this time (s).
+# Time (s) by which a message may be early or late.
 SEND_TIME_TOLERANCE = 0.02
-# A gap of this many messages is accepted at any rate.
+# Number of lost messages in a gap that is accepted at any rate.
 MAX_GAP_AT_ANY_RATE = 3
-# Largest rate of a publisher whose rate is not known yet (messages per s).
+# Largest rate of a publisher whose rate is not known yet, messages per s.
 MAX_RATE = 20_000.0
-# Largest rate of a publisher, divided by the largest measured rate.
+# Largest rate of a publisher, divided by the largest rate measured so far.
 MAX_RATE_RATIO = 2.0
 
 
 class _Publisher:
-    # Number and send time (ns) of the last message of a publisher, and of two earlier messages,
-    # which give its rate.
+    # Number and send time (ns) of the last message of a publisher, and of two earlier messages.
+    # The rate is computed from the earlier ones.
 
     def __init__(self, number: int, stamp: int) -> None:
         self.number, self.stamp = number, stamp
         self._from = self._between = number, stamp
 
     def take(self, number: int, stamp: int) -> None:
-        """Note the last message."""
+        """Store number and send time (ns) of the last message."""
         self.number, self.stamp = number, stamp
 
     def look_back(self) -> None:
-        """Move the start of the rate to a later message, if there are enough messages since."""
+        """Move the start of the rate to a later message, if enough messages came since."""
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)
 
@@ -44,7 +45,7 @@ class _Publisher:
         return max(NANOSECOND * (stamp - self.stamp), 0.0)
 
     def is_due(self, number: int, stamp: int) -> bool:
-        """Return whether a message with this number is expected at this time."""
+        """Return whether the publisher should send the message with this number at this time."""
         rate = self.rate()
         expected = self.number + rate * self.time_since(stamp)
         return (
@@ -83,7 +84,10 @@ class Losses:
         self._publishers: list[_Publisher] = []  # in the order of their last messages
 
     def publishers_changed(self) -> None:
-        """Note that publishers started or ended: the next gap may be a change of publisher."""
+        """
+        Note that publishers started or ended: the next gap in the numbers may come from this
+        change.
+        """
         self._have_changed = True
 
     def take(self, number: int | None, stamp: int) -> None:
@@ -109,8 +113,8 @@ class Losses:
             known_publisher.look_back()
         publisher = self._publisher_of(number, stamp, count)
         if publisher is None:
-            # The first message of a publisher. It replaces a publisher that has ended, or a
-            # publisher whose gap is too long for its rate and is not counted.
+            # Add a new publisher. It replaces a publisher that has ended, or one whose gap is too
+            # long for its rate; such a gap is not counted.
             self.is_lower_bound |= len(known) >= count > 1 and not self._have_changed
             del known[: max(len(known) + 1 - count, 0)]
             publisher = _Publisher(number, stamp)
@@ -122,7 +126,8 @@ class Losses:
         self._have_changed = False
 
     def _publisher_of(self, number: int, stamp: int, publishers: int) -> _Publisher | None:
-        # Returns the publisher that has lost messages before this message, None for a first one.
+        # Returns the publisher that sent this message after a gap; None if it is a publisher's
+        # first message.
         below = [publisher for publisher in self._publishers if publisher.number < number]
         largest_rate = max((publisher.rate() for publisher in self._publishers), default=0.0)
         rate = MAX_RATE_RATIO * largest_rate or MAX_RATE
@@ -133,7 +138,8 @@ class Losses:
 
         fitting = [*filter(fits, below)]
         if len(self._publishers) < publishers:
-            # It is of an unknown publisher, unless a known publisher was due to send it.
+            # Attribute the message to an unknown publisher, unless a known publisher was due to
+            # send it.
             below = [publisher for publisher in below if publisher.is_due(number, stamp)]
             self.is_lower_bound |= len(fitting) > 0 and not below
         elif publishers > 1 or self._have_changed:

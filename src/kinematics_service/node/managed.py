@@ -1,4 +1,4 @@
-"""The node with a life cycle: it reads its arm when configured, and answers while active."""
+"""Run the node with a life cycle: it reads its arm when configured, and answers while active."""
 
 from collections.abc import Callable
 from typing import Any
@@ -18,16 +18,16 @@ class ManagedNode(KinematicsNode, LifecycleNodeMixin):
     """
     A kinematics node with a life cycle. Parameters are as in `KinematicsNode`.
 
-    Its topics exist from the first configuration on. While it is not active it answers nothing,
-    and refuses targets with the reason.
+    The topics of the node exist from its first configuration on. While the node is not active, it
+    answers no message, and refuses targets with the reason.
     """
 
     def _begin(self, start: Callable[[], None]) -> None:
         self._start_once = start
         self.silent = INACTIVE
         LifecycleNodeMixin.__init__(self)
-        # rclpy raises an error for a transition that the present state does not allow, and the
-        # manager would get no answer.
+        # Replace the callback: rclpy raises an error for a transition that the present state does
+        # not allow, and the manager would get no answer.
         self._change = self._service_change_state.callback
         self._service_change_state.callback = self._on_change
         self.get_logger().info('waiting to be configured')
@@ -57,7 +57,7 @@ class ManagedNode(KinematicsNode, LifecycleNodeMixin):
         return DONE
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Answer from now on."""
+        """Answer messages from now on."""
         self.silent = ''
         self.get_logger().info('active')
         return DONE

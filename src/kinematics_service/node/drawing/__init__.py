@@ -1,1 +1,1 @@
-"""The picture of an arm as plain data, for the markers of a node and for the page of `view`."""
+"""Make the picture of an arm as plain data, for the markers of a node and the page of `view`."""

@@ -1,9 +1,10 @@
 """
-The axes of the moving rows of an arm in a pose, for any convention of its table.
+Compute the axes of the moving rows of an arm at one configuration, for any DH convention.
 
-They follow from the screws of the kernel. A row that turns with angular velocity w about a point c
-moves the tool p with v = w x (p - c), so the point p + (w x v) / w.w is on its axis. A row that
-slides moves the tool along v. A joint that moves several rows (a parallelogram) has several axes.
+The axes follow from the screws that the kernel computes. A row that turns with angular velocity w
+about a point c moves the tool p with v = w x (p - c), so the point p + (w x v) / w.w is on its
+axis. A row that slides moves the tool along v. A joint that moves several rows, as in a
+parallelogram, has several axes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,7 +29,7 @@ class RowAxis(NamedTuple):
     direction : shape (3,)
         Unit vector, along the positive motion of the first joint in `joints`.
     slides
-        Whether the row slides along it and does not turn.
+        Whether the row slides along the axis; otherwise it turns about the axis.
     joints
         Indices of joints and, from n on, of passive ones that move the row: one, or several where
         joints are coupled.
@@ -42,7 +43,7 @@ class RowAxis(NamedTuple):
 
 def axes_of(state: ToolState) -> Iterator[RowAxis]:
     """
-    Yield the axes of the moving rows that are links, base to tool, of one pose evaluated with all
+    Yield the axes of the moving rows that are links, from base to tool, of a state with all
     frames.
     """
     chain = state.robot.chain
@@ -51,7 +52,7 @@ def axes_of(state: ToolState) -> Iterator[RowAxis]:
     screws = state.numbers[chain.screws_at :][: 6 * chain.entries].reshape(6, chain.entries)
     carried = carried_rows(state.robot)
     for k in range(chain.elements):
-        after = parents.index(k)  # the first frame that this row carries
+        after = parents.index(k)  # the first frame after the row
         if carried[after - 1]:
             continue
         beside = state.link_frames[after - 1 : after + 1, :3, 3]
@@ -75,8 +76,8 @@ def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) 
         return RowAxis(beside[0].copy(), v / np.linalg.norm(v), True, joints)
     direction = w / speed
     point = tool + np.cross(w, v) / speed**2
-    # In every convention the frame before or after the row has its origin on the axis: the axis is
-    # drawn at that origin.
+    # Choose the nearest link frame: in every convention the frame before or after the row has its
+    # origin on the axis.
     feet = point + np.outer((beside - point) @ direction, direction)
     return RowAxis(
         feet[int(np.argmin(np.linalg.norm(feet - beside, axis=1)))], direction, False, joints

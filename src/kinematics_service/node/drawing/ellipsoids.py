@@ -1,5 +1,5 @@
 """
-Manipulability ellipsoids: the tool velocities of joint velocities with unit norm.
+Compute manipulability ellipsoids: the tool velocities of joint velocities with unit norm.
 
 The image of the unit ball of joint velocities under a block of the Jacobian is an ellipsoid, its
 radii the singular values of the block and its axes the left singular vectors (Yoshikawa 1985).
@@ -16,15 +16,16 @@ from ...robot.closed_poses import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 
-# Drawn length of the longest radius, as the median over random poses, divided by the arm's size.
+# Drawn length of the longest radius, divided by the arm's size: its median over random
+# configurations.
 MEDIAN_RADII = {'linear': 0.3, 'angular': 0.15}
-# Number of random poses for the median.
+# Number of random configurations for this median.
 MEDIAN_POSES = 200
 
 
 class Ellipsoid(NamedTuple):
     """
-    An ellipsoid of tool velocities.
+    A manipulability ellipsoid of tool velocities.
 
     Attributes
     ----------
@@ -39,17 +40,19 @@ class Ellipsoid(NamedTuple):
 
 
 class EllipsoidScales(NamedTuple):
-    """The drawn length in m of a radius of 1, for each block of the Jacobian."""
+    """
+    The drawn length, m, of a radius of 1, for the linear and the angular block of the Jacobian.
+    """
 
     linear: float
     angular: float
 
 
 def ellipsoid_of(block: Floats) -> Ellipsoid:
-    """Return the ellipsoid of three rows of a Jacobian, shape (3, n)."""
+    """Return the manipulability ellipsoid of three rows of a Jacobian, shape (3, n)."""
     U, sigma, _ = np.linalg.svd(block)
     if np.linalg.det(U) < 0.0:
-        U[:, 2] = -U[:, 2]  # an axis is a line, but a rotation must not mirror
+        U[:, 2] = -U[:, 2]  # make U a rotation; the sign of an axis of an ellipsoid is free
     radii = np.zeros(3)
     radii[: len(sigma)] = sigma[:3]
     return Ellipsoid(U, radii)
@@ -58,8 +61,8 @@ def ellipsoid_of(block: Floats) -> Ellipsoid:
 @lru_cache(maxsize=8)
 def ellipsoid_scales(robot: Robot, size: float) -> EllipsoidScales:
     """
-    Return the scales for an arm of a size (m). They are constant, so that the ellipsoids show how
-    the radii change.
+    Return the drawing scales of the ellipsoids for an arm of a given size (m). They are constant
+    for the arm, so that a drawing shows how the radii change.
     """
     q = closed_poses(robot.chain, seeded_poses(robot.limits, robot.prismatic)[:MEDIAN_POSES])
     J = evaluate(robot, q).jacobian

@@ -1,4 +1,4 @@
-"""The observation of an arm at one time: all data of its picture."""
+"""Define the observation of an arm at one time: all data of its picture."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from .axes import RowAxis, axes_of, motor_axes
 
 
 class CommandScale(NamedTuple):
-    """The scale of the last command, what slows it, and the level of the slowdown."""
+    """The scale of the last command, the cause of the slowdown, and its level."""
 
     value: float
     cause: str
@@ -25,7 +25,7 @@ class CommandScale(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Observation:
     """
-    A pose of an arm with its measures, computed or received from a node.
+    A configuration of an arm with its measures, computed or received from a node.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ def observation_of(
     state: ToolState, singularity: Singularity, level: Level | None = None
 ) -> Observation:
     """
-    Return the observation of a state evaluated with all frames, with its own level or `level`.
+    Return the observation of a state with all frames; `level` replaces its own level if given.
     """
     loops = loop_links(state)
     corners = [np.stack([loop.corners[:-1], loop.corners[1:]], axis=1) for loop in loops]

@@ -1,5 +1,5 @@
 """
-The picture of an arm as plain data: segments, arrows and ellipsoids.
+Make the picture of an arm as plain data: segments, arrows and ellipsoids.
 
 The page of `view` and the markers of a node draw the same scene.
 """
@@ -23,7 +23,8 @@ from .axes import RowAxis
 from .ellipsoids import Ellipsoid, EllipsoidScales, ellipsoid_of, ellipsoid_scales
 from .observation import Observation
 
-# Colours for any colour vision (after Okabe and Ito); words repeat the meaning of each colour.
+# Colours that are distinct for any colour vision (after Okabe and Ito); each level is also
+# written.
 LEVEL_COLOURS = {
     Level.OK: (0, 114, 178),
     Level.WARN: (230, 159, 0),
@@ -41,26 +42,26 @@ ROTATION_COLOUR = (0, 110, 80)
 TRAIL_COLOUR = (150, 120, 210)
 LOST_COLOUR = LEVEL_COLOURS[Level.ERROR]
 
-# Radii and lengths, divided by the arm's size.
-LINK_RADIUS = 0.022  # of links
-JOINT_RADIUS = 0.034  # of the cylinder of a joint
-JOINT_LENGTH = 0.1  # of the cylinder of a joint
-AXIS_RADIUS = 0.005  # of the line along an axis
-AXIS_LENGTH = 0.34  # of the line along an axis
-LOST_LENGTH = 0.42  # half of the line along a lost direction
-RING_RADIUS = 0.2  # of the ring about a lost axis of rotation
-MIN_ELLIPSOID_RADIUS = 0.003  # so that a flat ellipsoid is visible from its side
-MAX_ARROW_LENGTH = 0.8  # of the arrows of velocity and rotation
-MIN_ARROW_LENGTH = 1e-4  # shorter arrows and links are not drawn
-ROTATION_ARROW_LENGTH = 0.25  # of the arrow along the axis of rotation, at 1 rad/s
-# The velocity arrow ends at the position of the tool after this time (s).
+# Radii and lengths in the picture, divided by the arm's size.
+LINK_RADIUS = 0.022  # radius of a link
+JOINT_RADIUS = 0.034  # radius of the cylinder of a joint
+JOINT_LENGTH = 0.1  # length of the cylinder of a joint
+AXIS_RADIUS = 0.005  # radius of the line along an axis
+AXIS_LENGTH = 0.34  # length of the line along an axis
+LOST_LENGTH = 0.42  # half the length of the line along a lost direction
+RING_RADIUS = 0.2  # radius of the ring about a lost axis of rotation
+MIN_ELLIPSOID_RADIUS = 0.003  # keeps a flat ellipsoid visible from its side
+MAX_ARROW_LENGTH = 0.8  # largest length of the arrows of velocity and rotation
+MIN_ARROW_LENGTH = 1e-4  # length below which arrows and links are not drawn
+ROTATION_ARROW_LENGTH = 0.25  # length of the arrow along the axis of rotation, at 1 rad/s
+# The velocity arrow ends where the tool would be after this time (s).
 VELOCITY_ARROW_TIME = 0.5
 RING_SIDES = 36
 
 
 class LostDirection(NamedTuple):
     """
-    The tool motion that is lost near a singular pose.
+    The direction in which the tool loses mobility near a singular pose.
 
     Attributes
     ----------
@@ -125,13 +126,15 @@ class Scene:
     level: Level
 
     def drawn_radii(self, ellipsoid: Ellipsoid, scale: float) -> Floats:
-        """Return the radii to draw, shape (3,), m."""
+        """
+        Return the drawn radii of an ellipsoid, shape (3,), m; none is below a visible minimum.
+        """
         return np.maximum(ellipsoid.radii * scale, MIN_ELLIPSOID_RADIUS * self.size)
 
 
 @lru_cache(maxsize=8)
 def size_of(robot: Robot) -> float:
-    """Return the size of an arm in m: its reach, or 1 if the tool does not leave frame 0."""
+    """Return the size of an arm, m: its reach, or 1 if the tool cannot leave frame 0."""
     reach = float(robot.singularity.task.reach)
     return reach if reach > 1e-6 else 1.0
 
@@ -183,7 +186,7 @@ def _lost(seen: Observation, size: float) -> LostDirection:
         share = float(np.linalg.norm(part))
         if share < NEGLIGIBLE_RATIO * float(np.linalg.norm(direction)):
             return None
-        # The square root keeps a small part visible.
+        # Divide by the square root, so that a small component remains visible.
         half = LOST_LENGTH * size * part / share**0.5
         return np.stack([tool - half, tool + half])
 
@@ -205,14 +208,15 @@ def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
     x, y, z = direction.tolist()
     if z < -1.0 + 1e-12:
         return 1.0, 0.0, 0.0, 0.0
-    # (z x d, 1 + z.d) = (-y, x, 0, 1 + z), divided by its norm.
+    # The quaternion is (z x d, 1 + z.d) = (-y, x, 0, 1 + z), divided by its norm.
     norm = math.sqrt(2.0 * (1.0 + z))
     return -y / norm, x / norm, 0.0, (1.0 + z) / norm
 
 
 def ring(ends: Floats, size: float) -> Floats:
     """
-    Return a circle about the middle of a line as segments, shape (RING_SIDES, 2, 3), m.
+    Return segments of a circle about the middle of a line, in the plane normal to the line, shape
+    (RING_SIDES, 2, 3), m.
     """
     line = ends[1] - ends[0]
     x, y = across(line / np.linalg.norm(line))
@@ -228,7 +232,9 @@ def factor_name(seen: Observation) -> str:
 
 
 def distance_text(seen: Observation) -> str:
-    """Return the distance to a singular pose with its unit, or that none was found."""
+    """
+    Return the distance to the nearest singular pose as text, or the text that none was found.
+    """
     distance = seen.singularity.distance
     shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
     return none_found(seen.singularity) or shown

@@ -1,1 +1,1 @@
-"""The messages that the node receives and publishes, and how they are made."""
+"""Define the messages that the node receives and publishes, and how they are made."""

@@ -1,4 +1,4 @@
-"""The content of a topic: copied numbers, computed numbers, or a whole message."""
+"""Define the content of a topic: copied numbers, computed numbers, or a whole message."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from ..parameters.settings import NodeSettings
 from .messages import StateReport
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no single truth value
+@dataclass(frozen=True, eq=False)  # an array has no single truth value for `==`
 class Copied:
     """
     Numbers that are copied from the row of a state, or from its measures.
@@ -40,7 +40,7 @@ class Copied:
     quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
 
     def of(self, report: StateReport) -> Floats | None:
-        """Return the numbers of a report, or None."""
+        """Return the numbers of a report; None if they need velocities that are not known."""
         state = report.answer.state
         if self.of_motion and not state.moving:
             return None
@@ -50,12 +50,12 @@ class Copied:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the columns in a row of `row` numbers that is followed by the measures.
+        Return the columns in a row of `row` numbers that is followed by the measures of the state.
         """
         return self.columns + row if self.of_measures else self.columns % row
 
 
-NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # of a message that is a stamp
+NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # for a message that has only a stamp
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,11 +79,13 @@ class WithCovariance:
 
     @property
     def of_motion(self) -> bool:
-        """Return whether the numbers exist only if the velocities are known."""
+        """Return whether the numbers exist only if the joint velocities are known."""
         return self.copied.of_motion
 
     def of(self, report: StateReport) -> Floats | None:
-        """Return the numbers of a report, or None."""
+        """
+        Return the numbers of a report with their covariance; None if they need unknown velocities.
+        """
         numbers = self.copied.of(report)
         if numbers is None:
             return None
@@ -91,7 +93,7 @@ class WithCovariance:
         return np.concatenate([numbers, covariance.ravel()])
 
     def sources(self, row: int, measures: int) -> Integers:
-        """Return the columns in a row that is followed by the measures and two covariances."""
+        """Return the columns in a row that is followed by the measures and by two covariances."""
         begin = row + measures + (36 if self.of_motion else 0)
         return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])
 
@@ -142,9 +144,10 @@ class Built:
 
 
 Content = Copied | WithCovariance | Computed | Built
-# Returns the content for some settings; None if the robot lacks it: the topic is not offered.
+# A function of the settings that returns the content. It returns None if the robot lacks the
+# content; the topic is then not offered.
 ContentOf = Callable[[NodeSettings], Content | None]
-# Content of a topic that is offered, but has no number for this arm.
+# Content of a topic that is offered but never published for this arm.
 SILENT = Computed(lambda report: None)
 
 
@@ -153,5 +156,7 @@ def computed(
     *quantities: type[StreamQuantity],
     depth: int = kernel.JACOBIAN,
 ) -> ContentOf:
-    """Return the computed content `of`, which does not depend on the settings."""
+    """
+    Return a function of the settings that returns the computed content `of` for any settings.
+    """
     return lambda settings: Computed(of, depth, quantities)

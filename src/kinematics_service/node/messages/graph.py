@@ -1,4 +1,4 @@
-"""The kinematics nodes in the ROS graph."""
+"""Find the kinematics nodes in the ROS graph."""
 
 from rclpy.node import Node
 

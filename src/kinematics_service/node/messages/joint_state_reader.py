@@ -9,17 +9,17 @@ from ...estimation.joint_state_form import JointStateForm, SerializedSample, dou
 from .message_check import read_message
 from .messages import stamp_of
 
-# Largest number of remembered forms: a few drivers may publish on one topic.
+# Largest number of remembered forms, because a few drivers may publish on one topic.
 MAX_FORMS = 8
-# Largest message whose form is remembered (bytes); ROS's deserializer reads larger messages.
+# Largest size (bytes) of a message whose form is remembered; larger ones go to ROS's deserializer.
 MAX_FORM_SIZE = 1 << 16
 
 
 class JointStateReader:
     """
-    Reads JointState messages from their bytes, with the result of ROS's deserializer but faster.
+    Reads JointState messages from their bytes: faster than ROS's deserializer, with equal results.
 
-    It remembers the forms of recent messages: their size, their names, and the offsets of numbers.
+    The reader remembers the forms of recent messages: size, joint names, and offsets of numbers.
     """
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class JointStateReader:
 
     def read(self, data: bytes) -> JointSample:
         """
-        Return the content of a serialized JointState, without the time of receipt.
+        Return the content of a serialized JointState, but without the time of receipt.
 
         Messages of a remembered form have the same tuple of names. Numbers are read-only arrays.
 
@@ -59,7 +59,10 @@ class JointStateReader:
         return new
 
     def read_officially(self, data: bytes) -> JointSample:
-        """Return the same content by ROS's deserializer, which takes longer."""
+        """
+        Return the content of a serialized JointState by ROS's deserializer, which takes longer
+        than `read`.
+        """
         message = read_message(data, JointState)
         numbers = message.position, message.velocity, message.effort
         return _sample(

@@ -1,8 +1,8 @@
 """
 The arm as a MarkerArray, for viewers such as RViz and Foxglove.
 
-Each message has every marker of an arm, by namespace and id. A marker without a shape at present
-is deleted. So a reader needs no memory, and the picture does not flicker.
+Each message has every marker of an arm, by namespace and id. A marker that has no shape at present
+is marked as deleted. So a viewer needs no earlier message, and the picture does not flicker.
 """
 
 import math
@@ -32,16 +32,17 @@ LOST_LINE_WIDTH = 0.02
 # Height of texts, divided by the arm's size.
 TEXT_HEIGHT = 0.05
 
-# Namespaces of markers; viewers list them.
+# Namespaces of the markers, which viewers list.
 LINKS, JOINTS, AXES, NAMES = 'links', 'joints', 'axes', 'joint_names'
 ELLIPSOID, TWIST, LOST, STATUS = 'ellipsoid', 'twist', 'lost_direction', 'status'
 
 
 def markers_message(report: StateReport) -> MarkerArray:
     """
-    Return links, joints, axes, velocity ellipsoid, twist, lost direction, level and distance.
+    Return markers of links, joints, axes, velocity ellipsoid, twist, lost direction, level and
+    distance.
     """
-    # The level has no hysteresis, because markers keep no memory of the last level.
+    # Compute the level without hysteresis, because markers keep no memory of the last level.
     seen = observation_of(report.answer.state, report.singularity)
     scene = scene_of(seen)
     maker = _Maker(time_message(report.answer.stamp), report.settings.base_frame)
@@ -50,7 +51,7 @@ def markers_message(report: StateReport) -> MarkerArray:
     _ellipsoid(maker, scene)
     _twist(maker, scene)
     _lost(maker, scene)
-    # Below the tool; the name of the lost direction is above the tool.
+    # Write below the tool, because the name of the lost direction is above it.
     at = scene.tool[:3, 3] - [0.0, 0.0, 0.12 * scene.size]
     words = f'{seen.level.name}\ndistance {distance_text(seen)}'
     maker.text(STATUS, at, words, TEXT_HEIGHT * scene.size, look.LEVEL_COLOURS[seen.level])
@@ -67,7 +68,10 @@ class _Maker:
     def add(
         self, namespace: str, kind: int, there: bool, colour: Colour, alpha: float = 1.0
     ) -> Marker:
-        """Append a marker that is drawn or deleted, and return it; the caller sets its size."""
+        """
+        Append a marker to draw, or to delete if not `there`, and return it; the caller sets its
+        size.
+        """
         r, g, b = colour
         marker = Marker(
             header=self._header,
@@ -85,7 +89,9 @@ class _Maker:
     def cylinder(
         self, namespace: str, ends: Floats, radius: float, colour: Colour, shortest: float
     ) -> None:
-        """Append a cylinder between two ends (2, 3), or delete it if it is shorter."""
+        """
+        Append a cylinder between two ends (2, 3), or delete it if it is shorter than `shortest`.
+        """
         line = ends[1] - ends[0]
         length = math.sqrt(float(line @ line))
         marker = self.add(namespace, Marker.CYLINDER, length >= shortest, colour)
@@ -103,7 +109,7 @@ class _Maker:
         colour: Colour,
     ) -> None:
         """
-        Append an arrow or a list of lines through points (k, 3), or delete it without points.
+        Append an arrow or a list of lines through points (k, 3); delete it if there are no points.
         """
         marker = self.add(namespace, kind, points is not None, colour)
         if points is not None:
@@ -113,7 +119,7 @@ class _Maker:
     def text(
         self, namespace: str, at: Floats | None, words: str, height: float, colour: Colour
     ) -> None:
-        """Append words at a point (3,), or delete them."""
+        """Append a text at a point (3,), or delete it without a point."""
         marker = self.add(namespace, Marker.TEXT_VIEW_FACING, at is not None, colour)
         if at is not None:
             _set_vector(marker.pose.position, at)

@@ -2,7 +2,8 @@
 Check the encapsulation and the lengths of serialized messages.
 
 ROS's deserializer writes to standard error if it refuses bytes, and no option disables this. So
-bytes that it would refuse are not given to it. It reads all bytes that pass the check.
+this check rejects bytes that the deserializer would refuse; the deserializer reads all other
+bytes.
 """
 
 from collections.abc import Callable
@@ -27,7 +28,8 @@ def _stamped_doubles(count: int) -> Callable[[CdrReader], object]:
 
 
 _Message = TypeVar('_Message')
-# For each message type, a function that reads over a message and raises an error if it is short.
+# For each message type, a function that reads through a message and raises an error if the message
+# is too short.
 WALKS: dict[type, Callable[[CdrReader], object]] = {
     JointState: fields_of,
     PoseStamped: _stamped_doubles(7),
@@ -37,7 +39,7 @@ WALKS: dict[type, Callable[[CdrReader], object]] = {
 
 def read_message(data: bytes, kind: type[_Message]) -> _Message:
     """
-    Return the message in the bytes, of a type in `WALKS`.
+    Decode bytes as a message of a type in `WALKS`.
 
     Raises
     ------
@@ -47,6 +49,6 @@ def read_message(data: bytes, kind: type[_Message]) -> _Message:
     try:
         WALKS[kind](CdrReader(data))
         message: _Message = deserialize_message(data, kind)
-    except Exception:  # of any kind: the bytes are not a message
+    except Exception:  # any error means that the bytes are not a message of the type
         raise WireError(f'{len(data)} bytes that are no {kind.__name__}') from None
     return message

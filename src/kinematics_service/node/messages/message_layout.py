@@ -1,7 +1,7 @@
 """
-A message with constant texts, filled with a stamp and numbers: as an object, and as CDR bytes.
+Fill a message of constant texts with a stamp and numbers: as an object, and as CDR bytes.
 
-Both take the same numbers, in the order of the fields in the message type.
+Both forms take one array of numbers, in the order of the fields in the message type.
 """
 
 import struct
@@ -18,16 +18,16 @@ from ...estimation.cdr import DOUBLE, SECOND, WHOLE, CdrWriter
 from ...kernel import LARGEST_SECOND, Bytes, Floats, OutgoingMessages, OutgoingTable
 from .messages import set_time
 
-# Stamps (ns) that detect a wrong offset or a missing clamp: a usual stamp, a stamp before the
-# epoch, and two stamps beyond the range of a message.
+# Stamps (ns) that detect a wrong offset or a missing clamp: a usual one, one before the epoch, and
+# two beyond the range of a message.
 STAMPS = (
     1_732_000_000_123_456_789,
     -1,
     (LARGEST_SECOND + 7) * SECOND + 5,
     -(LARGEST_SECOND + 7) * SECOND + 5,
 )
-# Numbers that a conversion would change: negative zero, the smallest and largest doubles,
-# infinities, and a NaN with a payload.
+# Numbers that a conversion to another type would change: negative zero, the smallest and largest
+# doubles, infinities, and a NaN with a payload.
 NUMBERS = (
     *(-0.0, 5e-324, -2.2250738585072014e-308, 1.7976931348623157e308),
     *(float('inf'), -float('inf'), float('nan'), 1 / 3),
@@ -40,7 +40,7 @@ class MessageLayout:
     """
     The offsets of the stamp and the numbers of a message, in the object and in its plain CDR.
 
-    It fills one object and one buffer, so only one thread may use it.
+    A layout fills its only object and its only buffer, so only one thread may use it.
 
     Parameters
     ----------
@@ -62,8 +62,10 @@ class MessageLayout:
     def __init__(self, template: Any) -> None:
         self._template = template
         self._time: Time | None = None
-        self._fields: list[tuple[Any, str, int | None]] = []  # with doubles: owner, name, count
-        self._is_known = True  # False if a field has another kind, or numbers are not adjacent
+        # the fields of doubles: owner, name, count
+        self._fields: list[tuple[Any, str, int | None]] = []
+        # False if a field is of an unknown type, or the numbers are not adjacent
+        self._is_known = True
         self.count, self.number_at = 0, 0
         self.stamp_at: int | None = None
         writer = CdrWriter()
@@ -76,7 +78,7 @@ class MessageLayout:
 
     def offsets(self, begin: int) -> tuple[Any, Any]:
         """
-        Return the offsets of stamp and numbers in a buffer with the message at `begin`.
+        Return the offsets of stamp and numbers in a buffer in which the message begins at `begin`.
         """
         stamps = [] if self.stamp_at is None else [begin + self.stamp_at]
         numbers = begin + self.number_at + DOUBLE * np.arange(self.count, dtype=np.int64)
@@ -105,7 +107,8 @@ class MessageLayout:
 
     def _write_doubles(self, writer: CdrWriter, owner: Any, name: str, value: Any) -> None:
         many = None if isinstance(value, float) else len(value)
-        # Arrays of constant length are ndarrays; they have no length field.
+        # Write a length only for sequences: arrays of constant length, which are ndarrays, have
+        # none.
         if isinstance(value, array):
             writer.whole(len(value))
         count = 1 if many is None else many
@@ -118,7 +121,9 @@ class MessageLayout:
         self._fields.append((owner, name, many))
 
     def message(self, stamp: int, numbers: Floats) -> Any:
-        """Return the message as an object, which the next call overwrites."""
+        """
+        Fill the object with stamp (ns) and numbers, and return it; the next call overwrites it.
+        """
         if self._time is not None:
             set_time(self._time, stamp)
         values = iter(numbers.tolist())
@@ -130,13 +135,14 @@ class MessageLayout:
         return self._template
 
     def bytes_of(self, stamp: int, numbers: Floats) -> bytes:
-        """Return the message as bytes."""
+        """Return the message with this stamp (ns) and these numbers as bytes."""
         kernel.fill_messages(self._filled, stamp, numbers, _NONE)
         return self._buffer.tobytes()
 
     def is_official(self) -> bool:
         """
-        Return whether the serializer of ROS writes the same bytes, and reads them correctly.
+        Return whether ROS's serializer writes the bytes of this layout, and its deserializer reads
+        them.
         """
         if not self._is_known:
             return False
@@ -145,7 +151,7 @@ class MessageLayout:
             numbers = np.resize(np.roll(NUMBERS, k), self.count)
             official = serialize_message(self.message(stamp, numbers))
             ours = self.bytes_of(stamp, numbers)
-            # The deserializer logs errors about other bytes, so compare first.
+            # Compare before reading, because the deserializer logs errors about other bytes.
             if not self._has_same_fields(ours, official):
                 return False
             if not self._has_same_fields(ours, serialize_message(deserialize_message(ours, kind))):

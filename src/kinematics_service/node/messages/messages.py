@@ -1,7 +1,8 @@
 """
 Convert JointState to plain data, and plain data to messages.
 
-A scalar field of a message silently accepts any value, so float() or int() converts every number.
+A scalar field of a message silently accepts a value of any type. So every number is converted by
+float() or int().
 """
 
 import time
@@ -31,18 +32,18 @@ class StateReport(NamedTuple):
 
     @property
     def singularity(self) -> Singularity:
-        """Return the singularity measures of the pose; for the tool only."""
+        """Return the singularity measures of the pose; only for reports of the tool."""
         return singularity_of(self.answer.state)
 
 
 def stamp_of(message: Any) -> int:
-    """Return the stamp of a message with a header, in ns; 0 if it is not set."""
+    """Return the stamp of a message with a header, ns; 0 if the stamp is not set."""
     stamp = message.header.stamp
     return int(stamp.sec) * SECOND + int(stamp.nanosec)
 
 
 def sample_of(message: JointState, clock: Clock) -> JointSample:
-    """Return the content of a JointState received now; a stamp of 0 is replaced by the clock."""
+    """Return the content of a JointState received now; the clock replaces a stamp of 0."""
     stamp = stamp_of(message)
     received = stamp or int(clock.now().nanoseconds)
     now = time.monotonic_ns()
@@ -51,7 +52,7 @@ def sample_of(message: JointState, clock: Clock) -> JointSample:
 
 
 def set_time(message: Time, stamp: int) -> Time:
-    """Set a message to a time in ns, or to the nearest possible time, and return it."""
+    """Set a time message to a time in ns, or to the nearest time in its range, and return it."""
     seconds, nanoseconds = divmod(stamp, SECOND)
     message.sec = max(-LARGEST_SECOND - 1, min(LARGEST_SECOND, seconds))
     message.nanosec = int(nanoseconds)
@@ -59,12 +60,12 @@ def set_time(message: Time, stamp: int) -> Time:
 
 
 def time_message(stamp: int) -> Time:
-    """Return a time in ns, or the nearest possible time, as a message."""
+    """Return a time in ns as a message; a time out of its range becomes the nearest in range."""
     return set_time(Time(), stamp)
 
 
 def transform_message(report: StateReport) -> TransformStamped:
-    """Return the tool in the base frame, for /tf."""
+    """Return the pose of the tool in the base frame as a message for /tf."""
     message = TransformStamped()
     message.header.stamp = time_message(report.answer.stamp)
     message.header.frame_id = report.settings.base_frame
@@ -76,14 +77,16 @@ def transform_message(report: StateReport) -> TransformStamped:
 
 
 def full_name(node: Node) -> str:
-    """Return the name of a node with its namespace; statuses of two arms share /diagnostics."""
+    """
+    Return the name of a node with its namespace, because statuses of two arms share /diagnostics.
+    """
     return str(node.get_fully_qualified_name()).lstrip('/')
 
 
 def status_message(name: str, status_text: StatusText) -> DiagnosticStatus:
     """Return a status text as a DiagnosticStatus."""
     message = DiagnosticStatus()
-    message.level = bytes([status_text.level])  # a field of type byte
+    message.level = bytes([status_text.level])  # the field is of type byte
     message.name = name
     message.message = status_text.sentence
     message.hardware_id = dict(status_text.values).get('robot', '')

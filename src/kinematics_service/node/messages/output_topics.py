@@ -1,7 +1,8 @@
 """
-The topics that a node publishes for each accepted message, in the order of publication.
+List the topics that a node publishes for each accepted message, in the order of publication.
 
-A row of the table has two functions: of the content, and of a message without stamp and numbers.
+Each row of the table has two functions of the settings: one returns the content, the other a
+message without stamp and numbers.
 """
 
 import math
@@ -59,22 +60,22 @@ _Message = TypeVar('_Message')
 
 
 def in_base_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return the template of a message in the base frame."""
+    """Return a function that makes the template of a message in the base frame."""
     return lambda settings: kind(header=Header(frame_id=settings.base_frame))
 
 
 def in_tool_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return the template of a message at the tool's origin and in its axes."""
+    """Return a function that makes the template of a message in the tool frame."""
     return lambda settings: kind(header=Header(frame_id=settings.tool_frame))
 
 
 def in_twist_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return the template of a message in the axes of the twist."""
+    """Return a function that makes the template of a message in the axes of the twist."""
     return lambda settings: kind(header=Header(frame_id=_twist_frame(settings)))
 
 
 def matrix_message(*dimensions: tuple[str, int]) -> Float64MultiArray:
-    """Return zeros, row-major, with the labels and sizes of their dimensions."""
+    """Return a message of zeros, row-major, with a label and a size for each dimension."""
     sizes = [size for _, size in dimensions]
     message = Float64MultiArray(data=array('d', bytes(8 * math.prod(sizes))))
     message.layout.dim = [
@@ -89,7 +90,7 @@ def _twist_frame(settings: NodeSettings) -> str:
 
 
 def velocity_template(settings: NodeSettings) -> VelocityStamped:
-    """Return J qdot with all three frames named."""
+    """Return the template of J qdot, with the names of its three frames."""
     return VelocityStamped(
         header=Header(frame_id=_twist_frame(settings)),
         body_frame_id=settings.tool_frame,
@@ -98,7 +99,7 @@ def velocity_template(settings: NodeSettings) -> VelocityStamped:
 
 
 def jacobian_template(settings: NodeSettings) -> Float64MultiArray:
-    """Return J, row-major 6 x n, with labelled rows and columns."""
+    """Return the template of J, row-major 6 x n, with labelled rows and columns."""
     return matrix_message((ROW_LABELS[settings.row_order], 6), _joints(settings))
 
 
@@ -111,7 +112,7 @@ def pose_numbers(settings: NodeSettings) -> Copied:
     Return the content with position (3,) and quaternion x y z w (4,) of the tool in the base
     frame.
     """
-    # The fourth column of the pose, which is (3, 4) in the row.
+    # Select the position: it is the fourth column of the pose, which is stored as (3, 4).
     position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
@@ -146,7 +147,10 @@ def _twist_in_tool_axes(report: StateReport) -> Floats | None:
 
 
 def acceleration(report: StateReport) -> Floats | None:
-    """Return J qddot + dJ/dt qdot in the axes of the twist, shape (6,), or None."""
+    """
+    Return J qddot + dJ/dt qdot in the axes of the twist, shape (6,); None if qddot is unknown or
+    the result is not finite.
+    """
     settings, state = report.settings, report.answer.state
     qddot = report.answer.quantities.get(JointAccelerations)
     if qddot is None:
@@ -183,7 +187,10 @@ def _self_motions(settings: NodeSettings) -> int:
 
 
 def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
-    """Return content computed from a basis of the self-motions, or None if there are none."""
+    """
+    Return content that `part` computes from a basis of the self-motions; None for arms without
+    any.
+    """
 
     def numbers(report: StateReport) -> Floats | None:
         basis = report.answer.quantities.get(NullSpaceBasis)
@@ -229,7 +236,7 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
 
 
 def measure_numbers(measure: Measure) -> ContentOf:
-    """Return the column of a measure; `SILENT` for an arm without this measure."""
+    """Return the content of a measure: its column, or `SILENT` if the arm has no such measure."""
 
     def numbers(settings: NodeSettings) -> Content:
         robot = settings.robot
@@ -242,7 +249,7 @@ def measure_numbers(measure: Measure) -> ContentOf:
 
 
 def link_frames_template(settings: NodeSettings) -> PoseArray:
-    """Return every frame of the table in the base frame."""
+    """Return the template of the poses of all frames of the table, in the base frame."""
     header = Header(frame_id=settings.base_frame)
     return PoseArray(header=header, poses=[Pose() for _ in range(settings.robot.chain.frames)])
 
@@ -271,7 +278,7 @@ class OutputTopic:
     template
         A function of the settings that returns the message without stamp and numbers.
     of
-        The point of the topic; empty for the tool.
+        Name of the point whose states the topic has; empty for the tool.
     """
 
     name: str
@@ -286,7 +293,7 @@ class OutputTopic:
 
 
 def _markers(report: StateReport) -> Any:
-    # Imported for the first subscriber: the node itself needs no scene.
+    # Imported when the first subscriber needs it: the node itself needs no scene.
     from .markers import markers_message
 
     return markers_message(report)
@@ -321,7 +328,7 @@ TOPICS = (
     ),
     *(
         OutputTopic(f'~/singularity/{measure.name}', Float64, measure_numbers(measure))
-        for measure in reversed(MEASURES.values())  # the distance last
+        for measure in reversed(MEASURES.values())  # publish the distance last
     ),
     OutputTopic(
         '~/null_space',
@@ -337,7 +344,7 @@ TOPICS = (
         of_null_space(self_motion_of),
         lambda settings: matrix_message(_joints(settings)),
     ),
-    # Computed for subscribers only: it takes ten times as long as the other numbers of a state.
+    # Published only to subscribers: this takes ten times as long as the other numbers of a state.
     OutputTopic(
         '~/singularity/clearance', Float64, computed(lambda report: report.singularity.clearance)
     ),
@@ -347,7 +354,8 @@ TOPICS = (
         computed(link_frames, depth=kernel.ALL_FRAMES),
         link_frames_template,
     ),
-    # 50 markers take a hundred times as long as a pose, and viewers need 30 a second at most.
+    # Limited in rate: 50 markers take a hundred times as long as a pose, and viewers need at most
+    # 30 messages a second.
     OutputTopic(
         '~/markers',
         MarkerArray,
@@ -356,7 +364,7 @@ TOPICS = (
 )
 
 
-# The topics that a point has.
+# The topics that each further point has.
 OF_POINTS = tuple(
     topic
     for topic in TOPICS

@@ -1,4 +1,4 @@
-"""Read messages of the node into plain data, for the screen and for JSON."""
+"""Read messages of the node as plain data, for the screen and for JSON."""
 
 from typing import NamedTuple
 
@@ -22,25 +22,25 @@ from ...robot.measures import Level
 
 
 class Stamp(NamedTuple):
-    """A time in two integers: a double cannot hold the nanoseconds of the present time."""
+    """A time as two integers, because a double cannot hold the nanoseconds of a present time."""
 
     sec: int
     nanosec: int
 
     @classmethod
     def of(cls, header: Header) -> 'Stamp':
-        """Return the stamp of a message's header."""
+        """Return the stamp in a message header."""
         return cls(int(header.stamp.sec), int(header.stamp.nanosec))
 
 
 class ScaleReading(NamedTuple):
-    """The share of a commanded motion that may be kept, 0 to 1."""
+    """The scale of a command, 0 to 1: the fraction of the commanded motion that is allowed."""
 
     scale: float
 
 
 class JacobianReading(NamedTuple):
-    """A Jacobian (rows, columns) with the labels of its rows and columns."""
+    """A Jacobian (rows, columns), with labels of its rows and columns."""
 
     rows: tuple[str, ...]
     columns: tuple[str, ...]
@@ -48,7 +48,9 @@ class JacobianReading(NamedTuple):
 
 
 class VectorReading(NamedTuple):
-    """Two vectors (3,) by name, in the axes of a frame; a wrench is at its origin."""
+    """
+    Two vectors (3,) by name, in the axes of `frame`; a wrench refers to the origin of this frame.
+    """
 
     stamp: Stamp
     frame: str
@@ -57,21 +59,21 @@ class VectorReading(NamedTuple):
 
 class VectorPair(NamedTuple):
     """
-    A kind of message with two vectors.
+    A kind of message that has two vectors, such as a twist.
 
     Parameters
     ----------
     field
         The field of the message with both vectors.
     vectors
-        For the name of each vector, its components and its unit in words.
+        For each vector by its name: the names of its components, and its unit.
     """
 
     field: str
     vectors: dict[str, tuple[str, str]]
 
     def of(self, message: TwistStamped | AccelStamped | WrenchStamped) -> VectorReading:
-        """Return the vectors of a stamped message."""
+        """Return the stamp, the frame and the two vectors of a message."""
         pair = getattr(message, self.field)
         vectors = {name: numbers_of(getattr(pair, name)) for name in self.vectors}
         return VectorReading(Stamp.of(message.header), message.header.frame_id, vectors)
@@ -81,7 +83,7 @@ TWIST = VectorPair('twist', {'linear': ('vx vy vz', 'm/s'), 'angular': ('wx wy w
 
 
 class WarningReading(NamedTuple):
-    """A warning, or the reason of a scale: level, sentence, and keys with values."""
+    """A warning, or the reason of a scale: level, sentence, and values by key."""
 
     level: str
     sentence: str
@@ -90,14 +92,17 @@ class WarningReading(NamedTuple):
 
     @property
     def cause(self) -> str:
-        """Return what slows a command: `position limit of elbow`; empty for nothing."""
+        """
+        Return what slows a command, such as `position limit of elbow`; empty if the command is not
+        slowed.
+        """
         cause, of = (self.values.get(key, '') for key in ('cause', 'of'))
         return f'{cause} of {of}' if of else cause
 
 
 def jacobian_of(message: Float64MultiArray) -> JacobianReading:
     """
-    Return the Jacobian that a Float64MultiArray holds, whatever the order of its rows.
+    Return the Jacobian in a Float64MultiArray, with its rows in the order of the message.
 
     Raises
     ------
@@ -121,12 +126,12 @@ def jacobian_of(message: Float64MultiArray) -> JacobianReading:
 
 
 def numbers_of(vector: Point | Vector3 | Quaternion) -> Floats:
-    """Return the numbers of a vector or a point, x y z, or of a quaternion, x y z w."""
+    """Return the components of a vector or point, x y z, or of a quaternion, x y z w."""
     return np.array([getattr(vector, name) for name in vector.get_fields_and_field_types()])
 
 
 def matrix_of(pose: Pose) -> Floats:
-    """Return the matrix (4, 4) of a pose."""
+    """Return the homogeneous matrix (4, 4) of a pose message."""
     T = np.eye(4)
     T[:3, :3] = rotation_of_quaternion(numbers_of(pose.orientation))
     T[:3, 3] = numbers_of(pose.position)
@@ -134,18 +139,18 @@ def matrix_of(pose: Pose) -> Floats:
 
 
 def in_base_axes(six_rows: Floats, tool: Floats) -> Floats:
-    """Return a twist (6,), or the six rows of a Jacobian, given in the axes of the tool."""
+    """Rotate a twist (6,), or the six rows of a Jacobian, from tool axes to base axes."""
     R = tool[:3, :3]
     return np.concatenate([R @ six_rows[:3], R @ six_rows[3:]])
 
 
 def scale_of(message: Float64) -> ScaleReading:
-    """Return the scale of a Float64."""
+    """Return the scale in a Float64 message."""
     return ScaleReading(float(message.data))
 
 
 def warned_of(message: DiagnosticStatus) -> WarningReading:
-    """Return the warning of a DiagnosticStatus."""
+    """Return the warning in a DiagnosticStatus message."""
     level = ord(message.level)
     name = Level(level).name if level in list(Level) else f'LEVEL {level}'
     values = {value.key: value.value for value in message.values}

@@ -23,7 +23,7 @@ from .messages import time_message
 from .output_topics import matrix_message
 from .readings import TWIST, in_base_axes, matrix_of, numbers_of
 
-# Largest deviation of the norm of a quaternion from 1: three printed digits are accepted.
+# Largest deviation of a quaternion's norm from 1: quaternions with three printed digits pass.
 QUATERNION_NORM_TOLERANCE = 1e-3
 
 
@@ -36,7 +36,8 @@ class Choice(NamedTuple):
     answers
         Solutions, and representatives of families.
     best
-        The best posture on the arc of the first answer, if `ik.redundancy` selects it; else None.
+        The best point on the solution curve of the first answer, if `ik.redundancy` asks for it;
+        else None.
     """
 
     answers: tuple[IkSolution | IkFamily, ...]
@@ -44,7 +45,7 @@ class Choice(NamedTuple):
 
     @property
     def q(self) -> Floats | None:
-        """Return the nearest joint positions; None if no answer is inside the limits."""
+        """Return the nearest joint positions; None if no answer is within the joint limits."""
         return self.answers[0].q if self.answers else None
 
 
@@ -62,7 +63,10 @@ def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
 
 
 def best_choice(choice: Choice, T: Floats, settings: NodeSettings) -> Choice:
-    """Return the choice with its first family moved along its arc, as `ik.redundancy` selects."""
+    """
+    Return the choice with its first answer moved along its solution curve, as `ik.redundancy`
+    selects.
+    """
     robot, near = settings.robot, choice.answers[0] if choice.answers else None
     if settings.redundancy == 'near' or not isinstance(near, IkFamily):
         return choice
@@ -157,7 +161,9 @@ def _listed(values: Floats) -> str:
 
 
 def joint_message(stamp: int, settings: NodeSettings, **numbers: Floats) -> JointState:
-    """Return a JointState of all joints with positions or velocities, each of shape (n,)."""
+    """
+    Return a JointState message of all joints, with positions or velocities, each of shape (n,).
+    """
     doubles = {name: array('d', values.tobytes()) for name, values in numbers.items()}
     message = JointState(name=settings.joint_names, **doubles)
     message.header.stamp = time_message(stamp)
@@ -166,7 +172,7 @@ def joint_message(stamp: int, settings: NodeSettings, **numbers: Floats) -> Join
 
 def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArray:
     """
-    Return all answers, row-major solutions x joints, labelled like the Jacobian.
+    Return all answers as a message, row-major solutions x joints, with labelled rows and columns.
 
     The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
     `solution` for arms without postures. The representative of a family is marked `family`.

@@ -1,4 +1,4 @@
-"""The names of the node's topics and services, and their quality of service."""
+"""Define the names of the node's topics and services, and their quality of service."""
 
 import copy
 from collections.abc import Callable
@@ -9,8 +9,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 
-# Reliable if every publisher offers it. The queue holds a second at 1 kHz during which the process
-# does not run.
+# Reliability is used if every publisher offers it. The queue holds the messages of 1 s at 1 kHz,
+# in case the process is not run for a moment.
 JOINT_STATES_QOS = QoSProfile(
     depth=1000,
     reliability=ReliabilityPolicy.BEST_AVAILABLE,
@@ -23,19 +23,21 @@ WARNING_QOS = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 DIAGNOSTICS_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# Every pose is answered; of twists and commands only the newest is valid.
+# Queue up to ten poses, but only one twist and one command, because only the newest of them is
+# valid.
 TARGET_POSE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 TARGET_TWIST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 COMMAND_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-# As of the parameter services of a node: a busy node keeps more requests than the ten of ROS.
+# As for the parameter services of a node: many requests are queued while the node is busy, instead
+# of ROS's ten.
 SERVICE_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 
 
 def overridable(qos: QoSProfile) -> dict[str, Any]:
     """
-    Return arguments for a topic whose quality of service parameters may override.
+    Return the arguments of a topic whose quality of service can be overridden by parameters.
 
-    rclpy writes overrides into the profile, so each topic gets a copy.
+    Each topic gets a copy of the profile, because rclpy writes overrides into it.
     """
     overrides = QoSOverridingOptions.with_default_policies()
     return {'qos_profile': copy.copy(qos), 'qos_overriding_options': overrides}
@@ -45,9 +47,11 @@ def raw_subscription(
     node: Node, kind: type, name: str, take: Callable[[bytes], None], qos: QoSProfile
 ) -> Subscription:
     """
-    Return a subscription to the bytes of messages, whose quality of service may be overridden.
+    Return a subscription that passes the bytes of messages; its quality of service may be
+    overridden.
 
-    The node decodes them: the middleware refuses bytes without telling the node why.
+    The node decodes the bytes itself, because the middleware refuses bytes without telling the
+    reason.
     """
     return node.create_subscription(kind, name, take, raw=True, **overridable(qos))
 
@@ -66,7 +70,7 @@ SCALE_REASON, SERVO_STATUS = '~/scale_reason', '~/servo_status'
 ROBOT_DESCRIPTION = 'robot_description'
 IK_JOINT_STATES, IK_SOLUTIONS = '~/ik/joint_states', '~/ik/solutions'
 IK_JOINT_VELOCITY, IK_STATUS = '~/ik/joint_velocity', '~/ik/status'
-# Topics of requests, and topics of the answers to them.
+# Topics of requests to the node; the answers follow on other topics.
 TARGETS = TARGET_POSE, TARGET_TWIST, COMMAND
 ANSWERS = (
     *(IK_JOINT_STATES, IK_SOLUTIONS, IK_JOINT_VELOCITY, IK_STATUS),
