@@ -1,4 +1,4 @@
-"""The node: JointState in; pose, Jacobian, twist and singularity warning out."""
+"""Run the node: JointState messages in; pose, Jacobian, twist and singularity warning out."""
 
 import json
 import time
@@ -47,8 +47,8 @@ from .wrench import WrenchBias
 
 NODE_NAME = 'kinematics'
 
-# Period of the check for stale joints: a quarter of `joint_state_timeout`, between two bounds.
-# A stale state is thus reported at most a quarter of the time-out late.
+# Period of the check for stale joints, divided by `joint_state_timeout`, and its bounds. A stale
+# state is thus reported at most a quarter of the time-out late.
 WATCHDOG_TIMEOUT_RATIO = 0.25
 MIN_WATCHDOG_PERIOD = 0.02  # s
 MAX_WATCHDOG_PERIOD = 0.25  # s
@@ -61,10 +61,10 @@ class KinematicsNode(Node):
     Parameters
     ----------
     robot
-        File, bundled name or topic, as given on the command line; None to take the parameter
-        `robot`.
+        The robot as given on the command line: file, bundled name or topic; None: the parameter
+        `robot` names it.
     stopped
-        Returns whether to end the wait for a description on a topic.
+        A function that returns whether to end the wait for a description on a topic.
     node_name
         The name of the node, unless it is remapped.
     topic
@@ -75,7 +75,7 @@ class KinematicsNode(Node):
     Raises
     ------
     KinematicsError
-        The robot or a parameter is wrong; its text is one sentence for the user.
+        The robot or a parameter is wrong; the text of the error is one sentence for the user.
     StoppedWaiting
         No description came on a topic before `stopped()` was true.
 
@@ -84,7 +84,7 @@ class KinematicsNode(Node):
     is_started
         Whether the topics of the node exist.
     silent
-        Why it answers nothing; empty if it answers.
+        The reason why the node answers no message; empty if it answers.
     settings
         The settings in force.
     """
@@ -97,7 +97,7 @@ class KinematicsNode(Node):
         topic: str = JOINT_STATES,
         **options: Any,
     ) -> None:
-        self._throttle = Throttle(5.0)  # rclpy subscribes to /clock at once
+        self._throttle = Throttle(5.0)  # set first, because rclpy subscribes to /clock at once
         super().__init__(node_name, **options)
         self.is_started = self._in_order = False
         self.silent = ''
@@ -121,7 +121,7 @@ class KinematicsNode(Node):
         settings = self.settings = self._own_parameters.settings
         self._estimator = Estimator(settings.robot, settings.estimator)
         self._latest: EstimatorOutput | None = None
-        self._resets = 0  # the estimator's resets that are handled here
+        self._resets = 0  # the number of estimator resets that the node has handled
         self._grid = StampGrid()
         transport = self._own_parameters.transport
         self._outputs = Outputs(self, settings, transport)
@@ -160,7 +160,10 @@ class KinematicsNode(Node):
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Callable[..., None], *args: Any, **options: Any
     ) -> Any:
-        """As in rclpy, but ignore a negative time on /clock, which makes rclpy raise an error."""
+        """
+        Create a subscription as rclpy does, but ignore negative times on /clock, for which rclpy
+        raises an error.
+        """
 
         def set_clock(message: Any) -> None:
             if message.clock.sec >= 0:
@@ -174,7 +177,10 @@ class KinematicsNode(Node):
         return super().create_subscription(msg_type, topic, checked, *args, **options)
 
     def set_parameters_atomically(self, parameter_list: Any) -> Any:
-        """As in rclpy; if values are accepted but doubtful, the reason says why."""
+        """
+        Set parameters as rclpy does; if accepted values are doubtful, the result's reason says
+        why.
+        """
         result = super().set_parameters_atomically(parameter_list)
         if result.successful and self.is_started:
             own = tuple(f'parameter {parameter.name}:' for parameter in parameter_list)
@@ -184,13 +190,13 @@ class KinematicsNode(Node):
         return result
 
     def trust_the_order_of_events(self) -> None:
-        """Note that the executor handles events in the order of their arrival."""
+        """Rely on an executor that handles events in the order of their arrival."""
         self._in_order = True
         if self.is_started:
             self._outputs.events_in_order = True
 
     def events_were_left_out(self, messages: int) -> None:
-        """Count messages that the process received and threw away unanswered."""
+        """Add to the count of messages that were received and thrown away unanswered."""
         if not self.is_started:
             return
         self._estimator.counts[LEFT_OUT] += messages
@@ -200,7 +206,7 @@ class KinematicsNode(Node):
             )
 
     def end_motion(self) -> None:
-        """Stop the motion of the last target twist, before the node ends."""
+        """Stop the motion of the last target twist; called before the node ends."""
         if self.is_started:
             self._targets.stop()
 
@@ -211,26 +217,26 @@ class KinematicsNode(Node):
         super().destroy_node()
 
     def fall_silent(self, reason: str) -> None:
-        """Answer nothing from now on, and publish the reason as a STALE warning."""
+        """Answer no message from now on, and publish the reason as a STALE warning."""
         self.silent = reason
         self.end_motion()
         if self.is_started:
             self._publish_warning(stale_status(self.settings.robot, reason))
 
     def forget_joints(self) -> None:
-        """Forget the state of the joints, as if no message had come."""
+        """Forget the state of the joints, as if no joint state had arrived."""
         self._estimator.reset()
         self._latest = None
         self._follow_reset()
 
     def read_robot_again(self) -> None:
         """
-        Read the robot of the file again and put it into force.
+        Read the robot file again, and apply the new arm.
 
         Raises
         ------
         KinematicsError
-            The file has faults; the robot before stays in force.
+            The file has faults; the former robot stays in force.
         """
         self._take_settings(self._own_parameters.take(self._own_parameters.reading_again()()))
 
@@ -241,7 +247,8 @@ class KinematicsNode(Node):
         self._reject(RefusedMessage(UNREADABLE, sentence))
 
     def _take(self, message: JointMessage) -> bool:
-        # Answers a message. Returns False if its bytes do not have the form they were read by.
+        # Answers a message. Returns False if its bytes do not have the remembered form of the last
+        # message.
         if self.silent:
             return True
         try:
@@ -275,25 +282,26 @@ class KinematicsNode(Node):
     def _follow(
         self, outcome: EstimatorOutput, message: JointMessage, active: ActiveTopics
     ) -> None:
-        # Publishes the answer to a message.
+        # Publishes the answer to an accepted message.
         arrival = message.arrival
         self._latest = outcome
         self._reference.note(outcome)
-        # Publishing wakes subscribers, and they use this core: do other work before it. Publish
-        # the warning after the pose it belongs to.
+        # Judge the state before publishing: publishing wakes subscribers, which take processor
+        # time from this process. The warning itself is published after the pose.
         warned = None
         if not self._estimator.is_settled(outcome.state, arrival):
             singularity = singularity_of(outcome.state)
             level, is_due = self._estimator.judge(singularity, arrival)
             warned = (singularity, level) if is_due else None
-            if self._watchdog.is_canceled():  # the state was stale
+            if self._watchdog.is_canceled():  # the state was stale until now
                 self._watchdog.reset()
         wanted = active.channels or self.settings.publish_tf
         try:
             if wanted and self._grid.passes(outcome.stamp, self.settings.period):
                 self._outputs.publish(outcome, active, isinstance(message, SerializedSample))
         finally:
-            if warned is not None:  # the estimator takes it for published
+            # publish it even after an error, because the estimator assumes so
+            if warned is not None:
                 robot, base = self.settings.robot, self.settings.base_frame
                 self._publish_warning(singularity_status(robot, *warned, base))
 
@@ -303,8 +311,8 @@ class KinematicsNode(Node):
         self._reference.forget()
 
     def _present(self) -> EstimatorOutput:
-        # Returns the newest state of the arm, which a target needs. Raises RefusedTargetError if
-        # positions are missing or out of date.
+        # Returns the newest state of the arm, which the answer to a target needs. Raises
+        # RefusedTargetError if positions are missing or out of date.
         missing, latest = self._estimator.missing(time.monotonic_ns()), self._latest
         if self.silent or missing or latest is None:
             names = missing or self.settings.joint_names
@@ -334,7 +342,7 @@ class KinematicsNode(Node):
         if self._estimator.go_stale(now):
             sentence = '; '.join([self._missing_text(missing), *self._health.warnings])
             self._publish_warning(stale_status(self.settings.robot, sentence))
-        self._watchdog.cancel()  # the next state starts the timer again
+        self._watchdog.cancel()  # the next state starts this timer again
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         back = -jump.delta.nanoseconds
@@ -347,7 +355,7 @@ class KinematicsNode(Node):
     # Diagnostics
 
     def _statuses(self) -> dict[str, StatusText]:
-        # Returns the statuses besides that of the input.
+        # Returns the statuses for /diagnostics, except that of the input.
         statuses, frames = dict[str, StatusText](), self._reference.status_text()
         if frames is not None:
             statuses['frames'] = frames
@@ -383,7 +391,7 @@ class KinematicsNode(Node):
         if not moves_alike:
             self._reference.forget()
             self._latest = self._latest and self._estimator.anew(self._latest)
-            self._watchdog.reset()  # other joints may be stale now
+            self._watchdog.reset()  # joints of the new arm may be stale now
             if settings.robot.description.tool.motion != before.description.tool.motion:
                 self.get_logger().info(tool_in_words(settings.robot))
 

@@ -1,6 +1,4 @@
-"""
-The topics that answer every accepted message: their publishers, and what subscribers need.
-"""
+"""Publish the topics that answer every accepted message, and find what their subscribers need."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -31,18 +29,18 @@ class Channel(NamedTuple):
     Attributes
     ----------
     listeners
-        Returns the number of subscribers.
+        A function that returns the number of subscribers.
     publish_bytes
-        Publishes a serialized message.
+        A function that publishes a serialized message.
     publisher, topic
-        The publisher, and the row of the topic.
+        The publisher, and the row of the topic in the table of topics.
     grid
         Limits the rate of a topic whose content has a period.
     content, layout
-        The content of its messages, and its offsets in them. A content that builds whole messages
-        has no layout.
+        The content of the topic's messages, and the offsets of its numbers. Content that builds
+        whole messages has no layout.
     as_bytes
-        Whether messages are published as bytes that are filled here.
+        Whether messages are published as bytes that this package fills.
     """
 
     listeners: Callable[[], int]
@@ -55,7 +53,7 @@ class Channel(NamedTuple):
     as_bytes: bool = False
 
     def send(self, report: StateReport) -> None:
-        """Publish the message of a report on this topic, if the report has one."""
+        """Publish the message of a report on this topic, unless the report lacks its numbers."""
         content, layout, stamp = self.content, self.layout, report.answer.stamp
         if isinstance(content, Built):
             if self.grid.passes(stamp, content.period):
@@ -99,9 +97,7 @@ class ActiveTopics(NamedTuple):
 def filled_by_the_kernel(
     channels: Sequence[Channel], settings: NodeSettings, depth: int
 ) -> tuple[OutgoingMessages | None, tuple[memoryview | None, ...]]:
-    """
-    Return the messages that the kernel fills, and for each channel its message or None.
-    """
+    """Return the messages that the kernel fills, and for each channel its message or None."""
     row = settings.robot.chain.single_widths[depth]
     measures = settings.robot.singularity.measure_places.width
     data, filled, uncertain = bytearray(), list[slice | None](), list[WithCovariance]()
@@ -155,11 +151,11 @@ class Outputs:
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Apply other settings: frames and labels are part of the messages."""
+        """Apply new settings: names of frames and labels are part of the messages."""
         self._settings, self._active = settings, None
         self.channels = [self._configured(channel) for channel in self._offered(settings)]
         if settings.publish_tf and self._tf is None:
-            # Imported only if needed: the wheels lack it.
+            # Imported only if needed, because the wheels of ROS lack it.
             from tf2_msgs.msg import TFMessage
 
             self._tf = self._node.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
@@ -170,7 +166,7 @@ class Outputs:
         return [channel.publisher.topic_name for channel in self.channels]
 
     def active(self) -> ActiveTopics:
-        """Return the channels with subscribers."""
+        """Return the channels with subscribers, and what they need."""
         active = self._active
         if active is None or not (self.events_in_order and self._has_matched_events):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
@@ -194,7 +190,7 @@ class Outputs:
         answer
             The new state.
         active
-            The channels.
+            The channels with subscribers, as `active` returns them.
         is_filled
             Whether the kernel has filled the messages with this answer.
         """
@@ -223,7 +219,8 @@ class Outputs:
         return StateReport(answer, settings)
 
     def _configured(self, channel: Channel) -> Channel:
-        # Adds content and layout for the settings. A layout for bytes is checked against ROS.
+        # Returns the channel with content and layout for the settings. A layout for bytes is
+        # checked against ROS's serializer.
         topic = channel.topic
         settings = self._settings.points[topic.of] if topic.of else self._settings
         content = topic.content(settings) or SILENT
@@ -231,7 +228,7 @@ class Outputs:
             return channel._replace(content=content)
         layout = MessageLayout(topic.blank(settings))
         if channel.layout is not None and channel.layout.data == layout.data:
-            return channel._replace(content=content)  # it is checked already
+            return channel._replace(content=content)  # this layout was checked before
         as_bytes = self._transport == 'bytes' and layout.is_official()
         if self._transport == 'bytes' and not as_bytes and channel.layout is None:
             self._node.get_logger().warning(
@@ -241,7 +238,8 @@ class Outputs:
         return channel._replace(content=content, layout=layout, as_bytes=as_bytes)
 
     def _offered(self, settings: NodeSettings) -> list[Channel]:
-        # Another robot file may offer other topics; publishers of common topics are kept.
+        # Returns the channels of the settings. Another robot file may offer other topics;
+        # publishers of common topics are kept.
         present = {channel.topic.name: channel for channel in self.channels}
         topics = topics_of(settings)
         for name in present.keys() - {topic.name for topic in topics}:
@@ -256,15 +254,17 @@ class Outputs:
 
         try:
             publisher = publisher_with(PublisherEventCallbacks(matched=self._on_listener))
-        except UnsupportedEventTypeError:  # of another middleware: count at every message
+        # this middleware has no such events: count subscribers at every message
+        except UnsupportedEventTypeError:
             self._has_matched_events = False
             publisher = publisher_with(None)
-        # The methods of the handle: those of the publisher check the type of each message again.
+        # Use the methods of the handle, because those of the publisher check the type of each
+        # message again.
         handle = publisher.handle
         return Channel(
             handle.get_subscription_count, handle.publish_raw, publisher, topic, StampGrid()
         )
 
     def _on_listener(self, event: Any) -> None:
-        # Subscribers are counted at the next message.
+        # Subscribers are counted again at the next message.
         self._active = None

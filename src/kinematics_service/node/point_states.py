@@ -1,4 +1,4 @@
-"""The states of points at the joint positions of an answer, computed for subscribers."""
+"""Compute the states of further points at the joint positions of an answer, for subscribers."""
 
 import numpy as np
 
@@ -9,14 +9,16 @@ from ..robot.robot import Robot
 
 
 class PointStates:
-    """Computes the answer for a point from that for the tool, with continuous quaternions."""
+    """
+    Computes the answer for a point from the answer for the tool, with continuous quaternions.
+    """
 
     def __init__(self) -> None:
         self._last: dict[str, Floats] = {}
 
     def answer(self, of: str, robot: Robot, answer: EstimatorOutput) -> EstimatorOutput:
         """
-        Return the answer for a point.
+        Return the answer for a point of the arm.
 
         Parameters
         ----------
@@ -25,7 +27,7 @@ class PointStates:
         robot
             The arm.
         answer
-            The answer for the tool.
+            The answer for the tool at these joint positions.
         """
         q, qdot = answer.state.q, answer.state.qdot
         state = evaluate(robot, q, qdot, point=robot.point(of))

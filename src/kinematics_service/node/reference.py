@@ -1,8 +1,9 @@
 """
-Poses of a second source for the status `frames`, which compares them with those of the node.
+Receive poses of a second source, and make the status `frames`, which compares them with the poses
+of the node.
 
-The app calibration compares them (`apps/calibration/second_source_watch.py`); it is loaded at the
-first pose, because most nodes have no second source.
+The app calibration compares the poses (`apps/calibration/second_source_watch.py`). It is loaded at
+the first pose, because most nodes have no second source.
 """
 
 from collections.abc import Callable
@@ -28,7 +29,7 @@ WITHOUT_APP = (
     'the app calibration, which compares poses, was removed; record both, and run '
     '`kinematics_service audit`'
 )
-# Shortest time between two log lines about a higher level, s.
+# Shortest time between two log lines about a rise of the level, s.
 LOG_PERIOD = 5.0
 
 
@@ -43,12 +44,12 @@ class Reference:
     node
         The node that subscribes.
     robot, limits
-        Return the present arm and limits.
+        Functions that return the present arm and the present limits.
 
     Attributes
     ----------
     watch
-        The comparison of the app; None before the first pose.
+        The object of the app that compares poses; None before the first pose.
     """
 
     def __init__(
@@ -85,12 +86,17 @@ class Reference:
         self.watch.note_pose(stamp, pose)
 
     def note(self, answer: EstimatorOutput) -> None:
-        """Take a new state of the arm; a pose is compared after the next state."""
+        """
+        Take a new state of the arm; the app needs a state after each pose to compare the pose.
+        """
         if self.watch is not None:
             self.watch.note_state(answer.stamp, answer.state.q)
 
     def status_text(self) -> StatusText | None:
-        """Return the status, None without a source; log the first and each higher level."""
+        """
+        Return the status, None without a second source; log the first result and each rise of the
+        level.
+        """
         if self.watch is None:
             text = f'pose of {self._topic} refused: {self._refused}'
             return StatusText(Level.WARN, text, ()) if self._refused else None

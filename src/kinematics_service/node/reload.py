@@ -20,7 +20,7 @@ from .parameters.node_parameters import CheckedArm, NodeParameters
 from .parameters.settings import NodeSettings
 from .steady_time import steady_timer
 
-# Period of the check whether the second thread has ended, s.
+# Period of the check whether the reading thread has ended, s.
 CHECK_PERIOD = 0.005
 
 
@@ -28,8 +28,8 @@ class Reload:
     """
     Answers `~/reload` after the robot is read, with the robot in force or with the faults.
 
-    Requests during a reading are answered by another reading, because the robot may have changed
-    after the present reading began.
+    A request during a reading is answered after another reading, because the robot may have
+    changed since the present reading began.
 
     Parameters
     ----------
@@ -45,19 +45,22 @@ class Reload:
         self, node: Node, parameters: NodeParameters, apply: Callable[[NodeSettings], None]
     ) -> None:
         self._node, self._parameters, self._apply = node, parameters, apply
-        self._asked: list[Any] = []  # headers of requests for the next reading
-        self._answered: list[Any] = []  # of requests for the present reading
-        self._reading = self._again = False  # whether a reading runs, and another follows
+        self._asked: list[Any] = []  # headers of requests that the next reading answers
+        self._answered: list[Any] = []  # headers of requests that the present reading answers
+        # whether a reading is running, and whether another must follow
+        self._reading = self._again = False
         self._outcome: CheckedArm | Exception | None = None
         self._timer = steady_timer(node, CHECK_PERIOD, self._check_outcome, autostart=False)
-        # After a log line the next line waits, and has the last outcome of all readings meanwhile.
+        # Number of outcomes since the last log line, and the last outcome. The next line waits for
+        # `_log_pause`, and reports the last of these outcomes.
         self._unlogged, self._outcome_in_words = 0, (True, '')
         self._log_pause = steady_timer(node, LOG_PERIOD, self._log_outcome, autostart=False)
         self._service = node.create_service(
             Trigger, RELOAD, lambda request, response: response, qos_profile=SERVICE_QOS
         )
-        # An executor sends the result of a service callback at once, and `EventsExecutor` of Jazzy
-        # cannot wait for a coroutine. So the executor's call of `send_response` is replaced.
+        # Replace the executor's call of `send_response`, to answer after the reading. An executor
+        # sends the result of a service callback at once, and `EventsExecutor` of Jazzy cannot wait
+        # for a coroutine.
         self._send = self._service.send_response
         setattr(self._service, 'send_response', self._on_request)  # noqa: B010
 
@@ -66,7 +69,7 @@ class Reload:
         self.read()
 
     def read(self) -> None:
-        """Read the robot again, after a present reading has ended."""
+        """Read the robot again, now or after the present reading has ended."""
         self._again = self._reading
         if self._reading:
             return

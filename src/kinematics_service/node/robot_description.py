@@ -1,4 +1,4 @@
-"""The arm as a URDF on `robot_description`, for programs that draw robots."""
+"""Publish the arm as a URDF on `robot_description`, for programs that draw robots."""
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -13,7 +13,7 @@ class DescriptionPublisher:
     """
     Publishes the URDF after each change of the settings; late subscribers get the last URDF.
 
-    It is off by default, because a robot with a URDF already has this topic.
+    The topic is off by default, because a robot with a URDF already has it.
     """
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
@@ -22,7 +22,7 @@ class DescriptionPublisher:
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Apply other settings; the names of frames and joints may differ."""
+        """Apply new settings, in which the names of frames and joints may differ."""
         if not settings.publish_robot_description:
             self._withdraw()
             return
@@ -39,7 +39,7 @@ class DescriptionPublisher:
             text = export_urdf(robot, names)
         except KinematicsError as error:
             self._node.get_logger().warning(f'robot_description is not published: {error}')
-            self._withdraw()  # the URDF of the former arm
+            self._withdraw()  # withdraw the URDF of the former arm
             return
         if self._publisher is None:
             self._publisher = self._node.create_publisher(String, ROBOT_DESCRIPTION, WARNING_QOS)

@@ -1,4 +1,7 @@
-"""The share of a commanded motion that may be kept, and its reason; no safety function."""
+"""
+Compute the scale of commanded motions: the fraction that is allowed, and its reason. It is not a
+safety function.
+"""
 
 import time
 from collections.abc import Callable
@@ -33,11 +36,12 @@ from .messages.topics import (
 from .parameters.settings import NodeSettings
 from .steady_time import Throttle
 
-# A command is slowed below the first scale, and no longer slowed above the second (hysteresis).
+# Scale below which a command counts as slowed, and scale above which it no longer does
+# (hysteresis).
 SLOWED_SCALES = (0.95, 0.99)
-# A command is stopped below the first scale, and no longer stopped above the second.
+# Scale below which a command counts as stopped, and scale above which it no longer does.
 STOPPED_SCALES = (0.01, 0.05)
-# The named cause changes only if another constraint allows a scale that is smaller by this.
+# The named cause changes only if the scale of another constraint is smaller by at least this.
 CAUSE_HYSTERESIS = 0.05
 NO_SAFETY = 'no safety function: it knows positions and commands as they are reported'
 # Codes of moveit_msgs/ServoStatus.
@@ -49,14 +53,15 @@ SERVO_CODES = {SINGULARITY: 1, LEAVING: 3, POSITION: 6}
 
 
 class _Reason(NamedTuple):
-    # The reason published last: level, and index of the constraint, -1 for none.
+    # The reason published last: level, and index of the constraint; -1 for none.
     level: Level
     k: int = -1
 
 
 class Scaling:
     """
-    Answers each commanded joint velocity with its scale, the share that may be kept.
+    Answers each commanded joint velocity with its scale, the fraction of the motion that is
+    allowed.
 
     Parameters
     ----------
@@ -83,7 +88,7 @@ class Scaling:
         """Apply other settings, and forget the last scale and its reason."""
         self._settings = settings
         self._reason: _Reason | None = None
-        self._last: tuple[float, float] | None = None  # scale, and its time (s)
+        self._last: tuple[float, float] | None = None  # last scale, and its time (s)
 
     def _on_command(self, data: bytes) -> None:
         try:
@@ -101,14 +106,16 @@ class Scaling:
     def _scales_of(self, message: JointState) -> MotionScales:
         settings, present = self._settings, self._present()
         qdot = _velocities(message, settings.joint_names)
-        # Both clocks are the robot's: the ROS clock of this process may be another one.
+        # Compare stamps of the robot only, because the ROS clock of this process may be another
+        # clock.
         stamp, timeout = stamp_of(message), settings.estimator.timeout
         if stamp and present.stamp - stamp > timeout:
             raise RefusedTargetError(
                 f'the stamp of the command is {1e-9 * (present.stamp - stamp):.4g} s older than '
                 f'that of the joint states, and joint_state_timeout is {1e-9 * timeout:g} s'
             )
-        # A batch of one pose: its search for singular poses is shorter than that of a single pose.
+        # Pass a batch of one pose, because its search for singular poses is shorter than for a
+        # single pose.
         return scale(
             settings.robot,
             present.state.q[None],
@@ -119,7 +126,7 @@ class Scaling:
         )
 
     def _limit_rise(self, value: float) -> float:
-        # The scale falls at once and rises by `scale.rise`.
+        # Limits the rise of the scale to `scale.rise`; the scale falls at once.
         now = time.monotonic()
         if self._last is not None:
             before, at = self._last
@@ -128,7 +135,7 @@ class Scaling:
         return value
 
     def _reason_for(self, scales: MotionScales) -> _Reason:
-        # Returns level and constraint of the scale before smoothing.
+        # Returns the level, and the constraint that causes it, from the scales before smoothing.
         former, values = self._reason or _Reason(Level.OK), scales.values[0]
         level, value = Level.OK, float(np.min(values))
         if value < STOPPED_SCALES[former.level is Level.ERROR]:

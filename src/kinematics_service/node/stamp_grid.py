@@ -2,16 +2,15 @@
 
 
 class StampGrid:
-    """
-    Passes one answer in each cell of a fixed grid of stamps, at any rate of the input.
-    """
+    """Passes the first answer in each cell of a fixed grid of stamps, at any rate of the input."""
 
     def __init__(self) -> None:
         self._last: int | None = None
 
     def passes(self, stamp: int, period: int) -> bool:
         """
-        Return whether this stamp (ns) is the first in its cell; with a period of 0 all pass.
+        Return whether a stamp (ns) is the first in its cell of `period` ns; every stamp passes if
+        the period is 0.
         """
         if period == 0:
             return True
@@ -22,5 +21,5 @@ class StampGrid:
         return True
 
     def forget(self) -> None:
-        """Let the next answer pass."""
+        """Forget the last cell, so that the next answer passes."""
         self._last = None

@@ -1,4 +1,6 @@
-"""Timers and log lines by the steady clock; the ROS clock can be set and stopped."""
+"""
+Make timers and limit log lines by the steady clock, because the ROS clock can be set and stopped.
+"""
 
 import time
 from collections.abc import Callable
@@ -13,7 +15,7 @@ from ..errors import KinematicsError
 def steady_timer(
     node: Node, period: float, call: Callable[[], None], autostart: bool = True
 ) -> Timer:
-    """Return a timer of a node with a period in s."""
+    """Return a timer of a node that calls `call` with a period in s of the steady clock."""
     steady = Clock(clock_type=ClockType.STEADY_TIME)
     return node.create_timer(period, call, clock=steady, autostart=autostart)
 
@@ -22,8 +24,8 @@ class Throttle:
     """
     Limits the rate of log lines: it remembers when each kind of line last passed.
 
-    The throttle of rclpy takes 270 us for each suppressed line. Kinds must be few, because none is
-    forgotten.
+    The throttle of rclpy takes 270 us for each suppressed line. There must be few kinds of lines,
+    because each kind stays in memory.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -40,7 +42,7 @@ class Throttle:
         return True
 
     def reason_of(self, node: Node, what: str, error: Exception) -> str:
-        """Return why `what` is refused; log the error if it is internal."""
+        """Return the reason why `what` is refused; log the error if it is an internal one."""
         if isinstance(error, KinematicsError):
             return str(error)
         self.internal_error(node, what, error)

@@ -1,4 +1,4 @@
-"""The outcome of a target, in a sentence and as keys and values."""
+"""Describe the outcome of a target as a status: a sentence, and values by key."""
 
 import numpy as np
 
@@ -64,7 +64,10 @@ def _on_arc(best: BestPosture | None, redundancy: str) -> list[tuple[str, str]]:
 
 
 def twist_status(step: ServoStep) -> StatusText:
-    """Return the status of a target twist: WARN if the twist of the tool differs from it."""
+    """
+    Return the status of a target twist: WARN if the resulting twist of the tool differs from the
+    target.
+    """
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),
         ('damping', f'{step.damping:.4g}'),

@@ -1,8 +1,8 @@
 """
-Targets for the tool: a pose is answered by joint positions, a twist by joint velocities.
+Answer targets of the tool: a pose by joint positions, a twist by joint velocities.
 
-An answer to a pose takes up to 50 ms. A second thread computes it, so that no joint state waits.
-An answer to a twist takes 0.1 ms, in the thread of the executor.
+An answer to a pose takes up to 50 ms, so a second thread computes it and no joint state waits. An
+answer to a twist takes 0.1 ms and is computed in the thread of the executor.
 """
 
 import contextlib
@@ -59,12 +59,13 @@ from .parameters.settings import NodeSettings
 from .steady_time import Throttle, steady_timer
 from .target_status import pose_status, twist_status
 
-# Period of the check that twists still arrive, divided by their time-out. The joints thus stop at
-# most a quarter of the time-out late.
+# Period of the check that twists still arrive, divided by `ik.target_timeout`. The joints thus
+# stop at most a quarter of the time-out late.
 WATCHDOG_TIMEOUT_RATIO = 0.25
-# Longest wait, while the node ends, for the acknowledgement of the last message (s).
+# Longest wait for the acknowledgement of the last message while the node ends (s).
 ACKNOWLEDGEMENT_TIMEOUT = Duration(seconds=0.2)
-# Longest wait for the answer to a pose while the node ends, and for the executor (s).
+# Longest wait for the answer to a pose while the node ends; also the longest wait for the executor
+# (s).
 ANSWER_TIMEOUT = 0.5
 
 
@@ -98,12 +99,13 @@ class Targets:
         present: Callable[[], EstimatorOutput],
     ) -> None:
         self._node, self.in_force = node, threading.Lock()
-        self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # None ends the thread
-        self._thread: threading.Thread | None = None  # of the poses, started by the first pose
+        self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # None makes the thread end
+        self._thread: threading.Thread | None = None  # answers poses, starts at the first pose
         self._throttle, self._first_time = Throttle(5.0), Throttle(math.inf)
         self._settings = self._prepared(settings)
         self._present = present
-        self._moving_since: float | None = None  # time of the last valid twist
+        # time of the last valid twist that moves the joints
+        self._moving_since: float | None = None
 
         def publisher(kind: Any, name: str) -> Any:
             return node.create_publisher(kind, name, **overridable(OUTPUT_QOS))
@@ -114,17 +116,17 @@ class Targets:
         self._status = publisher(DiagnosticStatus, IK_STATUS)
         raw_subscription(node, PoseStamped, TARGET_POSE, self._on_pose, TARGET_POSE_QOS)
         raw_subscription(node, TwistStamped, TARGET_TWIST, self._on_twist, TARGET_TWIST_QOS)
-        # Runs only while a twist is valid.
+        # The timer runs only while a twist is valid.
         self._timer = steady_timer(node, self._watch_period(), self._watch, autostart=False)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Apply other settings; stop the motion of the last twist."""
+        """Apply new settings; stop the motion of the last twist."""
         self._stop()
         self._settings = self._prepared(settings)
         self._timer.timer_period_ns = round(self._watch_period() * 1e9)
 
     def stop(self) -> None:
-        """Stop the motion of the last twist, after an answer that is being published."""
+        """Stop the motion of the last twist; wait for an answer that is being published."""
         with self.in_force:
             pass
         if self._moving_since is not None:
@@ -132,7 +134,7 @@ class Targets:
             self._joint_velocity.wait_for_all_acked(ACKNOWLEDGEMENT_TIMEOUT)
 
     def close(self) -> None:
-        """End the thread of the poses, before the node is destroyed."""
+        """End the thread that answers poses; called before the node is destroyed."""
         self._poses.put(None)
         if self._thread is not None:
             self._thread.join(ANSWER_TIMEOUT)
@@ -149,7 +151,7 @@ class Targets:
             self._thread.start()
 
     def _take_poses(self) -> None:
-        # Answers the newest pose. It replaces the poses that came during the last answer.
+        # Answers only the newest pose: it replaces the poses that arrived during the last answer.
         waiting = self._poses.get()
         while waiting is not None:
             self._wait_for_executor()
@@ -162,7 +164,7 @@ class Targets:
                 waiting = self._poses.get()
 
     def _wait_for_executor(self) -> None:
-        # The answer needs the interpreter's lock: the executor empties its queue first.
+        # Lets the executor empty its queue first, because an answer needs the interpreter's lock.
         executor, done = self._node.executor, threading.Event()
         if executor is not None:
             executor.create_task(done.set)
@@ -193,7 +195,7 @@ class Targets:
             )
             choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
             with self.in_force:
-                self._present()  # raises if the node has fallen silent
+                self._present()  # raises an error if the node is silent now
                 if settings is not self._settings:
                     continue
                 if self._solutions.get_subscription_count() > 0:
@@ -242,7 +244,7 @@ class Targets:
             self._publish_status('target_twist', StatusText(Level.STALE, sentence, ()))
 
     def _stop(self, stamp: int | None = None) -> None:
-        # Velocity controllers hold the last command, so it must be replaced by zero once.
+        # Publish zero velocities once, because velocity controllers hold the last command.
         if self._moving_since is None:
             return
         self._moving_since = None
@@ -266,7 +268,8 @@ class Targets:
             self._status.publish(status_message(f'{name}: {topic}', status_text))
 
     def _prepared(self, settings: NodeSettings) -> NodeSettings:
-        # Plan the inverse kinematics now (some milliseconds), so that no joint state waits for it.
+        # Plan the inverse kinematics now, some milliseconds, so that no joint state waits for it
+        # later.
         robot, rows, axis = settings.robot, settings.target_rows, settings.target_axis or ''
         plan_for(robot, rows, axis)
         has_effect = settings.redundancy == 'near' or has_arcs(robot, rows, axis)

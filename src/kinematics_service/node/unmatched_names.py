@@ -10,19 +10,20 @@ from ..robot.bundled import bundled_robots
 from ..robot.robot import Robot
 from ..typography import listed
 
-# Largest number of names in a sentence.
+# Largest number of names listed in a sentence.
 MAX_NAMES = 8
-# Largest number of joints for which an order is guessed: 128 joints would take 1 s.
+# Largest number of joints for which an order is guessed, because 128 joints would take 1 s.
 MAX_GUESSED_JOINTS = 16
-# A name that needs no quotes in a sentence and in a command line.
+# Matches a name that needs no quotes in a sentence and in a command line.
 PLAIN = re.compile(r'[\w/.:#+-]{1,60}')
-# The name of a joint in a bundled robot file: 2 ms for all files, where a parser takes 0.6 s.
+# Matches the name of a joint in a bundled robot file: 2 ms for all files, while a parser takes 0.6
+# s.
 JOINT = re.compile(r'^ +- \{name: ([^ ,}]+),.*\btype: ', re.MULTILINE)
 
 
 def unmatched_in_words(arm: Estimator, topic: str) -> str:
     """
-    Return that no message on a topic names a joint of the arm, and suggest parameters.
+    Return the text that no message on a topic names a joint of the arm, with suggested parameters.
 
     Return an empty text before the first message, and after a message that names a joint.
     """
@@ -42,7 +43,7 @@ def _in_words(robot: Robot, lists: tuple[tuple[str, ...], ...]) -> str:
 
 
 def shown(names: Sequence[str]) -> str:
-    """Return some of the names, quoted if they are not plain."""
+    """Return the first names as text, quoted if they need quotes."""
     plain = (name if PLAIN.fullmatch(name) else ascii(name[:60]) for name in names)
     return listed(list(plain), MAX_NAMES) or 'nothing'
 
@@ -74,6 +75,6 @@ def _remedies(robot: Robot, lists: Sequence[Sequence[str]], received: list[str])
 
 
 def _prefixes(joints: Sequence[str], received: Sequence[str]) -> list[str]:
-    # Returns each prefix that makes all joints names in the messages.
+    # Returns each prefix such that prefix + joint is in the messages for all joints.
     ends = [name.removesuffix(joints[0]) for name in received if name.endswith(joints[0])]
     return [prefix for prefix in ends if all(prefix + joint in received for joint in joints)]

@@ -1,4 +1,4 @@
-"""The messages that wait for a subscription in the middleware."""
+"""Take the messages that wait for a subscription in the middleware."""
 
 from collections import deque
 from typing import Any
@@ -12,14 +12,14 @@ ASSUMED_DEPTH = 10_000
 
 def take_waiting(subscription: Subscription, keep: int) -> tuple[deque[Any], int]:
     """
-    Take all messages that wait for a subscription; return the newest, and the number of all.
+    Take all messages that wait for a subscription; return the newest ones, and the number of all.
 
-    At most one queue depth is taken: an executor takes messages that arrive meanwhile.
+    At most one queue depth is taken; later messages are left to the executor.
 
     Parameters
     ----------
     subscription
-        The subscription; if it was destroyed, no message waits.
+        The subscription; if it was destroyed, the result is empty.
     keep
         Number of messages to return, each with its information.
     """

@@ -1,4 +1,4 @@
-"""The bias of `~/wrench`, and the status about its content."""
+"""Take the bias of `~/wrench`, and make the status about its content."""
 
 from collections.abc import Callable
 
@@ -29,9 +29,9 @@ class WrenchBias:
     node
         The node with the service.
     estimator
-        The estimator; it has the efforts.
+        The estimator, which keeps the joint efforts.
     has_subscriber
-        Returns whether a wrench has a subscriber; only then efforts are read.
+        A function that returns whether a wrench has a subscriber; efforts are read only then.
     """
 
     def __init__(
@@ -60,7 +60,10 @@ class WrenchBias:
         return response
 
     def status(self, report: StateReport) -> StatusText:
-        """Return the status of a wrench: its kind, and directions without effect on the joints."""
+        """
+        Return the status of a wrench: its kind, and the directions that have no effect on the
+        joints.
+        """
         name, kind = report.settings.robot.name, RAW
         if self._estimator.quantity(JointEfforts).bias is not None:
             kind = EXTERNAL

@@ -1,1 +1,1 @@
-"""The node's parameters, and the settings they make."""
+"""Read the node's parameters, and make its settings from them."""

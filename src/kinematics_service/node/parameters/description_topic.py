@@ -1,4 +1,4 @@
-"""The arm from a topic with its URDF, as robot_state_publisher publishes it."""
+"""Read the arm from a topic with its URDF, as robot_state_publisher publishes it."""
 
 import math
 import time
@@ -16,21 +16,21 @@ from ...robot.file.reader import described
 from ...robot.robot import Robot, build_robot
 
 KIND = 'std_msgs/msg/String'
-# Late subscribers get the last description.
+# This quality of service makes late subscribers receive the last description.
 QOS = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
-# Period of the check for a stop while no description has arrived (s).
+# Period (s) of the check whether to stop, while no description has arrived.
 STOP_CHECK_PERIOD = 0.1
-# Time without a description after which the reason is logged, and shortest time between two lines
-# (s).
+# Time without a description after which the reason is logged, and shortest time between two log
+# lines (s).
 LOG_PERIOD = 5.0
-# Period of the reports on the wait (s).
+# Period (s) at which the reason for the wait is reported.
 REPORT_PERIOD = 1.0
 
 
 def last_of(count: int) -> str:
-    """Return how many outcomes a log line replaces; empty for one."""
+    """Return the text that a log line is the last of `count` outcomes; empty for one outcome."""
     return f' (the last of {count} in {LOG_PERIOD:g} s)' if count > 1 else ''
 
 
@@ -40,7 +40,7 @@ class StoppedWaiting(Exception):
 
 class DescriptionTopic:
     """
-    The last description of a topic.
+    The last robot description that arrived on a topic.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class DescriptionTopic:
     Attributes
     ----------
     then
-        Called if a different description has arrived.
+        A function that is called after a different description has arrived.
 
     Raises
     ------
@@ -87,14 +87,15 @@ class DescriptionTopic:
 
     def robot(self) -> Robot:
         """
-        Return the arm of the last description.
+        Return the arm in the last description.
 
         Raises
         ------
         KinematicsError
             The description is not a URDF of an arm.
         """
-        from ...robot.urdf.importer import urdf_as_robot_file  # loads slowly
+        # imported here, because it loads slowly
+        from ...robot.urdf.importer import urdf_as_robot_file
 
         content = (self._text or '').encode('utf-8', 'replace')
         text = urdf_as_robot_file(content, self._source, self._base, self._tip)
@@ -107,7 +108,7 @@ class DescriptionTopic:
         Parameters
         ----------
         stopped
-            Returns whether to end the wait.
+            A function that returns whether to end the wait.
         report
             Called once a second with the reason for the wait.
 

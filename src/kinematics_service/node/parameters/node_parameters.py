@@ -1,6 +1,4 @@
-"""
-The parameters of a node in ROS: declared once, checked together, applied when they change.
-"""
+"""Declare the parameters of a node in ROS once, check them together, and apply changes."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -35,9 +33,9 @@ class CheckedArm(NamedTuple):
     robot
         The arm of the robot file.
     values
-        A value for each parameter.
+        The value of each parameter, by name.
     settings
-        The settings from arm and values.
+        The settings that follow from arm and values.
     """
 
     robot: Robot
@@ -47,18 +45,18 @@ class CheckedArm(NamedTuple):
 
 class NodeParameters:
     """
-    Declares the parameters of a node, and keeps the settings from their values.
+    Declares the parameters of a node, and keeps the settings that follow from their values.
 
     Parameters
     ----------
     node
         The node that declares them.
     robot
-        File, bundled name or topic, as given on the command line; None to take the parameter
-        `robot`.
+        The robot as given on the command line: file, bundled name or topic; None: the parameter
+        `robot` names it.
     stopped, report
-        Returns whether to end the wait for a description on a topic; called with the reason for
-        the wait.
+        Two functions: `stopped` returns whether to end the wait for a description on a topic;
+        `report` is called with the reason for the wait.
 
     Raises
     ------
@@ -72,7 +70,7 @@ class NodeParameters:
     Attributes
     ----------
     description
-        The topic of the robot; None if the robot is a file.
+        The topic with the description of the robot; None if the robot is a file.
     """
 
     def __init__(
@@ -84,7 +82,7 @@ class NodeParameters:
     ) -> None:
         self._node = node
         self._checked: CheckedArm | None = None
-        self._follows = False  # whether `take` sets a parameter
+        self._follows = False  # whether `take` is setting a parameter
         name = self._declare(ROBOT, robot or ROBOT.default)
         if robot is not None and name != robot:
             raise RobotConflictError(
@@ -101,7 +99,7 @@ class NodeParameters:
             robot_of_file = self.description.first_robot(stopped, report)
         else:
             robot_of_file = self._load()
-        # rclpy returns an empty list of a command line as None.
+        # An empty list on the command line is None in rclpy.
         self._points = self._declare(POINTS, POINTS.default) or ()
         for parameter in PARAMETERS:
             self._declare(parameter, defaults(robot_of_file)[parameter.name])
@@ -122,7 +120,7 @@ class NodeParameters:
                 self._force = self._judge(self._force.robot, self._values())
                 try:
                     apply(self.settings)
-                except Exception as error:  # without this the client would get no answer
+                except Exception as error:  # the client must get an answer
                     self._internal_error(error)
 
         self._node.add_on_set_parameters_callback(self._check)
@@ -130,7 +128,7 @@ class NodeParameters:
 
     def reading_again(self) -> Callable[[], CheckedArm]:
         """
-        Return a function that reads the robot file again, for a second thread.
+        Return a function that reads the robot file again; a second thread may call it.
 
         The function returns the new arm, and raises `KinematicsError` if the arm has faults.
         """
@@ -144,7 +142,7 @@ class NodeParameters:
             robot = read_settled(self._load, files)
             fitting = _fitting(values, former, robot)
             settings = settings_from(fitting, robot, self._points)
-            # Prepare the searches for singular poses and joint positions in this thread: the node
+            # Prepare the searches for singular poses and joint positions in this thread. The node
             # still answers with the former arm.
             settings.robot.singularity.arm.atlas()
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
@@ -156,12 +154,12 @@ class NodeParameters:
 
     def take(self, read: CheckedArm) -> NodeSettings:
         """
-        Apply an arm that was read again, with the present parameters.
+        Apply an arm that was read again, with the present parameter values.
 
         Raises
         ------
         KinematicsError
-            Parameters that changed meanwhile contradict the new arm.
+            Parameters that changed during the reading contradict the new arm.
         """
         values = _fitting(self._values(), self._force.robot, read.robot)
         self._checked = read
@@ -175,14 +173,15 @@ class NodeParameters:
         return self.settings
 
     def unknown(self) -> tuple[str, ...]:
-        """Return the names of parameters that were given at start but are not declared."""
-        # rclpy has no public function for it.
+        """Return the names of parameters that were given at start but are unknown to the node."""
+        # Read a private attribute, because rclpy has no public function for the given parameters.
         given = getattr(self._node, '_parameter_overrides', {})
         return tuple(sorted(name for name in given if not self._node.has_parameter(name)))
 
     def _declare(self, parameter: Parameter, default: Any) -> Any:
         name = parameter.name
-        if self._node.has_parameter(name):  # by an attempt to start that failed
+        # a former attempt to start, which failed, has declared it
+        if self._node.has_parameter(name):
             return self._node.get_parameter(name).value
         try:
             return self._node.declare_parameter(name, default, parameter.descriptor()).value
@@ -198,7 +197,7 @@ class NodeParameters:
         return {name: self._node.get_parameter(name).value for name in NAMES}
 
     def _judge(self, robot: Robot, values: dict[str, Any]) -> CheckedArm:
-        # The check of a change computes the settings; their application needs the same again.
+        # Reuse the settings that the check of this change has computed.
         last = self._checked
         if last is not None and last.robot is robot and last.values == values:
             return last
@@ -212,7 +211,8 @@ class NodeParameters:
         return self._checked
 
     def _check(self, parameters: Sequence[RosParameter]) -> SetParametersResult:
-        # An exception would leave the client without an answer: refuse the change instead.
+        # Refuse the change if an error occurs: an exception would leave the client without an
+        # answer.
         changes = {p.name: p.value for p in parameters if p.name in NAMES}
         reason = ''
         try:
@@ -234,7 +234,7 @@ class NodeParameters:
 
 
 def _fitting(values: dict[str, Any], former: Robot, robot: Robot) -> dict[str, Any]:
-    # If the measure was that of the former file, it becomes that of the new file.
+    # Replaces the value of the measure by that of the new file if it was that of the former file.
     if values[MEASURE] != former.singularity.thresholds.measure:
         return values
     return {**values, MEASURE: robot.singularity.thresholds.measure}

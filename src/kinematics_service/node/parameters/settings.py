@@ -1,4 +1,4 @@
-"""The settings of a node: frozen values that are computed from its parameters."""
+"""Define the settings of a node: immutable values, computed from its parameters."""
 
 import math
 from array import array
@@ -20,7 +20,7 @@ from ...robot.robot import Robot, with_singularity, with_tool
 from ...robot.task import ROW_NAMES
 from .table import PARAMETERS, SERVO, Parameter
 
-# Largest roll, pitch or yaw (rad); a larger number is most likely in degrees.
+# Largest accepted roll, pitch or yaw (rad); a larger number is most likely in degrees.
 FULL_TURN = 2.0 * math.pi
 
 ROW_LABELS = {
@@ -30,7 +30,9 @@ ROW_LABELS = {
 
 
 class ReferenceLimits(NamedTuple):
-    """RMS disagreement (m, rad) with a second source at which the status is WARN, and ERROR."""
+    """
+    RMS pose differences (m, rad) from a second source at which the status is WARN, and ERROR.
+    """
 
     position_warn: float
     position_stop: float
@@ -41,7 +43,7 @@ class ReferenceLimits(NamedTuple):
 @dataclass(frozen=True)
 class NodeSettings:
     """
-    All settings of a running node, valid together.
+    All settings of a running node, checked together.
 
     Attributes
     ----------
@@ -86,13 +88,13 @@ class NodeSettings:
     scale_rule
         The rule of MoveIt Servo; None for the distance.
     points
-        For each point with topics, settings with the point as tool frame.
+        Settings for each point with topics, by name, with the point as tool frame.
     doubts
-        Sentences on parameters whose numbers may be in mm or degrees.
+        Sentences on parameters whose values may be in mm or degrees.
     values
         The value of each parameter, for topics with parameters of their own.
     of
-        The point of these settings; `tool` for the tool.
+        Name of the point that these settings are for; `tool` for the tool.
     """
 
     robot: Robot
@@ -160,7 +162,7 @@ def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
 
 
 def _renamed(robot: Robot, names: tuple[str, ...], prefix: str) -> Robot:
-    # Returns the arm with the joint names of the topic; mimic joints get the prefix.
+    # Returns the arm with the joint names of the topic; the names of mimic joints get the prefix.
     name_of = dict(zip(robot.joint_names, names))
     mimics = tuple(
         mimic._replace(name=prefix + mimic.name, leader=name_of.get(mimic.leader, mimic.leader))
@@ -170,7 +172,8 @@ def _renamed(robot: Robot, names: tuple[str, ...], prefix: str) -> Robot:
 
 
 def _listed(value: Any) -> list[Any] | None:
-    # Returns None if the value is not a list. At start, rclpy returns an empty list as None.
+    # Returns a value as a list, or None if it is not a list. At start, rclpy returns an empty list
+    # as None.
     if value is None:
         return []
     is_list = isinstance(value, (Sequence, array)) and not isinstance(value, (str, bytes))
@@ -178,7 +181,7 @@ def _listed(value: Any) -> list[Any] | None:
 
 
 def check_value(parameter: Parameter, value: Any) -> None:
-    """Refuse a value that is not among the choices of a parameter, or beyond its range."""
+    """Refuse a value that is not among the choices of a parameter, or out of its range."""
     if parameter.numbers:
         _check_numbers(parameter, value)
     if parameter.choices and value not in parameter.choices:
@@ -196,16 +199,16 @@ def settings_from(
     values: Mapping[str, Any], robot: Robot, points: Sequence[str] = ()
 ) -> NodeSettings:
     """
-    Return the settings that follow from parameter values.
+    Return the settings that follow from the values of all parameters.
 
     Parameters
     ----------
     values
-        A value for each of `PARAMETERS`, of its type.
+        The value of each of `PARAMETERS`, by name, of the parameter's type.
     robot
         The arm of the robot file.
     points
-        Names of the points with topics.
+        Names of the points that have topics of their own.
 
     Raises
     ------
@@ -221,7 +224,7 @@ def settings_from(
         raise SettingsError(
             f'parameters base_frame and tool_frame: both are {tool!r}, and must differ'
         )
-    if values['publish_tf'] and find_spec('tf2_msgs') is None:  # PyPI has no wheel of it
+    if values['publish_tf'] and find_spec('tf2_msgs') is None:  # PyPI has no wheel of tf2_msgs
         raise _refuse('publish_tf', True, 'only where the package tf2_msgs can be imported')
     rate = values['publish_rate']
     judged = _judged(values, _with_tool(values, robot))
@@ -265,7 +268,7 @@ def settings_from(
 
 
 def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
-    # A length is doubted from 20 m, or 20 times the length of an arm shorter than 1 m.
+    # Doubt a length from 20 m on, or from 20 times the arm's length if that is shorter than 1 m.
     longest = LARGEST_USUAL_LENGTH * min(robot.singularity.task.length, 1.0)
     for parameter in PARAMETERS:
         if parameter.kind == 'number':
@@ -389,7 +392,7 @@ def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> Se
 
 
 def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
-    # The parameters override the file, whose thresholds apply to its own measure only.
+    # Prefer the thresholds of the parameters; those of the file apply only to its own measure.
     measure, file_thresholds = values['singularity.measure'], robot.singularity.thresholds
     is_measure_of_file = measure == file_thresholds.measure
     warn = values['singularity.warn'] or (file_thresholds.warn if is_measure_of_file else None)
@@ -404,7 +407,7 @@ def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
 
 
 def defaults(robot: Robot) -> dict[str, Any]:
-    """Return the default of every parameter for an arm."""
+    """Return the default of every parameter, by name, for an arm."""
     values = {parameter.name: parameter.default for parameter in PARAMETERS}
     values['singularity.measure'] = robot.singularity.thresholds.measure
     return values

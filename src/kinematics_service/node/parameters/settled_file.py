@@ -1,4 +1,4 @@
-"""Read files after other programs have finished writing them."""
+"""Read files only after other programs have finished writing them."""
 
 import os
 import time
@@ -8,25 +8,27 @@ from typing import TypeVar
 from ...errors import KinematicsError, SettingsError
 from ...robot.robot import file_state
 
-# A file is complete if it did not change for this time, s. Programs pause less between pieces.
+# Time without changes after which a file is taken as complete, s. Programs pause less while they
+# write.
 SETTLING_TIME = 0.1
-# Longest wait for complete files, s: longer than an upload of a robot file.
+# Longest wait for complete files, s; an upload of a robot file takes less.
 SETTLING_TIMEOUT = 5.0
-# A file with faults that changed within this time may be incomplete, ns.
+# A file with faults may be incomplete if it changed less than this time ago, ns.
 INCOMPLETE_AGE = 1_000_000_000
 Content = TypeVar('Content')
 
 
 def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[str]]) -> Content:
     """
-    Return the result of `read` if no file changed during it and for `SETTLING_TIME` before.
+    Return the result of `read` if no file changed during the call and for `SETTLING_TIME` before.
 
     Raises
     ------
     SettingsError
-        They change for longer than `SETTLING_TIMEOUT` s.
+        The files change for longer than `SETTLING_TIMEOUT` s.
     KinematicsError
-        The error of `read` if the files do not change; a SettingsError if they changed recently.
+        `read` failed and the files did not change; it is a SettingsError if a file changed
+        recently.
     """
     end = time.monotonic() + SETTLING_TIMEOUT
     while time.monotonic() < end:

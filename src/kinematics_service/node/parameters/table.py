@@ -1,4 +1,4 @@
-"""The parameters of a node as a table: names, defaults, descriptions and accepted values."""
+"""List the parameters of a node: names, defaults, descriptions and accepted values."""
 
 import math
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from ...kinematics.servo_rule import ServoRule
 from ...robot.file.parts.quantities import Kind
 from ...robot.measures import MEASURES
 
-# Messages are read and written as bytes, or as objects of rclpy.
+# Ways to read and write messages: as bytes, or as objects of rclpy.
 TRANSPORTS = ('bytes', 'messages')
 AXES = ('base', 'tool')
 SCALE_RULES = ('distance', 'servo')
-# Criteria that select the posture of a redundant arm.
+# Criteria that select the solution of a redundant arm.
 REDUNDANCY = ('near', *CRITERIA)
-# Descriptions of the settings of the rule `servo`.
+# Descriptions of the parameters for the rule `servo`.
 SERVO_RULE = {
     'lower_singularity_threshold': 'Of `scale.rule` servo: condition number from which a motion '
     'is slowed.',
@@ -81,9 +81,10 @@ class Parameter:
     description: str
     choices: tuple[str, ...] = ()
     range: tuple[float, float] | None = None
-    least: float = 0.0  # smallest value besides 0, if 0 has a special meaning
-    numbers: int = 0  # length of a list of numbers; it may also be empty
-    kind: Kind = 'number'  # lengths and angles are checked for mm and degrees
+    least: float = 0.0  # smallest allowed value besides 0, if 0 has a special meaning
+    numbers: int = 0  # required length of a list of numbers; the list may also be empty
+    # kind of the number: lengths and angles are checked for values in mm and degrees
+    kind: Kind = 'number'
     read_only: bool = False
 
     def descriptor(self) -> ParameterDescriptor:
@@ -91,7 +92,8 @@ class Parameter:
         descriptor = ParameterDescriptor()
         descriptor.description = self.description
         descriptor.read_only = self.read_only
-        descriptor.dynamic_typing = self.default == []  # rclpy takes it for a list of bytes
+        # an empty list, which rclpy takes for a list of bytes
+        descriptor.dynamic_typing = self.default == []
         if self.choices:
             descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)
         if self.numbers:

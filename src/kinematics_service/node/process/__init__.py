@@ -1,1 +1,1 @@
-"""The process around the node: its start, its executor, its end."""
+"""Run the process around the node: its start, its executor, its end."""

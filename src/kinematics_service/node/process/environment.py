@@ -1,4 +1,4 @@
-"""Reasons not to start a node in the present ROS environment."""
+"""Find reasons why the node must not start in the present ROS environment."""
 
 import os
 import sys
@@ -6,16 +6,17 @@ from pathlib import Path
 
 import rclpy
 
-# The folders of ROS's log files: an environment variable, and a folder below its value.
+# Places for ROS's log files, in the order of rcl: an environment variable, and a folder below its
+# value.
 LOGS = (('ROS_LOG_DIR', ''), ('ROS_HOME', 'log'), ('HOME', '.ros/log'))
 
 
 def security_refusal() -> str | None:
     """
-    Return why not to start if ROS_SECURITY_ENABLE requests security that this ROS lacks.
+    Return the reason not to start if ROS_SECURITY_ENABLE asks for security that this ROS lacks.
 
-    Fast DDS in the wheels is built without DDS security. With the default strategy, Permissive, it
-    starts unsecured without a message.
+    Fast DDS in the wheels is built without DDS security. With ROS's default strategy, Permissive,
+    it would start unsecured without a message.
     """
     if os.environ.get('ROS_SECURITY_ENABLE', '').lower() != 'true' or not rclpy_is_a_wheel():
         return None
@@ -26,13 +27,15 @@ def security_refusal() -> str | None:
 
 
 def rclpy_is_a_wheel() -> bool:
-    """Return whether rclpy was installed by pip rather than by a ROS installation."""
+    """Return whether rclpy was installed by pip and not by a ROS installation."""
     folder = Path(rclpy.__file__).resolve().parent.parent
     return any(folder.glob('ros_rclpy-*.dist-info'))
 
 
 def mixture_refusal() -> str | None:
-    """Return why not to start if rclpy from wheels and a sourced ROS installation are mixed."""
+    """
+    Return the reason not to start if rclpy from wheels and a sourced ROS installation are mixed.
+    """
     here = Path(rclpy.__file__).resolve()
     version = f'python{sys.version_info.major}.{sys.version_info.minor}'
     prefixes = [Path(p) for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
@@ -53,12 +56,12 @@ def mixture_refusal() -> str | None:
 
 def log_refusal() -> str | None:
     """
-    Return why ROS cannot write a log file, None if it can.
+    Return the reason why ROS cannot write a log file; None if it can.
 
     ROS would not start without a log file, for example on a read-only file system, or if no
     variable names the home folder.
     """
-    # The same search as in rcl.
+    # Search as rcl does: the first variable that is set names the folder.
     folders = [Path(os.environ[name], below) for name, below in LOGS if os.environ.get(name)]
     if not folders:
         return 'neither ROS_LOG_DIR, ROS_HOME nor HOME is set'

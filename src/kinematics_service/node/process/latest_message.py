@@ -1,4 +1,4 @@
-"""The messages of one topic: the last one, their number, and their rate."""
+"""Keep the last message of a topic, the number of messages, and their rate."""
 
 import time
 from collections import deque
@@ -9,7 +9,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
-# Time over which a rate is computed, s.
+# Time over which the rate of messages is computed, s.
 RATE_WINDOW = 2.0
 
 
@@ -22,16 +22,16 @@ class LatestMessage:
     node, topic, type, qos
         As for `Node.create_subscription`.
     then
-        Called with the bytes of each message.
+        A function that is called with the bytes of each kept message; None for none.
     wanted
-        Returns whether to keep a message; None: keep every message.
+        A function that returns whether to keep a message; None: keep every message.
 
     Attributes
     ----------
     topic
         Resolved name of the topic.
     count
-        Number of messages so far.
+        Number of kept messages so far.
     """
 
     def __init__(
@@ -71,11 +71,11 @@ class LatestMessage:
 
     @property
     def age(self) -> float:
-        """Return the seconds since the last message, or since the start of the subscription."""
+        """Return the time since the last message, or since the start of the subscription, s."""
         return time.monotonic() - self._arrival
 
     def rate(self) -> float:
-        """Return messages per second over the last RATE_WINDOW, from call to call."""
+        """Return the rate of messages, 1/s, over the last RATE_WINDOW; each call marks a time."""
         now = time.monotonic()
         self._marks.append((now, self.count))
         while len(self._marks) > 2 and now - self._marks[1][0] >= RATE_WINDOW:

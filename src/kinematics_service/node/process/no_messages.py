@@ -15,7 +15,7 @@ def why_no_messages(
     node: Node, topic: str, answered: str = JOINT_STATES_ANSWERED, report: str = ''
 ) -> str:
     """
-    Return the awaited topic, its publishers, and what to check.
+    Return a text: the awaited topic, its publishers, and what the user should check.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ def why_no_messages(
     topic
         Resolved name of the silent topic.
     answered
-        Kind of messages that the node answers on it.
+        Kind of messages that the node answers on the topic.
     report
         The status of the node's input on /diagnostics; empty if it is unknown.
     """

@@ -1,4 +1,4 @@
-"""Requests to a running node: set one of its parameters, or let it read its robot again."""
+"""Send requests to a running node: set a parameter, or read the robot again."""
 
 import difflib
 import os
@@ -22,11 +22,11 @@ from . import session
 from .service_calls import CALL_TIMEOUT, call_service
 from .spin import Spinner
 
-# Longest wait for the discovery of a service, s.
+# Longest wait until a service is discovered, s.
 DISCOVERY_TIMEOUT = 5.0
-# Number of similar names in the error about an unknown parameter.
+# Largest number of similar names in the error about an unknown parameter.
 SUGGESTED_NAMES = 5
-# Types of rclpy in plain words; all other types are lists.
+# Descriptions of rclpy's parameter types; all other types are lists.
 TYPES = {'BOOL': 'true or false', 'INTEGER': 'a number', 'DOUBLE': 'a number', 'STRING': 'a text'}
 
 Ask = Callable[..., Any]
@@ -81,7 +81,10 @@ def run_reload(node: str, ros_args: Sequence[str]) -> int:
 
 
 def value_from(text: str) -> ParameterValue:
-    """Return the value of a text in YAML; 1 becomes 1.0, because no parameter is an integer."""
+    """
+    Return the value of a YAML text as a parameter value; 1 becomes 1.0, because no parameter is an
+    integer.
+    """
     wrong = SettingsError(
         f"{text!r} is no value: type a number, true, a text, or a list such as '[0, 0, 0.15]'"
     )
@@ -94,10 +97,10 @@ def value_from(text: str) -> ParameterValue:
             return ParameterValue(type=kind, double_array_value=numbers)
         return ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=float(text))
     except ValueError:
-        pass  # not a number
+        pass  # the text is not a number
     try:
         return get_parameter_value(text)
-    except Exception:  # from PyYAML, or from a field of a message
+    except Exception:  # an error of PyYAML, or of a field of a message
         raise wrong from None
 
 

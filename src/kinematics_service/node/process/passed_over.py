@@ -1,5 +1,5 @@
 """
-Pass over messages that arrive faster than the node can answer them.
+Skip messages that arrive faster than the node can answer them.
 
 The subscription with the most messages in the queue keeps only its newest messages.
 """
@@ -13,14 +13,14 @@ from rclpy.subscription import Subscription
 
 from ..waiting_messages import take_waiting
 
-# Number of the newest messages that are answered, of the subscription with the most messages.
+# Number of newest messages that are answered of the subscription with the most messages.
 KEPT_OF_FULLEST = 10
-# Number of the newest messages that are answered, of each other subscription: 2.5 s at 200 Hz.
+# Number of newest messages that are answered of each other subscription: 2.5 s at 200 Hz.
 KEPT_OF_OTHERS = 500
 
 
 class _Passed:
-    # A subscription whose newest messages are kept instead of being answered.
+    # A subscription whose newest messages are kept, instead of answered, until the queue is empty.
 
     def __init__(
         self, node: Node, subscription: Subscription, at_first: Callable[[], None]
@@ -29,7 +29,8 @@ class _Passed:
         self.received = 0
         self._newest: deque[tuple[Any, ...]] = deque(maxlen=KEPT_OF_OTHERS)
         self._callback = subscription.callback
-        # Its property `callback` would also change the form of the arguments.
+        # Set the private attribute, because the property `callback` would also change the form of
+        # the arguments.
         subscription._callback = self.keep
 
     def keep(self, *arguments: Any) -> None:
@@ -42,14 +43,14 @@ class _Passed:
         with_info = self.subscription._callback_type is Subscription.CallbackType.WithMessageInfo
         newest, count = take_waiting(self.subscription, KEPT_OF_OTHERS)
         for message in newest:
-            # The executor, too, hands message and information over as one tuple.
+            # Append one tuple of message and information, as the executor does.
             self._newest.append((message if with_info else message[0],))
         self.received += count
 
     def restore(self) -> list[tuple[Any, ...]]:
         self.subscription._callback = self._callback
         newest = list(self._newest)
-        self._newest.clear()  # large messages would stay in a reference cycle
+        self._newest.clear()  # free large messages, which a reference cycle would keep
         return newest
 
     def answer(self, most: int) -> int:
@@ -61,7 +62,7 @@ class _Passed:
 
 class PassedOver:
     """
-    Removes the messages, and nothing else, from the queue of an events executor.
+    Removes the messages, and no other events, from the queue of an events executor.
 
     The queue has an event for every message. The executor first handles the events in the queue;
     their messages are kept or thrown away. New messages arrive meanwhile, perhaps as fast. So the
@@ -89,7 +90,8 @@ class PassedOver:
             for node in nodes
             for subscription in node.subscriptions
         ]
-        executor.create_task(self._let_go)  # or earlier, at the first message in the queue
+        # or earlier: `_Passed.keep` calls it at the first message
+        executor.create_task(self._let_go)
 
     def _let_go(self) -> None:
         if self._is_let_go:
@@ -98,7 +100,7 @@ class PassedOver:
         for passed in list(self._passed):
             if passed.subscription in passed.node.subscriptions:
                 passed.node._subscriptions.remove(passed.subscription)
-            else:  # the node destroys it
+            else:  # the node is destroying the subscription
                 passed.restore()
                 self._passed.remove(passed)
         self._executor.wake()
@@ -109,8 +111,8 @@ class PassedOver:
             passed.take_waiting()
             passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
-        # Messages that arrive before the executor has done so share one event. They are kept, too:
-        # otherwise that event would last until the last of them is answered.
+        # Messages that arrive before the executor has woken share one event. They must be kept and
+        # not answered at once: otherwise that event would last until the last of them is answered.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:

@@ -22,17 +22,18 @@ from ..parameters.description_topic import StoppedWaiting
 from .session import FAULT, SUCCESS, destroy, first_clause, run_session, tell
 from .spin import Spinner
 
-# Part of rclpy's error about a wrong QoS override.
+# Part of the text of rclpy's error about a wrong QoS override.
 QOS_PROFILE = 'rmw_qos_profile_t'
-# Period of the check for a stop (s). A signal interrupts the executor at once.
+# Period of the check for a stop (s). It may be long, because a signal interrupts the executor at
+# once.
 STOP_CHECK_PERIOD = 60.0
-# Longest time that a thread keeps the interpreter while another thread waits (s). Second threads
-# read robots and answer target poses. The 90th percentile of the wait is 0.35 ms; with Python's
-# default of 5 ms it is 5.2 ms.
+# Longest time (s) for which a thread keeps the interpreter while another waits. Other threads read
+# robots and answer target poses. With this value the 90th percentile of the wait is 0.35 ms; with
+# Python's default, 5 ms, it is 5.2 ms.
 SWITCH_INTERVAL = 1e-4
-# Name of the node for the motion of one arm of a cell against another.
+# Name of the node that publishes the motion of one arm of a cell relative to another.
 RELATIVE = 'relative'
-# A namespace as ROS accepts it, without the leading slash.
+# Matches a namespace that ROS accepts, with or without the leading slash.
 NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 
@@ -51,7 +52,7 @@ class ArmChoice(NamedTuple):
 
 def arms_from(choices: Sequence[str]) -> tuple[ArmChoice, ...]:
     """
-    Return the nodes for the values of `--robot`, each `ROBOT` or `NAMESPACE=ROBOT`.
+    Return the nodes to start for the values of `--robot`, each `ROBOT` or `NAMESPACE=ROBOT`.
 
     If there are several arms, the default namespace of an arm is the name of its robot. Each arm
     of a cell has a node in the namespace of its name. The node `kinematics/relative` has the
@@ -89,7 +90,8 @@ def _of_cell(arm: ArmChoice) -> list[ArmChoice]:
     if cell is None:
         return [arm]
     space = arm.namespace or ''
-    topic = f'{space}/{JOINT_STATES}'  # the relative motion needs the joints of both arms
+    # all arms share a topic, because the relative motion needs the joints of both arms
+    topic = f'{space}/{JOINT_STATES}'
     nodes = [
         ArmChoice(f'{arm.robot}:{cell.frame}:{name}', f'{space}/{name}', topic=topic)
         for name in cell.arms
@@ -150,7 +152,8 @@ def run_node(
         nodes: list[KinematicsNode] = []
         kind = KinematicsNode
         if managed:
-            from ..managed import ManagedNode  # its messages take time to load
+            # imported only if needed, because its messages take time to load
+            from ..managed import ManagedNode
 
             kind = ManagedNode
         fill_caller_table()
@@ -166,10 +169,11 @@ def fill_caller_table() -> None:
     """
     Fill the table of `inspect` with the files of all loaded modules.
 
-    rclpy looks up the caller of every log line there. For the first line `inspect` would resolve
-    the paths of 600 modules: 40 ms of processor time, and less than 1 ms with the table filled.
+    rclpy looks up the caller of every log line in this table. Without it, `inspect` would resolve
+    the paths of 600 modules for the first line: 40 ms of processor time. Filling the table takes
+    less than 1 ms.
     """
-    # The table is not documented. Without it, the first log line takes 40 ms.
+    # Get the table with a default, because it is not documented.
     module_of_file: dict[str, str] = getattr(inspect, 'modulesbyfile', {})
     for name, module in sys.modules.copy().items():
         if file := getattr(module, '__file__', None):
@@ -189,7 +193,8 @@ def _run(
     except StoppedWaiting:
         return SUCCESS
     except (ParameterException, RuntimeError) as error:
-        # rclpy reads some settings itself: use_sim_time, QoS overrides, the names of the node.
+        # Report errors in settings that rclpy reads itself: use_sim_time, QoS overrides, names of
+        # the node.
         tell(f'rclpy cannot start the node: {first_clause(error)}')
         return FAULT
     except TypeError as error:
@@ -206,8 +211,8 @@ def _run(
     if spinner.in_order:
         for node in nodes:
             node.trust_the_order_of_events()
-    # All present objects stay. The garbage collector would take 80 ms to traverse them, between
-    # two messages and again at the end.
+    # Exempt all present objects from garbage collection. The collector would take 80 ms to
+    # traverse them, between two messages and at the end.
     gc.freeze()
     gc.enable()
     sys.setswitchinterval(SWITCH_INTERVAL)
@@ -231,7 +236,8 @@ def _node(
     node = kind(arm.robot, lambda: stop.came, arm.name, arm.topic, context=context, **options)
     name = full_name(node)
     if name in [full_name(other) for other in others]:
-        # A remapping of names applies to every node of the process.
+        # Destroy the node: a remapping of names applies to every node of the process, so names
+        # collide.
         node.destroy_node()
         raise ArmsError(
             f'two arms are named /{name}: give the namespaces as '

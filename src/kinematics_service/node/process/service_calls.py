@@ -1,4 +1,4 @@
-"""Calls of the services of another node."""
+"""Call services of another node."""
 
 import time
 from typing import Any
@@ -6,9 +6,9 @@ from typing import Any
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-# Largest number of calls of a service.
+# Largest number of attempts to call a service.
 MAX_CALLS = 5
-# Longest wait for the answer to a call (s).
+# Longest wait for the answer to one call (s).
 CALL_TIMEOUT = 1.0
 
 
@@ -22,10 +22,11 @@ def call_service(
     longest: float = CALL_TIMEOUT,
 ) -> Any:
     """
-    Return the response of a service; None if it is missing at `deadline`, or does not answer.
+    Call a service and return its response; None if the service is missing at `deadline` or does
+    not answer.
 
     A response is lost if the server has not yet discovered the client. So the call is repeated if
-    no answer arrives within `longest` (s).
+    no answer arrives within `longest` (s), up to `MAX_CALLS` times.
     """
     client = node.create_client(kind, service)
     try:

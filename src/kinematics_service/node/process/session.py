@@ -1,4 +1,4 @@
-"""The context of ROS in a process: its start, signals, end and exit code."""
+"""Manage the context of ROS in a process: its start, signals, end and exit code."""
 
 import contextlib
 import faulthandler
@@ -19,14 +19,14 @@ from ...stop_signals import GRACE, StopSignal, stop_signals
 from .environment import log_refusal, mixture_refusal, security_refusal
 from .middleware import take_profiles
 
-# Exit codes.
+# Exit codes of the process.
 SUCCESS = 0
 FAULT = 1
 WRONG_USAGE = 2
 # Examples of node names for an error message.
 NODE_NAMES = '/kinematics or /arm/kinematics'
-# Longest clean-up after a signal (s). If a publisher was killed inside the shared memory of Fast
-# DDS, the end of its subscription may never return. `ros2 launch` sends the next signal after 5 s.
+# Longest clean-up after a signal (s). The end of a subscription may never return if its publisher
+# was killed inside the shared memory of Fast DDS. `ros2 launch` sends the next signal after 5 s.
 CLEAN_UP_TIMEOUT = 3.0
 Result = TypeVar('Result')
 
@@ -44,16 +44,16 @@ def run_session(
     time_out: float | None = CLEAN_UP_TIMEOUT,
 ) -> Result | int:
     """
-    Return the result of `work` with a context of ROS; an exit code without a context.
+    Call `work` with a context of ROS and return its result; an exit code if there is no context.
 
-    If the result is an exit code and a signal requested the end, the process ends.
+    If `work` returns an exit code and a signal requested the end, the process ends with this code.
 
     Parameters
     ----------
     ros_args
         ROS arguments, `--ros-args` included.
     work
-        The work of the process.
+        A function of context and stop signal that does the work of the process.
     allow_unsecured, allow_mixed_ros
         Whether to start if security is requested but missing, or if two ROS installations are
         mixed.
@@ -90,14 +90,15 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
     if unlogged is not None:
         tell(f'messages are not written to a log file: {unlogged}')
         ros_args = [*ros_args, '--ros-args', '--disable-external-lib-logs', '--']
-    set_logger_level('rcl', LoggingSeverity.FATAL)  # it would repeat the message below
+    # rcl would repeat the message that is printed below
+    set_logger_level('rcl', LoggingSeverity.FATAL)
     try:
         rclpy.init(
             args=['kinematics_service', *ros_args],
             context=context,
             signal_handler_options=SignalHandlerOptions.NO,
         )
-    except Exception as error:  # RCLError and UnknownROSArgsError share no base
+    except Exception as error:  # RCLError and UnknownROSArgsError have no common base class
         tell(f'wrong ROS arguments: {first_clause(error)}')
         return None
     finally:
@@ -106,8 +107,8 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
 
 
 def first_clause(error: Exception) -> str:
-    """Return the message of rcl without the positions in its source code."""
-    # A position follows ', at '.
+    """Return the message of an error of rcl, without positions in source code."""
+    # The text ', at ' precedes a position.
     return str(error).split(', at ')[0].replace('\n', ' ')
 
 
@@ -120,7 +121,8 @@ def leave(code: int, stop: StopSignal) -> int:
     """
     if stop.came:
         for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(OSError, ValueError):  # closed, or its reader has ended
+            # the stream is closed, or its reader has ended
+            with contextlib.suppress(OSError, ValueError):
                 stream.flush()
         os._exit(code)
     return code
@@ -130,8 +132,8 @@ def destroy(*nodes: Node) -> None:
     """
     Destroy nodes; if the middleware does not return, end the process with code 1.
 
-    Fast DDS may wait for ever if a participant of another process ends at the same time, and holds
-    the interpreter's lock. Then the timer of the signal, or a thread in C, ends the process.
+    Fast DDS may wait forever, holding the interpreter's lock, if a participant of another process
+    ends at that time. Then the timer of the signal, or a thread in C, ends the process.
     """
     with open(os.devnull, 'w') as nowhere:
         faulthandler.dump_traceback_later(CLEAN_UP_TIMEOUT + 2.0 * GRACE, exit=True, file=nowhere)
@@ -143,7 +145,7 @@ def destroy(*nodes: Node) -> None:
 
 
 def helper_node(name: str, context: Context, **options: Any) -> Node:
-    """Return a node without parameter services and without a log on a topic."""
+    """Return a node for short tasks, without parameter services and without a log on a topic."""
     return Node(
         name, context=context, start_parameter_services=False, enable_rosout=False, **options
     )

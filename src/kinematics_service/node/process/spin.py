@@ -2,8 +2,8 @@
 Run the executor of the nodes until a stop is requested.
 
 `EventsExecutor` takes a fifth of the CPU of the default executor for a message. But its queue of
-events has no bound, it checks neither a time-out nor a stop before that queue is empty, and in the
-wheels its `spin()` keeps a core busy and ignores signals.
+events has no bound, and it checks time-outs and stops only when the queue is empty. In the wheels
+its `spin()` keeps a core busy and ignores signals.
 """
 
 import threading
@@ -20,23 +20,25 @@ from rclpy.task import Future
 from ...stop_signals import StopSignal
 from .passed_over import PassedOver
 
-# Period of the check for a stop while no event arrives, if nothing interrupts the wait (s).
+# Period (s) of the check for a stop while no event arrives, for callers that do not interrupt the
+# wait.
 STOP_CHECK_PERIOD = 0.1
-# If the events executor fires no timer within this time (s), the default executor is used.
+# Time (s) for a self-test: if the events executor fires no timer within it, the default executor
+# is used.
 SELF_TEST_TIMEOUT = 1.0
-# After this many failures in a row, the executor is broken rather than a message.
+# Number of successive failures from which the executor, and not a message, is taken as the cause.
 MAX_FAILURES = 100
-# Messages are passed over if they have waited in the queue for longer (s). A subscription keeps a
-# second of messages, so a process that was not run for a moment catches up without a loss.
+# Time (s) in the queue after which messages are skipped. A subscription keeps the messages of a
+# second, so a process that was not run for a moment catches up without a loss.
 MAX_QUEUE_DELAY = 2.5
-# Messages are also passed over if the queue takes more processor time (s). A second of messages at
-# 1 kHz takes less than half of it.
+# Processor time (s) for the queue above which messages are skipped, too. The messages of a second
+# at 1 kHz take less than half of it.
 MAX_QUEUE_PROCESSOR_TIME = 0.25
 
 
 class _Mark(NamedTuple):
     # A task in the queue of the executor, the time when it was appended, and the processor time of
-    # the executor's thread at that time (s).
+    # the executor's thread then (s).
     task: Any
     put: float
     worked: float
@@ -58,8 +60,8 @@ class Spinner:
     nodes
         The nodes to spin; errors are logged by the first node.
     left_out
-        Called after messages were passed over because they arrived faster than they could be
-        handled, with the number of messages that were thrown away.
+        A function that is called after messages were skipped because they arrived too fast, with
+        the number of messages that were thrown away.
 
     Attributes
     ----------
@@ -90,14 +92,15 @@ class Spinner:
         Parameters
         ----------
         stopped
-            Returns whether to stop; called again after an interrupt.
+            A function that returns whether to stop; it is called again after an interrupt.
         turn
             Longest time between two calls of `stopped` while the queue becomes empty, s.
         """
         failures = 0
         self._thread = threading.get_ident()
         while True:
-            # An interrupt after the call of `stopped` ends the next turn.
+            # Renew the future before `stopped` is called, so that a later interrupt ends the next
+            # turn.
             self._over = Future()
             if stopped():
                 return True
@@ -118,16 +121,19 @@ class Spinner:
         self._executor.spin_once(timeout_sec=timeout_sec)
 
     def interrupt(self) -> None:
-        """End the present turn after the running callback; any thread may call it."""
+        """End the present turn after the running callback; any thread may call this method."""
         if not self._over.done():
             self._over.set_result(None)
 
     def obey(self, stop: StopSignal) -> None:
-        """Let a signal end the present turn, and watch the queue until a signal arrives."""
+        """Make a signal end the present turn, and call `watch` until a signal arrives."""
         stop.then, stop.meanwhile = self.interrupt, self.watch
 
     def watch(self) -> None:
-        """Pass over messages that wait for too long; another thread calls it."""
+        """
+        Skip messages if they wait for too long; a thread other than the spinning one calls this
+        method.
+        """
         if not self.in_order or self._passed_over is not None:
             return
         mark, now = self._mark, time.monotonic()
@@ -138,9 +144,11 @@ class Spinner:
             self._pass_over()
 
     def catch_up(self, longest: float) -> None:
-        """Pass over waiting messages for at most `longest` (s); the spinning thread calls it."""
+        """
+        Skip waiting messages, for at most `longest` (s); the spinning thread calls this method.
+        """
         if not self.in_order:
-            return  # this executor has no queue
+            return  # the default executor has no queue
         self._pass_over()
         end = time.monotonic() + longest
         while self._passed_over is not None and time.monotonic() < end:
@@ -155,7 +163,7 @@ class Spinner:
         self._left_out(left_out)
 
     def close(self) -> None:
-        """Release the nodes."""
+        """Remove the nodes from the executor, and shut it down."""
         for node in self._nodes:
             self._executor.remove_node(node)
         self._executor.shutdown()
@@ -164,13 +172,14 @@ class Spinner:
         if not self.in_order:
             self._executor.spin_once(timeout_sec=min(longest, STOP_CHECK_PERIOD))
             return
-        # A turn handles many events: a return to Python after each event costs a seventh more
-        # processor time for a message.
+        # Handle many events in one turn: a return to Python after each event costs a seventh more
+        # processor time per message.
         self._executor.spin_until_future_complete(self._over, timeout_sec=longest)
 
 
 def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:
-    # Returns an executor, and whether it is the events executor, which must pass a self-test.
+    # Returns an executor, and whether it is the events executor. The events executor is used only
+    # if it passes a self-test.
     try:
         from rclpy.experimental import EventsExecutor
     except ImportError:

@@ -38,9 +38,8 @@ class _BagTopic(NamedTuple):
     numbers_at: int
     stamped: bool
 
-    # Return the bytes of N messages, shape (N, length), with numbers (N, k) and stamps (N,), ns.
-    def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:
-        """Return the bytes of N messages, shape (N, length), of numbers (N, k) and stamps (N,)."""
+    def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
+        """Return the bytes of N messages, (N, length), with numbers (N, k) and stamps (N,), ns."""
         table = np.tile(np.frombuffer(self.raw, dtype=np.uint8), (len(numbers), 1))
         data = np.ascontiguousarray(numbers, dtype='<f8').view(np.uint8)
         table[:, self.numbers_at : self.numbers_at + data.shape[1]] = data
