@@ -2,7 +2,7 @@
 Subscribe to a topic with the reliability of its publishers, and with a queue bounded in bytes.
 
 rclpy fixes `ReliabilityPolicy.BEST_AVAILABLE` when a subscription is created, by the publishers at
-that time. If a publisher with best effort started later, its messages would never be received.
+that time. The messages of a best-effort publisher that starts later would never be received.
 """
 
 import contextlib
@@ -69,11 +69,13 @@ class BestSubscription:
     node, kind, topic
         As for `Node.create_subscription`.
     qos
-        With `ReliabilityPolicy.BEST_AVAILABLE`. If a parameter overrides it, it stays fixed.
+        Quality of service with `ReliabilityPolicy.BEST_AVAILABLE`. If a parameter overrides the
+        reliability, the reliability does not change later.
     take
-        Called with each message.
+        A function that is called with each message.
     size
-        Returns the size (bytes) of messages whose form is known: `fit` is not called for them.
+        A function that returns the size (bytes) of messages of known form, for which `fit` is not
+        called.
     """
 
     def __init__(

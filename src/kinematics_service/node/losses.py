@@ -66,7 +66,8 @@ class Losses:
     Parameters
     ----------
     publishers
-        Returns the number of publishers; called if a number does not follow a known number.
+        A function that returns the number of publishers; it is called if a message's number does
+        not follow a known number.
 
     Attributes
     ----------

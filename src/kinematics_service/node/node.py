@@ -70,7 +70,7 @@ class KinematicsNode(Node):
     topic
         The topic of the joint states, unless it is remapped.
     **options
-        As rclpy.node.Node takes them: `context`, `namespace`, `parameter_overrides`, ...
+        Options of rclpy.node.Node: `context`, `namespace`, `parameter_overrides`, ...
 
     Raises
     ------

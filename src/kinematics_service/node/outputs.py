@@ -35,7 +35,7 @@ class Channel(NamedTuple):
     publisher, topic
         The publisher, and the row of the topic in the table of topics.
     grid
-        Limits the rate of a topic whose content has a period.
+        The grid of stamps that limits the rate of a topic whose content has a period.
     content, layout
         The content of the topic's messages, and the offsets of its numbers. Content that builds
         whole messages has no layout.
@@ -136,7 +136,7 @@ class Outputs:
     ----------
     events_in_order
         Whether the executor handles events in the order of their arrival. If so, a new subscriber
-        is noted before the next joint state, and need not be looked for at every message.
+        is noted before the next joint state, so subscribers are not counted at every message.
     """
 
     def __init__(self, node: Node, settings: NodeSettings, transport: str) -> None:

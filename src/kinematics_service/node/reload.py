@@ -38,7 +38,7 @@ class Reload:
     parameters
         The parameters of the node, which read the robot.
     apply
-        Called with the settings of the new arm.
+        A function that is called with the settings of the new arm.
     """
 
     def __init__(

@@ -70,7 +70,7 @@ class Scaling:
     settings
         The settings in force.
     present
-        Returns the present state of the arm; raises RefusedTargetError if it is unknown.
+        A function that returns the present state; it raises RefusedTargetError without one.
     """
 
     def __init__(

@@ -18,9 +18,10 @@ def pose_status(result: IkResult, choice: Choice, near: Floats, redundancy: str)
     Parameters
     ----------
     near : shape (n,)
-        The present joint positions; the status has the distance of the answer from them.
+        The present joint positions; the status has the distance from these positions to the
+        answer.
     redundancy
-        The criterion for the posture of a redundant arm.
+        The criterion that selects the solution of a redundant arm.
     """
     values = [
         ('status', result.status),

@@ -83,13 +83,13 @@ class Targets:
     settings
         The settings in force.
     present
-        Returns the present state of the arm; raises RefusedTargetError if it is unknown.
+        A function that returns the present state; it raises RefusedTargetError without one.
 
     Attributes
     ----------
     in_force
-        A lock. It is held while an answer to a pose is published; hold it while settings change.
-        An answer thus fits the settings and the state at its publication.
+        A lock that is held while an answer to a pose is published. Hold the lock while settings
+        change, so that an answer fits the settings and the state at its publication.
     """
 
     def __init__(

@@ -2,8 +2,8 @@
 Compute the axes of the moving rows of an arm at one configuration, for any DH convention.
 
 The axes follow from the screws that the kernel computes. A row that turns with angular velocity w
-about a point c moves the tool p with v = w x (p - c), so the point p + (w x v) / w.w is on its
-axis. A row that slides moves the tool along v. A joint that moves several rows, as in a
+about a point c moves the tool p with v = w x (p - c). So the point p + (w x v) / w.w is on the
+axis of the row. A row that slides moves the tool along v. A joint that moves several rows, as in a
 parallelogram, has several axes.
 """
 

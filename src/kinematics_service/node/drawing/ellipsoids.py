@@ -1,8 +1,8 @@
 """
 Compute manipulability ellipsoids: the tool velocities of joint velocities with unit norm.
 
-The image of the unit ball of joint velocities under a block of the Jacobian is an ellipsoid, its
-radii the singular values of the block and its axes the left singular vectors (Yoshikawa 1985).
+A block of the Jacobian maps the unit ball of joint velocities to an ellipsoid. Its radii are the
+singular values of the block, its axes the left singular vectors (Yoshikawa 1985).
 """
 
 from functools import lru_cache

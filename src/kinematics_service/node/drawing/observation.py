@@ -36,11 +36,11 @@ class Observation:
     frames : shape (rows + 1, 4, 4)
         Frame 0 and the frame after each row, in the base frame.
     pose : shape (4, 4)
-        The tool in the base frame.
+        Pose of the tool in the base frame.
     jacobian : shape (6, n)
-        Rows vx vy vz wx wy wz, base axes, at the tool's origin.
+        The geometric Jacobian with rows vx vy vz wx wy wz, in base axes, at the tool's origin.
     twist : shape (6,), m/s and rad/s, or None
-        J qdot in base axes, if the velocities are known.
+        The twist J qdot of the tool in base axes; None if the joint velocities are unknown.
     axes
         The axes of the moving rows, and of the motors of closed loops.
     loops : shape (k, 2, 3), m

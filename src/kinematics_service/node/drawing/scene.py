@@ -66,13 +66,15 @@ class LostDirection(NamedTuple):
     Attributes
     ----------
     linear : shape (2, 3), m, or None
-        Ends of a line through the tool along the lost motion; None if no translation is lost.
+        Ends of a line through the tool along the translation that the tool loses; None if none is
+        lost.
     angular : shape (2, 3), m, or None
-        Ends of a line through the tool along the axis of the lost rotation, if one is lost.
+        Ends of a line through the tool along the axis of the rotation that it loses; None if none
+        is lost.
     name
         Name of the singular factor that is zero; empty if the robot file has no factors.
     words
-        Both lost motions in words.
+        The lost translation and rotation as text.
     """
 
     linear: Floats | None
@@ -100,13 +102,14 @@ class Scene:
     axes
         Axes of the moving rows, and their labels.
     velocity, rotation : shape (2, 3), or None
-        Arrows from the tool: its velocity, its angular velocity.
+        Arrows from the tool along its velocity and its angular velocity.
     linear, angular
         Ellipsoids of the two blocks of J about the tool.
     scales
         Lengths (m) of the drawn radii for singular values of 1.
     lost
-        The lost motion; None if the level is neither WARN nor ERROR.
+        The direction in which the tool loses mobility; None if the level is neither WARN nor
+        ERROR.
     level
         OK, WARN, ERROR or STALE.
     """

@@ -27,7 +27,7 @@ class Copied:
     columns
         The columns to copy; negative columns count from the end.
     of_measures
-        Whether these are columns of the measures.
+        Whether `columns` are columns of the measures; otherwise they are columns of the row.
     of_motion
         Whether the numbers exist only if the velocities are known.
     """
@@ -106,7 +106,7 @@ class Computed:
     Attributes
     ----------
     of
-        Returns the numbers of a report, of any shape, or None.
+        A function that returns the numbers of a report, of any shape, or None.
     depth
         How much of the state the kernel must compute.
     quantities
@@ -128,7 +128,7 @@ class Built:
     Attributes
     ----------
     message
-        Returns the message of a report.
+        A function that returns the message of a report.
     depth
         As in `Computed`.
     period : ns

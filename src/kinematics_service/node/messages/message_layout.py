@@ -54,7 +54,7 @@ class MessageLayout:
     written
         255 for each byte with a meaning, 0 for a byte of padding.
     count
-        How many numbers the message has; they are adjacent.
+        The number of doubles in the message; these are adjacent.
     number_at, stamp_at
         Offsets of the numbers and of the stamp in the bytes; None for a message without a stamp.
     """

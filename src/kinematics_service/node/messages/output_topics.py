@@ -171,7 +171,7 @@ def wrench_estimate(report: StateReport) -> WrenchEstimate | None:
     """
     Return the wrench from joint efforts, in the axes and at the origin of the tool.
 
-    None if an effort is unknown or too large.
+    The result is None if an effort is unknown or too large.
     """
     state, servo = report.answer.state, report.settings.servo
     torques = report.answer.quantities.get(JointEfforts)

@@ -81,7 +81,7 @@ def best_choice(choice: Choice, T: Floats, settings: NodeSettings) -> Choice:
 
 def pose_of(message: PoseStamped) -> Floats:
     """
-    Return the pose in a message, (4, 4) in its own frame.
+    Return the pose in a message as a matrix (4, 4), in the frame that the message names.
 
     Raises
     ------
@@ -102,7 +102,8 @@ def pose_of(message: PoseStamped) -> Floats:
 
 def twist_of(message: TwistStamped) -> Floats:
     """
-    Return the twist in a message, (6,) linear first, in the axes of its own frame.
+    Return the twist in a message, (6,) linear first, in the axes of the frame that the message
+    names.
 
     Raises
     ------
@@ -117,7 +118,7 @@ def twist_of(message: TwistStamped) -> Floats:
 
 def pose_in_base(T: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
     """
-    Return a pose in the base frame; it is given in the base or the tool frame.
+    Return a pose in the base frame, converted from the base or the tool frame.
 
     `tool` is the pose of the tool.
 
@@ -131,7 +132,7 @@ def pose_in_base(T: Floats, frame: str, tool: Floats, settings: NodeSettings) ->
 
 def twist_in_base(twist: Floats, frame: str, tool: Floats, settings: NodeSettings) -> Floats:
     """
-    Return a twist of the origin of the tool in base axes; it is given in base or tool axes.
+    Return a twist of the tool's origin in base axes, converted from base or tool axes.
 
     Raises
     ------

@@ -111,7 +111,7 @@ class NodeParameters:
         return self._force.settings
 
     def listen(self, apply: Callable[[NodeSettings], None]) -> None:
-        """Check each change of parameters from now on, and call `apply` after it."""
+        """Check each change of parameters from now on; call `apply` after an accepted change."""
 
         def changed(parameters: Sequence[RosParameter]) -> None:
             if self._follows:

@@ -66,10 +66,10 @@ class PassedOver:
 
     The queue has an event for every message. The executor first handles the events in the queue;
     their messages are kept or thrown away. New messages arrive meanwhile, perhaps as fast. So the
-    executor then releases the subscriptions, which makes their remaining events nearly free. When
-    these events are handled, it takes the subscriptions up again, and the messages that wait in
-    the middleware are taken out. If messages without an event stayed there, every later message
-    would wait for the event of its successor.
+    executor then releases the subscriptions, which makes their remaining events nearly free. After
+    these events the executor gets the subscriptions back, and the messages that wait in the
+    middleware are taken out. A message without an event that stayed in the middleware would make
+    every later message wait for the event of its successor.
 
     Parameters
     ----------
@@ -78,8 +78,8 @@ class PassedOver:
     nodes
         The nodes whose messages are passed over.
     then
-        Called at the end, in the thread of the executor, with the number of messages that were
-        thrown away.
+        A function that is called at the end, in the thread of the executor, with the number of
+        messages that were thrown away.
     """
 
     def __init__(self, executor: Any, nodes: Sequence[Node], then: Callable[[int], None]) -> None:

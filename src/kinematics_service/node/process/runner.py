@@ -132,8 +132,8 @@ def run_node(
     Parameters
     ----------
     robots
-        Files or bundled names, each with or without `NAMESPACE=`. Each gets a node in this
-        process. If there are none, the parameter `robot` names it.
+        Robot files or bundled names, each with or without `NAMESPACE=`. Each robot gets a node in
+        this process. Without any, one node is started, and the parameter `robot` names its robot.
     ros_args, allow_unsecured, allow_mixed_ros
         As in `run_session`.
     managed

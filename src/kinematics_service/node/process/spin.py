@@ -46,12 +46,12 @@ class _Mark(NamedTuple):
 
 class Spinner:
     """
-    Runs the executor of some nodes. It can be stopped under any load, and its queue is bounded if
-    `watch` is called periodically.
+    Runs the executor of some nodes. The executor can be stopped under any load, and its queue is
+    bounded if `watch` is called periodically.
 
-    Every event in the queue is handled, but messages may be passed over. If an executor were
-    thrown away with its queue, a request would stay in the middleware until the event of the next
-    request takes it, and every later answer would be one call late.
+    Every event in the queue is handled, but messages may be passed over. The queue cannot simply
+    be thrown away with its executor. Its requests would stay in the middleware, each until the
+    event of the next request, and every later answer would be one call late.
 
     Parameters
     ----------

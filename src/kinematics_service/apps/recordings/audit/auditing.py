@@ -62,7 +62,8 @@ class Audit:
     moments
         The worst moments.
     frames
-        The comparison with a second source of poses, or why it failed; None without a source.
+        The comparison with a second source of poses, or the reason why no comparison was possible;
+        None without a second source.
     trajectories, plans
         The number of planned trajectories; the checks, by trajectory number from 1.
     asked

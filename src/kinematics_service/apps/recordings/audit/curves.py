@@ -48,14 +48,16 @@ def curve_of(
     """
     Return a curve from its pieces, thinned to the resolution of a drawing.
 
-    It keeps the first, the least, the largest and the last value of every column of the drawing.
+    The curve keeps the first, the least, the largest and the last value in each column of the
+    drawing.
 
     Parameters
     ----------
     end : s
         End of the time axis.
     pieces
-        Times, values, and whether the curve is interrupted before a row.
+        Pieces of the curve: times (s), values, and whether the curve is interrupted before each
+        row.
     """
     drawn: list[tuple[Floats, Floats, np.ndarray]] = []  # type: ignore[type-arg]
     count = held = groups = 0

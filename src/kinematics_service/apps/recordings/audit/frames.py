@@ -166,11 +166,12 @@ class ChosenPoses(NamedTuple):
     q : shape (N, n), rad or m
     poses : shape (N, 4, 4)
     stamps : shape (N,), s
-        Since the first of all poses.
+        Time of each pose since the first of all poses.
     motion
-        Joint positions (K, n) at times (K,), s since the first pose; None for too few.
+        Times (K,), s since the first pose, and joint positions (K, n) at these times; None for
+        fewer than two states.
     rows : shape (N,)
-        Rows of the track.
+        Row of each pose in the track.
     """
 
     q: Floats

@@ -36,20 +36,20 @@ class Jump(NamedTuple):
 
 class JointReport(NamedTuple):
     """
-    One joint over a recording, rad or m.
+    The motion of one joint over a recording, rad or m.
 
     Attributes
     ----------
     least, greatest
-        Range of its positions.
+        Least and greatest position of the joint.
     lower, upper
-        Its limits; infinite without limits.
+        Limits of the position; infinite without limits.
     beyond, touching
         Number of states beyond a limit, and at a limit.
     worst_beyond
         Largest distance beyond a limit.
     fastest, velocity_limit, too_fast
-        Largest known speed, its limit, and number of states above the limit.
+        Largest known speed, the limit of the speed, and the number of states above this limit.
     check
         Check of the reported velocities; None without them, or if the joint moves less than the
         noise of its positions.

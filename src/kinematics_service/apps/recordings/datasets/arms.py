@@ -65,7 +65,7 @@ class DatasetArm(NamedTuple):
     Attributes
     ----------
     label
-        Its name in the dataset, empty for a single arm.
+        Name of the arm in the dataset, empty for a single arm.
     reading, position
         How to read its columns, and the value of `position=` for `--columns`; empty if `--columns`
         is given.
@@ -86,7 +86,7 @@ def arms_of(header: list[str], wanted: Selection, rate: float) -> tuple[DatasetA
     Parameters
     ----------
     rate : Hz
-        Rate of the rows by the description of the dataset, 0 without one.
+        Rate of the rows from the description of the dataset, 0 without a description.
 
     Raises
     ------

@@ -50,9 +50,9 @@ def check_plan(
     Check a plan: return which claims about it are proved, refuted by a pose, or not decided.
 
     Between two points the motion is that of joint_trajectory_controller: straight with positions
-    alone, cubic with velocities, quintic with accelerations. The check is not a safety function:
-    it knows the plan, not the robot. If the arm has closed loops, only limits and speeds of the
-    joints are decided; everything else is sampled, and refuted or not decided.
+    alone, cubic with velocities, quintic with accelerations. The check is not a safety function,
+    because it sees the plan and not the robot. If the arm has closed loops, only limits and speeds
+    of the joints are proved or refuted. Other claims are sampled: they are refuted or not decided.
 
     Parameters
     ----------
@@ -66,13 +66,14 @@ def check_plan(
         Joint velocities, rad/s or m/s, and accelerations, rad/s^2 or m/s^2. Accelerations need
         velocities.
     distance
-        The least allowed distance to a singular pose, at most 1 rad; the default is the threshold
+        The least allowed distance to a singular pose, rad, at most 1; the default is the threshold
         `stop` of the distance.
     speed_limit
         The largest allowed speed of the tool and of each point of `speed_of`, m/s.
     speed_of
-        Points whose speed is bounded besides the tool's: frames by their number in `link_frames`,
-        or joints, for the point of the axis where the row of the joint begins.
+        Further points whose speed is bounded, besides the tool: frames by their number in
+        `link_frames`, or joints. A joint stands for the point of its axis at which its row of the
+        table begins.
 
     Raises
     ------

@@ -41,7 +41,7 @@ class ClosedPlan:
     Parameters
     ----------
     robot, motion
-        The arm and its motion.
+        The arm and the planned motion of its joints.
     threshold : rad
         The least allowed distance to a singular pose.
 

@@ -1,8 +1,9 @@
 """
 Bracket the largest speed of a point of the arm over a plan.
 
-In a piece of the plan the velocity is at most its linear expansion at the middle plus the bound of
-the third derivative of the position (Taylor's theorem with Lagrange's remainder).
+Taylor's theorem with Lagrange's remainder bounds the speed in a piece of the plan. The bound is
+that of the velocity's linear expansion at the middle, plus a remainder. The third derivative of
+the position bounds the remainder.
 """
 
 import math
@@ -39,9 +40,10 @@ def speed_over_plan(
     robot, motion
         The arm and its motion.
     of
-        `tool`; the number of a frame; or a joint, for the point of its axis where its row begins.
+        The point: `tool`, the number of a frame, or a joint. A joint stands for the point of its
+        axis at which its row of the table begins.
     limit
-        m/s; None without one.
+        Largest allowed speed, m/s; None without a limit.
 
     Raises
     ------

@@ -93,7 +93,7 @@ class PlanJoint:
     least, greatest, fastest
         Least and greatest position, and the largest speed.
     limits, speed
-        Whether it keeps its limits and its velocity limit: proved or refuted.
+        Whether the joint keeps its limits, and its velocity limit: proved or refuted.
     """
 
     name: str
@@ -146,7 +146,8 @@ class PlanClosure:
     samples
         Number of sampled poses.
     moment
-        The end of the branch, before the first sample that does not close; None if all close.
+        The moment at which a loop first does not close, found by bisection between two samples;
+        None if all loops close.
     """
 
     verdict: PlanVerdict
@@ -161,7 +162,8 @@ class PlanCheck:
     """
     The result of the check of a plan, at and between its points.
 
-    It is not a safety function: it holds for the polynomials of the plan, not for the robot.
+    The check is not a safety function: it holds for the polynomials of the plan, not for the
+    robot.
 
     Attributes
     ----------

@@ -126,7 +126,7 @@ def arm_columns(
     file: Path | str, header: list[str], wanted: Selection, accepted: str = HOW
 ) -> ArmColumns:
     """
-    Return the columns of an arm.
+    Find the columns of an arm in the header of a table.
 
     Parameters
     ----------

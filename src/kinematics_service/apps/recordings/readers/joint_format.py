@@ -60,7 +60,7 @@ class JointFormat(NamedTuple):
 
     def units(self, robot: Robot) -> JointUnits:
         """
-        Return scale and zero of each joint of an arm.
+        Return scale and zero of each joint column of an arm.
 
         Raises
         ------

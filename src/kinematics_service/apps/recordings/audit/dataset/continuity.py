@@ -26,7 +26,7 @@ MOTION_TO_NOISE = 6.0
 # Least ratio of an outlier to the noise. The outlier is the distance of a row from the mean of the
 # rows before and after it.
 OUTLIER_TO_NOISE = 25.0
-# Least distance of an outlier from the mean of its neighbours, rad or m.
+# Least ratio of an outlier to the distance between its two neighbour rows.
 MIN_OUTLIER = 0.02
 # Least ratio of an outlier to the distance between its neighbours.
 OUTLIER_TO_STEP = 3.0

@@ -56,7 +56,7 @@ class EpisodeWork:
     labels
         The folder for labels of all rows; None: no labels.
     clearance
-        Whether the labels have the clearance.
+        Whether the labels contain the proved radius without singular poses.
     """
 
     reading: Selection
@@ -77,9 +77,9 @@ class EpisodeRow(NamedTuple):
     rows, seconds
         Number of frames, and time from the first to the last frame.
     failed
-        Whether a finding fails the episode, or it cannot be read.
+        Whether a finding fails the episode, or the episode cannot be read.
     error
-        The reason why it cannot be judged; empty if it was judged.
+        The reason why the episode cannot be judged; empty if it was judged.
     disagrees
         Whether the difference to the poses of the second source exceeds the limit of WARN.
     findings

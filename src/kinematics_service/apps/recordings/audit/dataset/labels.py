@@ -54,7 +54,7 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
     """
     Return labels of joint positions (N, n), rad or m, as Arrow arrays of N numbers or lists of 6.
 
-    They are null in invalid rows.
+    Labels are null in invalid rows.
 
     Parameters
     ----------
@@ -121,8 +121,8 @@ def judge_table(
     """
     Return an Arrow record batch, or table, with the labels of its rows as further columns.
 
-    It depends on its arguments alone, so Dask, Ray or Spark can call it on the batches of a table
-    of any length.
+    The result depends only on the arguments, so Dask, Ray or Spark can call this function on the
+    batches of a table of any length.
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
 """
 Write the topics that a node would have published as an MCAP file, without ROS.
 
-All messages of a topic are copies of the same bytes with other stamps and numbers.
+All messages of a topic have equal bytes except for stamps and numbers, so they are filled copies
+of one message.
 """
 
 from collections import defaultdict

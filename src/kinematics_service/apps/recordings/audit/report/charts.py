@@ -53,7 +53,7 @@ class Chart:
     end : s
         End of the time axis.
     most
-        The largest value on the axis; larger values are drawn there.
+        The largest value on the axis; larger values are drawn at this value.
     height
         In px.
     """

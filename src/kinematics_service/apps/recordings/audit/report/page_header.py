@@ -23,7 +23,7 @@ class Provenance:
     Attributes
     ----------
     date
-        Date of the audit, in words; it is an input, so the same audit gives the same page.
+        Date of the audit, as text. The date is an input, so that equal inputs give equal pages.
     robot_file
         The robot file.
     recording_sha256, robot_sha256
