@@ -1,7 +1,7 @@
 """
-Exact formulas of an arm: `derive` finds them, `compare` judges a person's own.
+Exact formulas of an arm: `derive` finds them, `compare` checks formulas that a user wrote.
 
-`derive/` makes frames, Jacobian, determinant and singular set of the table in exact algebra, and
-text, page, LaTeX or code of them. `compare/` reads formulas, compares them with the derived ones
-or with numbers, and names the slip that explains a difference.
+`derive/` computes frames, Jacobian, determinant and singular set of a robot file in exact algebra,
+and writes the result as text, page, LaTeX or code. `compare/` reads formulas, compares them with
+the derived ones or with numbers, and names the mistake that explains a difference.
 """

@@ -1,1 +1,3 @@
-"""The table of an arm in symbols, and its frames and Jacobian in numbers at many poses."""
+"""
+Write the table of an arm in symbols, and evaluate its frames and Jacobian at many configurations.
+"""

@@ -1,4 +1,6 @@
-"""Evaluate expressions at many poses at once by a walk over their trees, each part once."""
+"""
+Evaluate sympy expressions at many configurations at once: walk each tree, compute each part once.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache, reduce
@@ -14,16 +16,16 @@ DEGREE = np.pi / 180.0
 
 class Evaluation:
     """
-    The values of symbols at N poses, and of every expression that was asked for.
+    The values of symbols at N configurations, and a cache of the values of expressions.
 
     Parameters
     ----------
     values
-        For each symbol N numbers.
+        Each symbol with its N numbers.
     poses
-        N.
+        The number N of configurations.
     degrees
-        Whether angles are in degrees: arguments of sin, cos, tan, and what the inverses return.
+        Whether sin, cos and tan take degrees and the inverse functions return degrees.
     """
 
     def __init__(
@@ -35,12 +37,14 @@ class Evaluation:
         self._known: dict[sp.Expr, Floats] = dict(values)
 
     def of(self, expression: sp.Expr) -> Floats:
-        """Return N numbers; NaN or infinite if the expression has no value at a pose."""
+        """
+        Return the N values of an expression; NaN or infinite at configurations without a value.
+        """
         with np.errstate(all='ignore'):
             return self._of(expression)
 
     def of_matrix(self, matrix: sp.Matrix) -> Floats:
-        """Return the values of a matrix, shape (N, rows, columns)."""
+        """Return the values of a matrix of expressions, shape (N, rows, columns)."""
         numbers, others = _entries(matrix)
         with np.errstate(all='ignore'):
             values = [(k, self._of(entry)) for k, entry in others]
@@ -54,9 +58,10 @@ class Evaluation:
 
     def with_part(self, expression: sp.Expr, path: Sequence[int], part: sp.Expr) -> Floats:
         """
-        Return N numbers of an expression whose part at the end of a path is another one.
+        Return the N values of an expression after one part of it is replaced.
 
-        Sympy does not build it: that takes five times as long.
+        `path` holds the argument indices that lead to the part. The new expression is not built in
+        sympy, because that takes five times as long.
         """
         with np.errstate(all='ignore'):
             if not path:
@@ -75,7 +80,7 @@ class Evaluation:
         return self._known[e]
 
     def _applied(self, e: sp.Expr, arguments: list[Floats]) -> Floats:
-        # The function of an expression, of these values.
+        # Apply the outermost function of e to the values of its arguments.
         if e.is_Add or e.is_Mul:
             return reduce(np.add if e.is_Add else np.multiply, arguments)
         if e.is_Pow:
@@ -91,8 +96,8 @@ class Evaluation:
 
 @lru_cache(maxsize=4096)
 def _entries(matrix: sp.Matrix) -> tuple[Floats, tuple[tuple[int, sp.Expr], ...]]:
-    # The plain numbers of a matrix, and the other entries with their indices. Cached, as sympy
-    # takes longer to list the entries than numpy takes to evaluate them.
+    # Return the plain numbers of a matrix, and the other entries with their indices. The result is
+    # cached: sympy lists the entries more slowly than numpy evaluates them.
     entries = matrix.flat()
     plain = [e.is_number and not e.args for e in entries]
     numbers = [_number(e) if is_plain else 0.0 for e, is_plain in zip(entries, plain)]
@@ -125,5 +130,7 @@ FUNCTIONS: dict[str, Callable[..., Floats]] = {
 
 @lru_cache(maxsize=65536)
 def size_of(expression: sp.Expr) -> int:
-    """Return the number of nodes of an expression as a tree, shared parts counted each time."""
+    """
+    Return the number of nodes of an expression tree; a shared part counts each time it occurs.
+    """
     return 1 + sum(map(size_of, expression.args))

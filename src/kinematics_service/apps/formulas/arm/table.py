@@ -1,7 +1,8 @@
 """
-The table of a robot in symbols: each row's matrix as a product of elementary motions.
+Write the table of a robot file in symbols: each row's matrix is a product of elementary motions.
 
-Symbols stand for SI values, whatever units the file has, since people write formulas in them.
+Symbols stand for SI values (m, rad), whatever units the file has, because users write their
+formulas in SI units.
 """
 
 import operator
@@ -29,7 +30,8 @@ from ..derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
-# Entries of a printed rotation that are nearer to the rotation of the reader are exact.
+# If every entry of a rotation is this close to what the file's reader made of it, the file's
+# expressions are kept; otherwise the reader's numbers replace them.
 ROTATION_TOLERANCE = 1e-12
 AXES = {'x': 0, 'y': 1, 'z': 2}
 
@@ -37,18 +39,18 @@ AXES = {'x': 0, 'y': 1, 'z': 2}
 @dataclass(frozen=True)
 class TableRow:
     """
-    One row: named quantities that multiply as the convention says, or in * motion * inverse(out).
+    One row of the table: a product of named quantities, or inner * motion * inverse(outer).
 
     Parameters
     ----------
     convention
-        As in the robot file.
+        The name of the convention in the robot file; it fixes the order of the product.
     quantities : pairs (name, value)
-        m and rad; empty for conventions whose rows have no named quantities.
+        Values in m and rad; empty if rows of the convention have no named quantities.
     axis, argument
         An elementary motion, for example `Rz`; an empty axis means no motion.
     inner, outer
-        Constant poses of a shape row.
+        Constant 4 x 4 poses before and after the motion of a Sheth-Uicker row.
     """
 
     convention: str
@@ -69,7 +71,10 @@ class TableRow:
 
     @property
     def factors(self) -> list[tuple[str, sp.Expr | sp.Matrix]]:
-        """Return the factors of the row: an axis with its argument, or '' with a pose."""
+        """
+        Return the factors of the row: (axis, argument) of a motion, or ('', pose) of a constant
+        pose.
+        """
         if self.quantities:
             return [(axis, self[name]) for axis, name in self.order.motions]
         joint = [(self.axis, self.argument)] if self.axis else []
@@ -77,16 +82,16 @@ class TableRow:
 
     @cached_property
     def moving(self) -> sp.Expr:
-        """Return the sum of the expressions that contain the row's joint variables."""
+        """Return the sum of the row's theta, d and argument; it has the row's joint variables."""
         return sum((self[name] for name in MOVING), self.argument)
 
     @cached_property
     def symbols(self) -> frozenset[sp.Symbol]:
-        """Return the joint variables of the row, and the constants beside them."""
+        """Return the symbols of `moving`: joint variables and the constants added to them."""
         return frozenset(self.moving.free_symbols)
 
     def with_quantities(self, changes: Mapping[str, sp.Expr]) -> 'TableRow':
-        """Return the row with some of its quantities changed."""
+        """Return the row with the quantities in `changes` replaced."""
         return replace(
             self, quantities=tuple((name, changes.get(name, old)) for name, old in self.quantities)
         )
@@ -95,15 +100,16 @@ class TableRow:
 @dataclass(frozen=True)
 class Table:
     """
-    A robot's table, its base and tool, and the values of its names in the file.
+    A robot's table, base and tool in symbols, and the values of the file's constants.
 
     Parameters
     ----------
     variables
-        Symbols of the joint variables, then of the `passive` joints that closed loops move.
+        Symbols of the joint variables; the last `passive` of them belong to joints that closed
+        loops move.
     constants
-        Symbols of the named constants; `given` has those that are plain numbers in the file,
-        `derived` the expressions of the others.
+        Symbols of the named constants. `given` has the values of constants that are plain numbers
+        in the file, `derived` the expressions of the other constants.
     """
 
     convention: str
@@ -119,21 +125,21 @@ class Table:
 
     @property
     def slides(self) -> tuple[bool, ...]:
-        """Return for each variable whether it is the one of a prismatic joint."""
+        """Return for each variable whether its joint is prismatic."""
         return tuple(kind == 'prismatic' for kind in self.joint_types)
 
     @property
     def turning(self) -> list[sp.Symbol]:
-        """Return the variables of joints that turn."""
+        """Return the variables of the revolute joints."""
         return [v for v, slides in zip(self.variables, self.slides) if not slides]
 
     @property
     def joints(self) -> int:
-        """Return the number of joints: variables that no loop moves."""
+        """Return the number of joints that no closed loop moves."""
         return len(self.variables) - self.passive
 
     def with_row(self, index: int, row: TableRow) -> 'Table':
-        """Return the table with another row in one place."""
+        """Return the table with the row at `index` replaced."""
         return replace(self, rows=(*self.rows[:index], row, *self.rows[index + 1 :]))
 
 
@@ -157,7 +163,10 @@ def inverse_pose(T: sp.Matrix) -> sp.Matrix:
 
 
 def motion(axis: str, argument: sp.Expr | sp.Matrix) -> sp.Matrix:
-    """Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; of no axis, the pose."""
+    """
+    Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; if axis is '', the pose
+    itself.
+    """
     if not axis:
         return argument
     if axis[0] == 'R':

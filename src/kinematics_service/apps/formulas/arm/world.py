@@ -1,8 +1,9 @@
 """
-Frames and Jacobian of a table at many joint positions: products of the row matrices, and of their
-derivatives.
+Evaluate frames and Jacobian of a table at many configurations, by products of the row matrices and
+their derivatives.
 
-J is independent of the kernel's: it comes from dT/dq, not from axes and moment arms.
+The Jacobian is computed from dT/dq. The kernel computes it from axes and moment arms, so the two
+are independent.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,20 +21,20 @@ from .table import Table, row_derivative, row_matrix
 @dataclass(eq=False)
 class World:
     """
-    A table at N poses.
+    A table, evaluated at N configurations.
 
     Parameters
     ----------
     table
-        The robot's, or a mistaken reading of it.
+        The robot's table, or a mistaken version of it that explains a wrong formula.
     values
-        N numbers for each symbol of the table, complex ones of joints that are.
+        N numbers for each symbol of the table; complex if the joint positions are complex.
     poses
-        N.
+        The number N of configurations.
     coupling : shape (N, P, n)
-        How the joints that closed loops move follow the others; None without loops.
+        Rates of the P passive joints per rate of the n joints; None without closed loops.
     still
-        Matrices of rows that are known, by their indices.
+        Matrices of rows that are already known, by row index.
     """
 
     table: Table
@@ -44,7 +45,7 @@ class World:
 
     @cached_property
     def evaluation(self) -> Evaluation:
-        """Return what the expressions of the table are evaluated with."""
+        """Return the evaluation of expressions at the N configurations."""
         return Evaluation(self.values, self.poses)
 
     @cached_property
@@ -85,7 +86,9 @@ class World:
 
     @cached_property
     def row_columns(self) -> dict[tuple[int, int], Floats]:
-        """Return what each row adds to each column of the Jacobian: keys (row, joint), (N, 6)."""
+        """
+        Return each row's part of each Jacobian column: key (row, joint), value of shape (N, 6).
+        """
         return self._row_columns(range(len(self.table.variables)))
 
     def _row_columns(self, joints: Sequence[int]) -> dict[tuple[int, int], Floats]:
@@ -96,19 +99,21 @@ class World:
                 if variable not in row.symbols:
                     continue
                 derivative = self.evaluation.of_matrix(row_derivative(row, variable))
-                # T = A row B: dT = A drow B.
+                # T = A row B, so dT = A drow B.
                 dT = self.frames[i] @ derivative @ self._behind[i]
                 parts[i, k] = twist_of(dT, self.pose)
         return parts
 
     @cached_property
     def _behind(self) -> list[Floats]:
-        # The tool in the frame after each row.
+        # Return for each row the tool in the frame after the row, shape (N, 4, 4).
         behind = accumulate((self.tool, *reversed(self.rows[1:])), lambda T, row: row @ T)
         return [*behind][::-1]
 
     def columns_of(self, joints: Sequence[int]) -> Floats:
-        """Return the columns of some joints as if no loop moved any, shape (N, 6, k)."""
+        """
+        Return the Jacobian columns of some joints as if no loop moved a joint, shape (N, 6, k).
+        """
         parts = self._row_columns(joints)
         J = np.zeros((self.poses, 6, len(joints)), np.result_type(float, *parts.values()))
         for (_, k), column in parts.items():

@@ -1,1 +1,1 @@
-"""A person's formulas checked against the derivation."""
+"""Check formulas that a user wrote against the exact derivation."""

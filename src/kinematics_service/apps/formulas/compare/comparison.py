@@ -1,4 +1,7 @@
-"""Compare a file of formulas with a robot at random poses: entries that differ, and causes."""
+"""
+Compare a file of formulas with a robot at random configurations: find entries that differ, and
+why.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -31,24 +34,25 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# A remark names poses without a solution only below this ratio of solved poses: near the end of
-# acos one or two of 200 poses lose too many digits.
+# If the ratio of solved poses is below this, a remark gives the ratio of poses without a solution.
+# It is not 1, because near the ends of acos one or two of 200 poses lose too many digits.
 MIN_REMARKED_RATIO = 0.99
 
 
 @dataclass(frozen=True)
 class WrongEntry:
     """
-    An entry that differs.
+    An entry of a formula that differs from the right value.
 
     Parameters
     ----------
     row, column
         From 0.
     yours, right
-        Expressions or numbers; right is empty if it is too long to print.
+        The entry as the user wrote it, and the right one, as text: expression or number. `right`
+        may be empty.
     difference
-        The largest, over the poses.
+        The largest difference over all poses, SI units.
     """
 
     row: int
@@ -70,15 +74,15 @@ class Verdict:
     entries
         The wrong entries.
     causes
-        Tested causes, those that explain the most entries first.
+        Tested causes, the cause of the most entries first.
     unexplained
         Number of wrong entries that no cause explains.
     tried
         Every cause that was tested.
     remarks
-        Other facts: a determinant of -1, a structural singularity, a branch.
+        Other facts as sentences: a determinant of -1, a structural singularity, a branch.
     shape
-        Rows and columns of the formula.
+        Number of rows and of columns of the formula.
     """
 
     name: str
@@ -96,16 +100,16 @@ class Verdict:
 @dataclass(frozen=True)
 class Comparison:
     """
-    Verdicts on a file, in its order, or what could not be read.
+    The verdicts on the formulas of a file, in the order of the file, and the errors of its lines.
 
     Parameters
     ----------
     poses
         Number of random poses.
     randomised
-        Constants that got random values in a formula.
+        Names of the constants that got random values.
     passed_over
-        Definitions that no formula uses.
+        Messages about definitions that no formula uses.
     """
 
     robot: Robot
@@ -123,7 +127,7 @@ class Comparison:
 
 def compare(robot: Robot, text: str) -> Comparison:
     """
-    Return the comparison of a text of formulas with a robot.
+    Return the comparison of a robot with the formulas in a text.
 
     Parameters
     ----------
@@ -218,7 +222,8 @@ def _verdict(check: Check) -> Verdict:
         base = replace(base, remarks=tuple(_branch(check)))
     if not check.wrong.any():
         return replace(base, remarks=base.remarks + _rounded(check))
-    # Causes are tested on the table alone, without the loops that close it.
+    # The search for causes does not know closed loops, so an arm with passive joints gets no
+    # causes.
     explained = Explained((), ()) if check.names.table.passive else explain(check)
     entries = tuple(_wrong_entry(check, int(i), int(j)) for i, j in np.argwhere(check.wrong))
     found = {entry for cause in explained.explanations for entry in cause.entries}
@@ -233,7 +238,8 @@ def _verdict(check: Check) -> Verdict:
 
 
 def _rounded(check: Check) -> tuple[str, ...]:
-    # Printed numbers are compared to their last digit: a remark gives the difference.
+    # Rounded numbers agree within half a unit of their last digit. If they do, a remark gives the
+    # largest difference.
     worst = float(np.max(check.gap(check.person, check.right)))
     rounded = check.statement.decimals or check.statement.half_units
     if not rounded or worst <= ROUND_OFF:
@@ -345,7 +351,8 @@ def _branch(check: SolutionCheck) -> list[str]:
 
 
 def _with_the_others(verdicts: Sequence[Verdict], checks: Sequence[Check]) -> list[Verdict]:
-    # Formulas that are right alone may belong to different solutions.
+    # Formulas of joints may each be right alone, but belong to different solutions: such formulas
+    # get the status `differs`.
     right = {verdict.line for verdict in verdicts if verdict.status == AGREES}
     groups: dict[Settings, list[SolutionCheck]] = {}
     for check in checks:

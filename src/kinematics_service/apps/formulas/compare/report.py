@@ -1,4 +1,4 @@
-"""A comparison in words: a block for each formula, or one JSON object."""
+"""Write a comparison as text, a block for each formula, or as one JSON object."""
 
 import math
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ from ....typography import counted
 from .causes.explanation import Explanation
 from .comparison import AGREES, Comparison, Verdict
 
-# Wrong entries that a report lists of one formula.
+# Maximum number of wrong entries that a report lists for one formula.
 MAX_ENTRIES = 12
 
 
@@ -21,7 +21,7 @@ def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator
     comparison
         The comparison to report.
     file
-        The name of the formulas' file.
+        The name of the file of formulas.
     verbose
         Whether to name the tested causes if no cause explains a difference.
     """
@@ -95,7 +95,7 @@ def _cause(cause: Explanation, verdict: Verdict) -> Iterator[str]:
 
 
 def document(comparison: Comparison, file: str) -> dict[str, Json]:
-    """Return what --json prints."""
+    """Return the object that --json prints."""
     return {
         'robot': comparison.robot.name,
         'file': file,

@@ -1,1 +1,3 @@
-"""The quantities that formulas name, in symbols and in numbers."""
+"""
+Compute the quantities that formulas name (poses, axes, Jacobians), in symbols and in numbers.
+"""

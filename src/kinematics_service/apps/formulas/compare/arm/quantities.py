@@ -1,4 +1,6 @@
-"""The quantities that names of formulas mean, T_03, A_2, z_1, J_v2, det, and their values."""
+"""
+Find the quantity that a formula's name means, such as T_03, A_2, z_1, J_v2 or det, and its value.
+"""
 
 import re
 from dataclasses import dataclass, replace
@@ -34,18 +36,21 @@ class Quantity:
     kind
         tool, pose, row, general, rotation, axis, origin, vector, reach, jacobian, numeric, det.
     i, j
-        Indices as the person counts them, -1 for the tool; column of the Jacobian from 1, 0 for
-        all.
+        Frame or row numbers as the user counts them, -1 for the tool. For a Jacobian `i` is the
+        column, counted from 1; 0 means all columns.
     part
         Rows of the Jacobian: `all`, `v` or `w`.
     start
-        The frame in which it is seen, -1 for the tool's; None: as the settings say.
+        Number of the frame in whose axes the quantity is written, -1 for the tool's; None: as the
+        settings say.
     form
-        The Jacobian is `space`, `body`, `analytic`, or with its angles `zyz`, `rpy`, `ypr`.
+        Kind of Jacobian: `space`, `body`, `analytic`, or an analytic one by its angles: `zyz`,
+        `rpy`, `ypr`.
     rows
-        The Jacobian's rows that are meant, by their places; empty: as many as are written.
+        Indices of the Jacobian's rows that the formula has; empty: decided by the number of rows
+        written.
     either
-        Whether two digits may also be one number of a frame or row.
+        Whether two digits, as in T_12, may also be one frame or row number, 12.
     """
 
     kind: str
@@ -128,22 +133,23 @@ def why_out_of_range(quantity: Quantity, table: Table, reading: Settings) -> str
     return ''
 
 
-# Parts of a pose.
+# Indices of the parts of a 4 x 4 pose.
 PARTS = {'rotation': np.s_[..., :3, :3], 'axis': np.s_[..., :3, 2:3], 'origin': np.s_[..., :3, 3:]}
 
 
 def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) -> Floats:
     """
-    Return a quantity of an arm, an array; not for `det` and `general`.
+    Return the value of a quantity as an array; the kinds `det` and `general` are not accepted.
 
     Parameters
     ----------
     quantity
-        The quantity.
+        What to compute.
     arm
-        Numbers at N poses give N matrices, shape (N, rows, columns), expressions give one.
+        A `World` gives N matrices, shape (N, rows, columns); a `SymbolicArm` gives one matrix of
+        expressions.
     reading
-        How frames are counted, and rows ordered.
+        Settings of the formula: how frames are numbered and Jacobian rows ordered.
     """
     kind, i, j = quantity.kind, quantity.i, quantity.j
     pose = np.asarray(arm.frames[-1])
@@ -169,7 +175,7 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
         return np.asarray(np.asarray(arm.frame(i - 1))[origin] - pose[origin])
     J = np.asarray(arm.jacobian)
     if kind == 'numeric':
-        # dT/dq with the rotation taken out: the twist of the column as a 4 x 4 matrix.
+        # D is the twist (v, w) of column i as a 4 x 4 matrix: cross product matrix of w, then v.
         D = np.zeros((*J.shape[:-2], 4, 4), dtype=J.dtype)
         D[..., :3, 3] = J[..., :3, i - 1]
         for row, (k, l) in enumerate(((2, 1), (0, 2), (1, 0)), 3):
@@ -187,7 +193,8 @@ def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp
 
 def arranged(J: Floats, arm: World | SymbolicArm, quantity: Quantity, reading: Settings) -> Floats:
     """
-    Return J (base axes, linear first) in the axes and order, and with the rows, a person asks for.
+    Return the Jacobian J in the axes, row order and rows that a formula asks for. The input J has
+    base axes and linear rows first.
 
     Space and body Jacobian are those of Lynch and Park, Modern Robotics, section 5.1.
     """
@@ -209,7 +216,7 @@ def arranged(J: Floats, arm: World | SymbolicArm, quantity: Quantity, reading: S
 
 
 def row_order(quantity: Quantity, reading: Settings) -> list[int]:
-    """Return which of vx vy vz wx wy wz each row of J, J_v or J_w is."""
+    """Return for each row of J, J_v or J_w its index in (vx vy vz wx wy wz)."""
     if quantity.part != 'all':
         return [0, 1, 2] if quantity.part == 'v' else [3, 4, 5]
     angular_first = reading.angular_first
@@ -218,7 +225,7 @@ def row_order(quantity: Quantity, reading: Settings) -> list[int]:
     return [3, 4, 5, 0, 1, 2] if angular_first else list(range(6))
 
 
-# Angles of an analytic Jacobian, in words.
+# Text that a report prints for the angles of an analytic Jacobian.
 ANGLES = {
     'rpy': 'rates of roll, pitch, yaw',
     'ypr': 'rates of yaw, pitch, roll',
@@ -227,7 +234,8 @@ ANGLES = {
 
 
 def _rates(R: Floats, form: str) -> Floats:
-    # w = E rates, with the axes of the three turns as columns (Siciliano, section 3.6).
+    # Return E^+ with w = E rates. The columns of E are the axes of the three turns (Siciliano,
+    # section 3.6).
     last = 2 if form == 'zyz' else 0
     angle = np.arctan2(R[..., 1, last], R[..., 0, last])
     zero, one = np.zeros_like(angle), np.ones_like(angle)

@@ -1,5 +1,6 @@
 """
-Frames and Jacobian as a textbook writes them: angles of parallel axes are summed, not expanded.
+Write frames and Jacobian as a textbook does: with sums of angles about parallel axes, sin(q1 +
+q2).
 
 Recipes such as `z_0 x (o_3 - o_0)` use them, and a report prints them beside wrong entries.
 """
@@ -15,7 +16,7 @@ from ...arm.table import AXES, EYE, ZERO, Table, inverse_pose, motion, rotation,
 
 @dataclass(frozen=True)
 class _Walk:
-    # A frame M Rz(angle), the angle kept apart until another axis turns.
+    # A frame M Rz(angle). The angle stays separate until a motion about another axis follows.
     M: sp.Matrix
     angle: sp.Expr
 
@@ -90,7 +91,7 @@ class SymbolicArm:
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
 
 
-# Longer expressions of right entries are left out of a report.
+# A report does not print the right expression of an entry if it is longer than this.
 MAX_SHOWN_CHARACTERS = 160
 
 

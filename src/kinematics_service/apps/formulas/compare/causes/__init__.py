@@ -1,1 +1,1 @@
-"""Why a formula is wrong: the likely slips, each tested."""
+"""Find why a formula is wrong: test likely mistakes."""

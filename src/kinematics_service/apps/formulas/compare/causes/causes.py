@@ -1,5 +1,5 @@
 """
-The table of causes a wrong matrix may have, the most telling first; a new cause is a new row.
+List the causes that a wrong matrix may have, the most specific first; a new cause is a new row.
 """
 
 from . import misreadings as misreadings

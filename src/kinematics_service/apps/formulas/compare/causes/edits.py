@@ -1,7 +1,7 @@
 """
-Small repairs of a person's own expression: a sign, an index, a bracket, exchanged arguments.
+Generate small repairs of a user's expression: a sign, an index, a bracket, exchanged arguments.
 
-Each repair is tried; the one that makes the formula right names the mistake.
+`explanation.py` tries each repair; a repair that makes the formula right names the mistake.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,15 +14,17 @@ import sympy as sp
 # Indices of arguments that lead to a part of an expression, outermost first.
 Path = tuple[int, ...]
 
-# Longer formulas, by nodes of their trees, are located but not edited.
+# An expression with more tree nodes than this is reported as wrong, but no repair is tried.
 MAX_EDITED_NODES = 400
-# Combinations of terms are tried in sums and products of at most this many parts.
+# Combinations of terms are tried only in sums and products with at most this number of parts.
 MAX_COMBINED_TERMS = 7
 
 
 @dataclass(frozen=True)
 class Edit:
-    """A part at the end of a path, and the mistake in words if it makes the expression right."""
+    """
+    A new part for an expression, its path, and the sentence printed if it makes the formula right.
+    """
 
     sentence: str
     path: Path
@@ -31,14 +33,16 @@ class Edit:
 
 @dataclass(frozen=True)
 class Repair:
-    """A kind of repair: a name for the list of what was tried, and its versions."""
+    """
+    A kind of repair: its name in the list of tried causes, and the function that yields its edits.
+    """
 
     name: str
     edits: Callable[[sp.Expr, tuple[sp.Symbol, ...]], Iterator[Edit]]
 
 
 def places(expression: sp.Expr, path: Path = ()) -> Iterator[tuple[Path, sp.Expr]]:
-    """Yield every part of an expression and the way to it."""
+    """Yield every part of an expression with its path."""
     yield path, expression
     for k, part in enumerate(expression.args):
         yield from places(part, (*path, k))
@@ -88,7 +92,7 @@ def extra_terms(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def sine_and_cosine(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with a sine and a cosine exchanged."""
+    """Yield the expression with a sine written for a cosine, or a cosine for a sine."""
     other = {sp.sin: sp.cos, sp.cos: sp.sin}
     for path, part in places(e):
         if part.func in other:
@@ -102,7 +106,7 @@ def sine_and_cosine(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit
 
 
 def symbols_exchanged(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with one symbol for another, at one place or everywhere."""
+    """Yield the expression with one symbol replaced by another, at one place or everywhere."""
     free = sorted(e.free_symbols, key=str)
     for one in free:
         for other in symbols:
@@ -141,7 +145,7 @@ def _at(e: sp.Expr, path: Path) -> sp.Expr:
 
 def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with another joint, or a quarter turn, in the argument of a function.
+    Yield the expression with a joint or a quarter turn changed in the argument of a function.
     """
     for path, part in places(e):
         if part.func not in (sp.sin, sp.cos, sp.tan):
@@ -155,7 +159,7 @@ def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with a factor of one term for several terms: a bracket that was lost.
+    Yield the expression with a factor of one term applied to several terms: a lost bracket.
     """
     factors = {part for _, part in places(e) if part.func in (sp.sin, sp.cos) or part.is_Symbol}
     for path, part in _sums(e):
@@ -171,7 +175,7 @@ def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def lost_plus(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with a product made a sum of two products."""
+    """Yield the expression with one product split into a sum of two products: a lost plus sign."""
     for path, part in places(e):
         if not part.is_Mul or len(part.args) > MAX_COMBINED_TERMS:
             continue
@@ -222,7 +226,7 @@ def arguments(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with a mistake of units: numbers or result in degrees, or millimetres.
+    Yield the expression with numbers or its result converted from degrees or millimetres.
     """
     changed, inside = e, False
     for part in {p for _, p in places(e) if p.func in (sp.sin, sp.cos, sp.tan)}:
@@ -238,7 +242,7 @@ def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def powers(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with a square forgotten or too many."""
+    """Yield the expression with a square added or removed."""
     for path, part in places(e):
         above = _at(e, path[:-1])
         if (part.is_Symbol or part.func in (sp.sin, sp.cos)) and not above.is_Pow:
@@ -265,7 +269,7 @@ def twos(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def quarter_turns(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the result of an inverse on another branch, or counted from another zero."""
+    """Yield a formula of a joint angle on another branch, or counted from another zero."""
     turns = ((sp.pi, '180 deg'), (sp.pi / 2, '90 deg'), (-sp.pi / 2, '-90 deg'))
     for turn, text in turns:
         yield Edit(f'{text} must be added', (), e + turn)

@@ -1,5 +1,5 @@
 """
-Explain wrong entries by tested causes: a greedy cover, the largest explanation first.
+Explain wrong entries by tested causes: a greedy set cover, the cause of most entries first.
 
 A cause counts only if it makes the whole difference vanish at all poses.
 """
@@ -21,9 +21,9 @@ from .causes import CAUSES
 from .edits import EDITS, EXTRA, MAX_EDITED_NODES, SOLUTION_EDITS, replaced
 from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
-# Other causes that a report names beside the first one.
+# Maximum number of alternative causes that a report names beside the first cause.
 MAX_ALTERNATIVES = 3
-# Dropped terms are looked for among at most this number of terms.
+# If the right entry has more terms than this, no search for dropped terms is made.
 MAX_MISSING_TERMS = 12
 # A cause of a whole matrix is the first of two mistakes if it leaves at most this ratio of the
 # wrong entries wrong.
@@ -35,16 +35,16 @@ DROPPED = 'dropped term or factor'
 @dataclass(frozen=True)
 class Explanation:
     """
-    A cause that makes differences vanish.
+    A cause that makes the difference vanish in some entries.
 
     Parameters
     ----------
     cause
-        Its name in the table.
+        Name of the cause in `CAUSES`, or of the repair.
     sentence
-        The mistake in words.
+        The mistake as a sentence.
     entries
-        The wrong entries it explains, (row, column) from 0.
+        The wrong entries that the cause explains, (row, column) from 0.
     also
         Other causes that explain the same entries just as well.
     """
@@ -57,14 +57,14 @@ class Explanation:
 
 @dataclass(frozen=True)
 class Explained:
-    """Explanations of a wrong formula, and every cause that was tried."""
+    """The explanations found for a wrong formula, and the names of all causes that were tried."""
 
     explanations: tuple[Explanation, ...]
     tried: tuple[str, ...]
 
 
 def explain(check: Check) -> Explained:
-    """Return the tested causes of a check that failed."""
+    """Return the causes that explain a failed check, and the names of all that were tested."""
     tried: list[str] = []
     if isinstance(check, QuantityCheck):
         explanations = _of_matrix(check, check.right, tried)
@@ -97,7 +97,7 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
 
 
 def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
-    # A separate repair for every entry does not explain a matrix.
+    # Too many separate causes do not explain a matrix: return none then.
     return found if len(found) <= max(2, wrong // 3) else []
 
 
@@ -127,7 +127,8 @@ def _candidates(
 def _best_whole(
     check: QuantityCheck, wrong: Mask, variants: list[tuple[str, Variant]]
 ) -> tuple[str, Variant] | None:
-    # One mistake in the whole matrix and a second mistake in a few entries.
+    # Choose the variant of the whole matrix that leaves the fewest entries wrong: a second mistake
+    # may explain these entries.
     best, least = None, int(MAX_LEFT_RATIO * wrong.sum())
     for name, variant in variants:
         left = int((~check.agrees(check.person, variant.values)).sum())
@@ -137,7 +138,7 @@ def _best_whole(
 
 
 def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
-    # The parts of a matrix: their names and their indices.
+    # Yield the parts of a matrix at this scope: name and index.
     rows, columns = check.shape
     if scope == WHOLE:
         yield '', np.s_[:]
@@ -170,7 +171,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
         sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
-            for rival in reversed(candidates)  # the largest scope is named
+            for rival in reversed(candidates)  # so the largest scope stays
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
@@ -210,14 +211,14 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
         symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
-    found: dict[str, str] = {}  # kinds by sentence: two kinds of edits may give one sentence
+    found: dict[str, str] = {}  # kind of edit by sentence; the first kind is kept
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
             values = check.evaluation.with_part(expression, edit.path, edit.part)
             if not check.passes(values, right[:, i, j]):
                 continue
-            # An edit to 0 says only that the entry is 0; EXTRA has a sentence for this.
+            # Skip edits that turn the whole entry into 0: the kind EXTRA reports such entries.
             may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
             if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
                 continue
@@ -234,7 +235,7 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
 def _missing_terms(
     check: QuantityCheck, values: Floats, i: int, j: int, tried: list[str]
 ) -> list[Explanation]:
-    # Terms and factors of the right entry that the person's lacks.
+    # Find terms and factors of the right entry that the user's entry lacks.
     tried.append(DROPPED)
     if check.is_one_configuration:
         if check.expressions[i, j] != 0 or check.right[0, i, j] == 0:
@@ -293,7 +294,7 @@ def right_entry(check: QuantityCheck, i: int, j: int) -> sp.Expr | None:
 
 
 def _grouped(found: list[Explanation]) -> list[Explanation]:
-    # Join explanations of the same slip in several entries.
+    # Join explanations that name one mistake in several entries.
     groups: dict[tuple[str, str], Explanation] = {}
     for one in found:
         first = groups.get(key := (one.cause, one.sentence))

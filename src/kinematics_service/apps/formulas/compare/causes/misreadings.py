@@ -1,7 +1,8 @@
 """
-The robot as a mistaken reading of its table has it: other convention, other zero, other row.
+Generate mistaken readings of a robot's table: another convention, another zero, another row.
 
-Each is the table with something exchanged; its value is computed like the right one.
+Each reading is a table with one thing changed. The quantity is computed from it as from the right
+table.
 """
 
 from collections.abc import Iterator
@@ -28,7 +29,7 @@ def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
 
 
 def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence: str) -> Variant:
-    # The table with other expressions in place of its joint variables.
+    # Return the table with its joint variables replaced by expressions.
     rows = tuple(
         row
         if row.symbols.isdisjoint(changes)
@@ -42,7 +43,9 @@ def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence
 
 
 def other_convention(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the same numbers read as rows of another convention with the same quantities."""
+    """
+    Yield the table's numbers read as rows of another convention that has the same quantities.
+    """
     table = check.names.table
     for other in CONVENTIONS[table.convention].others:
         if check.quantity.kind == 'general':
@@ -70,7 +73,7 @@ def _whose(convention: Convention) -> str:
 
 
 def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield joints counted from another zero."""
+    """Yield values in which a joint is counted from another zero."""
     for variable in check.names.table.turning:
         for turn, text in TURNS:
             sentence = f'{variable} is counted from another zero: {variable} {text} stands for it'
@@ -78,7 +81,7 @@ def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield joint angles that were taken for degrees, all of them or one."""
+    """Yield values in which all joint angles, or one, were taken for degrees."""
     turning = check.names.table.turning
     for chosen in (turning, *([variable] for variable in turning if len(turning) > 1)):
         changes = {variable: check.poses.values[variable] * DEGREE for variable in chosen}
@@ -87,14 +90,16 @@ def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield sines and cosines exchanged, of one joint or of all sums of joints."""
+    """
+    Yield values in which sine and cosine are exchanged, for one joint or for all sums of joints.
+    """
     turning = check.names.table.turning
     for variable in turning:
-        # sin(pi/2 - q) = cos(q): the formula of each entry with the two exchanged.
+        # sin(pi/2 - q) = cos(q): inserting pi/2 - q exchanges sin q and cos q in every entry.
         changes = {variable: np.pi / 2 - check.poses.values[variable]}
         sentence = f'sin({variable}) and cos({variable}) are exchanged'
         yield _with_values(check, changes, sentence)
-    # sin(q1 + q2) = cos(pi/2 - q1 - q2).
+    # sin(q1 + q2) = cos(pi/2 - q1 - q2): change one joint to exchange functions of the whole sum.
     for first in turning if len(turning) > 1 else ():
         changes = {variable: -check.poses.values[variable] for variable in turning}
         changes[first] = changes[first] + np.pi / 2
@@ -108,14 +113,14 @@ def _with_values(check: QuantityCheck, changes: dict[sp.Symbol, Floats], sentenc
 
 
 def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield joints turned the other way."""
+    """Yield values in which a joint turns in the other direction."""
     for variable in check.names.table.variables:
         sentence = f'{variable} is counted in the other direction'
         yield _by_joints(check, {variable: -variable}, sentence)
 
 
 def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield pairs of joints that were exchanged."""
+    """Yield values in which two joints are exchanged."""
     for one, other in combinations(check.names.table.variables, 2):
         sentence = f'{one} and {other} are exchanged'
         yield _by_joints(check, {one: other, other: one}, sentence)
@@ -134,7 +139,7 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
     for i, row in enumerate(table.rows):
         where = f'row {i + 1}'
         edits: list[tuple[dict[str, sp.Expr], str]] = []
-        # All but theta, in the order of the alphabet.
+        # All quantities but theta, in alphabetical order.
         axes = sorted((name, axis) for axis, name in row.order.motions if name != 'theta')
         angles = [name for name, axis in axes if axis[0] == 'R']
         lengths = [name for name, axis in axes if axis[0] == 'T']
@@ -187,7 +192,10 @@ def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield shape rows whose output matrix was multiplied as it is, not inverted."""
+    """
+    Yield tables in which a Sheth-Uicker row is multiplied by its output matrix, not by its
+    inverse.
+    """
     table = check.names.table
     shaped = [i for i, row in enumerate(table.rows) if row.outer != EYE]
     for chosen in [*([i] for i in shaped), shaped]:

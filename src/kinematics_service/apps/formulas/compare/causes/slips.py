@@ -1,5 +1,6 @@
 """
-Slips in a formula: sign, units, inverses, another quantity; in a Jacobian order, axes and points.
+Generate mistaken formulas: wrong sign, units, inverse or quantity; wrong order, axes or point of
+J.
 """
 
 from collections.abc import Iterator
@@ -58,7 +59,7 @@ def transposed(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield T without the base or the tool, and T_0n with them."""
+    """Yield T without the base or the tool, and T_0n multiplied by base and tool."""
     frames = check.world.frames
     versions = (
         (np.linalg.solve(frames[0], frames[-1]), 'the base is left out'),
@@ -72,14 +73,14 @@ def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def bottom_row(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield a derivative that kept the 1 of a pose in its corner."""
+    """Yield the derivative of a pose with a wrong 1 in the lower right corner."""
     values = check.right.copy()
     values[:, 3, 3] = 1.0
     yield Variant('(4,4) is the derivative of the constant 1: it is 0, not 1', values)
 
 
 def another_quantity(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield everything else of the arm that has the person's shape."""
+    """Yield all other quantities of the arm that have the shape of the user's formula."""
     for quantity, name in _quantities(check):
         values = check.cut(value_of(quantity, check.world, check.reading), quantity)
         if quantity != check.quantity and values.shape[1:] == check.shape:
@@ -114,7 +115,7 @@ def sign(check: QuantityCheck) -> Iterator[Variant]:
 def mistaken(
     check: QuantityCheck, sentence: str, J: Floats, columns: tuple[int, ...] = ()
 ) -> Variant:
-    """Return a base-axes, linear-first Jacobian in the order and with the rows of the person's."""
+    """Return a mistaken Jacobian (base axes, linear first) in the order and rows of the user's."""
     whole = arranged(J, check.world, check.quantity, check.reading)
     return Variant(sentence, check.cut(whole, check.quantity), columns)
 
@@ -140,7 +141,7 @@ def other_axes(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def other_point(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the Jacobian of another frame's origin instead of the tool's."""
+    """Yield the Jacobian with another frame's origin as reference point."""
     world, first = check.world, check.reading.first_frame
     p, w = world.pose[:, :3, 3], world.jacobian[:, 3:]
     for k, frame in enumerate(world.frames[:-1]):
@@ -202,7 +203,7 @@ def _other_letters(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield linear columns without their cross product, or with an arm from the wrong end."""
+    """Yield linear columns without their cross product, or with a wrong moment arm."""
     world = check.world
     p = world.pose[:, :3, 3]
     bare, from_base, at_joint = (world.jacobian.copy() for _ in range(3))
@@ -260,7 +261,7 @@ def column_order(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def column_sums(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield columns in which what several rows add has a wrong sign or is left out."""
+    """Yield columns to which one of several rows contributes with a wrong sign or not at all."""
     world = check.world
     n = len(world.table.variables)
     for (i, k), column in world.row_columns.items():

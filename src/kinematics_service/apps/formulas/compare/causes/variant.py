@@ -1,5 +1,5 @@
 """
-A tested cause: its name, the parts it may explain, and the values of a mistaken formula.
+Types of a tested cause: its name, the parts it may explain, and values of the mistaken formula.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,10 +26,10 @@ class Variant:
     Parameters
     ----------
     sentence
-        The mistake in words, if the person's formula equals it.
+        The mistake as a sentence; a report prints it if the user's formula has these values.
     values : shape (N, rows, columns)
     columns
-        The only columns it is about; empty: all.
+        Indices of the columns that the mistake changes; empty: all.
     """
 
     sentence: str
@@ -45,16 +45,17 @@ class Cause:
     Parameters
     ----------
     name
-        For the list of what was tried.
+        Name in the list of tried causes.
     kinds
-        Kinds of quantities it applies to.
+        Kinds of quantities (`Quantity.kind`) to which the cause applies.
     scopes
-        Parts of a matrix it may explain: the whole, a block, a column, a row, an entry.
+        Parts of a matrix that the cause may explain: the whole, a block, a column, a row, an
+        entry.
     variants
-        Its mistaken versions.
+        Function that yields the mistaken versions of the formula.
     many
-        Whether it is tried at random poses only. A cause of many versions would fit a single
-        configuration by chance.
+        Whether the cause has so many versions that one would fit a single configuration by chance;
+        it is then tried at random configurations only.
     """
 
     name: str

@@ -1,1 +1,1 @@
-"""Statements of a file of formulas about a robot, and the checks of them."""
+"""Turn a file of formulas into statements about a robot, and check each statement."""

@@ -1,7 +1,7 @@
 """
-Whether a formula is right: the check of a matrix, a vector or a determinant.
+Check whether a formula of a matrix, a vector or a determinant is right.
 
-Likely causes are tested by the difference that remains when an entry of the formula is replaced.
+A check also compares other values with the right ones, so that likely causes can be tested.
 """
 
 from abc import ABC, abstractmethod
@@ -26,13 +26,13 @@ from .statements import Statement
 
 Mask = npt.NDArray[np.bool_]
 
-# Round-off of formulas of some hundred operations, relative to 1 plus the larger value.
+# Largest round-off of a formula with some hundred operations, relative to 1 plus the larger value.
 ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Check(ABC):
-    """A statement at its poses."""
+    """A statement of a file of formulas, evaluated at N configurations."""
 
     robot: Robot
     names: FormulaNames
@@ -41,23 +41,25 @@ class Check(ABC):
 
     @property
     def expressions(self) -> sp.Matrix:
-        """Return the person's matrix."""
+        """Return the matrix of expressions that the user wrote."""
         return self.statement.value
 
     @property
     def reading(self) -> Settings:
-        """Return how the person counts frames and orders rows."""
+        """Return the settings of the formula: how frames are numbered and rows ordered."""
         return self.statement.settings
 
     @cached_property
     def world(self) -> World:
-        """Return the robot of the file at the poses."""
+        """Return the robot of the robot file at the N configurations."""
         poses = self.poses
         return World(self.names.table, poses.values, poses.count, poses.coupling)
 
     @cached_property
     def evaluation(self) -> Evaluation:
-        """Return the evaluation of the person's expressions, in the person's units."""
+        """
+        Return the evaluation of the user's expressions, angles in the unit of the formula file.
+        """
         values: Mapping[sp.Symbol, Floats] = self.poses.values
         degrees = self.statement.settings.degrees
         if degrees:
@@ -67,23 +69,24 @@ class Check(ABC):
 
     @cached_property
     def person(self) -> Floats:
-        """Return the values of the person's formula, shape (N, rows, columns)."""
+        """Return the values of the user's formula, shape (N, rows, columns)."""
         return self.evaluation.of_matrix(self.expressions)
 
     @property
     def tolerance(self) -> float:
-        """Return the largest difference between equal values."""
+        """Return the largest difference at which two values count as equal."""
         decimals = self.statement.decimals
         return 0.5000001 * 10.0**-decimals if decimals else ROUND_OFF
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Return rows and columns of the person's formula."""
+        """Return the numbers of rows and columns of the user's formula."""
         return int(self.expressions.rows), int(self.expressions.cols)
 
     def gap(self, one: Floats, other: Floats) -> Floats:
         """
-        Return the difference relative to the larger value and 1; infinite where one is undefined.
+        Return |one - other| / (1 + the larger size); infinite if a value is undefined. If all
+        numbers are printed decimals, the divisor is 1.
         """
         with np.errstate(all='ignore'):
             larger = 0.0 if self.statement.decimals else np.maximum(np.abs(one), np.abs(other))
@@ -97,11 +100,11 @@ class Check(ABC):
     @property
     @abstractmethod
     def right(self) -> Floats:
-        """Return the right values of the formula, shape (N, rows, columns)."""
+        """Return the right values for the formula, shape (N, rows, columns)."""
 
     @cached_property
     def wrong(self) -> Mask:
-        """Return which entries differ at some pose, by more than rounded numbers in them can."""
+        """Return which entries differ at some pose by more than their rounded numbers explain."""
         wrong: Mask = ~self.agrees(self.person, self.right)
         if wrong.any() and self.statement.inexact is not None:
             wrong &= np.any(np.abs(self.person - self.right) > self.rounding, axis=0)
@@ -110,10 +113,10 @@ class Check(ABC):
     @cached_property
     def rounding(self) -> Floats:
         """
-        Return the change of each entry by rounded numbers, shape (N, rows, columns).
+        Return how far rounding of its numbers can change each entry, shape (N, rows, columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
-        assert inexact is not None  # it has half units
+        assert inexact is not None  # `wrong` calls this with rounded numbers only
         still = {symbol: np.zeros(self.poses.count) for symbol, _ in self.statement.half_units}
         for symbol, half in self.statement.half_units:
             at = {**self.evaluation.values, **still, symbol: np.full(self.poses.count, half)}
@@ -125,7 +128,9 @@ class Check(ABC):
 
     @cached_property
     def is_one_configuration(self) -> bool:
-        """Return whether all poses are equal, so that entries may be equal by coincidence."""
+        """
+        Return whether all configurations are equal, so that entries may agree by coincidence.
+        """
         given = {*self.poses.chosen, *(s.name for s in self.names.table.constants)}
         still = not self.poses.randomised and not self.expressions.free_symbols - {
             s for s in self.poses.values if s.name in given
@@ -139,25 +144,25 @@ class Check(ABC):
 
 
 class QuantityCheck(Check):
-    """A matrix, vector or determinant against the robot's."""
+    """The check of a matrix, vector or determinant against the robot's value."""
 
     @property
     def quantity(self) -> Quantity:
-        """Return what the formula is about."""
+        """Return the quantity that the formula defines."""
         assert self.statement.quantity is not None
         return self.statement.quantity
 
     @cached_property
     def right(self) -> Floats:
-        """Return the right values of the formula."""
+        """Return the right values for the formula, shape (N, rows, columns)."""
         return self.right_of(self.world)
 
     def right_of(self, world: World, reading: Settings | None = None) -> Floats:
-        """Return the quantity in another world, cut to the person's shape."""
+        """Return the quantity of another `World`, cut to the shape of the user's formula."""
         return self.cut(self.whole_of(world, reading or self.reading), self.quantity)
 
     def whole_of(self, world: World, reading: Settings) -> Floats:
-        """Return the quantity with all its rows."""
+        """Return the quantity of a `World` with all its rows, shape (N, rows, columns)."""
         if self.quantity.kind == 'det':
             return task_determinant(self.robot, world)[:, None, None]
         if self.quantity.kind == 'general':
@@ -166,7 +171,9 @@ class QuantityCheck(Check):
         return np.asarray(value_of(self.quantity, world, reading))
 
     def cut(self, whole: Floats, quantity: Quantity) -> Floats:
-        """Return the rows the person wrote, or the whole where its shape is another one."""
+        """
+        Return the part of `whole` that has the formula's shape; `whole` itself if no part has.
+        """
         rows, columns = self.shape
         size = whole.shape[1:]
         if size == (rows, columns):
@@ -185,7 +192,10 @@ class QuantityCheck(Check):
 
     @property
     def jacobian_rows(self) -> list[int]:
-        """Return the rows of J the person wrote: all, the task's, or the linear ones."""
+        """
+        Return the indices of the rows of J that the user wrote: all, the task's, or the linear
+        ones.
+        """
         rows = self.shape[0]
         order = row_order(replace(self.quantity, part='all'), self.reading)
         if rows == 6 or self.quantity.rows:
@@ -196,7 +206,9 @@ class QuantityCheck(Check):
 
     @cached_property
     def readings(self) -> tuple['QuantityCheck', ...]:
-        """Return a check for each meaning of a Jacobian in textbooks, the likeliest first."""
+        """
+        Return a check for each meaning that textbooks give a Jacobian, the most common first.
+        """
         quantity, form = self.quantity, self.quantity.form
         if quantity.kind != 'jacobian' or quantity.rows or self.names.table.passive:
             return (self,)
@@ -213,7 +225,7 @@ class QuantityCheck(Check):
             check = replace(self, statement=meant)
             found.append(check)
             whole = check.whole_of(self.world, settings)
-            # The rows in which a planar arm moves: x, y and the angle phi.
+            # Rows that are not always 0; in a planar arm x, y and the angle phi.
             rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
             if len(rows) == self.shape[0] < whole.shape[1]:
                 chosen = replace(check.quantity, rows=rows)
@@ -222,7 +234,9 @@ class QuantityCheck(Check):
 
     @property
     def reading_in_words(self) -> tuple[str, ...]:
-        """Return which meaning of a Jacobian the formula has, if there are several."""
+        """
+        Return the meaning of the Jacobian as text, in a tuple; empty if only one meaning exists.
+        """
         if self.quantity.kind != 'jacobian' or not (self.quantity.rows or self.quantity.form):
             return ()
         angles = [ANGLES[self.quantity.form]] if self.quantity.form in ANGLES else []
@@ -230,12 +244,12 @@ class QuantityCheck(Check):
 
     @property
     def fits(self) -> bool:
-        """Return whether the person's matrix has the right shape."""
+        """Return whether the user's matrix has the right shape."""
         return self.right.shape[1:] == self.shape
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """Return names of the Jacobian's rows; empty for other quantities."""
+        """Return the names of the Jacobian's rows; empty for other quantities."""
         if self.quantity.kind != 'jacobian' or not self.fits:
             return ()
         rows = self.quantity.rows or (

@@ -1,8 +1,9 @@
 """
-Claims about where an arm is singular: is each claimed pose singular, and is any left out.
+Check `singular:` lines: whether each claimed pose is singular, and whether the claims are
+complete.
 
-Newton's method with least-norm steps projects random poses onto the zeros of each factor of the
-exact determinant. Every branch of the zeros that some start reaches must lie in a claimed family.
+Newton's method with least-norm steps projects random configurations onto the zeros of each factor
+of the exact determinant. Every singular zero that it reaches must lie in a claimed family.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,17 +28,18 @@ from .names import FormulaNames
 from .poses import SEED, poses_for
 from .statements import Statement
 
-# Random poses from which each claim and each factor is searched.
+# Number of random configurations from which zeros of each claim and each factor are searched.
 DRAWS = 200
-# Singular value k, relative to the largest, below which J has rank k - 1: Newton's poses are
-# exact to 1e-9.
+# If singular value k is below this ratio of the largest, J has rank k - 1: the projected
+# configurations are exact to 1e-9.
 SINGULAR_VALUE_RATIO = 1e-7
-# Distance (rad or m) within which a pose belongs to a claimed family: Newton's poses are exact to
-# 1e-6 at a double zero.
+# Distance (rad or m) within which a pose belongs to a claimed family: at a double zero Newton's
+# method is exact to 1e-6.
 CLAIM_TOLERANCE = 1e-5
 # Step of central differences (rad or m): round-off and the third derivative are both below 1e-9.
 DIFFERENCE_STEP = 1e-6
-# The integer k of `q3 = k*pi`: whole turns of a sixth of a turn, both ways.
+# Values tried for the integer k in a claim such as `q3 = k*pi`. They reach a whole turn if k
+# counts sixths of a turn.
 INTEGERS = np.arange(-6.0, 7.0)
 
 
@@ -53,7 +55,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class _ZeroCondition:
-    # A function of N poses (N, n) that is 0 if the equation holds.
+    # A function of N configurations, shape (N, n), that is 0 if the equation holds.
     function: Callable[[Floats], Floats]
 
     def __call__(self, q: Floats) -> Floats:
@@ -67,14 +69,15 @@ class _ZeroCondition:
 
 @dataclass(frozen=True)
 class _ArmOfLetters:
-    # The arm with one value of each letter, in its names, too; an arm that is not derived has no
-    # sampler.
+    # The arm with one value for each named constant. `sampler` is None if the arm could not be
+    # derived.
     robot: Robot
     names: FormulaNames
     sampler: PoseSampler | None
 
     def smallness(self, q: Floats) -> Floats:
-        # Of N poses (N, n), rad and m: their last singular value, relative to the largest.
+        # Return the last singular value relative to the largest, shape (N,), at q of shape (N, n),
+        # rad and m.
         sampler, task = self.sampler, self.robot.singularity.task
         J_t, rank = task_jacobian(task, jacobian(self.robot, q)), task.generic_rank
         if sampler is not None and len(q):
@@ -86,10 +89,11 @@ class _ArmOfLetters:
 
 def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> list[Claim]:
     """
-    Return for each claimed family whether it is singular, and last whether all are claimed.
+    Return a verdict for each claimed family; the last one also says whether the claims are
+    complete.
 
-    Both hold if they do at two random values of each letter; a remark says what is special about
-    the numbers of the file.
+    A claim holds if it holds with two random values of each named constant. A remark says if it
+    holds only with the numbers of the file.
     """
     task = robot.singularity.task
     square = not task.structurally_deficient and len(task.rows) == robot.dof
@@ -114,7 +118,8 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
-            # The verdict for the numbers of the file, whose pose the remark gives.
+            # Take the verdict with the numbers of the file, so that the remark names a pose of
+            # this arm.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
         special = f'with {numbers} of this file it agrees, with other values not'
@@ -147,7 +152,8 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
     ]
     if equations:
         q = poses_on(equations, q, free)
-    # A family need not exist for all values of the other joints.
+    # Drop configurations in which the claimed value is not real: a family need not exist for all
+    # values of the other joints.
     q = q[np.isfinite(q).all(axis=1)]
     q = q[_belongs(names, claim, q)] if equations else q
     if not len(q):
@@ -163,7 +169,7 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
 def _value(
     names: FormulaNames, claim: Statement, value: sp.Expr, integers: Floats | float
 ) -> Callable[[Floats], Floats]:
-    # An expression of a claim as a function of poses, with one integer k for each.
+    # Return an expression of a claim as a function of configurations, with one integer k for each.
     table = names.table
 
     def function(q: Floats) -> Floats:
@@ -183,10 +189,11 @@ def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
 
 
 def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np.bool_]:
-    # Which of N poses belong to a claimed family, shape (N,).
+    # Return which of N configurations belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
-        # Distance of poses to a condition (rad or m), of an equation to first order.
+        # Distance of each configuration from the condition (rad or m), to first order for an
+        # equation.
         gaps = []
         for k in INTEGERS.tolist():
             condition = _ZeroCondition(_value(names, claim, value, k))
@@ -206,7 +213,7 @@ def _whole(
     arm: _ArmOfLetters, factors: Mapping[sp.Expr, Laurent], claims: Sequence[Statement]
 ) -> Claim:
     name, line, names, sampler = 'the singular set', claims[-1].line, arm.names, arm.sampler
-    assert sampler is not None  # it is derived
+    assert sampler is not None  # called for a derived arm only
     starts = sampler.random(DRAWS)
     for expression, value in factors.items():
         function = Numbers(value, sampler.arithmetic).scaled_to(sampler.random())

@@ -1,4 +1,6 @@
-"""Values of names in formulas: joints, constants, shorthands such as c12, frames, axes."""
+"""
+Find the value of a name in a formula: joints, constants, shorthands such as c12, frames, axes.
+"""
 
 import difflib
 import re
@@ -16,7 +18,7 @@ from ..text.build import Value
 from ..text.file import Settings
 from ..text.tokens import FormulaToken
 
-# `c1`, `s23`, `ctheta1`, and factors written onto each other: `L1c23`.
+# `c1`, `s23` and `ctheta1`: cosine or sine of a joint angle or of a sum.
 SHORTHAND = re.compile(r'([cCsS])(?:q|theta|th|t|phi)?(\d{1,7})')
 FACTOR = re.compile(r'[A-Za-z]+\d+')
 ALIAS = re.compile(r'(q|theta|th|t|phi|d)(\d{1,2})')
@@ -25,16 +27,17 @@ COORDINATES = {
     **{name: name.lower() for name in 'XYZ'},
     **{f'{p}{name}': name for p in 'pP' for name in 'xyz'},
 }
-# The tool's angle about z, of an arm that turns about z alone.
+# The tool's angle about z, rad; defined if the tool turns about z only.
 ANGLE_IN_PLANE = sp.Symbol('phi')
 ROTATION_ENTRY = re.compile(r'[rR]([123])([123])')
-# Symbols of the point's coordinates, and of the entries of the tool's rotation.
+# Symbols x, y, z of the point in the `point` setting (m), and of the entries of the tool's
+# rotation.
 POINT = sp.symbols('x y z')
 ROTATION = {(i, j): sp.Symbol(f'r{i + 1}{j + 1}') for i in range(3) for j in range(3)}
 
 
 class FormulaNames:
-    """The names of one robot."""
+    """The names that formulas of one robot may use."""
 
     def __init__(self, table: Table) -> None:
         self.table = table
@@ -43,12 +46,13 @@ class FormulaNames:
 
     @cached_property
     def arm(self) -> SymbolicArm:
-        """Return the exact frames; made when the first formula names one."""
+        """Return the exact frames; they are computed at the first access."""
         return SymbolicArm(self.table)
 
     def joint(self, key: str) -> int | None:
         """
-        Return the index of the joint a name without underscores stands for, also as q2 or theta2.
+        Return the index of the joint with this name (without underscores), such as q2 or theta2,
+        or None.
         """
         if key in self.variables:
             return list(self.variables).index(key)
@@ -63,12 +67,12 @@ class FormulaNames:
 
     def value(self, token: FormulaToken, settings: Settings, general: bool = False) -> Value:
         """
-        Return what a name stands for: a symbol, an expression, or a matrix.
+        Return the value of a name: a symbol, an expression, or a matrix.
 
         Raises
         ------
         FormulaError
-            Unknown; the message has the names that are known.
+            The name is unknown; the message lists the known names.
         """
         key = dict(settings.meanings).get(token.text, token.text)
         if key == 'pi':
@@ -104,7 +108,8 @@ class FormulaNames:
         return matrix
 
     def _factors(self, key: str) -> list[str]:
-        # Cut a name that is a product of joints, constants and shorthands, each with its number.
+        # Split a name such as `L1c23` into factors: joints, constants and shorthands that end in a
+        # number.
         factors = FACTOR.findall(key)
         is_product = ''.join(factors) == key and len(factors) > 1
         are_scalars = (
@@ -135,7 +140,7 @@ class FormulaNames:
         return expression_of(quantity, self.arm, settings)
 
     def unknown(self, token: FormulaToken) -> FormulaError:
-        """Return the error about a name nothing is known of."""
+        """Return the error about an unknown name, with the most similar known name."""
         known = [s.name for s in (*self.table.variables, *self.table.constants)]
         alike = [name for name in known if name.lower() == token.text.lower()]
         near = alike or difflib.get_close_matches(token.text, known, n=1)
@@ -156,6 +161,6 @@ class FormulaNames:
 
 
 def general_symbol(key: str) -> sp.Symbol | None:
-    """Return the symbol of a quantity such as a, alpha, d, theta of any row, or None."""
+    """Return the symbol of row i's a, alpha, d or theta, as in the general matrix A_i, or None."""
     found = re.fullmatch(rf'({"|".join(QUANTITIES)})(?:i|im1)?', key)
     return sp.Symbol(f'{found[1]}_i') if found else None

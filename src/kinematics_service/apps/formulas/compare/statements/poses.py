@@ -1,4 +1,4 @@
-"""Draw random poses and lengths, so that formulas are not equal by coincidence."""
+"""Draw random configurations and lengths, so that formulas are not equal by coincidence."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,13 +22,13 @@ from .names import ANGLE_IN_PLANE, POINT, ROTATION, FormulaNames
 
 SEED = 20240523
 POSES = 8
-# Random constants, m, or rad for named angles: of one size, and never 0.
+# Range of random constants, m (rad for named angles): all of similar size, and never 0.
 LENGTH_RANGE = (0.3, 1.3)
-# Travel of a prismatic joint without limits, m.
+# Range of a prismatic joint without limits, m.
 SLIDE_RANGE = 1.0
-# An arm moves in a plane if its tool turns about z alone: 1 minus the cosine of the tilt.
+# An arm is planar if 1 minus the cosine of the tool's tilt from z is below this.
 AXIS_TOLERANCE = 1e-9
-# Random positions at which closed loops are tried.
+# Number of random configurations at which closing the loops is tried.
 CLOSURE_SAMPLES = 2000
 
 
@@ -40,13 +40,13 @@ class Poses:
     Parameters
     ----------
     values
-        N numbers for each symbol, SI.
+        N numbers for each symbol, SI units.
     randomised
         Names of the constants that got random values.
     chosen
-        Names of the joints that `at` gives values.
+        Names of the joints whose values the `at` line gives.
     coupling : shape (N, P, n)
-        Rates of the passive joints per rate of the joints; None without loops.
+        Rates of the P passive joints per rate of the n joints; None without closed loops.
     """
 
     count: int
@@ -65,7 +65,7 @@ def poses_for(
     count: int = POSES,
 ) -> Poses:
     """
-    Return poses for a formula that contains certain symbols.
+    Return random configurations, and constants, for a formula that contains these symbols.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def poses_for(
     Raises
     ------
     FormulaError
-        The `at` or `point` line names an unknown thing; closed loops do not close with the given
+        The `at` or `point` line has an unknown name, or closed loops do not close with the given
         values.
     """
     table, rng = names.table, np.random.default_rng(SEED)
@@ -151,7 +151,7 @@ def _drawn(robot: Robot, k: int, rng: np.random.Generator, count: int) -> Floats
     if robot.prismatic[k]:
         low = low if np.isfinite(low) else 0.0
         high = high if np.isfinite(high) else low + SLIDE_RANGE
-        low += 0.1 * (high - low)  # a fully retracted arm may be a special case
+        low += 0.1 * (high - low)  # avoid a fully retracted joint: it may be a special case
     elif not np.isfinite(high - low):
         low, high = -np.pi, np.pi
     return rng.uniform(low, high, count)

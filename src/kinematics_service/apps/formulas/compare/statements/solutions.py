@@ -1,5 +1,5 @@
 """
-Check equations, and formulas of the inverse kinematics by a damped Newton search of branches.
+Check equations, and formulas of the inverse kinematics; a damped Newton search finds branches.
 """
 
 from collections.abc import Mapping
@@ -27,23 +27,26 @@ Limits: TypeAlias = Floats  # (n, 2), rad or m
 # A formula gives a branch of the inverse if it gives the joint's value at this ratio of the poses.
 # A lower ratio is a coincidence.
 MIN_HIT_RATIO = 0.1
-# Distance (rad or m) of a formula's value from the joint: acos near its end loses half the digits.
+# Distance (rad or m) within which a formula's value is the joint's: acos loses half the digits
+# near its ends.
 HIT_TOLERANCE = 1e-7
 # A formula gives another branch if the tool reaches its pose at this ratio of the poses.
 BRANCH_POSE_RATIO = 0.9
-# Newton's method: random starts, and steps from each start.
+# Newton's method: number of random starts, and of steps from each start.
 STARTS = 24
 STEPS = 20
-# The search ends if no pose is reached from the first starts.
+# The search ends if this number of starts reaches no pose.
 FIRST_STARTS = 4
 SEED = 1955
-# Poses at which another branch is searched for: each takes STARTS searches.
+# Maximum number of poses at which another branch is searched for: a pose takes up to STARTS
+# searches.
 MAX_BRANCH_POSES = 40
-# Combinations of formulas, one formula a joint, that are tried together.
+# Maximum number of combinations of formulas, with one formula for each joint, that are tried.
 MAX_CHOICES = 16
-# A joint does not move a point whose speed is lower, m/rad: round-off.
+# If the speed of a point is below this (m/rad), the joint does not move the point: it is
+# round-off.
 STILL_SPEED = 1e-9
-# Entries of equal poses; those of a pose turned by half a turn differ by 2.
+# Largest difference between entries of equal rotations; a rotation by half a turn differs by 2.
 ROTATION_TOLERANCE = 1e-3
 
 
@@ -55,16 +58,16 @@ class PoseSearch:
     Parameters
     ----------
     table, poses
-        The arm, and where the tool is.
+        The arm, and the configurations that give the tool's target poses.
     whole
-        Whether the tool must reach its rotation, too.
+        Whether the tool must reach rotation and position; else position only.
     joints
         Indices of the joints that may move.
     given
         Indices of the joints whose values are given.
     out_of_reach
         Whether positions may be complex. If complex positions exist, the given values are a root
-        of the arm's equations, although the links are too short or too long to reach it.
+        of the arm's equations, although the links are too short or too long for a real solution.
     """
 
     table: Table
@@ -76,7 +79,7 @@ class PoseSearch:
 
     @cached_property
     def target(self) -> World:
-        """Return the arm at the poses."""
+        """Return the arm at the configurations that give the target poses."""
         return World(self.table, self.poses.values, self.poses.count)
 
     @property
@@ -86,13 +89,13 @@ class PoseSearch:
 
     @cached_property
     def moving(self) -> list[int]:
-        """Return the joints that move the tool in these rows."""
+        """Return the indices of the joints that move the tool in the search's Jacobian rows."""
         sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
         return [k for k in self.joints if sizes[k] > STILL_SPEED]
 
     @property
     def is_redundant(self) -> bool:
-        """Return whether the joints can follow every motion of the given joints."""
+        """Return whether the free joints can compensate every motion of the given joints."""
         J = self.target.jacobian[:, : self.rows]
         followed, all_of_them = (
             int(np.linalg.matrix_rank(J[:, :, columns], tol=STILL_SPEED).max()) if columns else 0
@@ -104,14 +107,13 @@ class PoseSearch:
         self, given: Mapping[sp.Symbol, Floats], wanted: Mask, limits: Limits | None = None
     ) -> Mask:
         """
-        Return at which of the wanted poses the joints bring the tool to its pose, shape (N,).
+        Return at which wanted poses the search brings the tool to its target pose, shape (N,).
 
         Parameters
         ----------
         given
-            Values of other joints.
-        wanted : shape (N,)
-        limits
+            Values of the given joints.
+        wanted : shape (N,), whether to search at each pose limits
             Limits of the prismatic joints; None: any length.
         """
         finite = np.all([np.isfinite(v) for v in given.values()], axis=0)
@@ -149,8 +151,8 @@ class PoseSearch:
         }
         for step_left in reversed(range(STEPS if self.moving else 1)):
             world = World(table, values, len(at), still=still)
-            # The twist (v, w) that brings the pose there, to first order: 0 for the same pose, and
-            # for complex poses also for half a turn.
+            # Return the twist (v, w) that moves the tool to its target, to first order. It is 0 at
+            # the target, and also half a turn from it, which matters for complex positions.
             R = target[:, :3, :3] @ np.swapaxes(world.pose[:, :3, :3], 1, 2)
             w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
             twist = np.concatenate([target[:, :3, 3] - world.pose[:, :3, 3], w], axis=1)
@@ -176,7 +178,7 @@ class PoseSearch:
 
 
 class EquationCheck(Check):
-    """An equation between known names: both sides are equal at every pose."""
+    """The check of an equation between known names: both sides must be equal at every pose."""
 
     @cached_property
     def right(self) -> Floats:
@@ -186,7 +188,7 @@ class EquationCheck(Check):
 
 class PassiveJointCheck(Check):
     """
-    A formula of a joint that closed loops move: equal at every pose, up to whole turns.
+    The check of a formula for a passive joint: it must be right at every pose, up to whole turns.
     """
 
     @cached_property
@@ -206,12 +208,13 @@ class PassiveJointCheck(Check):
 @dataclass(frozen=True, eq=False)
 class SolutionCheck(Check):
     """
-    A formula of the inverse kinematics: from the tool's pose it must return the joint's value.
+    The check of an inverse kinematics formula: it must give the joint's value from the tool's
+    pose.
 
     Parameters
     ----------
     others
-        The formulas of the same file for other joints.
+        The inverse kinematics formulas of the file, for this joint and for others.
     """
 
     others: tuple[Statement, ...] = ()
@@ -228,18 +231,18 @@ class SolutionCheck(Check):
 
     @property
     def turns(self) -> bool:
-        """Return whether the joint's value counts modulo a full turn."""
+        """Return whether the joint is revolute, so that whole turns do not count."""
         return not self.names.table.slides[self.statement.joint]
 
     def hits(self, values: Floats) -> Mask:
-        """Return at which poses values of the formula are the joint's."""
+        """Return at which poses the values (N,) of a formula are the joint's value."""
         difference = self.in_radians(values) - self.right[:, 0, 0]
         if self.turns:
             difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
         return np.asarray(np.abs(difference) <= max(self.tolerance, HIT_TOLERANCE))
 
     def in_radians(self, values: Floats) -> Floats:
-        """Return a formula's values in SI units."""
+        """Return a formula's values in rad (m if the joint is prismatic)."""
         degrees = self.statement.settings.degrees and self.turns
         return values * DEGREE if degrees else values
 
@@ -250,7 +253,10 @@ class SolutionCheck(Check):
 
     @cached_property
     def is_about_the_pose(self) -> bool:
-        """Return whether the check needs the whole pose: the joint does not move the point."""
+        """
+        Return whether the search must reach the tool's rotation, too: the formula uses the
+        rotation, or the joint does not move the tool's origin.
+        """
         column = self.world.jacobian[:, :3, self.statement.joint]
         turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}
         return bool(turned) or float(np.max(np.abs(column))) < STILL_SPEED
@@ -289,7 +295,8 @@ class SolutionCheck(Check):
         return replace(self, statement=statement)
 
     def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
-        # Values of the joints in the order in which formulas use them; None for a circle.
+        # Evaluate the formulas in the order of their dependencies; None if they depend on each
+        # other in a circle.
         variables, found = self.names.table.variables, dict[int, Floats]()
         needed = {
             k: [j for j in chosen if j != k and variables[j] in one.value.free_symbols]
@@ -330,11 +337,12 @@ class SolutionCheck(Check):
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
-        Return the ratio of the missed poses at which the tool is reached with the formula's value.
+        Return the ratio of the missed poses at which the tool reaches its pose with the formula's
+        value.
 
         A pose is missed if the formula does not give the joint's own value there. Joints that the
-        formula contains keep their values; lengths stay inside the limits, if given. If the other
-        joints can always bring the point to its place, the search uses the whole pose. With
+        formula contains keep their values. Prismatic joints stay inside `limits`, if given. If the
+        other joints can always bring the point to its place, the search uses the whole pose. With
         `out_of_reach` only poses count at which the formula has a value.
         """
         joint, table = self.statement.joint, self.names.table

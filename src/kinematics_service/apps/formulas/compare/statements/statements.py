@@ -16,9 +16,9 @@ from ..text.syntax import PARTS, Node
 from ..text.tokens import FormulaToken
 from .names import COORDINATES, FormulaNames
 
-# Nodes of an expression that is compared, shared parts counted each time.
+# Maximum number of tree nodes of an expression that is compared.
 MAX_NODES = 200_000
-# Definitions that use each other.
+# Maximum depth of definitions that use other definitions.
 MAX_DEFINITION_DEPTH = 40
 # A number with at least this many decimals is a rounded one: 0.5 is exactly a half.
 MIN_ROUNDED_DECIMALS = 4
@@ -34,24 +34,25 @@ class Statement:
     kind
         `quantity`, `solution` (inverse kinematics), `equation` or `claim`.
     name
-        As the file writes its left side.
+        The left side as written in the file.
     value
-        The right side, a matrix; 1 x 1 for a number.
+        The right side as a matrix; 1 x 1 for a scalar.
     quantity
-        The quantity of the robot with this name.
+        The quantity of the robot that the name means, or None.
     joint
-        Index of the joint a solution is for.
+        Index of the joint that a solution formula gives; -1 for other kinds.
     left
         The left side of an equation.
     conditions
-        Pairs of a claim: a joint index and the joint's value, with the integer k; or, for an
-        equation in several joints, -1 and the expression that is 0.
+        Pairs that a claim consists of: (joint index, the joint's value, which may contain the
+        integer k), or (-1, expression that is 0) for an equation in several joints.
     decimals
-        Decimal places of a formula that contains only numbers, else None.
+        Number of decimal places if the formula contains only numbers, else None.
     inexact
-        The statement with a symbol added to each rounded number; None without rounded numbers.
+        The statement with a symbol added to each rounded number; None if it has no rounded
+        numbers.
     half_units
-        These symbols, and half a unit of the last decimal of each number.
+        Pairs (symbol, half a unit of the last decimal of its number) of `inexact`.
     """
 
     kind: str
@@ -69,19 +70,19 @@ class Statement:
 
     @property
     def symbols(self) -> frozenset[sp.Symbol]:
-        """Return the symbols of both sides."""
+        """Return the symbols of the statement's two sides."""
         left = set() if self.left is None else self.left.free_symbols
         return frozenset(self.value.free_symbols | left)
 
     def fault(self, message: str) -> FormulaError:
-        """Return an error about it."""
+        """Return an error with this message and the statement's line."""
         return FormulaError(message, self.line, 1)
 
 
 @dataclass(frozen=True)
 class Understood:
     """
-    The statements of a file, its values of constants (`L1 = 0.2`), its errors, and its unused
+    The content of a file of formulas: statements, given constants (`L1 = 0.2`), errors, and unused
     definitions.
     """
 
@@ -92,14 +93,14 @@ class Understood:
 
 
 def understand(file: FormulaFile, names: FormulaNames) -> Understood:
-    """Return what the equations of a file say about a robot."""
+    """Return the statements that a file of formulas makes about a robot, and its errors."""
     return _Reader(file, names).read()
 
 
 @dataclass(frozen=True)
 class _Context:
-    # The index of the equation that contains an expression, and whether it may contain symbols of
-    # any row, the integer k, and a symbol beside each rounded number.
+    # How to read an expression: the index of its equation, and whether it may contain general
+    # symbols (a_i), the integer k, and a symbol added to each rounded number.
     index: int
     general: bool = False
     integers: bool = False
@@ -112,7 +113,7 @@ class _Reader:
         self.file = file
         self.faults = list(file.faults)
         self.global_: dict[str, Raw] = {}
-        self.local: dict[int, dict[str, Raw]] = {}  # by the index of the formula above
+        self.local: dict[int, dict[str, Raw]] = {}  # key: index of the formula above the `where`
         trees = (tree for raw in file.raw for tree in (raw.left, raw.right))
         self.has_rounded = any(_is_rounded(node.text) for tree in trees for node in _numbers(tree))
         self.half_units: dict[sp.Symbol, float] = {}
@@ -170,7 +171,8 @@ class _Reader:
         return Understood(tuple(statements), tuple(fixed), tuple(self.faults), tuple(unused))
 
     def _definition_key(self, raw: Raw) -> str:
-        # The name that other formulas use; joints, constants and coordinates are the robot's.
+        # Return the name that an equation defines; '' if it is a joint, constant or coordinate of
+        # the robot.
         key = dict(raw.settings.meanings).get(raw.left.text, raw.left.text)
         if raw.left.kind != 'name' or raw.claim or key in COORDINATES:
             return ''
@@ -313,7 +315,8 @@ def _refuse_long(value: sp.Expr, at: FormulaToken) -> None:
 
 
 def _is_formula(key: str, right: Node) -> bool:
-    # Definitions follow `where`, up to the next formula that is compared.
+    # Return whether an equation after `where` is a formula to be compared, which ends the
+    # definitions.
     quantity = quantity_of(key)
     return quantity is not None and (quantity.kind == 'det' or right.kind == 'matrix')
 
@@ -331,7 +334,7 @@ def _decimals(text: str) -> int:
 
 
 def _text(root: Node) -> str:
-    # The left side as a person reads it.
+    # Return the left side of an equation as text for reports.
     return folded(root, PARTS, _text_of)
 
 

@@ -1,1 +1,1 @@
-"""A file of formulas as a person wrote it: its words, its grammar, its lines."""
+"""Parse a file of formulas: tokens, grammar, and lines."""

@@ -18,34 +18,35 @@ Value: TypeAlias = sp.Expr | sp.ImmutableDenseMatrix
 Lookup: TypeAlias = Callable[[FormulaToken], Value]
 ReadNumber: TypeAlias = Callable[[str, FormulaToken], Value]
 
-# Bounds of numbers, powers and nesting: longer formulas would take minutes.
+# Bounds of numbers, powers and nesting: formulas beyond them would take minutes.
 MAX_DIGITS = 40
 MAX_EXPONENT = 24
 MAX_NUMBER_BITS = 4096
 MAX_POWER = 1000
 MAX_CALL_DEPTH = 12
-# A number with this many decimals that is a rounded multiple of pi/12 means the multiple: 1.5708.
+# If a number has at least this many decimals and is a rounded multiple of pi/12, as 1.5708 is, it
+# is read as the multiple.
 MIN_PI_DECIMALS = 4
 TWELFTHS = tuple(k for k in range(1, 49) if k % 12 == 0 or k <= 24)
 
 
 def build(node: Node, lookup: Lookup, read: ReadNumber) -> Value:
     """
-    Return the value of a formula.
+    Return the expression or matrix of a formula's tree.
 
     Parameters
     ----------
     node
-        Its tree.
+        The tree of the formula.
     lookup
         Returns the value of a name.
     read
-        Returns the value of a number, such as `number`.
+        Returns the value of a number, as the function `number` does.
 
     Raises
     ------
     FormulaError
-        Shapes that do not fit, an unknown name, a number out of bounds.
+        Shapes do not fit, a name is unknown, or a number is out of bounds.
     """
     return folded(node, PARTS, lambda part, parts: _combined(part, parts, lookup, read))
 
@@ -72,7 +73,7 @@ def _combined(node: Node, parts: list[Value], lookup: Lookup, read: ReadNumber) 
 
 
 def _refuse_large(node: Node, value: Value) -> None:
-    # Products double the digits of their numbers each time.
+    # Refuse large numbers early: repeated products double the number of digits each time.
     for entry in value if is_matrix(value) else (value,):
         for factor in sp.Mul.make_args(entry):
             if factor.is_Rational and _bits(factor) > MAX_NUMBER_BITS:
@@ -98,12 +99,12 @@ def is_matrix(value: Value) -> bool:
 
 def number(text: str, at: FormulaToken) -> Value:
     """
-    Return an exact number: decimals become fractions, and printed multiples of pi that multiple.
+    Return an exact number: decimals become fractions, and rounded multiples of pi become exact.
 
     Raises
     ------
     FormulaError
-        Too many digits, or too large an exponent.
+        The number has too many digits or too large an exponent.
     """
     mantissa, _, exponent = text.lower().partition('e')
     if len(mantissa) > MAX_DIGITS or len(exponent) > 3 or abs(int(exponent or 0)) > 60:
@@ -141,7 +142,7 @@ def _stacked(node: Node, parts: list[Value]) -> Value:
 
 def _added(node: Node, *terms: Value) -> Value:
     if not any(map(is_matrix, terms)):
-        return sp.Add(*terms)  # at once: one after the other takes the square of their count
+        return sp.Add(*terms)  # in one call: adding one by one takes quadratic time
     one, *others = terms
     for other in others:
         if is_matrix(one) != is_matrix(other):
@@ -208,7 +209,8 @@ def _inverse(node: Node, matrix: Value) -> Value:
     if not is_matrix(matrix):
         return 1 / matrix
     if matrix.rows == matrix.cols == 4 and matrix.row(3) == sp.Matrix([[0, 0, 0, 1]]):
-        # A pose needs no symbolic elimination; a matrix that is not a pose differs when compared.
+        # Invert as a pose, without symbolic elimination. If the rotation is none, the result is
+        # wrong and the comparison shows it.
         return sp.ImmutableDenseMatrix(inverse_pose(matrix))
     if matrix.rows != matrix.cols or matrix.rows > 4:
         raise node.at.fault(f'the inverse of a matrix of {_size(matrix)}')

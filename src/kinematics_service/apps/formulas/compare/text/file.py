@@ -18,10 +18,10 @@ GOES_ON = re.compile(r'(=|(?<![*/])[*/+-]|&|\\\\|\.\.\.)\s*$')
 BEGINS_A_MATRIX = re.compile(r'\s*(\$|\[|\\begin|\\left|\\\[|Matrix|sp\.|sympy\.|np\.)')
 BRACED = re.compile(r'\\(?:begin|end)\s*\{[^{}]{0,40}\}')
 
-# Formulas of a file; each takes up to a second.
+# Maximum number of formulas in a file; a formula takes up to a second.
 MAX_FORMULAS = 200
 
-# Names of a matrix whose determinant is meant: `det(J)`.
+# Names of matrices whose determinant a file may define, as in `det(J) = ...`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
 # `J(q) = ...`, `T(\theta_1, \theta_2) = ...`: a left side and its variables.
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
@@ -40,24 +40,26 @@ CHOICES: dict[str, dict[str, dict[str, Any]]] = {
 @dataclass(frozen=True)
 class Settings:
     """
-    How the formulas after a setting are meant.
+    Settings of a file of formulas, which apply to the formulas after them.
 
     Parameters
     ----------
     angular_first
-        `rows: angular first`; None: the usual order, linear first but of `J_s` and `J_b`.
+        `rows: angular first`; None: the usual order, which is angular first for `J_s` and `J_b`,
+        else linear first.
     axes
-        `frame: tool`: the axes of the Jacobian's rows.
+        Axes of the Jacobian's rows: `base`, or `tool` after `frame: tool`.
     degrees
-        `units: deg`: angles in the formulas, in `at`, and what inverse kinematics returns.
+        Whether `units: deg` is set: angles in formulas, in `at`, and results of inverse kinematics
+        are in deg.
     first_frame
         The number of the table's frame 0.
     point
-        The point whose coordinates are x, y, z; empty: the tool.
+        Name of the point whose coordinates are x, y, z; empty: the tool.
     at
-        The configuration of numeric formulas, `theta3=90 deg`; empty: random poses.
+        Joint values of a numeric example, such as `theta3=90 deg`; empty: random configurations.
     meanings
-        `meaning: R_C = o_3`: other names for what is known.
+        Pairs (new name, known name), from lines such as `meaning: R_C = o_3`.
     """
 
     angular_first: bool | None = None
@@ -72,16 +74,17 @@ class Settings:
 @dataclass(frozen=True)
 class Raw:
     """
-    An equation of the file, read but not yet understood.
+    An equation of the file as two trees, before its names have a meaning.
 
     Parameters
     ----------
     left, right
-        Trees of both sides; of a chain a = b = c the first and the last.
+        Trees of both sides; in a chain a = b = c these are a and c.
     local
         Whether it follows `where`: a definition for the formula above only.
     claim
-        The conditions of a `singular:` line; left and right are those of the first.
+        The conditions of a `singular:` line, else empty; `left` and `right` belong to the first
+        condition.
     """
 
     left: Node
@@ -92,7 +95,7 @@ class Raw:
 
     @property
     def line(self) -> int:
-        """Return the line it begins on."""
+        """Return the number of the line on which the equation begins."""
         return self.left.at.line
 
 
@@ -106,7 +109,7 @@ class FormulaFile:
 
 @dataclass(frozen=True)
 class _Chunk:
-    # Lines that belong together, from a column of the first one on.
+    # The text of lines that belong together, from `column` of the first line on.
     text: str
     line: int
     by_lines: bool = False
@@ -179,7 +182,7 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
             elif depth <= 0 and not GOES_ON.search(before):
                 break
             elif depth > 0 and (_begins_another(text) or SETTING.fullmatch(text)):
-                break  # a bracket that was never closed must not swallow the file
+                break  # an unclosed bracket must not include the rest of the file
             depth += _depth(lines[at])
             at += 1
         yield _Chunk('\n'.join(lines[first:at]), first + 1, by_lines)
@@ -202,7 +205,7 @@ def _end_of_rows(lines: Sequence[str], at: int) -> int:
 
 
 def _bare(line: str) -> str:
-    # Without its comment; `\%` does not begin one.
+    # Return a line without its comment; `\%` does not begin a comment.
     found = re.search(r'(?<!\\)[#%]', line)
     text = (line[: found.start()] if found else line).rstrip()
     return '' if text.strip() in ('$$', '$', '\\[', '\\]') else text
@@ -231,7 +234,7 @@ def _equations(chunk: _Chunk, settings: Settings, local: bool = False) -> Iterat
 
 
 def _split(tokens: Sequence[FormulaToken], at: Sequence[str]) -> list[list[FormulaToken]]:
-    # At separators outside all brackets.
+    # Split tokens at separators that are outside all brackets.
     parts: list[list[FormulaToken]] = [[]]
     depth = 0
     for token in tokens:
@@ -263,7 +266,7 @@ def _equation(tokens: list[FormulaToken], settings: Settings, local: bool, by_li
 
 
 def _of_a_jacobian(left: Node) -> Node:
-    # The parser reads det(J) on a left side as a product; it means `det`.
+    # The parser reads det(J) as the product det * J; on a left side it means the determinant.
     if left.kind != '*' or left.parts[0].text != 'det':
         return left
     det, of = left.parts
@@ -273,7 +276,7 @@ def _of_a_jacobian(left: Node) -> Node:
 
 
 def _trimmed(tokens: list[FormulaToken]) -> list[FormulaToken]:
-    # Without newlines at both ends.
+    # Return the tokens without newlines at both ends.
     words = [k for k, token in enumerate(tokens) if token.kind != 'newline']
     return tokens[words[0] : words[-1] + 1] if words else []
 

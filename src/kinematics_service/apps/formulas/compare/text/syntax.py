@@ -1,10 +1,10 @@
 r"""
-The grammar of formulas: a Pratt parser from tokens to a tree; nothing is ever evaluated.
+Parse the tokens of a formula into a tree by a Pratt parser; no text is ever executed.
 
 Pratt, Top down operator precedence, POPL 1973: each operator binds its left operand with a power,
 and an expression ends at an operator that binds less than the operator before the expression.
 
-Accepted are sums, products (also implicit: `2 L1 c1`), powers, functions, `\frac`, `\sqrt`,
+The parser accepts sums, products (also implicit: `2 L1 c1`), powers, functions, `\frac`, `\sqrt`,
 matrices as `[a b; c d]`, `[[a, b], [c, d]]`, `Matrix(...)` or `\begin{bmatrix}`, transposes,
 inverses and cross products.
 """
@@ -31,7 +31,7 @@ SUM, PRODUCT, SIGN, POWER, POSTFIX = range(1, 6)
 BINDING = {'+': SUM, '-': SUM, '*': PRODUCT, '/': PRODUCT, 'x': PRODUCT, '^': POWER, "'": POSTFIX}
 TRANSPOSE = (('T',), ('top',), ('{', 'T', '}'), ('{', 'top', '}'))
 CLOSING = {'(': ')', '[': ']', '{': '}'}
-# Entries of a matrix; a Jacobian of 100 joints has 600.
+# Maximum number of entries of a matrix; a Jacobian of 100 joints has 600.
 MAX_MATRIX_ENTRIES = 1000
 
 
@@ -50,9 +50,9 @@ class Node:
     parts
         Operands, arguments, or the entries of a matrix row by row.
     at
-        The first word, for messages.
+        The first token of the part, for error messages.
     rows
-        Entries in each row of a matrix.
+        Number of entries in each row of a matrix.
     """
 
     kind: str
@@ -72,14 +72,14 @@ def parse(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
     Parameters
     ----------
     tokens
-        All of it.
+        All tokens of the expression.
     last
-        The token that a message about a missing end points at.
+        The token at which an error is reported if the expression ends too early.
 
     Raises
     ------
     FormulaError
-        The words do not make an expression.
+        The tokens are not a valid expression.
     """
     parser = _Parser(list(tokens), last)
     parser.skip_newlines()
@@ -91,7 +91,7 @@ def parse(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
 
 
 def parse_lines(tokens: Sequence[FormulaToken], last: FormulaToken) -> Node:
-    """Return the matrix of lines without brackets, a row each."""
+    """Return the matrix whose rows are the lines of a text without brackets."""
     opening = FormulaToken('operator', '[', '[', last.line, last.column, False)
     closing = FormulaToken('operator', ']', ']', last.line, last.column, False)
     return parse([opening, *tokens, closing], last)
@@ -103,7 +103,7 @@ class _Parser:
     last: FormulaToken
     at: int = 0
     depth: int = 0
-    by_blanks: bool = False  # inside a row whose entries blanks separate
+    by_blanks: bool = False  # in a row in which blanks separate entries
 
     @property
     def next(self) -> FormulaToken | None:
@@ -124,7 +124,7 @@ class _Parser:
         return token
 
     def took(self, *texts: str) -> bool:
-        # Take tokens of any kind, all of them or none.
+        # If the next tokens have these texts, take them all and return True.
         if tuple(t.text for t in self.tokens[self.at : self.at + len(texts)]) != texts:
             return False
         self.at += len(texts)
@@ -152,7 +152,7 @@ class _Parser:
         return node
 
     def binding(self) -> int:
-        # 0 ends every expression.
+        # Return the binding power of the next token; 0 ends every expression.
         token = self.next
         if token is None:
             return 0
@@ -166,9 +166,12 @@ class _Parser:
         return PRODUCT if factor and not (self.by_blanks and token.spaced) else 0
 
     def combined(self, left: Node, power: int) -> Node:
-        """Return the node of an operator, of its left operand and of its right one, if any."""
+        """
+        Return the node of the next operator, with its left operand and the right one, if it has
+        one.
+        """
         token = self.next
-        assert token is not None  # it binds
+        assert token is not None  # its binding power is above 0
         if power == POSTFIX:
             return Node("'" if token.text == "'" else 'deg', '', (left,), self.take())
         if token.kind != 'operator' or token.text in CLOSING:
@@ -196,7 +199,7 @@ class _Parser:
         return self.expression(SIGN) if self.is_next('-', '+') else self.operand(self.take())
 
     def operand(self, token: FormulaToken) -> Node:
-        """Return the operand that a token begins."""
+        """Return the operand that begins with a token."""
         if token.kind == 'number':
             return Node('number', token.text, (), token)
         if token.kind == 'name':
@@ -234,7 +237,9 @@ class _Parser:
         return Node('name', token.text, (), token)
 
     def group(self) -> Node:
-        """Return an argument of a LaTeX command: in braces, or one letter, digit or command."""
+        """
+        Return the argument of a LaTeX command: a group in braces, or one letter, digit or command.
+        """
         if self.took('{'):
             return self.bracketed('}')
         token = self.take()
@@ -311,7 +316,10 @@ class _Parser:
         return Node('*', '', (node, self.expression(POSTFIX)), after)
 
     def matrix(self, opening: FormulaToken) -> Node:
-        """Return rows in brackets, or of a LaTeX environment, whose lines mean nothing."""
+        """
+        Return a matrix in brackets, or in a LaTeX environment, in which line breaks have no
+        meaning.
+        """
         environment, before = opening.kind == 'begin', self.by_blanks
         rows: list[list[Node]] = [[]]
         has_commas = environment or self.row_has_commas()

@@ -1,8 +1,8 @@
 r"""
-The words of a formula as people type it: plain, sympy, MATLAB or LaTeX, in one stream of tokens.
+Split a formula into tokens, in plain, sympy, MATLAB or LaTeX syntax or a mixture of them.
 
 Names lose their underscores and braces (`\theta_{1}`, `theta_1` and `theta1` are one name), Greek
-letters get their English names, and what only spaces or sizes a LaTeX formula is left out.
+letters get their English names, and LaTeX commands for spacing and size are left out.
 """
 
 import re
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from .....errors import FormulaError
 from .....typography import GREEK, SUBSCRIPTS, plain_signs
 
-# Signs with a meaning of their own in a formula: a cross product, powers, a transpose.
+# Unicode signs with a meaning in formulas: a cross product, powers, a transpose, an index.
 UNICODE = {
     '×': '\\times ', '′': "'", 'ᵀ': "'", 'ᵢ': '_i',
     **{sign: f'^{digit}' for digit, sign in enumerate('⁰¹²³⁴⁵⁶⁷⁸⁹')},
@@ -24,8 +24,8 @@ _END = '(?![A-Za-z])'
 _GROUP = r'\{(?:[^{}]|\{[^{}]*\})*\}'
 _MATRIX = r'\s*\{\s*(?:[pbvB]|small)?matrix\*?\s*\}|\s*\{\s*array\s*\}'
 _LETTERED = r'\\(?:text|operatorname|math(?:rm|cal|bf|it|sf|bb)|boldsymbol|bm|mbox|hat|vec)\s*\*?'
-# The kind of a token, its pattern, and its plain text if that is not what matches. A token without
-# a kind has no meaning. The first pattern that matches is taken.
+# Kind, pattern and plain text of each token; None: the matched text. A token with an empty kind
+# has no meaning and is skipped. The first pattern that matches is taken.
 TOKENS = tuple(
     (kind, re.compile(pattern), plain)
     for kind, pattern, plain in (
@@ -52,10 +52,10 @@ TOKENS = tuple(
     )
 )  # fmt: skip
 WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
-# Indices below: of a LaTeX command one letter or a number, else a word.
+# Patterns of subscripts: after a LaTeX command one letter or a number, else a word.
 BELOW = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|[A-Za-z0-9]+)')
 BELOW_COMMAND = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|\d+|[A-Za-z])')
-# Indices above name a frame, of these letters alone.
+# Only after these letters a superscript is a frame; after others it is a power.
 FRAMED = ('T', 'A', 'H', 'R', 'z', 'o', 'O', 'p', 'P', 'J')
 ABOVE = re.compile(r'\s*\^\s*(?P<brace>\{\s*)?(?P<index>[0-9n])(?(brace)\s*\}|(?![A-Za-z0-9.]))')
 INDEX = re.compile(r'\s*_\s*\{?\s*[0-9nevwx\\]')
@@ -68,30 +68,30 @@ ADVICE = {
     '|': ': write det(J) for a determinant',
     '_': ': an index comes before a power, as in L_1^2',
 }
-# `+-` is one of two signs, or the sign of a number that is added.
+# `+-` is ambiguous, plus or minus or the sign of an added number, so it is an error.
 PLUS_MINUS = re.compile(r'[±∓]|\\(?:pm|mp)(?![A-Za-z])|\+/?-')
-# Words of a file: more would take minutes.
+# Maximum number of tokens of a file: more would take minutes.
 MAX_TOKENS = 50_000
 
 
 @dataclass(frozen=True)
 class FormulaToken:
     """
-    One word of a formula.
+    One token of a formula.
 
     Parameters
     ----------
     kind
         `number`, `name`, `operator`, `begin`, `end`, `row` (of LaTeX), `newline`, `degrees`.
     text
-        The number, the name without underscores (a frame above it first, `0z1`), or the operator
-        in its plain form.
+        The number, the operator in its plain form, or the name without underscores. A superscript
+        frame comes first, as in `0z1`.
     written
         The text in the file.
     line, column
         Counted from 1.
     spaced
-        Whether white space precedes it; it separates the entries of a MATLAB row.
+        Whether white space precedes the token; it separates the entries of a MATLAB row.
     """
 
     kind: str
@@ -122,12 +122,12 @@ def plain_letters(text: str) -> str:
 
 def tokens_of(text: str, line: int = 1, column: int = 1) -> list[FormulaToken]:
     """
-    Return the words of a text that begins at a line and column of its file.
+    Return the tokens of a text that begins at a line and column of its file.
 
     Raises
     ------
     FormulaError
-        A character or LaTeX command with no meaning here.
+        A character or LaTeX command has no meaning in a formula.
     """
     tokens: list[FormulaToken] = []
     for offset, part in enumerate(text.split('\n')):
@@ -152,7 +152,7 @@ def _tokens_of_line(text: str, line: int, column: int) -> Iterator[FormulaToken]
 
 
 def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
-    # The kind, the word and its end; the kind of spaces and sizes is empty.
+    # Return the kind, the text and the end of a token; the kind of spaces and sizes is empty.
     place = line, column + at
     if found := PLUS_MINUS.match(text, at):
         raise FormulaError(
@@ -174,8 +174,8 @@ def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
 
 
 def _before(text: str, at: int, operand: bool, spaced: bool) -> tuple[str, str, int] | None:
-    # `{}^{0}T_{2}` and `{}^0_2T`: frame 2 in frame 0. Behind an operand `^` is a power, unless
-    # the number is written onto a name: `A_1 ^1T_2`.
+    # `{}^{0}T_{2}` and `{}^0_2T`: frame 2 in frame 0. After an operand `^` is a power, unless a
+    # name follows the number without a space: `A_1 ^1T_2`.
     found = BEFORE.match(text, at) if text[at] in '{^' else None
     if found is None or (
         operand and text[at] == '^' and not (spaced and found['glued'] is not None)
@@ -189,7 +189,7 @@ def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tu
     if '{' in word:
         word = re.sub(r'[\\_{}]', '', word[word.index('{') :]).strip()
         if not WORD.fullmatch(word):
-            # Text of several words is a remark, as in `\text{ according to base axes}`.
+            # Skip text of several words: it is a remark, as in `\text{ according to base axes}`.
             return '', '', at
     word, below = SAME_LETTER.get(word, word), _plain_index(below)
     while True:
@@ -206,7 +206,8 @@ def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tu
 
 
 def _is_frame(word: str, found: re.Match[str], below: str) -> bool:
-    # `R^0_1`, `{}^0J`; and `R_1^0`: a power 0 or 1 is never written. `T_1^2` stays a power.
+    # Return whether a superscript is a frame, as in `R^0_1` and `{}^0J`. It is in `R_1^0`, too,
+    # since nobody writes a power 0 or 1; `T_1^2` is a power.
     if word not in FRAMED:
         return False
     if below:
