@@ -1,3 +1,3 @@
 """
-Exact derivations: frames, Jacobian, determinant, singular set; the only place that knows sympy.
+Derive frames, Jacobian, determinant and singular set of an arm exactly, with sympy.
 """

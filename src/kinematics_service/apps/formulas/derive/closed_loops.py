@@ -1,5 +1,5 @@
 """
-Closure equations of loops in symbols, the coupling of passive joints, and the determinants.
+Derive the closure equations of closed loops, the coupling of passive joints, and the determinants.
 
 All expressions are in the joints and the passive joints. The passive joints follow from the joints
 by the closure equations, which have no closed form in general.
@@ -29,16 +29,17 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# Numerators of more operations are not multiplied out: the result would not be shorter.
+# A numerator with more operations than this is not multiplied out: the result would not be
+# shorter.
 MAX_OPERATIONS = 150
-# A determinant of more joints and passive joints is not multiplied out.
+# If an arm has more joints and passive joints than this, its determinant is not derived.
 MAX_VARIABLES = 6
 
 
 @dataclass(frozen=True)
 class LoopEquations:
     """
-    A closed loop in symbols.
+    The equations of a closed loop in symbols.
 
     Attributes
     ----------
@@ -47,12 +48,14 @@ class LoopEquations:
     passive
         Symbols psi of its passive joints.
     equations
-        Phi, each 0 if the loop is closed: the end of the loop's own chain relative to the frame
-        in which it meets the table, in the axes of the frame in which the loop begins.
+        Phi; each equation is 0 if the loop is closed. Phi is the pose difference between the end
+        of the loop's own chain and the frame of the table that it meets, in the axes of the frame
+        in which the loop begins.
     coupling
-        d psi / d q by the joints of the arm, one row a passive joint.
+        d psi / d q by the joints of the arm, one row for each passive joint.
     determinant
-        The determinant of d Phi / d psi; if it is 0, the loop is flat and may change its branch.
+        The determinant of d Phi / d psi. If it is 0, the loop equations are singular and the loop
+        may change its branch.
     """
 
     name: str
@@ -63,21 +66,21 @@ class LoopEquations:
 
 
 def simplified(expression: sympy.Expr) -> sympy.Expr:
-    """Return a quotient of sines and cosines with the shortest numerator of two forms."""
+    """Return a quotient of sines and cosines with its numerator in the shorter of two forms."""
     numerator, denominator = sympy.fraction(expression)
     forms = [sympy.factor_terms(form, clear=False) for form in _forms(numerator)]
     return min(forms, key=sympy.count_ops) / denominator
 
 
 def _forms(expression: sympy.Expr) -> list[sympy.Expr]:
-    # The expression and, if it is short, its form with sums of angles.
+    # Return the expression and, if it is not too long, its form with sums of angles.
     long = sympy.count_ops(expression) > MAX_OPERATIONS
     return [expression] if long else [expression, _without_products(expression)]
 
 
 def _without_products(expression: sympy.Expr) -> sympy.Expr:
     # Write products of sines and cosines as sines and cosines of sums: with parallel axes most
-    # terms cancel. It takes a thirtieth of the time of `sympy.trigsimp`.
+    # terms cancel. This takes a thirtieth of the time of `sympy.trigsimp`.
     return sympy.expand(TR8(sympy.expand(expression)))
 
 
@@ -88,10 +91,10 @@ def loop_equations(
     passive: Sequence[sympy.Symbol],
 ) -> LoopEquations:
     """
-    Return a loop that is closed by Phi(q, psi) = 0, with its coupling by q.
+    Return the equations of a loop closed by Phi(q, psi) = 0, with the coupling d psi / d q.
 
-    Phi stays 0 along every motion, dPhi/dq + dPhi/dpsi dpsi/dq = 0, so that
-    dpsi/dq = -(dPhi/dpsi)^-1 dPhi/dq.
+    Phi stays 0 along every motion: dPhi/dq + dPhi/dpsi dpsi/dq = 0. So dpsi/dq = -(dPhi/dpsi)^-1
+    dPhi/dq.
 
     Parameters
     ----------
@@ -115,7 +118,8 @@ def loops_of(
     robot: Robot, arm: RobotDescription, arithmetic: Arithmetic, tell: Callable[[str], None]
 ) -> tuple[LoopEquations, ...]:
     """
-    Return the loops of an arm, in the order of the file; none of an arm without.
+    Return the equations of the closed loops of an arm, in the order of the file; empty without
+    loops.
 
     Parameters
     ----------
@@ -124,18 +128,19 @@ def loops_of(
     arm
         The arm with its loops open.
     arithmetic
-        The arithmetic of the arm and of the rows of its loops.
+        The arithmetic; its ring contains the angles of the arm and of its loops' rows.
     tell
-        Called with a few words about the next step.
+        Called with a short text about the next step.
 
     Raises
     ------
     DerivationError
-        Loops need each other's passive joints.
+        Several loops need each other's passive joints.
     """
     loops = robot.description.loops
     for group in loop_groups(loops):
-        # The inverse of the equations of several loops is too long to read.
+        # Refuse loops that must be solved together: the inverse of their equations is too long to
+        # read.
         if len(group) > 1:
             names = ', '.join(repr(loop.name) for loop in group)
             raise DerivationError(
@@ -163,9 +168,9 @@ def closed_determinant(
     robot: Robot, J: Matrix, frames: Frames, loops: Sequence[LoopEquations], writer: Writer
 ) -> sympy.Expr | None:
     """
-    Return det(J_t) of the task rows of an arm with loops, a product over those of the loops.
+    Return det(J_t) of the task rows of an arm with loops, divided by the loops' determinants.
 
-    None if it is not square, or has more than MAX_VARIABLES joints and passive joints.
+    None if J_t is not square, or the arm has more than MAX_VARIABLES joints and passive joints.
 
     Parameters
     ----------
@@ -179,12 +184,13 @@ def closed_determinant(
     symbols = writer.arithmetic.names.variables
     if not robot.singularity.task.square or len(symbols) > MAX_VARIABLES:
         return None
-    # The axes in which the loops begin do not turn with the joints before them.
+    # Use the axes of the frame in which the first loop begins: the loop equations do
+    # not depend on the joints before this frame.
     task = robot.singularity.task.axes.tolist()
     frame = robot.description.loops[0].start.row if may_turn(task) else 0
     turned = in_axes_of(J, frames.in_base[frame])
     rows = writer.matrix(turned[task])
-    # det(A - B D^-1 C) det D = det [[A, B], [C, D]], of which no entry is a quotient.
+    # det(A - B D^-1 C) det D = det [[A, B], [C, D]], whose entries are no quotients.
     slopes = sympy.Matrix([e for loop in loops for e in loop.equations]).jacobian(list(symbols))
     numerator = rows.col_join(slopes).det(method='berkowitz')
     numerator = sympy.factor(_without_products(numerator))
@@ -194,8 +200,8 @@ def closed_determinant(
 def _equations(
     description: RobotDescription, loop: LoopDescription, arithmetic: Arithmetic
 ) -> tuple[sympy.Expr, ...]:
-    # The residual of a loop, as in the kernel. The residual of a rotation is its axis times the
-    # sine of its angle.
+    # Return the residual of a loop as the kernel defines it; for a rotation it is the axis times
+    # the sine of the angle.
     start = _chain(description, (), loop.start.motion, arithmetic)
     there = start.inv() * _chain(description, loop.there, loop.meets.motion, arithmetic)
     back = _chain(description, loop.links, IDENTITY, arithmetic)

@@ -1,4 +1,6 @@
-"""Derive an arm exactly: frames, Jacobian four ways, determinant and singular set in symbols."""
+"""
+Derive an arm exactly: frames, Jacobian by four methods, determinant and singular set, in symbols.
+"""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -41,7 +43,8 @@ from .singular_set import (
 )
 from .trigonometry import Writer, writer_of
 
-# More minors are not written out; their number grows like binomials with the redundant joints.
+# If the task rows have more minors than this, they are not derived; the number of minors grows
+# like a binomial coefficient with the redundant joints.
 MAX_MINORS = 100
 
 Progress = Callable[[str], None]
@@ -50,30 +53,31 @@ Progress = Callable[[str], None]
 @dataclass(frozen=True, eq=False)
 class Derivation:
     """
-    An arm, derived exactly; sympy expressions in the file's own symbols.
+    The exact derivation of an arm: sympy expressions in the symbols of the robot file.
 
-    An arm with closed loops is derived by its joints and its passive joints. Lengths are in the
-    file's unit, joint angles in rad. The Jacobian's rows are the linear three, then the angular
-    three, its point is the tool, its axes those of the base frame.
+    Expressions of an arm with closed loops contain joints and passive joints. Lengths are in the
+    file's unit, joint angles in rad. The Jacobian has three linear rows, then three angular rows.
+    Its reference point is the tool, its axes are those of the base frame.
 
     Attributes
     ----------
     robot
         The arm.
     names
-        Its symbols: `variables` (passive joints behind the others), `lengths`, and the file's
+        The symbols: `variables` (passive joints after the others), `lengths`, and the file's
         `values` of the lengths.
     jacobian_open : 6 x n
-        J by the joints, and by the passive joints behind them as if each moved by itself.
+        J by the joints, then by the passive joints, as if each passive joint moved independently.
     methods
-        The four ways to it, with the number of terms their difference from the first leaves: 0.
+        The four methods for `jacobian_open`, and the number of terms by which each differs from
+        the first method: 0.
     coupling
-        C with (rows' theta and d) = C q + constants where a joint moves several rows, or none;
-        else None. With closed loops passive joints stand behind q.
+        C with (rows' theta and d) = C q + constants if a joint moves several rows or no row; else
+        None. With closed loops passive joints follow q.
     loops
-        Closed loops, in the order of the file; empty for most arms.
+        Equations of the closed loops, in the order of the file; empty without loops.
     singular_set
-        Determinant, factors, families, ranks; with closed loops the determinant alone.
+        Determinant, factors, families and ranks; with closed loops only the determinant.
     """
 
     robot: Robot
@@ -113,12 +117,12 @@ class Derivation:
 
     @cached_property
     def z(self) -> tuple[sympy.Matrix, ...]:
-        """Return the direction of the axis of each row that moves, base axes."""
+        """Return for each row that moves the unit vector along its axis, base axes."""
         return tuple(self.exact.writer.matrix(axis.z[:, None]) for axis in self._axes)
 
     @cached_property
     def o(self) -> tuple[sympy.Matrix, ...]:
-        """Return a point on the axis of each row that moves, base axes."""
+        """Return for each row that moves a point on its axis, in the base frame."""
         return tuple(self.exact.writer.matrix(axis.o[:, None]) for axis in self._axes)
 
     @property
@@ -143,13 +147,14 @@ class Derivation:
 
     @cached_property
     def jacobian(self) -> sympy.Matrix:
-        """Return J by the joints, 6 x n."""
+        """Return the Jacobian J by the joints, 6 x n."""
         return self._by_joints(self.jacobian_open)
 
     @property
     def loop_coupling(self) -> sympy.Matrix:
         """
-        Return d (q, psi) / d q of joints q and passive joints psi: J is `jacobian_open` times it.
+        Return C = d (q, psi) / d q of joints q and passive joints psi; `jacobian` is
+        `jacobian_open` C.
         """
         rows = [sympy.eye(len(self.variables)), *(loop.coupling for loop in self.loops)]
         return sympy.ImmutableMatrix(sympy.Matrix.vstack(*rows))
@@ -159,26 +164,28 @@ class Derivation:
         """
         Return the determinant of the task rows as a product, or the product of singular values.
 
-        None if it is not written out.
+        None if the product would be too long.
         """
         return self.singular_set.determinant.expression
 
     @property
     def lengths(self) -> dict[str, float | None]:
-        """Return the lengths of the file by name, in its unit; None for one without a value."""
+        """
+        Return the file's lengths by name, in the file's unit; None for a length without a value.
+        """
         letters = self.robot.description.letters.split(', ')
         values = self.names.values.items()
         return {s.name: None if s.name in letters else value for s, value in values}
 
     @property
     def factors(self) -> dict[str, sympy.Expr]:
-        """Return the factors of the determinant by name."""
+        """Return the factors of the determinant as expressions, by name."""
         return {factor.name: factor.expression for factor in self.singular_set.factors}
 
     @property
     def angles(self) -> dict[sympy.Symbol, sympy.Expr]:
         """
-        Return q + offset by the symbol of theta, for joints whose offset is not a quarter turn.
+        Return theta -> q + offset for joints whose offset is not a multiple of a quarter turn.
 
         Examples
         --------
@@ -189,7 +196,7 @@ class Derivation:
         return self.exact.arithmetic.in_variables
 
     def in_angles(self, expression: sympy.Expr) -> sympy.Expr:
-        """Return an expression (or a matrix) by the theta of `angles`, without the offsets."""
+        """Return an expression or matrix written in the theta of `angles`, without the offsets."""
         offsets = self.exact.arithmetic.offsets
         symbols = self.exact.arithmetic.angles
         turned = {v: symbols[v] - offsets[v] for v in self.names.variables if offsets[v] != 0}
@@ -197,14 +204,15 @@ class Derivation:
 
     def jacobian_in(self, frame: str | int = 'base', angular_first: bool = False) -> sympy.Matrix:
         """
-        Return the Jacobian in other axes or with the other rows first.
+        Return the Jacobian in other axes, or with the angular rows first.
 
         Parameters
         ----------
         frame
-            `base`, `tool`, or the number of a frame of the table; the point stays the tool.
+            `base`, `tool`, or the number of a frame of the table; the reference point stays the
+            tool.
         angular_first
-            Rows wx wy wz vx vy vz.
+            Whether the rows are wx wy wz vx vy vz.
 
         Raises
         ------
@@ -220,13 +228,16 @@ class Derivation:
 
     @cached_property
     def central_difference(self) -> float:
-        """Return how far J is from central differences of T at a seeded pose, m and rad."""
+        """
+        Return the largest difference between J and central differences of T at one pose, m and
+        rad.
+        """
         return self.exact.sampler.central_difference()
 
 
 @dataclass(frozen=True, eq=False)
 class Exact:
-    """The arithmetic behind a derivation."""
+    """The exact polynomials of a derivation, before they become sympy expressions."""
 
     arithmetic: Arithmetic
     frames: Frames
@@ -235,7 +246,7 @@ class Exact:
     J: Matrix
 
     def jacobian_in(self, frame: str | int) -> Matrix:
-        """Return J in the axes of a frame."""
+        """Return J, as exact polynomials, in the axes of a frame."""
         if frame == 'base':
             return self.J
         if frame == 'tool':
@@ -257,10 +268,11 @@ def derive(
     robot
         The arm.
     locked
-        Joint variables that are held still, and the expressions, in the file's units, that replace
-        them: `{'q3': '0'}` makes a six-joint arm of a seven-joint arm. Not with closed loops.
+        Joint variables that are held still, and the texts, in the file's units, that replace them:
+        `{'q3': '0'}` makes a six-joint arm of a seven-joint arm. Arms with closed loops accept
+        none.
     progress
-        Called with a few words about the next step.
+        Called with a short text about the next step.
 
     Raises
     ------
@@ -288,7 +300,7 @@ def derive(
     loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     singular_set = _closed_set(exact, loops, tell) if loops else _singular_set(exact, tell)
     singular_set = singular_set or _singular_set(exact_of(robot, locked, parts=2), tell)
-    assert singular_set is not None  # with half angles every family is one
+    assert singular_set is not None  # half angles always suffice
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(
@@ -315,7 +327,7 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
-    # None if the families of a factor need half angles.
+    # Return None if separating the families of a factor needs half angles.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     search = FamilySearch(sampler, sampler.in_random_letters)
@@ -344,7 +356,7 @@ def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
     remainder = remainder_of(rests, writer, arithmetic)
     bases = [f.expression if minors.square else sympy.Abs(f.expression) for f in factors]
     powers = [base**factor.power for base, factor in zip(bases, factors)]
-    # The constant last: sympy would multiply a lone sum out.
+    # Multiply by the constant last: sympy would expand a constant times a single sum.
     expression = constant * sympy.Mul(*powers, remainder)
     determinant = Determinant(
         square=minors.square and square and rank == n,
@@ -372,15 +384,15 @@ def _minors(exact: Exact, columns: Sequence[int], rank: int) -> Minors | None:
     sampler = exact.sampler
     if comb(len(columns), rank) * comb(len(sampler.rows), rank) > MAX_MINORS:
         return None
-    # The point may change if six rows have full rank: the ratios of the minors stay the same.
-    # Other sums of squared minors depend on the point.
+    # Let the reference point change only if the rank is 6, since minors of six rows do not depend
+    # on the point. Smaller minors do.
     view = simplest_view(exact.J, exact.frames, exact.arithmetic, sampler.rows, columns, rank == 6)
     return minors_of(view, sampler.rows, columns, rank)
 
 
 def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int = 1) -> Exact:
     """
-    Return the arithmetic of an arm, its loops open, in joint angles or in half angles (`parts` 2).
+    Return the exact polynomials of an arm with its loops open, in half angles if `parts` is 2.
 
     Raises
     ------
@@ -390,7 +402,7 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     """
     description = robot.description
     arm = opened(description) if description.loops else description
-    # The ring contains the angles of all rows.
+    # Use all rows, so that the ring contains the angles of the loops, too.
     rows_of_loops = (link for loop in description.loops for link in loop.links)
     whole = replace(arm, links=(*arm.links, *rows_of_loops))
     arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)
@@ -404,10 +416,10 @@ def determinant_factors(exact: Exact) -> dict[sympy.Expr, Laurent]:
     """
     Return the factors of the determinant of an open arm whose task Jacobian is square.
 
-    The keys are the factors in symbols, the values the factors in the arm's ring.
+    The keys are the factors as sympy expressions, the values are the polynomials.
     """
     sampler = exact.sampler
     minors = _minors(exact, independent_columns(sampler), sampler.generic_rank)
-    assert minors is not None  # one determinant
+    assert minors is not None  # a square J_t has one minor
     product, _ = product_of(minors, exact.arithmetic)
     return {exact.writer.expression(f.value): f.value for f in product.factors}

@@ -1,4 +1,4 @@
-"""Solve a factor for one joint: a cosine with a phase, or linear; when its zeros exist."""
+"""Solve a factor of the determinant for one joint, and find the condition for real solutions."""
 
 from dataclasses import dataclass
 
@@ -21,11 +21,12 @@ class Family:
     variable
         The joint for which the factor is solved; None if it stays an equation.
     solutions
-        Values of that joint by the others; k is any integer.
+        Values of that joint as expressions of the others; k is any integer.
     condition
-        When they exist, a sympy relation; None: always.
+        The condition for real solutions, a sympy relation; None: they always exist.
     free
-        If all these expressions are 0, every value of the joint is a solution; empty: never.
+        If all these expressions are 0, every value of the joint is a solution; empty: this never
+        happens.
     """
 
     variable: sympy.Symbol | None
@@ -36,8 +37,8 @@ class Family:
 
 @dataclass(frozen=True)
 class _Solved:
-    # cosine cos y + sine sin y + rest = 0 with y = multiple * joint + shift;
-    # of a prismatic joint, cosine * joint + rest = 0.
+    # The equation cosine cos y + sine sin y + rest = 0 with y = multiple * joint + shift; for a
+    # prismatic joint it is cosine * joint + rest = 0.
     variable: sympy.Symbol
     shift: sympy.Expr
     cosine: Laurent
@@ -126,7 +127,7 @@ def _roots(solved: _Solved, writer: Writer) -> tuple[tuple[sympy.Expr, ...], sym
     exists = sympy.Le(rest**2, size)
     if exists == sympy.false:
         return (), exists
-    # acos of 1 and of -1 are one solution, not two.
+    # If the acos is 0 or pi, both signs give one solution.
     signs = (1,) if inner in (0, sympy.pi) else (1, -1)
     roots = tuple(phase + sign * inner + turns for sign in signs)
     return roots, None if exists == sympy.true else exists

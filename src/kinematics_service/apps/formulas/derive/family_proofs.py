@@ -1,7 +1,9 @@
 """
-Prove statements about a whole family by polynomial division: multiples of its factor vanish.
+Prove statements about all poses of a family by polynomial division: multiples of its factor
+vanish.
 
-A rank is at most r if every minor of size r + 1 vanishes. One pose shows that it is not lower.
+The rank is at most r if every minor of size r + 1 vanishes. One pose of rank r shows that the
+generic rank of the family is not lower.
 """
 
 import math
@@ -22,7 +24,7 @@ from .jacobian import about, axes_seen_from, geometric, in_axes_of
 from .minors import minors
 from .singular_geometry import Lost
 
-# A statement that needs more minors is not proved; it holds at sampled poses only.
+# If a statement needs more minors than this, it is not proved but only checked at sampled poses.
 MAX_MINORS = 250
 MAX_TERMS = 3000
 
@@ -30,16 +32,16 @@ MAX_TERMS = 3000
 @dataclass(frozen=True)
 class CommonZeros:
     """
-    Poses at which factors vanish together, with the Jacobian there.
+    The set of poses at which several factors vanish together, and the exact Jacobian.
 
     Attributes
     ----------
     J
-        The task rows, so that their rank is the task's.
+        The task rows of the Jacobian, m x n.
     generic_rank
-        Generic rank of the task rows: each factor divides all minors of this size.
+        Rank of J at most poses; each factor divides all minors of this size.
     factors
-        All 0 there.
+        The factors; all are 0 on the set.
     """
 
     J: Matrix
@@ -48,23 +50,28 @@ class CommonZeros:
     arithmetic: Arithmetic
 
     def has_rank_at_most(self, rank: int) -> bool:
-        """Return whether it is proved that every minor of more rows than that vanishes."""
+        """
+        Return whether it is proved that J has at most this rank on the set: larger minors vanish.
+        """
         if rank + 1 >= self.generic_rank:
             return True
         return self.vanish(range(len(self.J)), range(len(self.J[0])), rank + 1)
 
     def depend(self, columns: Sequence[int]) -> bool:
-        """Return whether it is proved that these columns depend on each other."""
+        """Return whether these columns of J are proved to be linearly dependent on the set."""
         return self.vanish(range(len(self.J)), columns, len(columns))
 
     def vanish(self, rows: Sequence[int], columns: Sequence[int], size: int) -> bool:
-        """Return whether it is proved that all minors of these rows and columns vanish."""
+        """
+        Return whether all minors of a size in these rows and columns are proved to vanish on the
+        set.
+        """
         if math.comb(len(rows), size) * math.comb(len(columns), size) > MAX_MINORS:
             return False
         return self.are_zero(minors(self.J, rows, columns, size))
 
     def are_zero(self, values: Iterable[Laurent]) -> bool:
-        """Return whether it is proved that polynomials vanish on it."""
+        """Return whether these polynomials are proved to vanish on the set."""
         branches = _branches(self.factors, self.arithmetic)
         return branches is not None and all(
             branch.vanishes(value) for value in values if value for branch in branches
@@ -73,7 +80,7 @@ class CommonZeros:
 
 @dataclass(frozen=True)
 class _Branch:
-    # Generators that are replaced, one after the other, and a factor that is 0 then.
+    # Replacements of generators, one after the other, and a factor that is 0 after them.
     replaced: tuple['_Replaced', ...]
     factor: Laurent | None
 
@@ -87,8 +94,8 @@ class _Branch:
 
 @dataclass(frozen=True)
 class _Replaced:
-    # A length is a polynomial without it; an angle's generator is a product of powers of the other
-    # generators and of i.
+    # The replacement of a generator: a length becomes a polynomial without this length; an angle's
+    # generator becomes a product of powers of the other generators and of i.
     index: int
     length: Laurent | None
     quarter: int = 0
@@ -106,7 +113,8 @@ class _Replaced:
 
 
 def _branches(factors: Sequence[Laurent], arithmetic: Arithmetic) -> list[_Branch] | None:
-    # Solve a factor for a generator, insert the solution into the others, and repeat to the last.
+    # Solve one factor for a generator, insert the solution into the other factors, and repeat
+    # until one factor remains. Return None if no factor can be solved.
     if len(factors) < 2:
         return [_Branch((), next(iter(factors), None))]
     for k, factor in enumerate(factors):
@@ -137,14 +145,15 @@ def _with_solutions(
 
 
 def _may_vanish(constant: Laurent, arithmetic: Arithmetic) -> bool:
-    # With the lengths of the file.
+    # Return whether a constant is 0 up to round-off with the lengths of the file.
     number = Numbers(constant, arithmetic).function
     still = np.zeros(len(arithmetic.names.variables))
     return bool(abs(number(still)) <= 1e-9 * number.magnitude(still))
 
 
 def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
-    # Sine or cosine of a sum of angles; or linear in a length, alone in its term.
+    # Solve a factor that is a sine or cosine of a sum of angles, or has a length alone in one
+    # term.
     ring, terms = arithmetic.ring, factor.terms()
     indices = sorted({k for e in terms for k, x in enumerate(e) if x})
     if len(terms) == 2 and all(ring.generators[k].kind != 'number' for k in indices):
@@ -162,7 +171,7 @@ def _solutions(factor: Laurent, arithmetic: Arithmetic) -> list[_Replaced]:
 
 
 def _quarter_turns(terms: Terms) -> list[_Replaced]:
-    # c z^e + d z^-e = 0 where z^e is a quarter turn; one generator of the product z^e follows.
+    # Solve c z^e + d z^-e = 0: z^e is a power of i, which gives one generator by the others.
     (e, c), (opposite, d) = terms.items()
     k = next((k for k, x in enumerate(e) if abs(x) == 1), None)
     if k is None or any(x + y for x, y in zip(e, opposite)):
@@ -173,7 +182,7 @@ def _quarter_turns(terms: Terms) -> list[_Replaced]:
 
 
 def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
-    """Return whether it is proved that a motion is lost on a family."""
+    """Return whether a motion of the tool is proved to be impossible on a family."""
     if lost.axis is None:
         return False
     arithmetic = zeros.arithmetic
@@ -187,7 +196,8 @@ def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
     if not lost.held:
         rows = [i for i in range(3) if (i == lost.axis) != lost.others]
         return zeros.are_zero(e for i in rows for e in J[i + 3 * lost.angular])
-    # The wrench that no joint feels is the cofactors of a column: its other moments are 0.
+    # The wrench in the null space of J^T consists of the cofactors of a column. The motion is lost
+    # if the wrench's moments about the two other axes are 0.
     whole = CommonZeros(J, zeros.generic_rank, zeros.factors, arithmetic)
     others = [i for i in (3, 4, 5) if i != lost.axis + 3]
     left = [[i for i in range(6) if i != other] for other in others]

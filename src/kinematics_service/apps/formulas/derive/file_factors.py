@@ -11,20 +11,22 @@ from ....robot.robot import Robot, build_robot
 from .derivation import Derivation
 from .singular_set import evaluated, file_factors
 
-# Products of a few dozen roundings each.
+# Largest relative difference of products: round-off of a few dozen operations.
 AGREEMENT = 1e-12
 POSES = 1000
 
 
 class DecimalPrinter(StrPrinter):  # type: ignore[misc]
-    """Sympy's own strings, but decimals of the file stay decimals."""
+    """A printer of sympy strings that keeps decimals of the robot file as decimals."""
 
     def _print_Rational(self, expr: sympy.Expr) -> str:
         return decimal(expr) or f'{expr.p}/{expr.q}'
 
 
 class FilePrinter(DecimalPrinter):
-    """Sympy expressions as a robot file writes them: no powers, decimals as decimals."""
+    """
+    A printer of sympy expressions in the syntax of robot files: products for powers, and decimals.
+    """
 
     def _print_Pow(self, expr: sympy.Expr, rational: bool = False) -> str:
         base, exponent = expr.as_base_exp()
@@ -43,7 +45,7 @@ class FilePrinter(DecimalPrinter):
 
 
 def decimal(number: sympy.Expr) -> str | None:
-    """Return an exact decimal of a fraction, or None if it has no short one."""
+    """Return a fraction as an exact decimal text, or None if it has no short one."""
     q = int(number.q)
     for prime in (2, 5):
         while q % prime == 0:
@@ -60,7 +62,7 @@ def file_text(expression: sympy.Expr, degrees: bool) -> str:
     Raises
     ------
     DerivationError
-        It has no such form, or is too long.
+        The expression has no form in a robot file, or is too long.
     """
     if degrees:
         functions = expression.atoms(sympy.sin, sympy.cos)
@@ -77,7 +79,8 @@ def file_text(expression: sympy.Expr, degrees: bool) -> str:
 
 
 def _in_degrees(angle: sympy.Expr) -> sympy.Expr:
-    # The file's joint angles are in degrees already; what is added to them is in rad.
+    # Convert the constant part of an angle from rad; joint angles of the file are in degrees
+    # already.
     offset, moving = angle.as_independent(*angle.free_symbols, as_Add=True)
     return moving + offset * 180 / sympy.pi
 
@@ -86,8 +89,8 @@ def factors_to_write(derivation: Derivation) -> dict[str, str]:
     """
     Return the factors of a derivation by name, as texts of its robot file.
 
-    Names are those of the file where it lists the factor already; a factor without one is called
-    `singular`, or by its number.
+    A factor that the file lists keeps its name. A factor without a name is called by its
+    expression, or `determinant` if that is long, or by its number.
     """
     degrees = derivation.robot.description.angle_unit == 'deg'
     texts: dict[str, str] = {}
@@ -104,10 +107,11 @@ def factors_to_write(derivation: Derivation) -> dict[str, str]:
 
 def disagreement(derivation: Derivation, robot: Robot) -> float:
     """
-    Return how far the product of a file's factors is from the determinant, relative, at its worst.
+    Return the largest relative difference between the product of a file's factors and the
+    determinant.
 
-    The product, each factor to its power, is compared up to one constant at 1000 seeded poses
-    inside the limits; without a determinant, with the common factors of its minors.
+    The product of powers is compared up to one constant at 1000 seeded poses inside the limits. If
+    there is no determinant, the reference is the product of the minors' common factors.
     """
     exact = derivation.exact
     q = exact.sampler.random(POSES, within=True)
@@ -134,14 +138,14 @@ def disagreement(derivation: Derivation, robot: Robot) -> float:
 
 def checked_text(derivation: Derivation, text: str) -> None:
     """
-    Refuse a robot file's text whose factors are not the determinant's.
+    Raise an error if the factors in a robot file's text are not those of the determinant.
 
     Raises
     ------
     RobotFileError
-        It is not a valid robot file.
+        The text is not a valid robot file.
     DerivationError
-        Its factors are not those of the determinant.
+        The product of the text's factors is not the determinant.
     """
     description = parse_robot(text, derivation.robot.description.file)
     robot = build_robot(description, in_letters=True)

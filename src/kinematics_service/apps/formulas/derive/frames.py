@@ -1,4 +1,6 @@
-"""The exact frames of an arm as products of rows: each row's T, each T_0i, and base to tool."""
+"""
+Compute the exact frames of an arm as products of rows: each row's T, each T_0i, and T_base_tool.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,20 +24,21 @@ from .algebra.arithmetic import NOTHING, Arithmetic
 from .algebra.matrices import Matrix, identity, inverse
 from .algebra.names import Affine
 
-# Terms of the tool's pose. The largest bundled arm has 5000; more terms take minutes.
+# Maximum number of terms of the tool's pose. The largest bundled arm has 5000; more take minutes.
 MAX_POSE_TERMS = 6000
 
 
 @dataclass(frozen=True)
 class ExactRow:
     """
-    A row: T = before @ Rz(theta) Tz(d) @ after.
+    A row of the table as exact polynomials: T = before @ Rz(theta) Tz(d) @ after.
 
     Parameters
     ----------
     before, after : 4 x 4, constant
     theta, d
-        A constant part and the factor of each joint variable; rad, the file's length unit.
+        Constant part, and factor of each joint variable; rad for theta, the file's length unit for
+        d.
     """
 
     before: Matrix
@@ -52,20 +55,20 @@ class ExactRow:
 @dataclass(frozen=True)
 class Frames:
     """
-    An arm as exact rows, and every frame of it in the base frame.
+    The exact rows of an arm, and all its frames in the base frame.
 
     Attributes
     ----------
     rows
-        The table.
+        The rows of the table.
     row_transforms
-        T of each row.
+        T of each row, 4 x 4.
     tool
-        In the last row's frame.
+        The tool in the frame after the last row.
     in_base
         Frame 0, then the frame after each row, in the base frame.
     T_base_tool
-        The whole.
+        The tool in the base frame.
     """
 
     rows: tuple[ExactRow, ...]
@@ -82,7 +85,7 @@ def frames_of(description: RobotDescription, arithmetic: Arithmetic) -> Frames:
     Raises
     ------
     DerivationError
-        The pose is too long to be worth writing out.
+        The tool's pose has too many terms.
     """
     rows = tuple(_row(link, description.convention, arithmetic) for link in description.links)
     transforms = tuple(
@@ -138,7 +141,7 @@ def _row(link: Link, convention: str, arithmetic: Arithmetic) -> ExactRow:
 
 
 def _constants(motions: Sequence[NamedMotion], link: DhRow, arithmetic: Arithmetic) -> Matrix:
-    # Motions about and along the same axis are one screw, whatever their order.
+    # Join motions about and along the same axis into one screw: they commute.
     names, screws = arithmetic.names, []
     for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
         angle = length = sympy.Integer(0)
@@ -179,8 +182,8 @@ def _rotation(angles: Sequence[sympy.Expr], arithmetic: Arithmetic) -> Matrix:
 
 
 def _roll_pitch_yaw(turns: list[list[sympy.Expr]], motion: RigidMotion) -> list[sympy.Expr]:
-    # A rotation by its angles is exactly orthogonal. A matrix of rounded decimals is not: take the
-    # nearest rotation, as the library does.
+    # A rotation given by angles is exactly orthogonal. A matrix of rounded decimals is not, so
+    # take the nearest rotation, as the library does.
     R = sympy.Matrix(turns)
     if sympy.simplify(R * R.T) != sympy.eye(3):
         return [sympy.Rational(repr(angle)) for angle in roll_pitch_yaw(motion.matrix).tolist()]

@@ -1,7 +1,8 @@
 """
-The exact Jacobian by four methods, all in the base frame about the tool's origin.
+Derive the exact Jacobian by four methods, in base axes with the tool's origin as reference point.
 
-Rows are the linear three, then the angular three; columns are per rad, or per length unit.
+The three linear rows come first, then the three angular rows. Columns are per rad, or per length
+unit.
 """
 
 from collections.abc import Callable, Collection, Iterable, Sequence
@@ -16,13 +17,13 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.matrices import Matrix, identity, inverse
 from .frames import Frames
 
-# Entries of an antisymmetric matrix that are its vector.
+# Indices (row, column) of an antisymmetric matrix [w] that give the vector w.
 VEE = ([2, 0, 1], [1, 2, 0])
 
 
 @dataclass(frozen=True)
 class Axis:
-    """The axis one row of the table moves along: its direction z and a point o on it."""
+    """The axis about or along which a row moves: its unit vector z and a point o on it."""
 
     row: int
     z: Matrix
@@ -31,11 +32,12 @@ class Axis:
 
 def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
     """
-    Return the axis of every moving row, in the axes and about the origin of one frame.
+    Return the axis of every moving row, in the coordinates of one frame.
 
-    The rule of each convention comes out of where its row turns: z of the frame before the row in
-    the standard table, of the frame after it in the modified one, the named axis in a chain of
-    elementary motions, z of the input shape in Sheth and Uicker's.
+    A row T = before Rz(theta) Tz(d) after moves about z of the frame (frame before the row) @
+    before. This gives the rule of each convention. In a standard DH table it is z of the frame
+    before the row, in a modified one z of the frame after the row. In a chain of elementary
+    motions it is the named axis, in a Sheth-Uicker table z of the input shape.
 
     Parameters
     ----------
@@ -54,7 +56,8 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
 
 
 def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
-    # The frame before each row, in the frame asked for, multiplied outwards from there.
+    # Yield (row, pose of the frame before the row) in the given frame, by products outwards from
+    # it.
     if frame < 0:
         yield from enumerate(frames.in_base[:-1])
         return
@@ -66,9 +69,9 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
 
 def coupling(frames: Frames, arithmetic: Arithmetic) -> sympy.Matrix:
     """
-    Return C with (theta, d of each moving row) = C q + constants, a sympy matrix.
+    Return the matrix C with (theta and d of the moving rows) = C q + constants.
 
-    Rows are theta of each moving row, then d where that moves too.
+    C has a row for each theta or d that moves, in the order of the table, theta before d.
     """
     variables = arithmetic.names.variables
     moved = (factors for row in frames.rows for _, factors in (row.theta, row.d) if factors)
@@ -97,20 +100,21 @@ def jacobian_of(
 
 
 def about(frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], point: Matrix) -> Matrix:
-    """Return J of axes about a point by z x (p - o) and z, in the frame both are seen from."""
+    """Return J of axes about a point p by z x (p - o) and z, in the frame of the axes and of p."""
     linear = [np.cross(axis.z, point - axis.o) for axis in axes]
     return jacobian_of(frames, arithmetic, axes, linear)
 
 
 def geometric(frames: Frames, arithmetic: Arithmetic) -> Matrix:
-    """Return J by z x (p - o) and z; of a prismatic joint [z; 0]."""
+    """Return J in base axes by z x (p - o) and z; the column of a prismatic joint is [z; 0]."""
     axes = axes_seen_from(frames, -1)
     return about(frames, arithmetic, axes, frames.T_base_tool[:3, 3])
 
 
 def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     """
-    Return J by screws about the end effector: [s; s_o x s], s_o the axis seen from the tool.
+    Return J by screws about the tool: [s; s_o x s], where s_o is a point on the axis seen from the
+    tool.
 
     s_o is added up link by link from the tool backwards, s_o(i) = s_o(i + 1) - R_i step_i, as in
     "000_823ec4230178d515.txt", lines 40-58; the rows are put linear first here.
@@ -128,10 +132,10 @@ def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
 def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     """
-    Return J by dp/dq and vee(dR/dq R^T), with no axis and no vector product.
+    Return J by dp/dq and vee(dR/dq R^T), without axes and cross products.
 
-    R = A B, cut where it is half as long: dR R^T = dA A^T + A dB B^T A^T has far fewer terms to
-    multiply.
+    R is split in the middle of the table, R = A B. Then dR R^T = dA A^T + A dB B^T A^T, which has
+    far fewer terms to multiply.
     """
     middle = (len(frames.rows) + 1) // 2
     p = frames.T_base_tool[:3, 3]
@@ -147,11 +151,11 @@ def analytic(frames: Frames, arithmetic: Arithmetic) -> Matrix:
 
 def rotation_taken_out(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     """
-    Return J by T'(q_k) T^-1 of each factor, the way of "002_bccf79781668e053.txt", line 71.
+    Return J by T'(q_k) T^-1 of each factor, the method of "002_bccf79781668e053.txt", line 71.
 
     T = before screw(q) after, so that T' T^-1 = before screw' screw^-1 before^-1: each factor is
-    differentiated alone and carried to the base. The rest is the velocity of the base's own
-    origin; the tool's is it plus w x p, because T' diag(R^-1, 1) keeps the tool's position.
+    differentiated alone and transformed to the base. The last column of T' T^-1 is the velocity
+    v_0 of the point at the base's origin. The tool's velocity is v_0 + w x p.
     """
     p = frames.T_base_tool[:3, 3]
     columns = []
@@ -182,15 +186,18 @@ METHODS: dict[str, Callable[[Frames, Arithmetic], Matrix]] = {
 
 
 def differences(one: Matrix, other: Matrix) -> int:
-    """Return the number of terms of the difference of two matrices: 0 if they are equal."""
+    """
+    Return the number of terms in the difference of two matrices; 0 if the matrices are equal.
+    """
     return sum(map(len, (one - other).flat))
 
 
 def may_turn(rows: Collection[int]) -> bool:
     """
-    Return whether a determinant of these rows is the same in any axes.
+    Return whether a determinant of these rows of J does not depend on the axes.
 
-    It is if all three linear rows are among them, or none, and likewise the angular rows.
+    This holds if the rows include all three linear rows or none, and all three angular rows or
+    none.
     """
     return all(len(set(part) & set(rows)) in (0, 3) for part in ((0, 1, 2), (3, 4, 5)))
 

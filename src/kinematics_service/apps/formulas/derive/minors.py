@@ -1,9 +1,10 @@
 """
-The determinant of the task rows, or their minors: expansion in the best frame, common factors.
+Expand the determinant or minors of the task rows in the best frame, and find common factors.
 
-Turning all linear rows together, or all angular ones, does not change a determinant; nor, with all
-six rows, does moving the reference point: both are chosen so that most entries vanish. A common
-factor of all minors is a factor of the shortest one and divides the others.
+Turning all linear rows together, or all angular rows, does not change a determinant. With all six
+rows, moving the reference point does not change it. So axes and point are chosen such that J has
+the fewest terms. A common factor of all minors is a factor of the shortest one and divides the
+others.
 """
 
 import math
@@ -27,23 +28,23 @@ from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of, may_turn
 from .sampled_poses import PoseSampler
 from .trigonometry import Writer
 
-# The sum of the squares of longer minors is not multiplied out to find a shorter form.
+# If the rests of the minors have more terms, the sum of their squares is not multiplied out.
 MAX_SQUARED_TERMS = 200
-# Minors of more terms together are not factored.
+# If the rests of the minors have more terms in total, they are not factored.
 MAX_FACTORED_TERMS = 600
 
 
 @dataclass(frozen=True)
 class View:
     """
-    The Jacobian as it is simplest.
+    The Jacobian in the axes, and about the point, in which it has the fewest terms.
 
     Parameters
     ----------
     J
-        Six rows, or the task's rows.
+        The Jacobian, 6 x n.
     axes, point
-        In words: whose axes the rows are in, and what their reference point is.
+        Text: the frame whose axes J has, and the reference point of J.
     """
 
     J: Matrix
@@ -54,16 +55,16 @@ class View:
 @dataclass(frozen=True)
 class Minors:
     """
-    The largest square parts of the task rows.
+    The determinant or minors of the task rows.
 
     Parameters
     ----------
     view
-        The Jacobian they are parts of.
+        The Jacobian of which these are minors.
     columns
-        Indices of the columns left when joints that only repeat others are left out.
+        Indices of the columns in use; redundant columns of dependent joints are left out.
     values
-        One determinant where the task rows are square, else every one of that size.
+        One determinant if the task rows are square, else all minors of the generic rank.
     """
 
     view: View
@@ -89,7 +90,7 @@ def simplest_view(
     any_point: bool,
 ) -> View:
     """
-    Return J in the axes, and about the point, with the fewest terms that leave the minors alone.
+    Return J with the fewest terms, among all axes and points that do not change the minors.
 
     Parameters
     ----------
@@ -98,11 +99,12 @@ def simplest_view(
     frames, arithmetic
         The arm.
     rows
-        Indices of the task rows. Without all three of a kind the axes stay those of frame 0.
+        Indices of the task rows. If only one or two of the linear (or of the angular) rows are
+        among them, the axes stay those of frame 0.
     columns
-        Indices of those that count.
+        Indices of the columns whose terms are counted.
     any_point
-        Whether the point may be another than the tool: where minors of six rows are looked at.
+        Whether the reference point may change, which minors of all six rows allow.
     """
     if not any_point:
         seen_from = frames.in_base if may_turn(rows) else frames.in_base[:1]
@@ -111,8 +113,8 @@ def simplest_view(
     best: tuple[tuple[int, int, int], View] | None = None
     n = len(frames.rows)
     origin = np.full(3, arithmetic.ring.number(0))
-    # Frames in the middle first, since they see axes through the fewest rows: a frame cannot be
-    # better if its angular rows alone are longer than the best found.
+    # Try frames in the middle of the table first: in them J is usually shortest. Skip a frame if
+    # its angular rows alone have more terms than the best J.
     for frame in sorted(range(n + 1), key=lambda k: abs(2 * k - n)):
         axes = axes_seen_from(frames, frame)
         angular = jacobian_of(frames, arithmetic, axes, [origin] * len(axes))
@@ -149,15 +151,16 @@ def minors_of(view: View, rows: Sequence[int], columns: Sequence[int], rank: int
 
 
 def minors(J: Matrix, rows: Sequence[int], columns: Sequence[int], size: int) -> Iterator[Laurent]:
-    """Yield the determinants of all square parts of a size of these rows and columns."""
+    """Yield all minors of a size in these rows and columns of J."""
     for chosen_rows, chosen in product(combinations(rows, size), combinations(columns, size)):
         yield determinant_of([[J[i][j] for j in chosen] for i in chosen_rows])
 
 
 def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
-    """Return a determinant by minors along the rows, each minor once; zeros are skipped."""
+    """Return a determinant by Laplace expansion along the rows; each minor is computed once."""
     ring = matrix[0][0].ring
-    # Rows with the fewest terms last: the small minors, which are used most often, stay short.
+    # Sort rows with the fewest terms last, so that small minors, which are used most often, are
+    # short.
     order = sorted(range(len(matrix)), key=lambda i: -sum(len(e) for e in matrix[i]))
     rows = [matrix[i] for i in order]
 
@@ -179,8 +182,8 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
     """
     Return the common factors of all minors, and the rest of each minor.
 
-    Only the shortest minor is factored: common factors are among its factors, and division tells
-    whether a factor divides another minor.
+    Only the shortest minor is factored, because it contains all common factors. Division decides
+    whether a factor divides the other minors.
     """
     values = sorted(filter(None, minors.values), key=len)
     if not values:
@@ -196,7 +199,7 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
         power, values = _often_divided(values, factor.value, factor.power)
         if power:
             common.append(replace(factor, power=power))
-        # A product of two halves that does not divide all of them: one of the two may.
+        # If a factor is a product of two halves and does not divide all minors, one half may.
         for half in factor.halves:
             more, rests = _often_divided(values, half, factor.power - power)
             if more:
@@ -206,7 +209,8 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
 
 
 def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[int, list[Laurent]]:
-    # The power of a factor that divides all values, and the quotients.
+    # Return the largest power, up to `most`, of a factor that divides all values, and the
+    # quotients.
     power = 0
     while power < most:
         left: list[Laurent] = []
@@ -220,7 +224,7 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
     """
-    Return the root of the sum of the squared rests of the minors, its constant part outside.
+    Return sqrt(sum of the squared rests of the minors), with its constant factor outside the root.
     """
     if not rests:
         return sympy.Integer(1)
@@ -242,7 +246,7 @@ def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> sympy.Ex
 
 
 def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
-    # g sin^2 + g cos^2 = g: two minors that differ in the axes they are seen in only.
+    # Replace g sin^2 + g cos^2 by g: such pairs come from minors that differ only by their axes.
     left = list(terms)
     for term in terms:
         squares = [a for a in sympy.Mul.make_args(term) if a.is_Pow and a.exp == 2]
@@ -256,7 +260,10 @@ def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
 
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
-    """Return the joints left when those that only repeat others are left out, first ones first."""
+    """
+    Return the indices of the columns that remain after dependent joints are left out. A joint is
+    left out if the other joints have the same rank at all poses together.
+    """
     J_t = sampler.elsewhere.J_t
     stacked = J_t.reshape(-1, J_t.shape[2])
     full = _column_rank(stacked)

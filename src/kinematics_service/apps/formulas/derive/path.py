@@ -1,4 +1,6 @@
-"""Velocity of the tool along a path q(t), and its singular times by sign changes and minima."""
+"""
+Derive the tool's velocity along a path q(t), and find singular times by sign changes and minima.
+"""
 
 import re
 from collections.abc import Callable, Mapping
@@ -17,7 +19,7 @@ from .derivation import Derivation
 
 TIME = sympy.Symbol('t', real=True)
 SAMPLES = 4001
-# Steps of the search for a minimum; each narrows the interval to a sixteenth.
+# Number of steps in the search for a minimum; each step narrows the interval to a sixteenth.
 NARROWING_STEPS = 9
 # Values below 1e-12 of the largest value are 0 up to round-off.
 ROUND_OFF = 1e-12
@@ -28,16 +30,16 @@ Values = Callable[[Floats], Floats]
 @dataclass(frozen=True)
 class PathCrossing:
     """
-    A time at which a factor vanishes.
+    A time (or an interval) at which a factor of the determinant is 0.
 
     Attributes
     ----------
     time, until
-        When it begins and ends to be 0: the same but where the path stays on the family, s.
+        First and last time at which the factor is 0, s; equal unless the path stays on the family.
     touches
-        Whether it does not change its sign there.
+        Whether the factor keeps its sign, so that the path only touches the family.
     name
-        The factor's.
+        The name of the factor.
     """
 
     time: float
@@ -49,14 +51,14 @@ class PathCrossing:
 @dataclass(frozen=True, eq=False)
 class Path:
     """
-    A derivation along a path.
+    The position and velocity of an arm's tool along a path q(t), exactly.
 
     Attributes
     ----------
     q, qdot
-        Functions of t, rad and the file's length unit, per second.
+        Functions of t; rad and the file's length unit, and these per second.
     p, v, omega
-        Position and velocities of the tool by t, base axes.
+        Position, linear and angular velocity of the tool as functions of t, base axes.
     """
 
     derivation: Derivation
@@ -88,10 +90,11 @@ class Path:
 
     def crossings(self, start: float, end: float) -> tuple[PathCrossing, ...]:
         """
-        Return when the path meets the singular set in [start, end], s.
+        Return the times in [start, end], s, at which the path meets the singular set.
 
-        A factor that changes its sign is followed by halving. Between samples of one sign its
-        smallest value is looked for: below 0 it is crossed twice, at 0 it is touched.
+        If a factor changes its sign between samples, bisection finds the time. Between samples of
+        equal sign a search finds the minimum of its size: the path touches the family if it is 0,
+        and crosses twice if the sign changes.
         """
         along = dict(zip(self.derivation.variables, self.q))
         times = np.linspace(start, end, SAMPLES)
@@ -103,13 +106,13 @@ class Path:
 
 
 def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
-    # When a function begins and ends to be 0, and whether it only touches it.
+    # Return (first time, last time, whether the sign stays) of each zero of a function.
     def at(time: float) -> float:
         return float(value(np.array([time]))[0])
 
     f = value(times)
     size = float(np.max(np.abs(f))) or 1.0
-    # The bottoms of the valleys of |f| become samples of their own.
+    # Add the local minima of |f| as samples.
     low = np.abs(f)
     valleys = np.flatnonzero((low[1:-1] <= low[:-2]) & (low[1:-1] < low[2:])) + 1
     alike = f[valleys - 1] * f[valleys + 1] > 0
@@ -134,7 +137,8 @@ def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
 
 
 def _bottom(value: Values, low: float, high: float) -> float:
-    # Where |f| is smallest between two times of one sign, or where f has the other sign.
+    # Return the time between `low` and `high` at which |f| is smallest, or a time at which f is 0
+    # or has the other sign.
     for _ in range(NARROWING_STEPS):
         times = np.linspace(low, high, 33)
         f = value(times)

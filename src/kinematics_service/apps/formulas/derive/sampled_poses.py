@@ -1,4 +1,4 @@
-"""Frames, Jacobian and axes of an arm at seeded poses, with the letters of its file or random."""
+"""Evaluate frames, Jacobian and axes of an arm at seeded poses, with given or random constants."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,9 +17,9 @@ from .algebra.arithmetic import Arithmetic
 from .algebra.zeros import Box
 from .singular_geometry import ArmAtPoses, rank_at
 
-# Sampled poses of a family: a coincidence at all of them is unlikely, and they take a second.
+# Number of sampled poses of a family: a coincidence at all 60 is unlikely, and they take a second.
 POSES = 60
-# Two random values of each letter exclude coincidences. They are near the value of the file, so
+# Two random values of each named constant exclude coincidences. They are near the file's value, so
 # that the families of the file exist.
 SEEDS = (1955, 1964)
 LETTER_FACTORS = (0.8, 1.25)  # times the value of the file
@@ -30,7 +30,7 @@ STEP = 1e-6
 @dataclass(frozen=True, eq=False)
 class PoseSampler:
     """
-    A robot with the joints of a derivation: some may be locked.
+    A robot whose moving joints are those of a derivation; other joints are locked.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class PoseSampler:
     to_si : shape (moving,)
         Metres per length unit of the file for prismatic joints; 1 for angles.
     arithmetic
-        The arithmetic of the exact arm, with values of its letters.
+        The arithmetic of the exact arm, with values of its named constants.
     table
-        The table of the arm, with the same values.
+        The table of the arm, with the values of `arithmetic`.
     """
 
     robot: Robot
@@ -62,7 +62,8 @@ class PoseSampler:
 
     def whole(self, q: Floats) -> Floats:
         """
-        Return all joints in rad and m, shape (N, n), for the moving ones in the file's units.
+        Return the positions of all joints, shape (N, n), rad and m. The input q has the moving
+        joints in the file's units, shape (N, moving).
         """
         result = np.tile(self.still, (len(q), 1))
         result[:, list(self.moving)] = q * self.to_si
@@ -70,14 +71,15 @@ class PoseSampler:
 
     def random(self, count: int = POSES, within: bool = False) -> Floats:
         """
-        Return seeded poses of the moving joints in the file's units.
+        Return seeded positions of the moving joints, shape (count, moving), in the file's units.
 
         Parameters
         ----------
         count
             At most 1000.
         within
-            Inside the joint limits; otherwise anywhere near them, full turns for angles.
+            Whether angles stay inside the joint limits; otherwise they are anywhere in a full
+            turn.
         """
         robot = self.robot
         limits = np.array(robot.limits)
@@ -88,21 +90,23 @@ class PoseSampler:
 
     def limits(self, periods: Floats) -> Box:
         """
-        Return the joint limits, of a joint that turns at most one period.
+        Return the joint limits in the file's units; a revolute joint gets at most one period.
 
         Parameters
         ----------
         periods : shape (moving,), rad
-            The period of the frames in each joint.
+            The change of each joint after which all frames repeat.
         """
         low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
-        # An angle has all its values within a period.
+        # One period of an angle contains all poses.
         turned = np.where(np.isfinite(high), high - periods, -periods / 2)
         start = np.where(self.slides | np.isfinite(low), low, turned)
         return Box(start, np.where(self.slides, high, np.minimum(high, start + periods)))
 
     def arm(self, q: Floats) -> ArmAtPoses:
-        """Return the arm's numbers at poses in the file's units."""
+        """
+        Return Jacobian, frames and axes (m, rad) of the arm at q (N, moving), in the file's units.
+        """
         task = self.robot.singularity.task
         column_scales = task.column_scales[list(self.moving)]
         J, frames, tool = self.kinematics(q)
@@ -111,7 +115,8 @@ class PoseSampler:
         with np.errstate(invalid='ignore', divide='ignore'):
             axes = np.where(size > 1e-9, omega / size, np.nan)
             velocity = np.swapaxes(J[:, :3], 1, 2) / size
-        # v = w x r with r from the axis to the tool: its foot on the axis is p + z x v.
+        # v = w x r, with r from the axis to the tool. So the point of the axis nearest to the tool
+        # p is p + z x v / |w|.
         origins = tool[:, None] + np.cross(axes, velocity)
         return ArmAtPoses(
             J_t=task_jacobian(task, J) * task.row_scales[:, None] * column_scales,
@@ -124,7 +129,10 @@ class PoseSampler:
         )
 
     def kinematics(self, q: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return J (N, 6, moving), the frames of the rows, and the tool (N, 3), m and rad."""
+        """
+        Return J (N, 6, moving), the frames (N, rows + 1, 4, 4), and the tool's position (N, 3), m
+        and rad.
+        """
         variables = dict(zip(self.table.variables, self.whole(q).T))
         world = World(self.table, with_constants(self.table, variables, len(q)), len(q))
         frames = np.stack(world.frames, axis=1)
@@ -132,20 +140,26 @@ class PoseSampler:
 
     @cached_property
     def in_random_letters(self) -> tuple['PoseSampler', ...]:
-        """Return the arm with two random values of each letter; itself if it has no letters."""
+        """
+        Return the arm twice, with random named constants; once, unchanged, if it has no named
+        constants.
+        """
         names, found = self.arithmetic.names, []
         for seed in SEEDS if names.values else ():
             factors = np.random.default_rng(seed).uniform(*LETTER_FACTORS, len(names.values))
             by_name = {s.name: float(f) for s, f in zip(names.values, factors)}
             values = {s: v * by_name[s.name] for s, v in names.values.items()}
             other = replace(self.arithmetic, names=replace(names, values=values))
-            # The letters of the table have other units.
+            # The table has constants in SI units, so scale them by the factors.
             given = {s: v * by_name.get(s.name, 1.0) for s, v in self.table.given.items()}
             found.append(replace(self, arithmetic=other, table=replace(self.table, given=given)))
         return tuple(found) or (self,)
 
     def central_difference(self) -> float:
-        """Return how far J is from central differences of T at a seeded pose, m and rad."""
+        """
+        Return the largest difference between J and central differences of T at one pose, m and
+        rad.
+        """
         robot, moving = self.robot, list(self.moving)
         q = self.whole(self.random(1))[0]
         steps = STEP * np.eye(robot.dof)[moving]
@@ -155,7 +169,7 @@ class PoseSampler:
 
     @cached_property
     def elsewhere(self) -> ArmAtPoses:
-        """Return the arm at 200 poses anywhere."""
+        """Return the arm at 200 random poses."""
         return self.arm(self.random(200))
 
     @cached_property
@@ -170,7 +184,9 @@ class PoseSampler:
 
 
 def sampler_of(robot: Robot, arithmetic: Arithmetic) -> PoseSampler:
-    """Return the sampler of a derivation."""
+    """
+    Return the sampler of a robot for the joints of an exact arithmetic; other joints are locked.
+    """
     names, description = arithmetic.names, robot.description
     symbols = {symbol.name for symbol in names.variables}
     still = np.zeros(robot.dof)

@@ -1,7 +1,8 @@
 """
-Name a family of singular poses by its axes, and find the motion it loses by singular vectors.
+Name a family of singular poses from its joint axes, and find lost tool motions by singular
+vectors.
 
-Both are tested at sampled poses on the family: a name must hold at every one of them.
+Both are computed at sampled poses of the family. A name must fit at every sampled pose.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,7 +14,8 @@ import numpy as np
 
 from ....kernel import Floats, Integers
 
-# Newton's method ends with a round-off of 1e-12 on a family; values that are not 0 exceed 1e-3.
+# Values below this are 0: Newton's method leaves a round-off of 1e-12, and other values exceed
+# 1e-3.
 ZERO = 1e-7
 AXES = 'xyz'
 
@@ -21,19 +23,20 @@ AXES = 'xyz'
 @dataclass(frozen=True)
 class ArmAtPoses:
     """
-    An arm at N poses, in numbers.
+    Jacobian, frames and axes of an arm at N poses, m and rad.
 
     Attributes
     ----------
     J_t : shape (N, m, n)
-        The task rows, scaled so that metres and radians compare.
+        The task rows of J, scaled so that metres and radians are comparable.
     frames : shape (N, rows + 1, 4, 4)
-        As `link_frames` gives them.
+        Frames in the base frame, as `link_frames` returns them.
     axes, origins : shape (N, n, 3)
-        The axis of each joint that moves one row only, and a point on it; nan elsewhere.
+        Unit vector of each revolute joint's axis, and a point on the axis; nan for prismatic
+        joints.
     tool : shape (N, 3)
     turns
-        Whether each joint turns.
+        Whether each joint is revolute.
     names
         Names of the joint variables.
     """
@@ -55,17 +58,18 @@ class Lost:
     Attributes
     ----------
     text
-        In words.
+        The motion as text.
     axis, frame
-        The direction is this axis (0 to 2) of this frame; None if it is not an axis.
+        The direction is this axis (0 to 2) of this frame; `axis` is None if it is no frame's axis.
     angular
-        Whether it turns.
+        Whether the lost motion is a rotation.
     point
-        The frame whose origin is moved or held still; None: the tool.
+        Number of the frame whose origin moves or is held still; None: the tool.
     held
-        Whether the point is held still while it turns; else every turn is lost.
+        Whether only rotations that hold `point` still are lost; else every rotation about the axis
+        is.
     others
-        Whether every direction but this one is lost.
+        Whether all translations except along this direction are lost.
     """
 
     text: str
@@ -81,7 +85,7 @@ SOMEWHERE = Lost('a line that depends on the pose')
 
 
 def together(arms: Sequence[ArmAtPoses]) -> ArmAtPoses:
-    """Return arms with the same joints, such as one with several values of its lengths, as one."""
+    """Return the poses of several arms with equal joints as one `ArmAtPoses`."""
     one, *_ = arms
     stacked: dict[str, Any] = {
         name: np.concatenate([getattr(arm, name) for arm in arms])
@@ -92,7 +96,7 @@ def together(arms: Sequence[ArmAtPoses]) -> ArmAtPoses:
 
 
 def parallel(one: Floats, other: Floats) -> bool:
-    """Return whether directions (N, 3) are parallel at every pose."""
+    """Return whether unit vectors of shape (N, 3) are parallel at every pose."""
     return bool(np.all(np.linalg.norm(np.cross(one, other), axis=-1) < ZERO))
 
 
@@ -111,7 +115,8 @@ def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
 
 
 def _meeting_point(arm: ArmAtPoses, joints: Sequence[int]) -> Floats | None:
-    # Least squares over the axes: sum (I - z z^T)(p - o) = 0.
+    # Find the point p nearest to the axes by least squares: sum (I - z z^T)(p - o) = 0. Return
+    # None if the axes do not meet in p.
     z, o = arm.axes[:, joints], arm.origins[:, joints]
     if np.isnan(z).any() or parallel(z[:, 0], z[:, 1]):
         return None
@@ -133,9 +138,9 @@ def name_of(
     Parameters
     ----------
     arm
-        At poses on the family.
+        The arm at poses of the family.
     elsewhere
-        At other poses, at which the test of the name must fail.
+        The arm at other poses, at which the test of a name must fail.
     joints
         Indices of the joints in the factor.
     angular
@@ -160,8 +165,9 @@ def _is_wrist(arm: ArmAtPoses) -> bool:
 
 
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
-    # Stretched or folded: two neighbouring parallel axes and the wrist point, or the next parallel
-    # axis, in one plane; or, for a single joint, the distance shoulder to wrist at an extreme.
+    # The arm is stretched or folded if two neighbouring parallel axes lie in a plane with the
+    # wrist point, or with another parallel axis. For a factor in one joint it also is if the
+    # distance from shoulder to wrist is at an extreme.
     n = len(arm.turns)
     for i in range(n - 1):
         if not (arm.turns[i] and arm.turns[i + 1]) or i + 1 not in joints:
@@ -185,8 +191,8 @@ def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bo
 
 
 def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
-    # The wrist point lies in the plane of axis 1 and the direction of axis 2. Without an offset to
-    # the side it lies on axis 1.
+    # The wrist point lies in the plane that contains axis 1 and the direction of axis 2. If the
+    # arm has no lateral offset, it lies on axis 1.
     if len(arm.turns) < 2 or not arm.turns[0]:
         return False
     z, o = arm.axes[:, 0], arm.origins[:, 0]
@@ -217,15 +223,15 @@ def lost_motion(
     Parameters
     ----------
     arm
-        At poses on the family.
+        The arm at poses of the family.
     task_rows
-        Indices among x y z rx ry rz, axes of frame 0.
+        Indices of the task rows in (x y z rx ry rz), axes of frame 0.
     rank
-        There.
+        The rank on the family.
     generic
-        The rank at most poses; if it is not full, some motion is lost everywhere.
+        The rank at most poses; if it is not full, some motion is lost at every pose.
     scales : shape (m,)
-        Factors of the task rows of `J_t`.
+        Scale factors of the rows of `J_t`.
     """
     good = ranks_at(arm.J_t) == rank
     missing = len(task_rows) - rank
@@ -274,7 +280,7 @@ def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> 
 
 
 def _direction(vectors: Floats, frames: Floats) -> Lost | None:
-    # The first frame in which the direction is constant; frames with an axis along it come first.
+    # Find a frame in which the direction (N, 3) is constant, first a frame with an axis along it.
     length = np.linalg.norm(vectors, axis=1)
     if np.any(length < ZERO):
         return None
@@ -302,7 +308,7 @@ class Idle:
     Attributes
     ----------
     text
-        In words.
+        The motion as text.
     joints
         Indices of the joints that move.
     """

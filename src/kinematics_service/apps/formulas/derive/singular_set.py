@@ -1,5 +1,5 @@
 """
-The singular set of an arm: names, families, ranks, lost motions and crossings of its factors.
+Find the singular set of an arm: families, ranks, lost tool motions and crossings of its factors.
 """
 
 import math
@@ -39,8 +39,8 @@ from .singular_geometry import (
 )
 from .trigonometry import Writer
 
-# Rests of minors with more terms, and more sets of their factors, are not solved: too long to
-# read.
+# If a rest of a minor has more terms, or more sets of factors are needed, the common zeros of the
+# rests are not solved: the result would be too long to read.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 
@@ -57,26 +57,26 @@ class SingularFactor:
     expression
         Sympy; the file's length unit, joint angles in rad.
     power
-        Its power in the product.
+        Power of the factor in the determinant.
     irreducible
-        Whether it is proved that it does not split into real factors with fractions as
-        coefficients, with lengths as letters.
+        Whether it is proved that the factor does not split into real factors with fractions as
+        coefficients; lengths are symbols.
     family
-        The joint positions at which it is 0.
+        The joint positions at which the factor is 0.
     rank
         Rank of the task rows on the family; None if no pose was found on it.
     lost, idle
-        In words: the motion that the tool cannot make, and the joint motion that moves nothing.
+        Texts: the motion that the tool cannot make, and the joint motion in the null space.
     sampled
-        Which of rank, lost and idle hold at sampled poses of the family, with the lengths of the
-        file, and are not proved for the whole family.
+        Which of `rank`, `lost` and `idle` hold at sampled poses and are not proved for the whole
+        family.
     within_limits
-        Whether a pose of the family is inside the joint limits, with the lengths of the file,
-        shown or proved; None if this is not decided.
+        Whether a pose of the family is inside the joint limits, with the lengths of the file; None
+        if this is not decided.
     pose
         A pose inside the limits, rad or the file's unit of length, within 1e-9 of the family.
     special
-        In words, a lower rank on a part of the family, with the lengths of the file, or None.
+        Text about a lower rank on a part of the family with the lengths of the file, or None.
     """
 
     name: str
@@ -101,13 +101,14 @@ class FamilyCrossing:
     Attributes
     ----------
     names
-        Names of their factors.
+        Names of the factors of these families.
     rank
-        Rank of the task rows there; None if no pose was found, and a crossing is not disproved.
+        Rank of the task rows on the crossing; None if no pose was found and it is not proved that
+        none exists.
     within_limits, pose
         As in `SingularFactor`.
     sampled
-        Whether the crossing and its rank hold at sampled poses and are not proved.
+        Whether the crossing and its rank were only found at sampled poses and are not proved.
     """
 
     names: tuple[str, ...]
@@ -120,29 +121,29 @@ class FamilyCrossing:
 @dataclass(frozen=True)
 class Determinant:
     """
-    The determinant of the task rows, or the product of singular values, as a product.
+    The determinant of the task rows, or the product of their singular values, in factored form.
 
     Attributes
     ----------
     square
-        Whether there is a determinant; otherwise this is the product of the singular values.
+        Whether `expression` is a determinant; otherwise it is the product of the singular values.
     expression
         Sympy: constant times factors; times `remainder` if there are minors.
     constant
-        The part without joint variables.
+        The factor without joint variables.
     remainder
-        sqrt of the sum of the squared minors without their common factors; 1 where square.
+        sqrt of the sum of the squared minors without their common factors; 1 if `square`.
     view
-        In words: axes and point in which it was found.
+        Text: axes and reference point of the Jacobian used.
     rows, columns
         The names of the task rows, and the joints whose columns are used.
     minors
         Number of the minors.
     identically_zero
-        Whether it is 0 at every pose.
+        Whether the determinant is 0 at every pose.
     split
-        Whether it is proved that no factor is missing. If there are minors: that they have no
-        other common factor.
+        Whether it is proved that no factor is missing; for minors, that they have no other common
+        factor.
     """
 
     square: bool
@@ -165,7 +166,7 @@ class SingularSet:
     Attributes
     ----------
     determinant
-        The determinant, or the product that vanishes in its place.
+        The determinant, or the product of singular values.
     factors
         The factors, one for each family.
     crossings
@@ -175,12 +176,12 @@ class SingularSet:
     dependent
         Joints whose motions cancel at every pose; empty for most arms.
     complete
-        Whether the families are the whole singular set. False if a remainder may vanish, too, or
-        if the product is not proved to be fully split.
+        Whether the families are proved to be the whole singular set. False if the remainder may
+        vanish, or if the product is not proved to be fully split.
     remainder_zeros
-        Factors that are 0 together exactly if the remainder is 0; None: not solved.
+        Crossings of factors; the remainder is 0 exactly on these crossings. None: not solved.
     special
-        In words, a lower rank everywhere with the lengths of the file, or None.
+        Text about a lower rank at every pose with the lengths of the file, or None.
     """
 
     determinant: Determinant
@@ -195,8 +196,8 @@ class SingularSet:
 
 @dataclass(frozen=True)
 class _Meaning:
-    # The meaning of a factor at poses of its family with random values of the letters; `special`
-    # holds for the values of the file only.
+    # Rank, name and motions on the family of a factor, with random values of the named constants.
+    # `special` is about the values of the file only.
     within: Zero
     geometric: str | None = None
     rank: int | None = None
@@ -208,14 +209,14 @@ class _Meaning:
 @dataclass(frozen=True)
 class FamilySearch:
     """
-    An arm in numbers, and what its factors mean.
+    A search for the families of an arm's factors, at sampled poses.
 
     Attributes
     ----------
     sampler
         The arm, with the numbers of its file.
     generic
-        The arm with random values of its letters.
+        The arm with random values of its named constants.
     """
 
     sampler: PoseSampler
@@ -228,12 +229,14 @@ class FamilySearch:
 
     @property
     def rank(self) -> int:
-        """Return the rank of the task rows at most poses and values of the letters."""
+        """
+        Return the rank of the task rows at most poses and for most values of the named constants.
+        """
         return max(sampler.generic_rank for sampler in self.generic)
 
     @lru_cache(maxsize=8)  # noqa: B019
     def arms(self, *values: Laurent) -> ArmAtPoses | None:
-        """Return the arm at common zeros of polynomials, or None if none is found."""
+        """Return the arm at sampled common zeros of polynomials, or None if no zero is found."""
         found = []
         for sampler in self.generic:
             numbers = [Numbers(value, sampler.arithmetic) for value in values]
@@ -242,11 +245,11 @@ class FamilySearch:
         return together(found) if found else None
 
     def numbers(self, value: Laurent) -> Numbers:
-        """Return a factor as a function of size 1."""
+        """Return a factor as a numeric function whose root mean square is about 1."""
         return Numbers(value, self.arithmetic).scaled_to(self.sampler.random())
 
     def meaning(self, value: Laurent) -> _Meaning:
-        """Return the rank, name and lost motion at the zeros of a factor."""
+        """Return rank, name and lost tool motion at the zeros of a factor."""
         sampler, arithmetic = self.sampler, self.arithmetic
         numbers = self.numbers(value)
         within = self.zero_within_limits([numbers])
@@ -277,7 +280,10 @@ class FamilySearch:
         return f'with {numbers_in_words(names)} of this file: rank {rank} (to {ZERO:g}) at {place}'
 
     def is_one_family(self, factor: RealFactor) -> bool:
-        """Return whether both its halves, if it has any, have the same rank."""
+        """
+        Return whether J has one rank at all sampled zeros of a factor; true if the factor has no
+        halves.
+        """
         if not factor.halves:
             return True
         arm = self.arms(factor.value)
@@ -285,7 +291,7 @@ class FamilySearch:
 
     def poses(self, functions: Sequence[Numbers], count: int = POSES) -> Floats:
         """
-        Return seeded poses at which all functions vanish; empty without a common zero.
+        Return sampled joint positions at which all functions vanish; empty if none is found.
         """
         sampler, starts = self.sampler, self.sampler.random(count)
         scaled = [f.scaled_to(starts) for f in functions]
@@ -296,17 +302,20 @@ class FamilySearch:
 
     @property
     def _periods(self) -> Floats:
-        # The period of the frames in each joint, rad.
+        # Return the change of each joint, rad, after which all frames repeat.
         units = self.arithmetic.units
         return 2 * np.pi * np.array([units[v] for v in self.arithmetic.names.variables])
 
     def zero_within_limits(self, functions: Sequence[Numbers]) -> Zero:
-        """Return whether functions vanish together inside the joint limits."""
+        """Return whether the functions have a common zero inside the joint limits."""
         box = self.sampler.limits(self._periods)
         return common_zero(functions, box, self.sampler.random(within=True))
 
     def zero_anywhere(self, functions: Sequence[Numbers]) -> Zero:
-        """Return whether functions vanish together at any joint positions, limits or none."""
+        """
+        Return whether the functions have a common zero at any joint positions, ignoring the
+        limits.
+        """
         half = np.where(self.sampler.slides, np.inf, self._periods / 2)
         return common_zero(
             functions, Box(-half, half), np.clip(self.sampler.random(), -half, half)
@@ -315,10 +324,10 @@ class FamilySearch:
 
 def families_of(product: Factored, search: FamilySearch) -> Factored | None:
     """
-    Return a product whose factors are one family each; None if this needs half angles.
+    Return the product with each factor split into its families; None if this needs half angles.
 
-    The halves of a factor are one family if they have the same rank, as stretched and folded, the
-    halves of sin q, in most arms.
+    The half-angle factors of a factor are one family if J has the same rank on both. An example is
+    sin q: its halves are the stretched and the folded arm.
     """
     found: list[RealFactor] = []
     constant = product.constant
@@ -330,7 +339,7 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
             found.append(factor)
             continue
         found += [RealFactor(half, factor.power) for half in factor.halves]
-        # sin q = 2 sin q/2 cos q/2.
+        # The factor is a constant times its halves, as in sin q = 2 sin q/2 cos q/2.
         one, other = factor.halves
         ratio = quotient_constant(factor.value, one * other, search.arithmetic)
         assert ratio is not None
@@ -339,7 +348,7 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
 
 
 def without_integers(product: Factored, writer: Writer) -> Factored:
-    """Return the product with the integers that divide its factors moved to its constant."""
+    """Move integers that divide a factor from the factors of the product to its constant."""
     constant, factors = product.constant, []
     for factor in product.factors:
         content, _ = writer.expression(factor.value).as_content_primitive()
@@ -352,7 +361,7 @@ def without_integers(product: Factored, writer: Writer) -> Factored:
 def singular_factors(
     product: Factored, search: FamilySearch, writer: Writer, frames: Frames, J_t: Matrix
 ) -> tuple[SingularFactor, ...]:
-    """Return the factors with their names and what their families mean."""
+    """Return the factors with their names, families, ranks and lost motions."""
     arithmetic = search.arithmetic
     listed = file_factors(search.sampler.robot, arithmetic.names)
     found: list[SingularFactor] = []
@@ -363,7 +372,7 @@ def singular_factors(
         sampled: tuple[str, ...] = ()
         if seen.rank is not None:
             zeros = CommonZeros(J_t, search.rank, (factor.value,), arithmetic)
-            # The proof covers the upper bound of the rank; one pose shows that it is not lower.
+            # Only the upper bound of the rank needs a proof: a sampled pose has this rank.
             proofs = {
                 'rank': zeros.has_rank_at_most(seen.rank),
                 'lost': seen.lost is None or proves_lost(seen.lost, zeros, frames),
@@ -372,7 +381,7 @@ def singular_factors(
             sampled = tuple(claim for claim, proved in proofs.items() if not proved)
         expression = writer.expression(factor.value)
         own = next((n for n, e in listed.items() if _is_multiple(e, factor.value, search)), None)
-        # Two factors of one kind get numbers: elbow, elbow_2.
+        # Number equal names: elbow, elbow_2.
         stem = own or seen.geometric or str(expression)
         numbered = chain([stem], (f'{stem}_{k}' for k in count(2)))
         name = next(name for name in numbered if name not in taken)
@@ -397,7 +406,7 @@ def singular_factors(
 
 
 def numbers_in_words(names: Names) -> str:
-    """Return which lengths of a file are equal, `L2 = L3`, or `the numbers`."""
+    """Return a text about equal lengths of a file, such as `L2 = L3`, or `the numbers`."""
     groups: dict[float, list[str]] = {}
     for symbol, value in names.values.items():
         group = groups.setdefault(abs(value), [])
@@ -407,20 +416,22 @@ def numbers_in_words(names: Names) -> str:
 
 
 def file_factors(robot: Robot, names: Names) -> dict[str, sympy.Expr]:
-    """Return the factors a robot file lists, as sympy expressions with joint angles in rad."""
+    """
+    Return the factors that a robot file lists, as sympy expressions with joint angles in rad.
+    """
     factors = robot.description.singularity.factors
     return {factor.name: names.expression(factor.text) for factor in factors}
 
 
 def _is_multiple(expression: sympy.Expr, factor: Laurent, search: FamilySearch) -> bool:
-    # The same factor has the same ratio everywhere.
+    # Two expressions are multiples if their ratio is equal at all sampled poses.
     q = search.sampler.random(20)
     ratio = evaluated(expression, search.arithmetic.names, q) / search.numbers(factor)(q)
     return bool(np.ptp(ratio) < 1e-9 * abs(float(ratio[0])))
 
 
 def evaluated(expression: sympy.Expr, names: Names, q: Floats) -> Floats:
-    """Return the values of a sympy expression at poses (..., n), with the lengths of the file."""
+    """Return the values of a sympy expression at q (..., n), with the lengths of the file."""
     function = sympy.lambdify(names.variables, expression.subs(dict(names.values)), 'numpy')
     return np.broadcast_to(function(*np.moveaxis(q, -1, 0)), q.shape[:-1]).astype(float)
 
@@ -428,7 +439,9 @@ def evaluated(expression: sympy.Expr, names: Names, q: Floats) -> Floats:
 def crossings_of(
     product: Factored, factors: Sequence[SingularFactor], search: FamilySearch, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...]:
-    """Return the crossings of each two families, and of all families if there are more."""
+    """
+    Return the crossings of each pair of families, and of all families if there are more than two.
+    """
     families = [(factor.value, named.name) for factor, named in zip(product.factors, factors)]
     groups = [*combinations(families, 2), *([tuple(families)] if len(families) > 2 else ())]
     crossings = (_crossing(group, search, J_t) for group in groups)
@@ -438,7 +451,7 @@ def crossings_of(
 def _crossing(
     named: Sequence[tuple[Laurent, str]], search: FamilySearch, J_t: Matrix
 ) -> FamilyCrossing | None:
-    # The common zeros of factors; None if it is proved that they have none.
+    # Return the crossing of factors; None if it is proved that they have no common zero.
     values, names = zip(*named)
     functions = [search.numbers(value) for value in values]
     poses, meet = search.poses(functions), None
@@ -461,7 +474,7 @@ def remainder_zeros(
     rests: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...] | None:
     """
-    Return the common zeros of the rests of the minors, or None if they are not solved.
+    Return the common zeros of the minors' rests (common factors removed), or None if not solved.
 
     A rest vanishes if one of its factors does, so all rests vanish if the factors of a minimal
     hitting set vanish.

@@ -1,1 +1,1 @@
-"""Exact algebra of sines, cosines and lengths."""
+"""Compute exactly with polynomials in sines, cosines and lengths."""

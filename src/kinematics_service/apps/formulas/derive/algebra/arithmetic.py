@@ -1,4 +1,7 @@
-"""The ring of polynomials of one arm, and the angles and lengths of its file as polynomials."""
+"""
+Define the polynomial ring of an arm, and turn angles and lengths of its robot file into
+polynomials.
+"""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,13 +21,14 @@ from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix
 from .names import Affine, Names
 
-# Constant angles, other than quarter turns, that stay symbols; further ones become fractions.
+# Maximum number of constant angles (except quarter turns) that stay symbols; other angles are
+# replaced by fractions, see `exponential`.
 MAX_ANGLE_SYMBOLS = 2
 # A row turns by p/q of a joint's angle. p and q are exponents of 16 bits, so products of dozens of
 # rows fit.
 MAX_ANGLE_PARTS = 500
-# Distance of a printed number from a multiple of pi/2, in quarter turns: a program prints pi/2 as
-# 1.5707963267948966.
+# A decimal angle this close (in quarter turns) to a multiple of pi/2 is read as the multiple:
+# programs print pi/2 as 1.5707963267948966.
 QUARTER_TURN_TOLERANCE = 1e-15
 
 NOTHING: Affine = (sympy.Integer(0), {})
@@ -33,23 +37,23 @@ NOTHING: Affine = (sympy.Integer(0), {})
 @dataclass(frozen=True)
 class Arithmetic:
     """
-    The ring an arm is computed in, and where its joint variables are in it.
+    The ring of polynomials of an arm, and the generators of its joint variables.
 
     Attributes
     ----------
     ring
-        The generators.
+        The ring with its generators.
     units
-        exp(i theta / unit) is the generator of a joint variable: the ring's parts, times what
-        gear ratios ask for.
+        exp(i theta / unit) is the generator of a joint variable. The unit is `ring.parts` times
+        the common denominator of the joint's gear ratios.
     steps
-        The exponents of that generator are multiples of this: of the parts, times what the rows
-        that turn by a multiple of the joint's angle have in common.
+        All exponents of a joint's generator are multiples of its step: the gcd of the exponents
+        over all rows that the joint turns.
     offsets
         theta = q + offset of each joint variable, rad. The offset is 0 if the table adds whole
         quarter turns only. In theta the formulas are as short as without offsets.
     angles
-        The symbol of theta; the joint variable itself where its offset is 0.
+        The symbol of theta; the joint variable itself if its offset is 0.
     """
 
     ring: Ring
@@ -68,7 +72,10 @@ class Arithmetic:
 
     @cached_property
     def values(self) -> npt.NDArray[np.complex128]:
-        """Return the number of each generator that no joint moves (nan elsewhere), complex."""
+        """
+        Return the complex value of each generator that no joint moves; nan for the other
+        generators.
+        """
         moving, known = set(self.names.variables), dict(self.names.values)
         values = np.full(len(self.ring.generators), np.nan, dtype=complex)
         for k, generator in enumerate(self.ring.generators):
@@ -83,24 +90,27 @@ class Arithmetic:
 
     @property
     def joint_indices(self) -> list[int]:
-        """Return the indices of the generators of joint variables, as angles and as lengths."""
+        """
+        Return the indices of the joint variables' generators: angles of all joints, then lengths
+        of all.
+        """
         variables = self.names.variables
         lengths = (self.ring.index('number', variable) for variable in variables)
         return [*map(self.angle_index, variables), *lengths]
 
     def moves(self, exponents: Iterable[Sequence[int]]) -> bool:
-        """Return whether monomials contain a joint variable."""
+        """Return whether any monomial, given by its exponents, contains a joint variable."""
         joints = self.joint_indices
         return any(e[k] for e in exponents for k in joints)
 
     def derivative(self, value: Laurent, variable: sympy.Symbol) -> Laurent:
-        """Return the derivative by a joint variable, as an angle and as a length."""
+        """Return the derivative by a joint variable, rad or length."""
         ring = self.ring
         by_angle = value.derivative(self.angle_index(variable), self.units[variable])
         return by_angle + value.derivative(ring.index('number', variable))
 
     def exponential(self, angle: Affine) -> Laurent:
-        """Return exp(i angle) of an angle affine in the joint variables."""
+        """Return exp(i angle) for an angle that is affine in the joint variables."""
         constant, factors = angle
         shifted = constant - sum(f * self.offsets[v] for v, f in factors.items())
         result = exponential(self.ring, shifted)
@@ -110,7 +120,7 @@ class Arithmetic:
         return result
 
     def length(self, length: Affine) -> Laurent:
-        """Return a length affine in the joint variables."""
+        """Return a length that is affine in the joint variables, as a polynomial."""
         constant, factors = length
         result = self.ring.length(sympy.expand(constant))
         for variable, factor in factors.items():
@@ -118,7 +128,7 @@ class Arithmetic:
         return result
 
     def constant_matrix(self, rows: Sequence[Sequence[sympy.Expr]]) -> Matrix:
-        """Return a matrix of sympy expressions without angles."""
+        """Return sympy expressions without angles as a matrix of polynomials."""
         return np.array([[self.ring.length(sympy.sympify(e)) for e in row] for row in rows])
 
     def screw_z(self, theta: Affine, d: Affine) -> Matrix:
@@ -138,25 +148,28 @@ class Arithmetic:
         )
 
     def about_axis(self, axis: str, theta: Affine, d: Affine) -> Matrix:
-        """Return the rotation about, and translation along, axis x, y or z."""
+        """
+        Return the rotation by theta about axis x, y or z, times the translation by d along the
+        axis.
+        """
         turn = self.turn(axis)
         return turn @ self.screw_z(theta, d) @ turn.T
 
     def turn(self, axis: str) -> Matrix:
-        """Return the rotation that puts the z axis where `axis` is."""
+        """Return the 4 x 4 rotation that maps the z axis to `axis`."""
         return self.constant_matrix([[int(round(e)) for e in row] for row in Z_INTO[axis]])
 
 
 def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -> Arithmetic:
     """
-    Return the ring of an arm, with its joint variables in it.
+    Return the arithmetic of an arm; its ring contains the joint variables.
 
     Parameters
     ----------
     description, names
         The arm.
     parts
-        2 for a ring with half angles, of the joints and of the table.
+        2 for a ring with half angles, else 1.
 
     Raises
     ------
@@ -226,12 +239,12 @@ def _angles(
 
 def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
     """
-    Return exp(i angle) of a constant angle, a sympy expression in rad; quarter turns exactly.
+    Return exp(i angle) for a constant angle, a sympy expression in rad; quarter turns are exact.
 
-    The first two other angles stay symbols. Formulas with more symbols would be too long to read
-    (a calibrated arm has a dozen such angles): further angles become (1 + i t)^2 / (1 + t^2) with
-    a fraction t. Its modulus is exactly 1, so rotations stay rotations, and it is within 1e-16 rad
-    of the file's angle.
+    The first two angles that are no quarter turns stay symbols. Formulas with more symbols would
+    be too long to read (a calibrated arm has a dozen such angles): further angles become (1 + i
+    t)^2 / (1 + t^2) with a fraction t. The fraction has modulus exactly 1, so rotations stay
+    rotations. Its angle is within 1e-16 rad of the file's.
     """
     quarters, rest = _in_quarters(angle)
     result = ring.number(1).times_i(quarters)
@@ -239,7 +252,8 @@ def exponential(ring: Ring, angle: sympy.Expr) -> Laurent:
 
 
 def _in_quarters(angle: sympy.Expr) -> tuple[int, sympy.Expr]:
-    # Whole quarter turns and the rest; 0 and the angle itself if it has another multiple of pi.
+    # Split an angle into whole quarter turns and the rest. If it contains another multiple of pi,
+    # return 0 and the angle itself.
     turns = sympy.expand(angle).coeff(sympy.pi)
     rest = sympy.expand(angle - turns * sympy.pi)
     if rest.is_number and not rest.is_zero:

@@ -1,4 +1,6 @@
-"""An expression of a robot file as a sympy expression, exactly: decimals become fractions."""
+"""
+Convert an expression of a robot file into an exact sympy expression: decimals become fractions.
+"""
 
 import operator
 from collections.abc import Callable, Mapping
@@ -10,16 +12,16 @@ from .....robot.file.text.expression_syntax import evaluated, syntax_tree
 
 def exact(text: str, meanings: Mapping[str, sympy.Expr], angle_unit: str = 'rad') -> sympy.Expr:
     """
-    Return the expression of a text of the file, in the file's units.
+    Return the sympy expression of a text, in the units of the robot file.
 
     Parameters
     ----------
     text
-        An expression that the file's reader has accepted.
+        An expression that the reader of robot files has accepted.
     meanings
         The meaning of each name: a symbol, or the expression of a derived constant.
     angle_unit
-        'rad' or 'deg': of the trigonometric functions, as in the file.
+        'rad' or 'deg': the unit that trigonometric functions in the text use.
     """
     known, operations = {'pi': sympy.pi, **meanings}, _OPERATIONS[angle_unit]
 

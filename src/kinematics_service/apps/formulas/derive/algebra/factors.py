@@ -1,8 +1,8 @@
 """
-Factors of a real trigonometric polynomial, each real and with every angle whole.
+Factor a real trigonometric polynomial into real factors in whole angles, without half angles.
 
-In z = exp(i q) a sine has two factors, z - 1 and z + 1 (sine and cosine of half the angle), and
-the coefficients are complex. The method turns the generators by quarter turns until every
+As a polynomial in z = exp(i q), a sine has two factors, z - 1 and z + 1 (sine and cosine of half
+the angle), and complex coefficients. The method turns the generators by quarter turns until every
 coefficient is real, factors over the integers, turns back, and multiplies the halves that belong
 together. It factors over the Gaussian integers if no quarter turns make the coefficients real, or
 if a factor may be a product of two complex factors.
@@ -27,21 +27,23 @@ from .half_factors import lowered, lowest, paired, upright, upright_half
 from .laurent import Laurent, Terms, from_terms
 from .quotient import quotient_constant
 
-# Random lines on which a polynomial is restricted; it is irreducible if a restriction is.
+# Number of random lines to which a polynomial is restricted; if a restriction of full degree is
+# irreducible, so is the polynomial.
 CUT_LINES = 8
-# Largest integer coefficient of a line.
+# Largest integer in a random line a t + b.
 MAX_LINE_COEFFICIENT = 23
 SEED = 1955
 # Primes that are 3 modulo 4; about half of them prove that a polynomial stays irreducible over the
 # Gaussian integers.
 PRIMES = (7, 11, 19, 23, 31, 43, 47, 59, 67, 71, 79, 83)
-# Longer polynomials are not factored: the time grows steeply.
+# Polynomials with more terms are not factored: the time grows steeply.
 MAX_TERMS = 6000
-# Longer polynomials, or of more generators, are not factored over the Gaussian integers: four
+# Polynomials with more terms or more generators are not factored over the Gaussian integers: four
 # generators take seconds.
 MAX_GAUSSIAN_TERMS = 40
 MAX_GAUSSIAN_GENERATORS = 3
-# Shorter factors are tested alone if the product is not proved to be fully split.
+# If the product is not proved to be fully split, factors up to this number of terms are tested
+# alone.
 MAX_SHORT_TERMS = 100
 
 
@@ -53,12 +55,12 @@ class RealFactor:
     Attributes
     ----------
     halves
-        The two factors of half angles, if it is their product; else empty. They are real in a
-        ring with half angles.
+        If the factor is a product of two factors in half angles, these two; else empty. They are
+        real in a ring with half angles.
     alone
-        Whether it has factors of half angles that the ring does not contain.
+        Whether the factor splits into factors of half angles, which the ring does not contain.
     splits
-        As `half_factors.Whole` has it.
+        Whether the halves are real without half angles, as in `half_factors.Whole`.
     """
 
     value: Laurent
@@ -76,7 +78,7 @@ class Factored:
     Attributes
     ----------
     constant
-        Lengths and numbers.
+        The factor that contains lengths and numbers only.
     factors
         The factors with joint variables.
     complete
@@ -90,7 +92,7 @@ class Factored:
 
 
 def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
-    """Return a polynomial that is real for real angles as a product."""
+    """Factor a polynomial that is real for real angles."""
     polynomial = _Polynomial.of(value)
     pieces, complete = _pieces(polynomial)
     if pieces is None:
@@ -117,7 +119,7 @@ def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
 
 
 def stays_whole(value: Laurent, arithmetic: Arithmetic) -> bool:
-    """Return whether it is proved of a short factor that no real factors can be split off."""
+    """Return whether a short factor is proved to have no real factors but itself."""
     if len(value) > MAX_SHORT_TERMS:
         return False
     product = factored(value, arithmetic)
@@ -125,7 +127,7 @@ def stays_whole(value: Laurent, arithmetic: Arithmetic) -> bool:
 
 
 def _sliding_monomials(value: Laurent, arithmetic: Arithmetic) -> list[RealFactor]:
-    # Powers of prismatic variables that divide every term.
+    # Return the powers of prismatic variables that divide every term.
     ring, terms = arithmetic.ring, value.terms()
     indices = [ring.index('number', variable) for variable in arithmetic.names.variables]
     powers = [min(e[k] for e in terms) for k in indices]
@@ -178,7 +180,8 @@ class _Polynomial:
 
 
 def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], Any]] | None:
-    # Quarter turns of the generators, and the real coefficients they make.
+    # Return quarter turns of the generators that make all coefficients real, and these
+    # coefficients.
     turns = _quarter_turns(terms)
     if turns is None:
         return None
@@ -260,7 +263,7 @@ def _gaussian_factors(element: PolyElement) -> list[tuple[PolyElement, int]]:
 
 
 def _candidates(element: PolyElement) -> Iterator[PolyElement]:
-    # Irreducible polynomials that may divide it: the first are linear.
+    # Yield irreducible polynomials that may divide the element: first linear ones.
     ring, degrees = element.ring, _degrees(element)
     for generator, degree in zip(ring.gens, degrees):
         for unit in (1, -1, ZZ_I(0, 1), ZZ_I(0, -1)) if degree else ():
@@ -295,9 +298,10 @@ def _factor_list(element: PolyElement) -> list[tuple[PolyElement, int]]:
 
 
 def _stays_whole(element: PolyElement) -> bool:
-    # Whether it is proved that a polynomial, irreducible over the integers, is not a product of
-    # two complex factors. Complex factors may be real in the angles, as in cos 2q = (cos q + sin
-    # q) (cos q - sin q). They are conjugate, so they have the same degree in every generator.
+    # Return whether a polynomial that is irreducible over the integers is proved not to be a
+    # product of two complex factors. Complex factors may be real in the angles, as in cos 2q =
+    # (cos q + sin q) (cos q - sin q). They are conjugate, so they have the same degree in every
+    # generator.
     odd = any(degree % 2 for degree in [*_degrees(element), max(sum(e) for e in element)])
     return odd or _irreducible_on_a_line(element, ZZ, stays_whole_beside_i)
 
@@ -307,9 +311,9 @@ def _irreducible_on_a_line(
     domain: Any,
     is_whole: Callable[[PolyElement], bool] = attrgetter('is_irreducible'),
 ) -> bool:
-    # A factor stays a factor when every generator is set to a_k t + b_k, its degree too unless the
-    # leading part vanishes there: if the cut does not factor at full degree, neither does the
-    # polynomial. (Content without t cannot hide: the cut has integer content only.)
+    # Restrict the polynomial to a line: set every generator to a_k t + b_k. A factor becomes a
+    # factor of the restriction. If the restriction has full degree, factors keep their degrees. So
+    # if it is irreducible at full degree, the polynomial is, too.
     R, t = polynomial_ring('t', domain)
     degrees, random = _degrees(element), Random(SEED)
     degree = max(sum(e) for e in element)
@@ -332,8 +336,9 @@ def stays_whole_beside_i(cut: PolyElement) -> bool:
     """
     Return whether an integer polynomial of t is proved irreducible over the Gaussian integers.
 
-    It is primitive. Were it g conj(g), a factor modulo a prime that is 3 modulo 4 and of odd
-    degree, which conjugation leaves as it is, would divide both; without squares there is none.
+    The input is primitive. If it were g conj(g), then modulo a prime p = 3 mod 4 every factor of
+    odd degree would divide both g and conj(g), because conjugation keeps it. So a square-free
+    polynomial modulo p with a factor of odd degree proves that it is irreducible.
     """
     if not cut.is_irreducible:
         return False

@@ -1,4 +1,6 @@
-"""Multiply factors of half angles in pairs to factors of whole angles, and make them real."""
+"""
+Multiply pairs of half-angle factors into factors of whole angles, and make these factors real.
+"""
 
 import math
 from collections.abc import Sequence, Set
@@ -24,11 +26,11 @@ class Whole:
     Attributes
     ----------
     halves
-        Its two factors, if half a turn of an angle turns one into the other, as sin q/2 and
-        cos q/2 of sin q.
+        The two half-angle factors, if turning one angle by half a turn maps one to the other, as
+        sin q/2 and cos q/2 for sin q. Else empty.
     splits
-        Whether the halves are real without half angles, as those of cos 2q are. A row that turns
-        by twice a joint's angle gives such factors.
+        Whether the halves are real without half angles, as for cos 2q. A row that turns by twice a
+        joint's angle gives such factors.
     """
 
     terms: Terms
@@ -39,10 +41,12 @@ class Whole:
 
 def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whole] | None:
     """
-    Return whole factors of irreducible factors; None if a factor of half angles has no partner.
+    Return the factors of whole angles that irreducible factors (terms, power) form in pairs. None
+    if a factor of half angles has no partner.
 
-    Factors of even degree in every angle are whole. The other factors come in pairs of one power:
-    a factor and its copy turned by half a turn of an odd angle, or a factor and its conjugate.
+    Factors that equal their conjugate and have even degree in every angle are whole. Other factors
+    form pairs with the same power: a factor and its copy after half a turn of an angle of odd
+    degree, or a factor and its conjugate.
     """
     indices, parts = _angle_indices(arithmetic), arithmetic.ring.parts
     joints = [
@@ -89,8 +93,8 @@ def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
 
 
 def _half_turned(terms: Terms, joints: Sequence[tuple[int, int]]) -> Terms | None:
-    # Turn one angle of odd degree, a joint's or its row's, by half a turn. Two angles of a sum
-    # would make a full turn. None if no angle has odd degree.
+    # Turn one angle of odd degree, a joint's or its row's, by half a turn; turning two angles of a
+    # sum would make a full turn. Return None if no angle has odd degree.
     for k, step in joints:
         lowest = min(e[k] for e in terms)
         if _turns(terms, k) % (2 * step) == step and all(
@@ -117,12 +121,12 @@ def _mirrored(e: Exponents, angles: Set[int]) -> Exponents:
 
 
 def lowest(terms: Terms) -> Exponents:
-    """Return the lowest exponent of each generator."""
+    """Return the lowest exponent of each generator in the terms."""
     return tuple(map(min, zip(*terms)))
 
 
 def lowered(terms: Terms) -> Terms:
-    """Return terms divided by the monomial that divides all of them."""
+    """Return the terms divided by their largest common monomial."""
     lows = lowest(terms)
     return {tuple(x - low for x, low in zip(e, lows)): c for e, c in terms.items()}
 
@@ -132,7 +136,7 @@ def _times(one: Terms, other: Terms, ring: Ring) -> Terms:
 
 
 def _proportional(one: Terms, other: Terms) -> bool:
-    # Up to a complex number; monomials are taken off before.
+    # Return whether two polynomials are equal up to a monomial and a complex factor.
     one, other = lowered(one), lowered(other)
     if set(one) != set(other):
         return False
@@ -141,27 +145,30 @@ def _proportional(one: Terms, other: Terms) -> bool:
 
 
 def _product(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
-    # The product of two complex numbers.
+    # Return the product of two complex numbers (real, imaginary).
     (a, b), (c, d) = one, other
     return a * c - b * d, a * d + b * c
 
 
 def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
-    """Return a factor as a polynomial that is its own conjugate."""
-    # Multiply by the monomial and the complex number that make f its own conjugate.
+    """
+    Return a factor times the monomial and number that make it real: equal to its own conjugate.
+    """
+    # The number is a complex unit, then the common divisor of the coefficients is removed.
     indices = _angle_indices(arithmetic)
     moved = _centred(terms, indices)
     e = next(iter(moved))
     unit = _unit(moved[e], moved[_mirrored(e, set(indices))])
     real = {e: _product(unit, c) for e, c in moved.items()}
     common = math.gcd(*(x for pair in real.values() for x in pair))
-    # A convention: sin q and cos q, not their negatives.
+    # Fix the sign by convention: sin q and cos q, not their negatives.
     a, b = real[max(real)]
     if (a, -b) < (0, 0):
         common = -common
     real = {e: (a // common, b // common) for e, (a, b) in real.items()}
     result = from_terms(arithmetic.ring, real)
-    # A pair e, -e is 2 cos or 2 sin: halved, unless a constant part would become a fraction.
+    # A pair of exponents e and -e is 2 cos or 2 sin: halve it, unless a constant part would become
+    # a fraction.
     still = [c for e, c in real.items() if not any(e[k] for k in indices)]
     turning = len(still) < len(real)
     balanced = all(a % 2 == 0 and b % 2 == 0 for a, b in still)
@@ -169,7 +176,8 @@ def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
 
 
 def _centred(terms: Terms, indices: Sequence[int]) -> Terms:
-    # Times the monomial that makes degrees of angles balanced, and no length a divisor.
+    # Multiply by the monomial that centres the exponents of angles at 0 and removes negative
+    # exponents of lengths.
     centre = dict(zip(indices, _degrees(terms, indices)))
     shift = [
         centre[k] // 2 if k in centre else min(0, *exponents)

@@ -1,4 +1,4 @@
-"""Matrices and vectors of exact polynomials, as numpy arrays of objects."""
+"""Compute with matrices of exact polynomials, stored as numpy arrays of objects."""
 
 from typing import Any
 
@@ -11,12 +11,12 @@ Matrix = npt.NDArray[Any]  # of Laurent polynomials
 
 
 def identity(ring: Ring) -> Matrix:
-    """Return the 4 x 4 identity."""
+    """Return the 4 x 4 identity with entries in the ring."""
     return np.array([[ring.number(int(i == j)) for j in range(4)] for i in range(4)])
 
 
 def inverse(T: Matrix) -> Matrix:
-    """Return the inverse of a rigid motion."""
+    """Return the inverse of a 4 x 4 rigid motion."""
     result = T.copy()
     result[:3, :3] = T[:3, :3].T
     result[:3, 3] = -(T[:3, :3].T @ T[:3, 3])

@@ -1,5 +1,5 @@
 """
-The names of a robot file as sympy symbols, and its expressions in the units of the symbols.
+Turn the names of a robot file into sympy symbols, and its texts into expressions of these symbols.
 
 Joint angles are in rad, so that a Jacobian column of a `deg` file is per rad like every other.
 """
@@ -16,7 +16,7 @@ from .....robot.file.text.plain_expression import plain_expression
 from .....typography import plain_names
 from .expression import exact
 
-# A constant part, and the factor of each joint variable.
+# An affine expression: constant part, and the factor of each joint variable.
 Affine = tuple[sympy.Expr, dict[sympy.Symbol, sympy.Expr]]
 
 
@@ -28,18 +28,18 @@ class Names:
     Attributes
     ----------
     variables
-        A symbol a joint, in the order of the Jacobian's columns; rad, or the unit of lengths.
+        One symbol for each joint, in the order of the Jacobian's columns; rad or length unit.
     lengths
-        The constants that stay symbols.
+        Symbols of the constants that are not replaced by their values.
     values
         The value of each length, in the file's units.
     meanings
         The expression of each name of the file, in the file's units: a symbol, or the expression
         of a constant that contains other constants or is used in an angle.
     angle_unit
-        'rad' or 'deg', the file's.
+        The file's unit of angles, 'rad' or 'deg'.
     length_unit
-        The file's unit of length in that of the symbols.
+        The file's unit of length, expressed in the unit of the symbols.
     """
 
     variables: tuple[sympy.Symbol, ...]
@@ -54,15 +54,15 @@ class Names:
         return exact(text, self.meanings, self.angle_unit)
 
     def angle(self, text: str) -> sympy.Expr:
-        """Return an angle, rad."""
+        """Return the expression of an angle's text, in rad."""
         return self.expression(text) * angle_in_rad(self.angle_unit)
 
     def length(self, text: str) -> sympy.Expr:
-        """Return a length, in the unit of the symbols."""
+        """Return the expression of a length's text, in the unit of the symbols."""
         return self.expression(text) * self.length_unit
 
     def affine(self, text: str, is_angle: bool) -> Affine:
-        """Return the constant part, and the factor of each joint variable."""
+        """Return a text that is affine in the joint variables as constant part and factors."""
         value = self.angle(text) if is_angle else self.length(text)
         expanded = sympy.expand(value)
         factors = {
@@ -72,7 +72,7 @@ class Names:
 
 
 def angle_in_rad(unit: str) -> sympy.Expr:
-    """Return the unit of angles, 'rad' or 'deg', in rad."""
+    """Return the size of an angle unit, 'rad' or 'deg', in rad."""
     return sympy.pi / 180 if unit == 'deg' else sympy.Integer(1)
 
 
@@ -83,9 +83,9 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
     Parameters
     ----------
     description
-        The file.
+        The robot file.
     locked
-        Joint variables that do not move, and the expressions that replace them.
+        Joint variables that are held still, and the texts of the expressions that replace them.
     """
     known = [joint.variable for joint in description.joints]
     unit = description.angle_unit
@@ -135,9 +135,10 @@ def names_of(description: RobotDescription, locked: Mapping[str, str] | None = N
 
 def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
     """
-    Return the names used in a 'length', an 'angle', or a 'number' of a rotation matrix.
+    Return the names that are used in each kind of expression: 'length', 'angle' or 'number'.
 
-    The constants that a constant is made of are used as it is.
+    A 'number' is an entry of a rotation matrix. If an expression uses a constant that is computed
+    from other constants, these have the same use.
     """
     found: dict[str, set[str]] = {'length': set(), 'angle': set(), 'number': set()}
     loops = description.loops
@@ -159,7 +160,9 @@ def names_by_use(description: RobotDescription) -> dict[str, set[str]]:
 
 
 def uses_of(motion: RigidMotion) -> Sequence[str]:
-    """Return 'length', 'angle' or 'number' of each of its texts."""
+    """
+    Return for each text of a rigid motion whether it is a 'length', an 'angle' or a 'number'.
+    """
     if len(motion.texts) == 6:
         return ['length'] * 3 + ['angle'] * 3
     return ['length' if k % 4 == 3 and k < 12 else 'number' for k in range(16)]

@@ -1,4 +1,4 @@
-"""Polynomials and their derivatives in numbers, and poses on their zeros by Newton's method."""
+"""Evaluate polynomials and their derivatives, and find their zeros by Newton's method."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +15,7 @@ from .laurent import Laurent, from_terms
 Complexes = npt.NDArray[np.complex128]
 
 STEPS = 60
-# Newton's method ends at steps of this length (rad or the unit of length): round-off.
+# Newton's method ends if no step is longer than this (rad or unit of length): round-off.
 CONVERGED = 1e-12
 BISECTIONS = 80
 
@@ -27,7 +27,7 @@ class DifferentiableFunction(Protocol):
         """Return the values at q, shape (...,)."""
 
     def gradient(self, q: Floats) -> Floats:
-        """Return the derivatives by each joint, shape (..., n)."""
+        """Return the derivatives by each joint at q, shape (..., n)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,16 +46,19 @@ class Numbers:
         return self.function(np.asarray(q, dtype=float))
 
     def gradient(self, q: Floats) -> Floats:
-        """Return the derivatives by each joint variable, shape (..., n)."""
+        """Return the derivatives by each joint variable at q, shape (..., n)."""
         return np.stack([first(q) for first in self.firsts], axis=-1)
 
     @property
     def moving(self) -> Floats:
-        """Return which joint variables it depends on, shape (n,)."""
+        """Return on which joint variables the polynomial depends, booleans of shape (n,)."""
         return np.array([bool(first.value) for first in self.firsts])
 
     def in_reciprocal(self, joint: int) -> 'Numbers':
-        """Return the polynomial in t = 1 / length of a joint, times the power of t it takes."""
+        """
+        Return the polynomial in t = 1 / d of a prismatic joint d, times the power of t that makes
+        it a polynomial.
+        """
         ring = self.value.ring
         index = ring.index('number', self.arithmetic.names.variables[joint])
         terms = self.value.terms()
@@ -64,7 +67,10 @@ class Numbers:
         return Numbers(from_terms(ring, turned, self.value.divisor), self.arithmetic)
 
     def scaled_to(self, q: Floats) -> 'Numbers':
-        """Return the polynomial times a fraction; the root of its mean square at poses is 1."""
+        """
+        Return the polynomial scaled so that its root mean square at the configurations q is about
+        1.
+        """
         size = float(np.sqrt(np.mean(self(q) ** 2))) or 1.0
         factor, divisor = round(max(1.0, 1 / size)), round(max(1.0, size))
         if factor == divisor == 1:
@@ -73,19 +79,21 @@ class Numbers:
 
     @cached_property
     def function(self) -> 'Sum':
-        """Return it as a sum of terms."""
+        """Return the polynomial as a sum of numeric terms."""
         return sum_of(self.value, self.arithmetic)
 
     @cached_property
     def firsts(self) -> tuple['Numbers', ...]:
-        """Return the derivatives by each joint variable."""
+        """Return the derivative by each joint variable, as polynomials."""
         variables, derivative = self.arithmetic.names.variables, self.arithmetic.derivative
         return tuple(replace(self, value=derivative(self.value, v)) for v in variables)
 
 
 @dataclass(frozen=True, eq=False)
 class Sum:
-    """Sum of c exp(i turns q) q^powers, the constants multiplied into c."""
+    """
+    The sum of terms c exp(i turns q) q^powers; the values of constants are multiplied into c.
+    """
 
     coefficients: Complexes
     turns: Floats
@@ -99,7 +107,9 @@ class Sum:
         return np.asarray(np.sum(terms, axis=-1).real)
 
     def magnitude(self, largest: Floats) -> Floats:
-        """Return the sum of the sizes of the terms, a bound where |q| <= largest, shape (...,)."""
+        """
+        Return the sum of the terms' largest sizes if |q| <= largest, shape (...,): an upper bound.
+        """
         sizes = np.broadcast_to(np.abs(self.coefficients), (*largest.shape[:-1], len(self.powers)))
         for k in np.flatnonzero(np.any(self.powers, axis=0)):
             sizes = sizes * largest[..., k, None] ** self.powers[:, k]
@@ -107,7 +117,7 @@ class Sum:
 
 
 def sum_of(value: Laurent, arithmetic: Arithmetic) -> Sum:
-    """Return a real polynomial as numbers."""
+    """Return a real polynomial as a sum of numeric terms, with the constants of the file."""
     ring, variables, values = arithmetic.ring, arithmetic.names.variables, arithmetic.values
     terms = value.terms()
     exponents = np.array(list(terms), dtype=int).reshape(len(terms), len(ring.generators))
@@ -125,7 +135,7 @@ def sum_of(value: Laurent, arithmetic: Arithmetic) -> Sum:
 
 def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale: Floats) -> Floats:
     """
-    Return poses where every function is 0: the ends of Newton's smallest steps.
+    Return configurations at which every function is 0, by Newton's method with least-norm steps.
 
     Parameters
     ----------
@@ -133,7 +143,7 @@ def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale:
         Functions that must vanish, at least one.
     starts : shape (N, n)
     scale : shape (n,)
-        One unit of each joint, so that metres and radians compare; 0 for a joint that is held.
+        Scale of each joint, which makes metres and radians comparable; 0 for a joint that is held.
     """
     q = np.array(starts)
     for _ in range(STEPS):
@@ -150,16 +160,16 @@ def poses_on(functions: Sequence[DifferentiableFunction], starts: Floats, scale:
 def values_and_gradients(
     functions: Sequence[DifferentiableFunction], q: Floats
 ) -> tuple[Floats, Floats]:
-    """Return what functions are at poses (N, n), shape (N, m), and their gradients (N, m, n)."""
+    """Return the values (N, m) of m functions at q (N, n), and their gradients (N, m, n)."""
     f = np.stack([function(q) for function in functions], axis=-1)
     return f, np.stack([function.gradient(q) for function in functions], axis=-2)
 
 
 def smallest_step(f: Floats, G: Floats, damping: float | Floats) -> Floats:
     """
-    Return Newton's smallest step (N, n) from values (N, m) to zero, of gradients (N, m, n).
+    Return the least-norm Newton step (N, n) for values f (N, m) and gradients G (N, m, n).
 
-    Two zeros that touch leave no full-rank gradient: damping keeps the step finite.
+    Damping keeps the step finite if G lacks full rank, as at a double zero.
     """
     transposed = np.swapaxes(G, -1, -2)
     square = G @ transposed + damping * np.eye(G.shape[-2])
@@ -167,7 +177,10 @@ def smallest_step(f: Floats, G: Floats, damping: float | Floats) -> Floats:
 
 
 def bisected(value: Callable[[float], float], low: float, high: float) -> float:
-    """Return the sign change of a function between two arguments, to round-off."""
+    """
+    Return the argument at which a function changes its sign between `low` and `high`, by
+    bisection.
+    """
     below = value(low)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2

@@ -1,4 +1,4 @@
-"""Exact quotients of polynomials, by division over the Gaussian rationals."""
+"""Divide polynomials exactly, over the Gaussian rationals."""
 
 import math
 
@@ -11,12 +11,12 @@ from .laurent import Laurent, from_terms
 
 
 def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) -> Laurent | None:
-    """Return value / product if it has no joint variable, multiplied back; else None."""
+    """Return value / product if the quotient is exact and has no joint variable; else None."""
     joints = arithmetic.joint_indices
     ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
         return None
-    # The quotient of the shortest group is the candidate.
+    # Divide the shortest group of terms to get a candidate; multiplying back checks it.
     ring, key = arithmetic.ring, min(ours, key=lambda key: len(ours[key]))
     quotient = divided(from_terms(ring, theirs[key]), from_terms(ring, ours[key]))
     if quotient is None:
@@ -29,7 +29,8 @@ def divided(value: Laurent, factor: Laurent) -> Laurent | None:
     """
     Return value / factor if nothing remains, else None.
 
-    A monomial of angles divides everything; one of lengths, which may be 0, does not.
+    A monomial of angles divides every polynomial. A monomial of lengths does not, because lengths
+    may be 0.
     """
     n = len(value.ring.generators)
     R, *_ = polynomial_ring([f'x{k}' for k in range(n)], QQ_I)

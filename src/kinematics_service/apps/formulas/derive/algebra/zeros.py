@@ -1,8 +1,8 @@
 """
-Decide whether polynomials vanish together in a box, by Newton-Kantorovich and by bisection.
+Decide whether polynomials have a common zero in a box, by Newton-Kantorovich and by bisection.
 
-The theorem of Newton and Kantorovich shows a zero beside a pose in the box. Bisection proves that
-no zero exists: the box is halved until on each part a polynomial cannot reach 0.
+The theorem of Newton and Kantorovich proves a zero near a point of the box. Bisection proves that
+no zero exists: it halves the box until on each part one polynomial cannot reach 0.
 """
 
 from collections.abc import Sequence
@@ -13,16 +13,16 @@ import numpy as np
 from .....kernel import Floats
 from .numeric import Numbers, smallest_step, values_and_gradients
 
-# Distance of a zero from the pose that shows it, rad or the unit of length.
+# Largest distance of a proved zero from the returned configuration, rad or unit of length.
 ZERO_DISTANCE = 1e-9
 # Round-off of a sum of a few hundred terms, relative to the sum of their absolute values.
 ROUND_OFF = 1e-13
-# Steps of Newton's method; every 8 steps the best poses are checked for zeros.
+# Steps of Newton's method; every 8 steps the best points are checked for zeros.
 STEPS = 32
 STEPS_PER_CHECK = 8
-# Poses with the smallest values that are checked.
+# Number of points checked for a zero, those with the smallest values.
 CHECKED_POSES = 10
-# Terms evaluated, and boxes halved, before the search ends without an answer: seconds.
+# After this number of term evaluations, or of boxes, the search ends undecided: it takes seconds.
 MAX_TERM_EVALUATIONS = 100_000_000
 MAX_BOXES = 200_000
 BATCH_SIZE = 4096  # boxes evaluated at once, to bound memory
@@ -36,7 +36,7 @@ class Box:
     Attributes
     ----------
     low, high : shape (n,)
-        Rad, or the file's unit of length; infinite where a length is free.
+        Bounds in rad or the file's unit of length; infinite if a prismatic joint is not limited.
     """
 
     low: Floats
@@ -46,14 +46,14 @@ class Box:
 @dataclass(frozen=True, eq=False)
 class Zero:
     """
-    The answer about common zeros in a box.
+    The result of a search for a common zero in a box.
 
     Attributes
     ----------
     exists
         Whether a zero exists; None if this is not decided.
     pose
-        The n joint positions, in the box and within 1e-9 of a zero; None if no zero is shown.
+        The n joint positions, in the box and within 1e-9 of a zero; None if no zero is proved.
     """
 
     exists: bool | None
@@ -69,11 +69,11 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     functions
         Polynomials of the same joint variables.
     box
-        Where.
+        The box to search.
     starts : shape (N, n)
-        Poses to look from, in the box.
+        Configurations in the box at which Newton's method starts.
     """
-    # A free length is searched up to twice the largest start, and beyond it as t = 1 / length.
+    # Search an unlimited length up to twice the largest start, and beyond that as t = 1 / length.
     free = np.isinf(box.low) | np.isinf(box.high)
     reach = np.where(free, 2 * np.max(np.abs(starts), axis=0) + 1e-6, np.inf)
     near = Box(np.maximum(box.low, -reach), np.minimum(box.high, reach))
@@ -96,7 +96,7 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
 
 
 def _bends(functions: Sequence[Numbers], largest: Floats) -> Floats:
-    # Bounds of the second derivatives where |q| <= largest, shape (..., m, n, n).
+    # Return bounds of the second derivatives for |q| <= largest, shape (..., m, n, n).
     bounds = [
         [[second.function.magnitude(largest) for second in first.firsts] for first in f.firsts]
         for f in functions
@@ -109,7 +109,8 @@ def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
 
 
 def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> tuple[float, ...] | None:
-    # Least-norm Newton steps inside the box; a joint at a bound stays if its step leads outside.
+    # Take least-norm Newton steps inside the box, and return a point with a proved zero, or None.
+    # A joint at a bound stays if its step leads outside.
     for count in range(STEPS + 1):
         f, G = values_and_gradients(functions, q)
         if count % STEPS_PER_CHECK == 0:
@@ -131,8 +132,8 @@ def _step(f: Floats, G: Floats) -> Floats:
 
 
 def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floats) -> bool:
-    # Kantorovich: with |G+| = b, |G+ f| = s and gradients that change by at most K a unit, a zero
-    # is within 2 s of q where b K s <= 1/2.
+    # Kantorovich: let |G+| = b and |G+ f| = s, and let gradients change by at most K per unit. If
+    # b K s <= 1/2, a zero is within 2 s of q.
     sigma = np.linalg.svd(G, compute_uv=False)
     if len(sigma) < len(f) or sigma[-1] <= 1e-9 * sigma[0]:
         return False
@@ -147,7 +148,7 @@ def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floa
 
 def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
     middle, half = (box.low + box.high) / 2, np.where(moving, (box.high - box.low) / 2, 0.0)
-    # The bounds belong to the box; a margin covers round-off.
+    # The box is closed, so enlarge it by a margin that covers round-off.
     centers, radii = middle[None], np.where(moving, half + ZERO_DISTANCE, 0.0)[None]
     terms = sum(len(f.function.powers) for f in functions) * (1 + len(middle))
     left = min(MAX_BOXES, MAX_TERM_EVALUATIONS // max(1, terms))
@@ -174,8 +175,8 @@ def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
 def _undecided(
     functions: Sequence[Numbers], centers: Floats, radii: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    # The boxes in which every polynomial may vanish, how far the worst is from it at the middle,
-    # and the joint along which it changes most.
+    # Return the boxes in which every polynomial may vanish: centers, radii, the largest ratio of a
+    # value at the center to its possible change, and the joint along which to halve.
     f, G = values_and_gradients(functions, centers)
     largest = np.abs(centers) + radii
     bends = _bends(functions, largest)
@@ -183,7 +184,7 @@ def _undecided(
     bent = np.einsum('kmij,kj->kmi', bends, radii) * radii[:, None, :]
     reach = np.sum(straight + bent / 2, axis=-1) + _round_off(functions, largest)
     kept = np.all(np.abs(f) <= reach, axis=-1)
-    # Each polynomial against its own reach, so that units do not matter.
+    # Divide each polynomial's change by its own bound, so that units do not matter.
     share = np.sum((straight + bent) / np.maximum(reach, 1e-300)[..., None], axis=1)
     worst = np.max(np.abs(f) / np.maximum(reach, 1e-300), axis=-1)
     return centers[kept], radii[kept], worst[kept], np.argmax(share, axis=-1)[kept]
