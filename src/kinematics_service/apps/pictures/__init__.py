@@ -1,6 +1,7 @@
 """
-Pictures of an arm: files (`plot`), a live web page (`view`), results in a notebook.
+Draw an arm: picture files (`plot`), a live web page (`view`), results in a notebook.
 
-A pose or a path first becomes plain data; the core's `node/drawing/` has the data of the arm. Then
-`plots/` draws with matplotlib, `view/` with viser, and `notebook.py` writes HTML.
+Each picture is first computed as plain data. Then `plots/` draws it with matplotlib, `view/` draws
+it with viser, and `notebook.py` writes HTML. `node/drawing/` in the core computes the data of the
+live arm.
 """

@@ -20,7 +20,7 @@ TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
 
 def html_of(result: Robot | ToolState | Singularity | IkResult) -> str:
-    """Return a result as HTML."""
+    """Return a result of the package (state, solutions, derivation and others) as HTML."""
     view = next(view for kind, view in VIEWS.items() if isinstance(result, kind))
     return f'<div><p><b>{escape(repr(result))}</b></p>{"".join(view(result))}</div>'
 

@@ -37,7 +37,8 @@ def sketch(robot: Robot, q: Floats) -> str:
     """
     Return an SVG of an arm at joint positions (n,), rad or m.
 
-    Circles are turning joints, squares are sliding joints. The tool has its x, y and z axes.
+    Circles are revolute joints, squares are prismatic joints. At the tool the picture has x, y and
+    z axes.
     """
     skeleton = skeleton_of(robot, q)
     flat = skeleton.points @ VIEW.T

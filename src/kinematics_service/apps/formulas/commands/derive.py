@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class Format(str, Enum):
-    """The formats of a derivation."""
+    """The output formats that `--format` accepts."""
 
     text = 'text'
     markdown = 'markdown'
@@ -36,7 +36,7 @@ class Format(str, Enum):
 
 
 class Code(str, Enum):
-    """A language of source code."""
+    """The languages that `--code` accepts."""
 
     numpy = 'numpy'
     c = 'c'
@@ -106,7 +106,7 @@ def derive(
     if (path or lock) and arm.description.letters:
         option_given = '--path' if path else '--lock'
         raise WrongUsage(f'{option_given} needs numbers: {arm.description.letters} have no value')
-    # sympy takes half a second to load, and is known to be needed only here.
+    # sympy takes half a second to load, so it is imported only when a derivation starts.
     from ..derive.derivation import derive as derived
 
     with working('deriving') as tell:

@@ -261,8 +261,9 @@ def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
 
 def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
     """
-    Return the indices of the columns that remain after dependent joints are left out. A joint is
-    left out if the other joints have the same rank at all poses together.
+    Return the indices of the columns that remain after dependent joints are left out.
+
+    A joint is left out if the other joints have the same rank at all poses together.
     """
     J_t = sampler.elsewhere.J_t
     stacked = J_t.reshape(-1, J_t.shape[2])

@@ -62,8 +62,9 @@ class PoseSampler:
 
     def whole(self, q: Floats) -> Floats:
         """
-        Return the positions of all joints, shape (N, n), rad and m. The input q has the moving
-        joints in the file's units, shape (N, moving).
+        Return the positions of all joints, shape (N, n), rad and m.
+
+        The input q has the moving joints in the file's units, shape (N, moving).
         """
         result = np.tile(self.still, (len(q), 1))
         result[:, list(self.moving)] = q * self.to_si

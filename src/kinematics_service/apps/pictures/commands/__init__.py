@@ -1,1 +1,1 @@
-"""The commands of this app, a file each, and their options."""
+"""Define the commands `plot` and `view` with their options, a file each."""

@@ -52,11 +52,11 @@ OPTIONS = {
     'workspace': ('--plane', '--at', '--points', '--workers'),
 }
 ALL_OPTIONS = {name for names in OPTIONS.values() for name in names}
-# Kinds of pictures that need a target.
+# Kinds of pictures that need a target pose or position.
 TARGETS = ('ik', 'family')
-# Number of points on each side of the map: 80,000 searches take 20 s on two cores.
+# Number of points on each side of the map: the distances at 80,000 points take 20 s on two cores.
 MAP_POINTS = 280
-# Number of the first joint positions of the workspace.
+# Number of random configurations with which the search of a workspace starts.
 WORKSPACE_POINTS = 28_000
 # Smallest and largest --points.
 POINTS = {'map': (2, 4000), 'workspace': (1000, 100_000_000)}
@@ -169,7 +169,8 @@ def _refuse_unknown_options(robot: str, kind: str, given: list[str]) -> None:
 
 @contextmanager
 def _wrong_usage() -> Iterator[None]:
-    # If the library refuses the value of an option, this is wrong usage.
+    # An error of the library about an option's value becomes an error of wrong usage (exit code
+    # 2).
     try:
         yield
     except PlotError as error:
@@ -182,8 +183,8 @@ def _points(robot: Robot, kind: str, given: int | None) -> int:
         if not low <= given <= high:
             raise WrongUsage(f'--points of {kind}: {low} to {high}, not {given}')
         return given
-    # Each position takes longer if loops have to be closed. The clock does not decide: the same
-    # command gives the same picture.
+    # Use fewer points for an arm with closed loops, because closing them takes time. The number
+    # does not depend on the clock: the same command gives the same picture.
     passive = max(1, len(robot.passive_joint_names))
     points = MAP_POINTS // math.isqrt(passive) if kind == 'map' else WORKSPACE_POINTS // passive
     return max(points, low)

@@ -93,7 +93,7 @@ def view(
 
 
 def _with_ros(publish: bool) -> Callable[..., int] | None:
-    # Returns the function that runs the view with ROS; prints a message without ROS.
+    # Return the function that runs the view with ROS; without ROS print a message.
     try:
         run_view: Callable[..., int] = ros_module('apps.pictures.view.view_session').run_view
     except RosMissingError as missing:

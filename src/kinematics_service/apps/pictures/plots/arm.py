@@ -1,4 +1,6 @@
-"""Draw an arm in a pose: links, joint axes and frames, from its table alone."""
+"""
+Draw an arm at one configuration: links, joint axes and frames, computed from the table alone.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,8 +27,8 @@ FRAME_LABELS = ('x', 'y', 'z (thick: tool)')
 MARGIN_RATIO = 0.08
 # Elevation of the view, degrees.
 ELEVATION = 22.0
-# Azimuths to choose from, degrees; the first of equally good ones is taken. None is along x or y,
-# where the labels of two axes would overlap.
+# Azimuths to choose from, degrees; if several are equally good, the first is taken. No azimuth is
+# along x or y, because the labels of two axes would overlap.
 AZIMUTHS = (-55.0, *(float(a) for a in range(-175, 180, 10) if 10 < a % 90 < 80))
 
 
@@ -55,14 +57,17 @@ def arm_picture(robot: Robot, q: Floats) -> Draw:
             y=0.985,
         )
         handles, names = axes.get_legend_handles_labels()
-        entries = dict(zip(names, handles))  # one entry a name
+        entries = dict(zip(names, handles))  # keep one entry for each name
         figure.legend(entries.values(), entries.keys(), loc='lower center', ncols=5, frameon=False)
 
     return draw
 
 
 def cube_around(skeletons: Sequence[Skeleton], *others: Floats) -> Floats:
-    """Return the cube that holds arms, their base and other points (3,), shape (3, 2), m."""
+    """
+    Return the cube around arms, their base and other points (3,): low and high corner, shape (3,
+    2), m.
+    """
     points = np.vstack([*(skeleton.points for skeleton in skeletons), *others])
     low, high = points.min(axis=0), points.max(axis=0)
     half = (0.5 + MARGIN_RATIO) * max(float(np.max(high - low)), 1e-3)
@@ -79,7 +84,7 @@ def azimuth_of(skeleton: Skeleton) -> float:
     """
     Return the azimuth from which an arm looks largest, degrees.
 
-    The size is the area of the links' ellipse of inertia on paper.
+    The size is the area of the links' ellipse of inertia after projection.
     """
     if not skeleton.segments:
         return AZIMUTHS[0]
@@ -87,7 +92,7 @@ def azimuth_of(skeleton: Skeleton) -> float:
     along, middles = ends[:, 1] - ends[:, 0], ends.mean(axis=1)
     lengths = np.linalg.norm(along, axis=1)
     middles -= np.average(middles, axis=0, weights=lengths)
-    # Second moments of thin rods, of trace 1.
+    # Second moments of the links as thin rods, scaled to trace 1.
     M = (lengths * middles.T) @ middles + (lengths * along.T) @ along / 12.0
     M /= np.trace(M)
     a, e = np.radians(AZIMUTHS), np.radians(ELEVATION)
@@ -97,9 +102,10 @@ def azimuth_of(skeleton: Skeleton) -> float:
     # det(P M P^T) of a projection P along n is n^T adj(M) n.
     adjugate = M @ M - M + (1.0 - np.trace(M @ M)) / 2.0 * np.eye(3)
     areas = np.einsum('in,ij,jn->n', to_viewer, adjugate, to_viewer)
-    # The area of a straight arm is 0 from every side: then the longest image is chosen.
+    # The projected area of a straight arm is 0 from every side. Then choose the longest
+    # projection.
     lost = np.einsum('in,ij,jn->n', to_viewer, M, to_viewer)
-    # Rounding makes equal views equal, so that the first of them is taken.
+    # Round, so that the first of equally good views is taken in spite of round-off.
     best = np.lexsort((lost.round(9), -areas.round(9)))[0]
     return float(AZIMUTHS[best])
 
@@ -109,7 +115,7 @@ def set_space(axes: Axes3D, cube: Floats, azimuth: float, small: bool = False) -
     size = 8.0 if small else 10.0
     axes.set(xlim=cube[0], ylim=cube[1], zlim=cube[2])
     axes.set_box_aspect((1.0, 1.0, 1.0))
-    axes.computed_zorder = False  # objects lie over each other in the order of drawing
+    axes.computed_zorder = False  # draw objects in the order of the calls
     axes.view_init(elev=ELEVATION, azim=azimuth)
     for name, color, axis in zip('xyz', AXIS_COLORS, (axes.xaxis, axes.yaxis, axes.zaxis)):
         axis.set_label_text(with_unit(name, 'm'), fontsize=size, color=color)
@@ -166,7 +172,7 @@ def draw_skeleton(
 
 
 def _draw_lost(axes: Axes3D, point: Floats, direction: Floats, edge: float) -> None:
-    # Draws the lost translation in both directions; a lost rotation has no arrow.
+    # Draw the translation that the tool cannot make, in both directions; a rotation gets no arrow.
     norm = float(np.linalg.norm(direction))
     if norm < 0.1:
         return

@@ -1,7 +1,8 @@
 """
-Compute one function of many joint positions in batches, here or by workers of a dask cluster.
+Compute a function of many configurations in batches, in this process or by workers of a dask
+cluster.
 
-The batches are the same in both cases, so that the numbers are the same bit for bit.
+The batches are equal in both cases, so that the numbers are equal bit for bit.
 """
 
 from collections.abc import Callable
@@ -13,11 +14,12 @@ from ....kernel import Floats
 from ....robot.robot import Robot
 from ...recordings.sweep import results_of_workers
 
-# A function of a robot and rows (k, ...) that returns (k, ...), each row computed alone. Workers
-# import it by name, so it must be in a module of this package; `functools.partial` is allowed.
+# A function of a robot and an array of shape (k, ...) that returns shape (k, ...). It computes
+# each row independently. Workers import the function by name, so it must be in a module of this
+# package; `functools.partial` is allowed.
 Batch = Callable[[Robot, Floats], Floats]
 
-# Rows of a batch: 3 MB in a message for six joints.
+# Number of rows in a batch: 3 MB in a message for six joints.
 ROWS = 65_536
 
 
@@ -30,7 +32,7 @@ def map_batches(
     Parameters
     ----------
     function
-        Computes each row independently of the others.
+        Function that computes each row independently of the others.
     robot
         The arm.
     array : shape (N, ...)
@@ -49,7 +51,7 @@ def map_batches(
     Raises
     ------
     SweepError
-        As `results_of_workers`.
+        The workers cannot be used, see `results_of_workers`.
     """
     starts = range(0, max(len(array), 1), rows)
     pieces = (array[start : start + rows] for start in starts)

@@ -13,7 +13,7 @@ from ....robot.measures import Level
 from ....robot.robot import Robot
 from .picture import with_unit, words
 
-# Letters of a joint name in a picture; a longer name is cut.
+# Maximum number of letters of a joint name in a picture; a longer name is cut.
 MAX_LETTERS = 16
 
 
@@ -29,7 +29,8 @@ def signed(value: float, digits: int = 2) -> str:
 
 def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> str:
     """
-    Return joint positions by variable, in lines of at most `width` letters.
+    Return joint positions q (n,) as text with variables and units, in lines of at most `width`
+    letters.
 
     For example `q1 0.10, q2 −1.57 rad; d3 0.20 m`, without the joints with indices in `skip`.
     """
@@ -44,7 +45,7 @@ def positions(robot: Robot, q: Floats, width: int, skip: Sequence[int] = ()) -> 
 
 
 def nearness(robot: Robot, singularity: Singularity) -> str:
-    """Return the distance of one pose to a singular pose in words, and the nearest factor."""
+    """Return a text with the distance of one pose to a singular pose, and the nearest factor."""
     distance = float(singularity.distance)
     farther = none_found(singularity)
     if singularity.rank < singularity.generic_rank:

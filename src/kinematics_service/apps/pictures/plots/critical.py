@@ -1,7 +1,8 @@
 """
-Find singular poses of the position in a plane by damped Newton steps from random poses.
+Find poses with the tool in a plane at which its position is singular, by damped Newton steps.
 
-At such a pose no joint motion moves the tool in some direction of the plane.
+The steps start at random configurations. At such a pose no joint motion moves the tool in some
+direction of the plane.
 """
 
 from dataclasses import dataclass
@@ -17,25 +18,25 @@ from ....robot.task import SEED
 from .plane import Plane
 from .ranges import finite_ranges, random_positions
 
-# Number of random starts; fewer with closed loops, because each step closes them.
+# Number of random starts. Arms with closed loops get fewer, because each step closes the loops.
 STARTS = 2500
 STARTS_OF_LOOPS = 400
 # Newton steps from each start.
 STEPS = 25
-# Damping of the steps, added to the normal matrix.
+# Damping of the Newton steps, added to the diagonal of J^T J.
 DAMPING = 1e-9
-# Step of the differences of J, rad, or m over the characteristic length.
+# Step of the central differences of J, rad; in units of the characteristic length if prismatic.
 DIFFERENCE_STEP = 1e-5
-# Largest residual of a solution.
+# Largest residual of a solution (without unit).
 RESIDUAL_TOLERANCE = 1e-8
-# Largest estimated distance to the zero of a factor that is named, rad.
+# A point gets a factor's name if its estimated distance to the factor's zero is below this, rad.
 FACTOR_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
 class CriticalPoints:
     """
-    Singular poses of the position in a plane, as points.
+    Points of a plane at which the tool's position is singular.
 
     Attributes
     ----------
@@ -51,11 +52,11 @@ class CriticalPoints:
 
 def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> CriticalPoints:
     """
-    Return points of the curves on which the position loses a direction of the plane.
+    Return points of the curves on which the tool cannot move in some direction of the plane.
 
-    On such a curve a combination c of the gradients of the coordinates is orthogonal to all
-    columns of J. The search solves A(q)^T c = 0, |c| = 1, with the tool in the plane. The result
-    does not contain poses at joint limits, which bound the workspace, too.
+    On such a curve a combination c of the gradients of the plane's coordinates is orthogonal to
+    all columns of J. The search solves A(q)^T c = 0, |c| = 1, with the tool in the plane. The
+    result does not contain poses at joint limits, which bound the workspace, too.
     """
     ranges = finite_ranges(robot)
     random = np.random.default_rng(SEED)
@@ -79,15 +80,15 @@ def critical_points(robot: Robot, plane: Plane, starts: int | None = None) -> Cr
         q = np.where(robot.prismatic, q, np.remainder(q + np.pi, 2.0 * np.pi) - np.pi)
     F, _ = _system(robot, plane, q, c)
     inside = np.all((q >= ranges[:, 0]) & (q <= ranges[:, 1]), axis=1)
-    # If c is normal to the plane, the arm only cannot leave it: not a singularity in the plane.
+    # If c is normal to the plane, the arm can move in the plane but not leave it. Drop such poses.
     within = np.linalg.norm(c[:, :2], axis=1) > 1e-3
     q = q[(np.linalg.norm(F, axis=1) < RESIDUAL_TOLERANCE) & inside & within]
     return CriticalPoints(plane.coordinates(evaluate(robot, q).position), _names(robot, q))
 
 
 def _gradients(robot: Robot, plane: Plane, q: Floats) -> Floats:
-    # Returns the position's scaled Jacobian along the plane's vectors, divided by the reach, shape
-    # (..., k, n); nan if a loop does not close.
+    # Return A, shape (..., k, n): the plane's k vectors times the scaled Jacobian of the position,
+    # divided by the reach; nan if a loop does not close.
     position, J = _position_and_jacobian(robot, q)
     return (
         plane.gradients(position)
@@ -106,14 +107,14 @@ def _position_and_jacobian(robot: Robot, q: Floats) -> tuple[Floats, Floats]:
 
 
 def _number_of_vectors(robot: Robot, plane: Plane, q: Floats) -> int:
-    # Returns the number of the plane's vectors along which the arm can move: 2 or 3.
+    # Return 3 if the arm can move along the plane's normal, else 2.
     A = _gradients(robot, plane, q[:50])
     moved = np.max(np.abs(A), axis=(0, 2)) > 1e-9
     return 2 if len(moved) == 2 or not moved[2] else 3
 
 
 def _system(robot: Robot, plane: Plane, q: Floats, c: Floats) -> tuple[Floats, Floats]:
-    # Returns residuals (N, n + 1 or 2) and their derivatives by q (scaled) and c.
+    # Return residuals, shape (N, n + 1) or (N, n + 2), and their derivatives by q (scaled) and c.
     n, k = robot.dof, c.shape[1]
     scales = robot.singularity.task.column_scales
     A = _gradients(robot, plane, q)[:, :k]

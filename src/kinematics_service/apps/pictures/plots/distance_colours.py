@@ -10,12 +10,12 @@ from .artists import Artist, Axes, Figure
 from .picture import with_unit
 
 DISTANCE = MEASURES['distance']
-# Colour of distances that are at least 1 rad; it differs from the background and from the scale.
+# Colour of distances of at least 1 rad; it differs from the background and from the colour scale.
 FARTHER = '#D9E6EE'
 
 
 class ColourScale(NamedTuple):
-    """The ends of a scale, rad, and whether its bar is open for larger distances."""
+    """The ends of a colour scale, rad; `open` if larger distances exist."""
 
     low: float
     high: float
@@ -30,7 +30,7 @@ def draw_distances(
     scale: ColourScale,
     label: str,
 ) -> list[Artist]:
-    """Draw distances (rows, columns), rad, and their bar; return the entries of the legend."""
+    """Draw distances (rows, columns), rad, with a colour bar; return entries for the legend."""
     from matplotlib import colormaps
     from matplotlib.patches import Patch
 

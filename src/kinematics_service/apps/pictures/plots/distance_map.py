@@ -1,4 +1,4 @@
-"""Compute the distance to a singular pose over a grid of two joints, the others held."""
+"""Compute the distance to a singular pose over a grid of two joints; the other joints are held."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,32 +15,33 @@ from ....robot.task import SEED
 from .batches import map_batches
 from .ranges import clear_pose, finite_ranges, random_positions
 
-# Positions of each joint in the search for the two joints that change the distance most.
+# Number of positions of each joint in the search for the two joints that change the distance most.
 POSITIONS = 24
-# Random poses of the other joints in this search.
+# Number of random configurations of the other joints in the search of `_pair_with_most_change`.
 POSES = 16
-# Largest absolute value of a factor that is zero on the whole map because of the held joints.
+# A factor below this everywhere is zero on the whole map because of the held joints.
 TOLERANCE = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class DistanceMap:
     """
-    The distance to singular poses over a grid of two joints.
+    The distance to the nearest singular pose over a grid of two joints.
 
     Attributes
     ----------
     joints
         Indices of the horizontal and of the vertical joint.
     q : shape (n,), rad or m
-        Positions of the other joints.
+        Positions of all joints; those of the other joints are held.
     horizontal, vertical : shape (size,), rad or m
-        The grid.
+        Positions of the two joints on the grid.
     distance : shape (size, size), rad
         Entry [i, k] is at vertical[i], horizontal[k]; nan if a loop does not close.
     functions
-        Functions that are zero at singular poses, by name, shape (size, size) each: the named
-        factors, and the determinant unless it is their product. nan if a loop does not close.
+        Functions that are zero at singular poses, by name, each of shape (size, size). They are
+        the named factors, and the determinant unless it is their product; nan if a loop does not
+        close.
     everywhere
         Names of the factors that are zero on the whole map because of the held joints.
     """
@@ -55,13 +56,13 @@ class DistanceMap:
 
     @property
     def open_share(self) -> float:
-        """Return the ratio of positions of the map at which a loop does not close."""
+        """Return the ratio of grid points at which a loop does not close, 0 to 1."""
         return float(np.mean(np.isnan(self.distance)))
 
 
 def singular_table(robot: Robot, q: Floats) -> Floats:
     """
-    Return distance, determinant and F factors of poses (N, n), shape (N, 2 + F).
+    Return distance (rad), determinant and F factors at q (N, n), shape (N, 2 + F).
 
     The determinant is nan if J is not square; a whole row is nan if a loop does not close.
     """
@@ -117,7 +118,7 @@ def joint_pair(robot: Robot, names: Sequence[str] | None) -> tuple[int, int]:
     """
     Return the indices of two joints given by name or variable.
 
-    Without names: the two joints that change the distance most.
+    If `names` is None, return the two joints that change the distance most.
 
     Raises
     ------
@@ -148,7 +149,8 @@ def _joint_name(robot: Robot, j: int) -> str:
 
 
 def _pair_with_most_change(robot: Robot) -> tuple[int, int]:
-    # Returns the two joints with the largest standard deviation of the distance, base to tool.
+    # Return the two joints with the largest standard deviation of the distance, in their order
+    # from base to tool.
     ranges = finite_ranges(robot)
     others = random_positions(robot, np.random.default_rng(SEED), POSES)
     starts = np.vstack([clear_pose(robot), closed_poses(robot.chain, others)[:POSES]])

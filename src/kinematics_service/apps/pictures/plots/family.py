@@ -1,4 +1,6 @@
-"""Draw the postures of a redundant arm: each joint along the arcs of the nearest curve."""
+"""
+Draw the solutions of a redundant arm: each joint along the arcs of the nearest solution curve.
+"""
 
 import numpy as np
 
@@ -15,14 +17,14 @@ PANEL_HEIGHT = 1.1
 
 def family_picture(robot: Robot, result: IkResult) -> Draw:
     """
-    Return the picture of the first family of a result that has intervals.
+    Return the picture of the result's first solution curve that has an arc inside the limits.
 
-    Each panel shows the position of a joint over the length of the arcs, and its limits.
+    Each panel shows the position and the limits of a joint over the length of the arcs.
 
     Raises
     ------
     PlotError
-        The arm has no arc of postures inside its limits.
+        No solution curve has an arc inside the limits.
     """
     arcs = next((family.intervals for family in result.families if family.intervals), ())
     if not arcs:

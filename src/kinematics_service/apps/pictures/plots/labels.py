@@ -1,4 +1,6 @@
-"""Place labels in 3D axes so that they cover neither the arm nor each other, by trial."""
+"""
+Place labels in 3D axes: try positions, and choose those that cover the arm and other labels least.
+"""
 
 import itertools
 from collections.abc import Sequence
@@ -9,13 +11,13 @@ import numpy as np
 from ....kernel import Floats
 from .artists import Axes3D
 
-# Directions of a label from its point, and its distances in points of 1/72 inch.
+# Directions in which a label may be placed from its point, and distances in points of 1/72 inch.
 DIRECTIONS = [(np.cos(a), np.sin(a)) for a in np.arange(12) * np.pi / 6.0]
 RADII = (9.0, 15.0, 23.0, 33.0)
 # Width of a letter and height of a line, divided by the font size.
 LETTER_WIDTH = 0.62  # mean of DejaVu Sans
 LINE_HEIGHT = 1.25  # with the gap to the next line
-# Ratios at which points of a segment are tested for a collision.
+# Ratios of a segment's length at which a point is tested for collisions with labels.
 ALONG = np.linspace(0.0, 1.0, 25)[:, None]
 
 Box = tuple[Floats, Floats]
@@ -35,16 +37,16 @@ def place_labels(
     axes: Axes3D, labels: Sequence[Label], lines: Sequence[tuple[Floats, Floats]], size: float
 ) -> None:
     """
-    Write labels into 3D axes with final view and limits.
+    Write labels into 3D axes whose view and limits are final.
 
     Parameters
     ----------
     axes
         Axes of matplotlib's toolkit mplot3d.
     labels
-        Texts at the same point on paper become one text, separated by commas.
+        The labels. Labels at one point of the picture become one text, separated by commas.
     lines
-        Segments that should stay visible: pairs of points (3,), m.
+        Segments that labels should not cover: pairs of points (3,), m.
     size
         Font size, points.
     """
@@ -64,14 +66,14 @@ def place_labels(
 
 
 def _on_paper(axes: Axes3D, points: Floats) -> Floats:
-    # Returns the pixels of points (k, 3).
+    # Return the pixel coordinates (k, 2) of points (k, 3), m.
     homogeneous = np.column_stack([points, np.ones(len(points))]) @ axes.get_proj().T
     flat = homogeneous[:, :2] / homogeneous[:, 3:]
     return np.asarray(axes.transData.transform(flat))
 
 
 def _merged(axes: Axes3D, labels: Sequence[Label], near: float) -> list[Label]:
-    # Merges labels of one colour whose points coincide on paper.
+    # Merge labels of one colour whose points coincide in the picture.
     merged: list[Label] = []
     for label in labels:
         for k, other in enumerate(merged):
@@ -87,8 +89,8 @@ def _merged(axes: Axes3D, labels: Sequence[Label], near: float) -> list[Label]:
 def _best(
     at: Floats, half: Floats, obstacles: Floats, taken: list[Box], room: Box
 ) -> tuple[Floats, Box]:
-    # Returns the offset and the box with the fewest collisions with labels and the border, then
-    # the fewest covered points of the arm, then the smallest distance.
+    # Return the best offset of a label and its box. The criteria are, in this order: fewest
+    # collisions with labels and the border, fewest covered points of the arm, smallest distance.
     choices = []
     for radius, direction in itertools.product(RADII, DIRECTIONS):
         # The nearer edge of the box is `radius` away.

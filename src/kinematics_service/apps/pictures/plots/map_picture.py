@@ -17,7 +17,7 @@ from .picture import Draw, words
 from .ranges import not_all_closed
 from .set_styles import set_styles
 
-# Largest value of a factor that is zero on the border, divided by its largest value on the map.
+# A factor's value on the border is zero if it is below this ratio of the largest value on the map.
 ZERO_RATIO = 1e-9
 QUARTER = math.pi / 4.0
 # Colour of positions at which a loop does not close.
@@ -66,7 +66,7 @@ def _draw_sets(axes: Axes, numbers: DistanceMap) -> list[Artist]:
         if name in numbers.everywhere or np.nanmin(values) > 0.0 or np.nanmax(values) < 0.0:
             continue
         color, style = styles[name]
-        # A set on the border is drawn in its full width.
+        # `clip_on=False` draws a curve on the border in its full width.
         axes.contour(
             numbers.horizontal, numbers.vertical, values, levels=[0.0],
             colors=[color], linewidths=2.2, linestyles=[style], clip_on=False, zorder=3,
@@ -78,10 +78,11 @@ def _draw_sets(axes: Axes, numbers: DistanceMap) -> list[Artist]:
 
 def with_border_crossed(values: Floats) -> Floats:
     """
-    Return values (rows, columns) that change their sign at zeros on the border of the map.
+    Return values (rows, columns) in which zeros on the border have the sign opposite to the
+    inside.
 
     matplotlib draws a curve only between values of different signs. A factor that is zero along
-    the border, for example sin(q) at pi, has only round-off of any sign there.
+    the border, for example sin(q) at pi, has only round-off of any sign on the border.
     """
     crossed = np.array(values)
     for turned in (crossed, crossed[::-1], crossed.T, crossed.T[::-1]):
@@ -113,7 +114,7 @@ def _draw_thresholds(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Art
 
 
 def _draw_open(axes: Axes, robot: Robot, numbers: DistanceMap) -> list[Artist]:
-    # Hatches the background, which is visible where loops do not close.
+    # Hatch the background, which is visible where loops do not close.
     from matplotlib.patches import Patch
 
     if numbers.open_share == 0.0:

@@ -1,4 +1,4 @@
-"""Draw the measures of singularity along a path, with the thresholds of the warning."""
+"""Draw the measures of singularity along a path, with the thresholds of WARN and ERROR."""
 
 import math
 import textwrap
@@ -16,13 +16,13 @@ from .motion import PlottedMotion
 from .over_time import draw_curves, draw_legend, panels, shade
 from .picture import GREY, VERMILION, Draw, with_unit, words
 
-# Width of a letter above the first panel, divided by the width of the panel.
+# Width of a letter of a factor's name, divided by the width of the panel.
 LETTER_WIDTH = 0.014
-# Largest minimum of the distance at which a factor is named, divided by the largest distance.
+# A minimum of the distance gets a factor's name if it is below this ratio of the largest distance.
 NAMED_RATIO = 0.3
 # Largest drawn condition number: larger ones are round-off at a singular pose.
 MAX_CONDITION = 1e4
-# Letters in a line of an axis label.
+# Maximum number of letters in a line of an axis label.
 LABEL_LETTERS = 14
 
 
@@ -75,7 +75,7 @@ def _label(measure: Measure, unit: str) -> str:
 def _draw_thresholds(axes: Axes, robot: Robot) -> None:
     limits = robot.singularity.thresholds
     measure = MEASURES[limits.measure]
-    both = measure.of_square  # it may be negative
+    both = measure.of_square  # the measure may be negative: draw both signs of the thresholds
     for value, name, style in ((limits.warn, 'warn', '--'), (limits.stop, 'stop', '-')):
         for sign in (1.0, -1.0) if both else (1.0,):
             label = f'{name} {value:g}' if sign > 0 else None
@@ -86,7 +86,7 @@ def _draw_thresholds(axes: Axes, robot: Robot) -> None:
 
 
 def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
-    # Sets the axis of a measure without an upper bound.
+    # Set the vertical axis of a measure without an upper bound.
     largest = min(float(np.max(values[np.isfinite(values)], initial=least)), MAX_CONDITION)
     if least and largest >= 10.0:
         axes.set_yscale('log')
@@ -96,7 +96,7 @@ def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
 
 
 def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singularity) -> None:
-    # Writes the name of the nearest factor above each minimum of the distance. The lowest minimum
+    # Write the name of the nearest factor above each minimum of the distance. The lowest minimum
     # comes first; a name that would overlap another one is left out.
     factors = near.factors
     if factors is None:
@@ -111,7 +111,7 @@ def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singula
         if robot.singularity.factors.is_loop(nearest) and not flat_loop(
             robot, singularity(robot, motion.q[k])
         ):
-            continue  # the arm itself is near a singular pose, not its loop
+            continue  # the nearest factor is a loop's, but the loop is not singular
         t, name = float(motion.times[k]), factors.names[nearest]
         half = 0.5 * LETTER_WIDTH * span * (len(name) + 1)
         if any(t - half < b and t + half > a for a, b in taken):

@@ -1,4 +1,4 @@
-"""Read the motion of a picture over time: a recording, or a built-in trajectory."""
+"""Read a motion to draw over time: a recording, or a built-in trajectory."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from ...recordings.readers.recording import read_recording
 
 # Number of points of one period of a trajectory.
 SAMPLES = 2001
-# A pause between two rows that exceeds both limits is a gap.
+# A pause between two rows is a gap if it is longer than both limits.
 MIN_GAP = 1.0  # s
 MIN_GAP_STEPS = 5.0  # median steps
 
@@ -28,14 +28,15 @@ class PlottedMotion:
     Attributes
     ----------
     times : shape (N,), s
-        Strictly increasing, from the first row.
+        Times since the first row, strictly increasing.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
     name
-        The source, in words.
+        The source of the motion, as text.
     differentiated
         Whether qdot was computed from q because the recording has no velocities.
     open_rows : shape (k,)
-        The index of the next row, for each row that was left out because a loop does not close.
+        For each row that was left out because a loop does not close, the index of the next kept
+        row.
     """
 
     times: Floats
@@ -47,13 +48,17 @@ class PlottedMotion:
 
     @property
     def gaps(self) -> Integers:
-        """Return the indices of the rows after gaps, to which no line is drawn."""
+        """
+        Return the indices of the rows after gaps; the curve is interrupted before these rows.
+        """
         opened = self.open_rows[(self.open_rows > 0) & (self.open_rows < len(self.times))]
         return np.union1d(_gaps(self.times), opened)
 
     @property
     def described(self) -> str:
-        """Return the name, with the number of rows at which loops do not close."""
+        """
+        Return the name and, if there are any, the number of rows at which loops do not close.
+        """
         if not len(self.open_rows):
             return self.name
         left = len(self.open_rows)
@@ -113,7 +118,7 @@ def motion_of(robot: Robot, path: str) -> PlottedMotion:
 def _closed(
     robot: Robot, times: Floats, q: Floats, qdot: Floats, name: str, differentiated: bool
 ) -> PlottedMotion:
-    # Leaves out the rows at which a loop does not close.
+    # Leave out the rows at which a loop does not close.
     closed = closes_at(robot.chain, q)
     if np.sum(closed) < 2:
         raise PlotError(
@@ -131,7 +136,8 @@ def _gaps(times: Floats) -> Integers:
 
 
 def _differentiated(robot: Robot, times: Floats, q: Floats, name: str) -> PlottedMotion:
-    # Differentiates between gaps; a single row between two gaps has no velocity and is left out.
+    # Differentiate each part between gaps; a single row between two gaps has no velocity and is
+    # left out.
     parts = [
         (t, positions)
         for t, positions in zip(np.split(times, _gaps(times)), np.split(q, _gaps(times)))
@@ -155,7 +161,8 @@ class ShadedInterval:
 
 def shaded_intervals(times: Floats, levels: Floats) -> tuple[ShadedInterval, ...]:
     """
-    Return the intervals with one level other than OK, each up to the row after it.
+    Return the intervals of constant level other than OK, each up to the first row with another
+    level.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from .picture import DASHES, SERIES, VERMILION, YELLOW
 
 # Width of a picture, inches.
 WIDTH = 8.5
-# Height of its title and legend, inches.
+# Height of the title and the legend of a picture, inches.
 HEAD_HEIGHT = 1.3
 # Largest number of points that an SVG or PDF draws as a curve; a longer curve becomes a bitmap.
 MAX_POINTS = 20_000
@@ -23,7 +23,7 @@ def panels(
     figure: Figure, heights: Sequence[float], title: str, across: str = 'time (s)'
 ) -> list[Axes]:
     """
-    Return axes below each other with one horizontal axis.
+    Return one matplotlib axes for each panel, below each other, with a common horizontal axis.
 
     Parameters
     ----------
@@ -53,7 +53,9 @@ def draw_curves(
     names: Sequence[str],
     colors: Sequence[str] = SERIES,
 ) -> None:
-    """Draw columns of values (N, k) over time, with different colours and dashes."""
+    """
+    Draw each column of values (N, k) as a curve over time, with different colours and dashes.
+    """
     lines = axes.plot(*motion.broken(values), zorder=3, rasterized=len(values) > MAX_POINTS)
     for line, name, color, dashes in zip(lines, names, cycle(colors), cycle(DASHES)):
         line.set(label=name, color=color, linestyle=dashes)
@@ -67,7 +69,9 @@ def draw_legend(axes: Axes) -> None:
 def shade(
     figure: Figure, rows: Sequence[Axes], motion: PlottedMotion, levels: Floats, meaning: str
 ) -> None:
-    """Shade the intervals of WARN and ERROR in all panels, with a legend entitled `meaning`."""
+    """
+    Shade the intervals of WARN and ERROR in all panels; `meaning` is the title of the legend.
+    """
     from matplotlib.patches import Patch
 
     found = shaded_intervals(motion.times, levels)

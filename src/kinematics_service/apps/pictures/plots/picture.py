@@ -1,4 +1,4 @@
-"""The style of pictures, and their output to a file or a window."""
+"""Set the style of pictures, and write them to a file or show them in a window."""
 
 import io
 from collections.abc import Callable, Iterator
@@ -22,7 +22,7 @@ SERIES = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 Dashes = str | tuple[float, tuple[float, ...]]
 DASHES: tuple[Dashes, ...] = ('-', '--', '-.', ':', (0, (6, *5 * [1.5])), (0, (3, 1)), '-')
 
-# Differences from matplotlib's own style, whose first font, DejaVu Sans, comes with it.
+# Settings that differ from matplotlib's default style. The font DejaVu Sans comes with matplotlib.
 STYLE = {
     'figure.titlesize': 10.5,
     'legend.fontsize': 9.0,
@@ -49,7 +49,7 @@ Draw = Callable[[Figure], None]
 
 def suffix_of(file: Path, other: str = '') -> str:
     """
-    Return the suffix of a picture's file; `other` if it is not that of a picture.
+    Return the suffix of a picture's file; if no picture has this suffix, return `other`.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def refuse_without_matplotlib() -> None:
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Set the style of pictures inside the block, in place of the user's settings."""
+    """Use the style of pictures inside the `with` block, instead of the user's settings."""
     import matplotlib
 
     with matplotlib.rc_context():
@@ -93,7 +93,7 @@ def drawing() -> Iterator[None]:
 
 
 def drawn(draw: Draw) -> Figure:
-    """Return a new figure, drawn without a window."""
+    """Return a new figure, drawn by `draw` without a window."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -106,12 +106,13 @@ def drawn(draw: Draw) -> Figure:
 
 def save_picture(draw: Draw, file: Path, other: str = '') -> None:
     """
-    Write a picture as a PNG, SVG or PDF by the file's suffix, all or nothing.
+    Write a picture as PNG, SVG or PDF, by the file's suffix; after an error no partial file is
+    left.
 
     Parameters
     ----------
     draw
-        Draws into an empty figure, and sets its size.
+        Function that draws into an empty figure and sets the figure's size.
     file
         The file to write; an existing file is replaced when the new one is complete.
     other
@@ -171,7 +172,7 @@ def with_unit(quantity: str, unit: str) -> str:
 
 def words(text: str) -> str:
     """
-    Return a user's text for matplotlib, which then shows it letter by letter: without formulas and
-    control characters.
+    Return a user's text such that matplotlib shows it literally: without formulas and control
+    characters.
     """
     return plain(text).replace('$', r'\$')

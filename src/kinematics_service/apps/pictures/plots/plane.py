@@ -21,32 +21,34 @@ from .skeleton import JointAxis, skeleton_of
 
 AXES = {'xy': (0, 1), 'xz': (0, 2), 'yz': (1, 2)}
 PLANES = ('rz', *AXES)
-# Number of random poses for the extent of the tool's positions.
+# Number of random configurations from which the extent of the tool's positions is computed.
 POSES = 500
-# Largest extent across a plane, divided by the reach; largest 1 - cos between parallel axes.
+# Workspaces are flat if their extent divided by the reach is below this; axes are parallel if 1 -
+# cos of their angle is.
 TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class Plane(FrozenArrays):
     """
-    Two coordinates of a point in the base frame.
+    A plane (or half plane) in the base frame, with two coordinates.
 
     Attributes
     ----------
     name
         One of `PLANES`.
     origin : shape (3,), m
-        A point of the plane; for the half plane a point of its edge, the axis of joint 1.
+        A point of the plane. The half plane's edge is the axis of joint 1, and `origin` is on the
+        edge.
     across, up : shape (3,)
-        Unit vectors of the coordinates. For the half plane `up` is along its edge, and `across`
-        is not used: the first coordinate is the radius.
+        Unit vectors of the coordinates. For the half plane `up` is along the edge, and the first
+        coordinate is the radius, without `across`.
     at
         Position of a plane along base axes on the third axis, m.
     labels
         Labels of the coordinates, with units.
     title
-        The plane in words.
+        The plane as text.
     """
 
     name: str
@@ -59,16 +61,16 @@ class Plane(FrozenArrays):
 
     @property
     def half(self) -> bool:
-        """Return whether it is the half plane of radius and height."""
+        """Return whether this is the half plane of radius and height."""
         return self.name == 'rz'
 
     @property
     def normal(self) -> Floats:
-        """Return the unit vector across the plane, shape (3,)."""
+        """Return the unit normal of the plane, shape (3,)."""
         return np.cross(self.across, self.up)
 
     def coordinates(self, points: Floats) -> Floats:
-        """Return both coordinates of points (..., 3), shape (..., 2), m."""
+        """Return the two coordinates in the plane of points (..., 3), shape (..., 2), m."""
         if not self.half:
             return np.stack([points @ self.across, points @ self.up], axis=-1)
         radius = np.linalg.norm(self._radial(points), axis=-1)
@@ -76,9 +78,11 @@ class Plane(FrozenArrays):
 
     def gradients(self, points: Floats) -> Floats:
         """
-        Return the gradients of both coordinates, then the normal, shape (..., k, 3).
+        Return the gradients of both coordinates, then the normal, at points (..., 3), shape (...,
+        k, 3).
 
-        k is 2 for the half plane, because joint 1 moves the tool along its normal.
+        k is 3. For the half plane k is 2, without the normal, because joint 1 moves the tool along
+        it.
         """
         up = np.broadcast_to(self.up, points.shape)
         if not self.half:
@@ -95,7 +99,7 @@ class Plane(FrozenArrays):
 
 def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> Plane:
     """
-    Return the plane of a name, or the plane with the largest section of the workspace.
+    Return the plane with this name, or the plane in which the workspace is largest.
 
     Parameters
     ----------
@@ -111,7 +115,7 @@ def plane_of(robot: Robot, name: str | None = None, at: float | None = None) -> 
     Raises
     ------
     PlotError
-        The plane does not exist, or not for this arm.
+        The plane does not exist, or this arm does not have it.
     """
     if name is not None and name not in PLANES:
         raise PlotError(f'--plane: there is no plane {name!r}; choose from {", ".join(PLANES)}')

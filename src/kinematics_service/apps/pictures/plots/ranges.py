@@ -1,4 +1,6 @@
-"""Choose finite ranges of the joints for pictures, and a clear pose by random search."""
+"""
+Choose finite joint ranges for pictures, and by random search a configuration that is easy to see.
+"""
 
 import math
 from collections.abc import Sequence
@@ -15,17 +17,18 @@ from ....robot.file.parts.loop_groups import all_in_words
 from ....robot.robot import Robot
 from ....robot.task import SEED
 
-# Length of the range of a sliding joint without limits, m.
+# Length of the range of a prismatic joint without limits, m.
 SLIDING_RANGE = 1.0
-# Number of random poses from which the clear pose is chosen.
+# Number of random configurations from which `clear_pose` chooses.
 CANDIDATES = 4000
-# The same for an arm with closed loops, whose distances take 20 times as long.
+# Number of random configurations for an arm with closed loops, where a distance takes 20 times as
+# long.
 CANDIDATES_OF_LOOPS = 400
-# Largest distance to singularity that improves a pose, rad.
+# Distances to singularity above this do not improve a configuration's score, rad.
 MAX_DISTANCE = 0.9
-# Distance that a pose may lose for each rad that its joints are nearer to the middle.
+# Weight of the joints' deviation from the middle: 1 rad counts as much as this distance, rad.
 BEND_WEIGHT = 0.06
-# Poses whose distance is computed in one call.
+# Number of configurations whose distances are computed in one call.
 BATCH_SIZE = 128
 
 
@@ -33,8 +36,9 @@ def finite_ranges(robot: Robot, whole: bool = False) -> Floats:
     """
     Return a finite range of each joint, shape (n, 2), rad or m.
 
-    It is the range between the limits, for a turning joint at most a full turn unless `whole`. A
-    joint with an infinite limit has a turn about 0, or 1 m from 0, moved inside the limits.
+    The range lies between the limits; for a revolute joint it is at most a full turn unless
+    `whole`. If a limit is infinite, the range is a full turn around 0 (revolute), or 1 m from 0
+    (prismatic), moved inside the limits.
     """
     low, high = robot.limits.T
     length = np.where(robot.prismatic, SLIDING_RANGE, 2.0 * math.pi)
@@ -47,7 +51,7 @@ def random_positions(robot: Robot, random: np.random.Generator, count: int) -> F
     """
     Return uniformly distributed joint positions in the finite ranges, shape (count, n), rad or m.
 
-    Loops may be open at them.
+    Closed loops need not close at these positions.
     """
     low, high = finite_ranges(robot).T
     return np.asarray(low + (high - low) * random.uniform(size=(count, robot.dof)))
@@ -56,14 +60,13 @@ def random_positions(robot: Robot, random: np.random.Generator, count: int) -> F
 @lru_cache(maxsize=8)
 def clear_pose(robot: Robot) -> Floats:
     """
-    Return the clear pose of an arm, shape (n,): far from singular, little bent, above the base.
+    Return a configuration (n,) for pictures: far from singular, little bent, above the base.
 
-    It is inside the limits, rounded to 0.1 if the limits allow this, and read only. The same arm
-    has the same clear pose each time.
+    The configuration is inside the limits and, if these allow it, rounded to 0.1. The array is
+    read only. The same arm has the same configuration each time.
     """
     ranges = finite_ranges(robot)
-    # A tenth of the range stays free at both ends, and no joint is farther than 2 pi / 3 from the
-    # middle.
+    # Draw within the middle 80 % of each range, and at most 2 pi / 3 from the middle.
     count = CANDIDATES_OF_LOOPS if robot.chain.loops else CANDIDATES
     middle, half = ranges.mean(axis=1), 0.4 * np.ptp(ranges, axis=1)
     q = middle + np.minimum(half, 2.0 * math.pi / 3.0) * np.random.default_rng(SEED).uniform(
@@ -77,8 +80,8 @@ def clear_pose(robot: Robot) -> Floats:
     bent = np.sum(np.abs(q - middle) * ~robot.prismatic, axis=1)
     lowest = np.min(evaluate(robot, q, depth=kernel.ALL_FRAMES).link_frames[..., 2, 3], axis=-1)
     hangs = np.maximum(-lowest, 0.0) / robot.singularity.task.reach
-    # Bound the scores first, because the distances take the time: a batch whose best bound is
-    # below the best score cannot contain the best pose.
+    # Computing distances takes most of the time, so compute upper bounds of the scores first. Skip
+    # a batch if its best bound is below the best score.
     score = MAX_DISTANCE - BEND_WEIGHT * bent - hangs
     order, best = np.argsort(-score, kind='stable'), -math.inf
     for batch in np.split(order, range(BATCH_SIZE, len(q), BATCH_SIZE)):
@@ -96,6 +99,6 @@ def clear_pose(robot: Robot) -> Floats:
 
 
 def not_all_closed(names: Sequence[str]) -> str:
-    """Return a sentence that loops do not close: `loop a does not close`."""
+    """Return the sentence that these loops do not close, such as `loop a does not close`."""
     words = all_in_words(names)
     return f'{words} do not all close' if ' and ' in words else f'{words} does not close'

@@ -1,13 +1,13 @@
-"""Choose colours and dashes of singular sets: the same for a factor in every picture."""
+"""Choose colours and dashes of singular sets: a factor has the same style in every picture."""
 
 import zlib
 from collections.abc import Sequence
 
 from .picture import DASHES, GREEN, ORANGE, PURPLE, SKY, VERMILION, YELLOW, Dashes
 
-# Colours that are visible on maps and workspaces, which go from dark blue to yellow.
+# Colours that are visible on the colour scale of maps and workspaces, from dark blue to yellow.
 COLORS = (VERMILION, SKY, PURPLE, GREEN, ORANGE, YELLOW, '#FFFFFF')
-# Names of factors in robot files; each has the place of its index.
+# Names of factors in robot files; the index of a name is the index of its style.
 FACTOR_NAMES = ('elbow', 'shoulder', 'wrist', 'det J', 'boom_length', 'boom_vertical', 'loop')
 
 
@@ -15,8 +15,8 @@ def set_styles(names: Sequence[str]) -> dict[str, tuple[str, Dashes]]:
     """
     Return colour and dashes by name.
 
-    The place of another name is a checksum of its letters. If two names of a picture get the same
-    place, the later name takes the next free place.
+    Other names get a style by a checksum of their letters. If two names of a picture get the same
+    style, the later name takes the next free style.
     """
     places: dict[str, int] = {
         name: FACTOR_NAMES.index(name) for name in names if name in FACTOR_NAMES

@@ -1,4 +1,4 @@
-"""Compute the skeleton of an arm in a pose: segments and joint axes, from its table alone."""
+"""Compute the skeleton of an arm at one configuration from the table: segments and joint axes."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from ....rigid_motion import inverse
 from ....robot.conventions import table_rows
 from ....robot.robot import Robot
 
-# Largest distance between equal points, divided by the arm's reach.
+# Two points are equal if their distance divided by the arm's reach is below this.
 POINT_TOLERANCE = 1e-9
 
 
@@ -25,9 +25,9 @@ class JointAxis:
     ----------
     point, direction : shape (3,), m; unit vector
     variables
-        The joint variables that move the row; in a loop only those with a motor.
+        The joint variables that move the row; empty for a passive joint.
     slides
-        Whether the row only slides.
+        Whether the row only translates.
     """
 
     point: Floats
@@ -48,12 +48,12 @@ class Segment:
 @dataclass(frozen=True, eq=False)
 class Skeleton:
     """
-    An arm in one pose, in the base frame.
+    Segments, axes and frames of an arm at one configuration, in the base frame.
 
     Attributes
     ----------
     frames : shape (k, 4, 4)
-        The frames of `link_frames` that belong to a link.
+        Those frames of `link_frames` that belong to a link.
     tool : shape (4, 4)
     segments
         Segments from the base's origin to the tool's, then segments of the closed loops.
@@ -77,8 +77,9 @@ def skeleton_of(robot: Robot, q: Floats) -> Skeleton:
     """
     Return the skeleton of an arm at joint positions (n,), rad or m.
 
-    Each row T = before screw_z after adds corners after `before`, after the screw and after
-    `after`. For a standard row the skeleton goes d along z, then a along x, as the real arm does.
+    Each row T = before screw_z after adds three corners: after `before`, after the screw, and
+    after `after`. For a standard row the skeleton goes d along z, then a along x, as the real arm
+    does.
 
     Raises
     ------

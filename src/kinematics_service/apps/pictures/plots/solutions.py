@@ -1,4 +1,4 @@
-"""Draw the solutions of inverse kinematics side by side, a panel each."""
+"""Draw the solutions of inverse kinematics side by side, one panel for each solution."""
 
 import math
 import textwrap
@@ -20,7 +20,7 @@ from .captions import positions, signed
 from .picture import BLACK, PURPLE, VERMILION, Draw, words
 from .skeleton import skeleton_of
 
-# Largest number of panels; further poses are only counted.
+# Largest number of panels; if there are more solutions, the picture gives their number.
 MAX_PANELS = 16
 # Largest number of panels in a row.
 MAX_COLUMNS = 4
@@ -31,13 +31,16 @@ DRAWING_HEIGHT = 3.13  # of the arm in a panel
 GAP = 0.12  # below each drawing
 MIN_WIDTH = 6.0  # of the picture
 LINE_HEIGHT = 0.18  # of the title
-# Letters of the title in an inch of width.
+# Number of letters of the title per inch of width.
 LETTERS = 12.5
 
 
 @dataclass(frozen=True, eq=False)
 class SolutionPose:
-    """The joint positions (n,) of a panel, its heading, and whether the limits allow them."""
+    """
+    The joint positions (n,) of a panel, its heading, and whether the positions are inside the
+    limits.
+    """
 
     q: Floats
     heading: str
@@ -45,7 +48,10 @@ class SolutionPose:
 
 
 def poses_of(result: IkResult) -> tuple[SolutionPose, ...]:
-    """Return the poses to show: solutions and families, or the nearest pose if neither exists."""
+    """
+    Return the configurations to show: solutions and solution curves, or the nearest one if none
+    exists.
+    """
     poses = []
     for k, solution in enumerate(result.solutions):
         beyond = _beyond(solution.beyond)

@@ -1,8 +1,8 @@
 """
-Compute the reachable workspace in a plane, and the largest distance to singularity in each cell.
+Compute the reachable workspace in a plane, and in each cell the largest distance to singularity.
 
-Random joint positions, then MAP-Elites: J.-B. Mouret, J. Clune, *Illuminating search spaces by
-mapping elites*, 2015.
+The search uses random joint positions, then MAP-Elites: J.-B. Mouret, J. Clune, *Illuminating
+search spaces by mapping elites*, 2015.
 """
 
 from dataclasses import dataclass
@@ -22,19 +22,20 @@ from .batches import map_batches
 from .plane import Plane
 from .ranges import finite_ranges, not_all_closed, random_positions
 
-# Number of cells along the longer side.
+# Number of cells along the longer side of the workspace.
 CELLS = 100
 # Smallest width of a workspace, divided by the reach: a smaller one is drawn as a point.
 MIN_WIDTH_RATIO = 1e-6
-# Newton steps that move a pose into the plane.
+# Maximum number of Newton steps that move a configuration until the tool is in the plane.
 MAX_STEPS = 8
-# Distance from the plane at which these steps end, divided by the reach.
+# The Newton steps end if the tool's distance from the plane, divided by the reach, is below this.
 PLANE_TOLERANCE = 1e-9
-# Rounds of changes.
+# Number of rounds of MAP-Elites.
 ROUNDS = 24
-# Number of changed poses in all rounds, divided by the number of first poses.
+# Number of changed configurations in all rounds, divided by the number of first configurations.
 CHANGED_RATIO = 2
-# Powers of ten of the smallest and the largest change, divided by the range of each joint.
+# Exponents to base 10 of the smallest and the largest scale of a change, relative to each joint's
+# range.
 CHANGE_POWERS = (-3.0, -0.7)
 
 
@@ -52,11 +53,12 @@ class Workspace:
     corner : shape (2,), m
         Lower left corner of `best`.
     best : shape (rows, columns), rad
-        The largest distance to singularity found with the tool in each cell; nan outside.
+        The largest distance to singularity found with the tool in each cell; nan if no pose was
+        found.
     poses
         Number of joint positions that were tried.
     open_poses
-        Number of joint positions among them at which a closed loop does not close.
+        Number of tried joint positions at which a closed loop does not close.
     """
 
     plane: Plane
@@ -69,10 +71,12 @@ class Workspace:
 
 def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
     """
-    Return both coordinates, distance to singularity, and joint positions, shape (N, 3 + n).
+    Return for each of q (N, n) the plane's coordinates (m), distance (rad) and q, shape (N, 3 +
+    n).
 
-    A pose is first moved into a plane along base axes by the least joint motion. The row is nan if
-    it does not arrive inside the limits with closed loops.
+    If the plane is along base axes, the least joint motion first moves the tool into the plane. A
+    row is nan if the tool does not get into the plane with joints inside the limits and loops
+    closed.
     """
     rows = np.full((len(q), 3 + robot.dof), np.nan)
     arrived = np.full(len(q), True)
@@ -85,8 +89,8 @@ def section_rows(robot: Robot, q: Floats, plane: Plane) -> Floats:
 
 
 def _into_plane(robot: Robot, q: Floats, plane: Plane) -> tuple[Floats, npt.NDArray[np.bool_]]:
-    # Newton's method with the least motion, weighted by the column scales of the task. Returns
-    # joint positions, and whether they are in the plane.
+    # Move tools into the plane by Newton's method with least-norm steps, scaled by the task's
+    # column scales. Return joint positions (N, n), and whether the tool is in the plane (N,).
     ranges, near = finite_ranges(robot), PLANE_TOLERANCE * robot.singularity.task.reach
     scales, normal = robot.singularity.task.column_scales, plane.normal
     at = float(plane.origin @ normal)
@@ -114,9 +118,9 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     """
     Return the workspace in a plane, from random joint positions inside the limits.
 
-    Each round changes poses a little, and keeps a pose if its distance to singularity is larger
-    than that of the pose in its cell. Half of the changed poses have an empty neighbour cell, so
-    that the border fills.
+    Each round changes configurations a little. A cell keeps the configuration with the largest
+    distance to singularity. Half of the changed configurations come from cells with an empty
+    neighbour cell, so that cells at the border are filled.
 
     Parameters
     ----------
@@ -125,7 +129,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
     plane
         A plane from `plane_of`.
     points
-        Number of first joint positions; the rounds try CHANGED_RATIO times this number.
+        Number of first random configurations; the rounds try CHANGED_RATIO times this number.
     workers
         `dask://HOST:PORT`; see `map_batches`.
 
@@ -166,7 +170,7 @@ def workspace(robot: Robot, plane: Plane, points: int, workers: str | None = Non
         count += each
         tried = tried[closes_at(robot.chain, tried)]
         open_poses += each - len(tried)
-        # A round takes less time than sending it to workers.
+        # Compute in this process: a round takes less time than sending it to workers.
         found = _best_of_cells(np.vstack([found, function(robot, tried)]), size)
     cells = _cells(found[:, :2], size)
     low = cells.min(axis=0)
@@ -181,7 +185,7 @@ def _cells(coordinates: Floats, size: float) -> Integers:
 
 
 def _best_of_cells(rows: Floats, size: float) -> Floats:
-    # Returns the row with the largest distance in each cell.
+    # Return for each cell the row with the largest distance.
     rows = rows[np.isfinite(rows[:, 0])]
     rows = rows[np.argsort(-rows[:, 2], kind='stable')]
     first = np.unique(_cells(rows[:, 1::-1], size), axis=0, return_index=True)[1]
@@ -189,7 +193,8 @@ def _best_of_cells(rows: Floats, size: float) -> Floats:
 
 
 def _parents(random: np.random.Generator, found: Floats, size: float, count: int) -> Floats:
-    # Half of the parents are from cells with an empty neighbour.
+    # Return `count` joint positions to change; half of them are from cells with an empty
+    # neighbour.
     cells = _cells(found[:, :2], size)
     cells = cells - cells.min(axis=0) + 1
     taken = np.zeros(cells.max(axis=0) + 2, dtype=bool)

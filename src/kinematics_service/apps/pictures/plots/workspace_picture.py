@@ -14,7 +14,7 @@ from .ranges import not_all_closed
 from .set_styles import set_styles
 from .workspace import Workspace
 
-# Largest number of kinds of singular points that are drawn; those with the most points first.
+# Largest number of singular sets that are drawn; the sets with the most points are drawn first.
 MAX_SETS = 4
 # Length of the longer side of the plane, inches.
 SIDE_LENGTH = 7.0
@@ -22,7 +22,7 @@ SIDE_LENGTH = 7.0
 BAR_WIDTH = 1.6
 # Percentile of the distances at the end of the scale, so that a few cells do not dominate it.
 HIGH_PERCENTILE = 98.0
-# Smallest length of a scale, rad.
+# Smallest length of a colour scale, rad.
 MIN_SCALE = 1e-3
 
 
@@ -44,7 +44,7 @@ def workspace_picture(robot: Robot, space: Workspace, critical: CriticalPoints) 
         _draw_critical(axes, critical)
         axes.plot(0.0, 0.0, marker='+', markersize=11, color=BLACK, markeredgewidth=1.5, zorder=7)
         margin = 0.04 * float(np.max(high - low))
-        # A workspace on a line is drawn with a margin beside it.
+        # If the workspace is a line, add a margin beside it.
         beside = max(margin, 0.1 * float(np.max(high - low)) - float(high[0] - low[0]))
         left = 0.0 if space.plane.half else low[0] - beside
         axes.set(
@@ -75,9 +75,10 @@ def _poses(robot: Robot, space: Workspace) -> str:
 
 def scale_of(values: Floats) -> ColourScale:
     """
-    Return the scale of distances in rad, which may be nan.
+    Return the colour scale for distances in rad, some of which may be nan.
 
-    It begins at 0, unless more than half of it would then be below the smallest distance.
+    The scale begins at 0, unless more than half of the scale would then be below the smallest
+    distance.
     """
     finite = values[np.isfinite(values)]
     low, high = float(np.min(finite)), float(np.percentile(finite, HIGH_PERCENTILE))
@@ -87,7 +88,7 @@ def scale_of(values: Floats) -> ColourScale:
 
 
 def _draw_border(axes: Axes, space: Workspace) -> None:
-    # Draws the outline of the reached cells, with a margin so that the outline is closed.
+    # Draw the outline of the reached cells; the margin of empty cells makes the outline closed.
     reached = np.pad(np.isfinite(space.best), 2).astype(float)
     if np.max(_blurred(reached)) < 1.0:
         return  # a line does not have an outline

@@ -1,3 +1,3 @@
 """
-Show an arm live on a web page: its visible content as plain data, drawn with viser.
+Show an arm live on a web page; the content is computed as plain data, then drawn with viser.
 """

@@ -1,4 +1,4 @@
-"""Check the host and the port of the page."""
+"""Check the host and the port of the live view's web page."""
 
 import errno
 import socket
@@ -14,7 +14,7 @@ class Address(NamedTuple):
     Attributes
     ----------
     host, port
-        The address to serve at; port 0 means any free port.
+        The address at which the page is served; port 0 means any free port.
     more_names
         Further names of this computer.
     """
@@ -26,7 +26,7 @@ class Address(NamedTuple):
 
 def check_address(host: str, port: int) -> None:
     """
-    Raise an error unless a server can listen there; port 0 means any free port.
+    Raise an error unless a server can listen at this host and port; port 0 means any free port.
 
     Raises
     ------

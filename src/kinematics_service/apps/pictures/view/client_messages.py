@@ -19,7 +19,7 @@ MAX_SIZE = 1e6
 
 
 class Strict(msgspec.Struct, forbid_unknown_fields=True, frozen=True):
-    """A part of a message that has these fields and no others."""
+    """Base of the parts of a message: only the declared fields are accepted."""
 
 
 class Camera(Strict, frozen=True, tag='ViewerCameraMessage', tag_field='type'):
@@ -58,7 +58,7 @@ class MessageError(ValueError):
 
 def is_taken(data: bytes | str, panel: Mapping[str, Any]) -> bool:
     """
-    Return whether viser may read a message; False if its element no longer exists.
+    Return whether viser may read a message; False if the message's element no longer exists.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Draw a scene with viser: each object is created once, and only changes are sent again."""
+"""Draw a scene with viser: each object is created once, later only changes are sent."""
 
 from collections import deque
 from collections.abc import Set
@@ -12,15 +12,15 @@ from ....node.drawing import scene as look
 from ....node.drawing.ellipsoids import Ellipsoid
 from ....node.drawing.scene import Scene
 
-# Largest number of points of the trail.
+# Largest number of points of the tool's trail.
 TRAIL_POINTS = 300
 # Distance between points of the trail, divided by the arm's size.
 TRAIL_STEP = 0.004
 # Opacity of an ellipsoid, 0 to 1.
 ELLIPSOID_OPACITY = 0.3
-# Radii of the lines along lost motions, divided by the arm's size.
+# Radii of the lines along motions that the tool cannot make, divided by the arm's size.
 LOST_RADII = {'linear': 0.012, 'angular': 0.007}
-# The segment of a hidden line.
+# The segment that a hidden line gets.
 NOWHERE = np.zeros((1, 2, 3), dtype=np.float32)
 
 
@@ -135,7 +135,7 @@ class Drawing:
         self._draw_lines(self._path, np.stack([trail[:-1], trail[1:]], axis=1), 'trail' in shown)
 
     def _set(self, handle: Any, **values: Any) -> None:
-        # viser sends each assigned value, also if it is the same as before.
+        # Assign only changed values, because viser sends every assigned value.
         for name, value in values.items():
             key = (id(handle), name)
             if key not in self._values or not np.array_equal(self._values[key], value):
@@ -143,7 +143,7 @@ class Drawing:
                 setattr(handle, name, value)
 
     def _draw_lines(self, handle: Any, points: Floats | None, shown: bool = True) -> None:
-        # Shows segments (2, 3) or (k, 2, 3); hides the object if the segments are missing.
+        # Show segments (2, 3) or (k, 2, 3); hide the object if there are no segments.
         if points is None or not len(points) or not shown:
             self._set(handle, visible=False)
         else:
@@ -196,6 +196,6 @@ def _place(T: Floats) -> dict[str, Floats]:
 
 
 def _round_length(length: float) -> float:
-    # Returns the nearest of 1, 2 and 5 times powers of ten.
+    # Return the length rounded to 1, 2 or 5 times a power of ten.
     power = 10.0 ** np.floor(np.log10(length))
     return float(min((1, 2, 5, 10), key=lambda k: abs(k * power - length)) * power)

@@ -1,4 +1,6 @@
-"""Compute the gauges: distance to a singular pose, time to the threshold, joint limits."""
+"""
+Compute the gauges of the panel: distance to a singular pose, time to the threshold, joint limits.
+"""
 
 import math
 from typing import NamedTuple
@@ -8,14 +10,14 @@ from ....node.drawing.observation import Observation
 from ....node.drawing.scene import distance_text, factor_name
 from ....robot.measures import MEASURES, Level
 
-# Value of a measure at which its gauge is full, divided by the warning threshold.
+# Value of a measure at which its gauge is full, divided by the threshold of WARN.
 FULL_RATIO = 5.0
 # Time to the threshold at which its gauge is full, s.
 FULL_TIME = 10.0
 # Time to the threshold below which its gauge has the colour of WARN, s.
 WARN_TIME = 2.0
-# Distance from a limit at which a joint is near it: divided by the joint's range, or in rad or m
-# if only one limit is finite.
+# A joint is near a limit if its distance from the limit is below this. The distance is divided by
+# the joint's range, or in rad or m if only one limit is finite.
 LIMIT_MARGIN = 0.05
 
 LEVEL_WORDS = {
@@ -28,7 +30,7 @@ LEVEL_WORDS = {
 
 class Gauge(NamedTuple):
     """
-    A value between bad (0) and good (1).
+    A gauge of the panel, filled between 0 (bad) and 1 (good).
 
     Attributes
     ----------
@@ -37,7 +39,7 @@ class Gauge(NamedTuple):
     fraction
         Filled part, 0 to 1.
     marks
-        Places of the thresholds of ERROR and WARN, 0 to 1, and their values.
+        Pairs (position 0 to 1, value as text) of the thresholds of ERROR and WARN.
     level
         The level whose colour the gauge has.
     """
@@ -52,7 +54,7 @@ class Gauge(NamedTuple):
 
 class JointReading(NamedTuple):
     """
-    A joint and its limits.
+    The position of a joint between its limits, as the panel shows it.
 
     Attributes
     ----------
@@ -74,7 +76,7 @@ class JointReading(NamedTuple):
 
 
 def headline(seen: Observation) -> str:
-    """Return the level in words, with the name of the nearest factor."""
+    """Return the level as text, at WARN and ERROR with the name of the nearest factor."""
     words = LEVEL_WORDS[seen.level]
     name = factor_name(seen) if seen.level in (Level.WARN, Level.ERROR) else ''
     return f'{words}: {name}' if name else words

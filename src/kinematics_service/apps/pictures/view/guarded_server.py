@@ -1,11 +1,11 @@
 """
-Start viser's server with stricter rules for connections and for the messages of clients.
+Start viser's server with stricter checks of connections and of messages from clients.
 
-The rules depend on three details of viser. It starts its server by one call of
-`websockets.asyncio.server.serve` with keywords, and reads messages by `recv`. It keeps the
-elements of the panel in `gui._gui_input_handle_from_uuid`. Each time a page is served, two test
-connections must be refused: a foreign page, and a false message. If they are not, because viser
-has changed, the server is stopped.
+The checks depend on three details of viser. It starts its server by one call of
+`websockets.asyncio.server.serve` with keywords, reads messages by `recv`, and keeps the elements
+of the panel in `gui._gui_input_handle_from_uuid`. At each start two tests must be refused: a
+connection of a foreign page, and a false message. If viser has changed and accepts one of them,
+the server is stopped.
 """
 
 import io
@@ -34,7 +34,8 @@ MAX_MESSAGE_SIZE = 16_384
 CONNECT_TIMEOUT = 20.0
 PROTOCOL = f'viser-v{viser.__version__}'
 HEADERS = {
-    # Another site must not frame the page to get clicks; the page connects only to its server.
+    # Other sites must not show the page in a frame to get clicks; the page connects only to its
+    # server.
     'Content-Security-Policy': "frame-ancestors 'none'; connect-src 'self' data: blob:",
     'X-Frame-Options': 'DENY',
     'X-Content-Type-Options': 'nosniff',
@@ -47,15 +48,15 @@ def guarded_server(
     host: str, port: int, label: str, origin_check: OriginCheck
 ) -> Iterator[viser.ViserServer]:
     """
-    Serve within the block to clients that pass the origin check.
+    Run a viser server within the `with` block, for clients that pass the origin check.
 
     Raises
     ------
     ViewError
-        Foreign pages could connect to it.
+        Pages of other sites could connect to the server.
     """
     panel: dict[str, Any] = {}
-    discarded = io.StringIO()  # viser's own output
+    discarded = io.StringIO()  # text that viser prints
     with redirect_stdout(discarded), _serving(origin_check, lambda: panel):
         server = viser.ViserServer(host=host, port=port, label=label, verbose=False)
     try:
@@ -69,7 +70,7 @@ def guarded_server(
 
 @contextmanager
 def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) -> Iterator[None]:
-    # Replaces `serve` within the block by a function that adds the rules.
+    # Replace `serve` within the `with` block by a function that adds the checks.
     original = websocket_server.serve
 
     class PageConnection(ServerConnection):  # type: ignore[misc]
@@ -81,7 +82,7 @@ def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) 
                         return data
                 except MessageError as error:
                     await self.close(POLICY, str(error)[:100])
-                    # Messages that arrive during the closing are dropped, too.
+                    # This drops messages that arrive while the connection closes.
                     raise ConnectionClosedError(None, None) from None
 
     def serve(
@@ -119,7 +120,7 @@ def _serving(origin_check: OriginCheck, panel: Callable[[], Mapping[str, Any]]) 
 
 
 def _logger() -> logging.Logger:
-    # Errors of clients are not printed.
+    # Return a logger that does not print errors of clients.
     logger = logging.getLogger(__name__)
     if not os.environ.get('KINEMATICS_TRACEBACK'):
         logger.propagate = False

@@ -1,4 +1,4 @@
-"""Read the description of a kinematics node: robot, topics, axes of its numbers."""
+"""Read the description of a kinematics node: its robot, its topics, the axes of its outputs."""
 
 import json
 import time
@@ -19,7 +19,7 @@ from ....rigid_motion import exact_rpy, pose_of
 from ....robot.measures import Thresholds
 from ....robot.robot import Robot, with_singularity, with_tool
 
-# Largest difference between equal tools, m and rad: the description is a text.
+# Largest difference between equal tools, m and rad: the description has them as rounded text.
 TOOL_TOLERANCE = 1e-9
 
 
@@ -40,11 +40,11 @@ class NodeFacts(NamedTuple):
     joints
         The joint names on the topics.
     joint_states
-        The topic of its joint states.
+        The topic of the joint states that the node receives.
     axes
         Axes of the Jacobian and of the twist, `base` or `tool` each.
     thresholds, length
-        The thresholds of the warning, and the characteristic length, m.
+        The thresholds of WARN and ERROR, and the characteristic length, m.
     sha256
         Checksum of the robot file when the node read it.
     tool : shape (4, 4)
@@ -64,7 +64,7 @@ class NodeFacts(NamedTuple):
     tool: Floats
 
     def mismatch(self, robot: Robot) -> str:
-        """Return why the node's numbers belong to another arm; empty if they do not."""
+        """Return a sentence if the node runs another arm than `robot`, or an empty text."""
         if len(self.joints) == robot.dof and self.name == robot.name:
             return ''
         return (

@@ -1,4 +1,4 @@
-"""Build the web page: the picture, the panel beside it, and its switches."""
+"""Build the web page: the picture of the arm, the panel beside it, and the panel's switches."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,7 +20,7 @@ from .self_motion_slider import SelfMotionSlider
 from .sliders import Sliders, singular_pose
 from .viewpoint import Viewpoint
 
-# Group of the drawing, label of its box, and whether it is shown at first.
+# Group of drawn objects, label of its check box, and whether the group is shown at first.
 SWITCHES = (
     ('linear', 'ellipsoid of velocities (blue)', True),
     ('angular', 'ellipsoid of rotations (green)', False),
@@ -99,12 +99,12 @@ class Page:
 
     def offer(self, nodes: tuple[str, ...], node: str) -> str:
         """
-        Offer the arms of several nodes; return the chosen node.
+        Offer the running nodes in a list, to show the arm of another node; return the chosen node.
 
         Parameters
         ----------
         nodes
-            Full names of the present nodes.
+            Full names of the running nodes.
         node
             The node whose arm is shown.
         """
@@ -129,7 +129,7 @@ class Page:
         return bool(self._publish.visible and self._publish.value)
 
     def follow(self, q: Floats) -> None:
-        """Lock the sliders, and show joint positions on them."""
+        """Lock the sliders, and move them to joint positions q (n,)."""
         self._set_unlocked(False)
         self._self_motion.release()
         self.sliders.jump(q)

@@ -1,7 +1,7 @@
 """
 Write the panel beside the picture as HTML: gauges, tool, measures, Jacobian and limits.
 
-Each text from a robot file or a message is escaped.
+All text from a robot file or a message is escaped.
 """
 
 import math
@@ -24,7 +24,7 @@ from ....robot.measures import MEASURES, Level
 from .gauges import Gauge, JointReading, gauges_of, headline, joint_readings
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-# Colour of text on the colour of each level.
+# Colour of text on a background in the colour of each level.
 INK = {Level.OK: '#fff', Level.WARN: '#000', Level.ERROR: '#fff', Level.STALE: '#fff'}
 # Symbols of the levels, for readers who cannot see the colours, and for print.
 SIGNS = {Level.OK: '●', Level.WARN: '▲', Level.ERROR: '■', Level.STALE: '○'}
@@ -107,7 +107,7 @@ def facts_html(seen: Observation, scene: Scene) -> str:
         rows.append(('angular wx wy wz', f'{_numbers(seen.twist[3:])} rad/s', 'angular'))
     for measure in MEASURES.values():
         value = getattr(s, measure.name)
-        # The distance has a gauge already.
+        # Leave out the distance, because it has a gauge.
         if value is not None and measure.name != 'distance':
             rows.append((measure.short or measure.words, _value(value), measure.name))
     rows += [

@@ -20,14 +20,16 @@ PERIOD = 1.0 / 30.0
 
 class ArmSource:
     """
-    The arm to show without joint states, so that the sliders move it; the base of other sources.
+    The source of the shown arm without ROS: sliders move the arm.
+
+    Sources with ROS inherit from it.
 
     Attributes
     ----------
     robot
-        The arm to show; another object after a change.
+        The arm to show; if the arm changes, this becomes another object.
     nodes
-        The nodes whose arms can be shown.
+        Full names of the nodes whose arms can be shown.
     """
 
     nodes: tuple[str, ...] = ()
@@ -47,14 +49,14 @@ class ArmSource:
 
     @property
     def node(self) -> str:
-        """Return the node of the arm; empty without ROS."""
+        """Return the full name of the arm's node; empty without ROS."""
         return ''
 
     def choose(self, node: str) -> None:
-        """Show the arm of another node."""
+        """Show the arm of another node; without ROS do nothing."""
 
     def listen(self, seconds: float) -> None:
-        """Receive messages for `seconds`."""
+        """Receive messages for `seconds`; without ROS only wait."""
         time.sleep(seconds)
 
     def observation(self) -> Observation | None:
@@ -70,7 +72,7 @@ def run_page(
     source: ArmSource, address: Address, publishable: bool, ended: Callable[[], bool]
 ) -> None:
     """
-    Serve a page of an arm.
+    Serve a page that shows an arm, until `ended` returns True.
 
     Parameters
     ----------
@@ -81,7 +83,7 @@ def run_page(
     publishable
         Whether the page has a box to publish the sliders.
     ended
-        Returns whether to stop.
+        Function that returns whether to stop.
 
     Raises
     ------
@@ -110,7 +112,8 @@ def run_page(
                 print(f'now {source.status}', flush=True)
                 was_live = live
             turn(page, source)
-            # A pause after slow drawing keeps the computer usable.
+            # Wait at least a fifth of the period, so that slow drawing does not use all of the
+            # processor.
             source.listen(max(0.2 * PERIOD, PERIOD - (time.monotonic() - begin)))
 
 
@@ -140,7 +143,8 @@ def turn(page: Page, source: ArmSource) -> None:
 
 
 def _led(page: Page, q: Floats, qdot: Floats | None, status: str) -> tuple[Observation, str]:
-    # If a loop does not close, the picture stays, and the status has the reason.
+    # Return the observation at the sliders' positions, and the status. If a loop does not close,
+    # return the last observation, and the reason as status.
     try:
         return observe(page.robot, q, qdot), status
     except LoopError as error:

@@ -1,4 +1,4 @@
-"""Offer a slider along the self-motion of the shown posture: the joints move, the tool stays."""
+"""Offer a slider along the self-motion of a redundant arm: the joints move, the tool stays."""
 
 import numpy as np
 import viser
@@ -15,15 +15,15 @@ from .sliders import STEP, Sliders
 
 class SelfMotionSlider:
     """
-    A slider along the arc of postures inside the limits that contains the shown posture.
+    A slider along the self-motion through the shown configuration, as far as the limits allow.
 
-    The slider is locked until the joints' sliders rest and the arc has been computed.
+    The slider is locked until the joints' sliders rest and the arc of configurations is computed.
 
     Parameters
     ----------
     server
         The server whose panel's current folder gets the slider. Only an arm with one joint more
-        than a pose or a position of its tool needs has a slider.
+        than the tool's pose (or position) needs gets the slider.
     robot
         The arm.
     """
@@ -34,7 +34,8 @@ class SelfMotionSlider:
         self._rows = next((rows for rows in tasks if has_arcs(robot, rows, '')), None)
         self._arc: IkArc | None = None
         self._searched = False
-        # The positions of the joints' sliders, and the unrounded positions on the arc.
+        # The positions of the joints' sliders, which are rounded, and the exact positions on the
+        # arc.
         self._shown = self._q = np.empty(0)
         self._ratio = 0.5
         if self._rows is None:
@@ -73,7 +74,7 @@ class SelfMotionSlider:
         return self._q
 
     def release(self) -> None:
-        """Lock the slider, because another posture is shown."""
+        """Lock the slider, because another configuration is shown."""
         self._arc, self._searched = None, False
         if self._rows is not None and not self._handle.disabled:
             self._handle.disabled = True

@@ -1,4 +1,4 @@
-"""Offer a slider for each joint, and their initial values."""
+"""Offer a slider for each joint, and choose initial values."""
 
 import math
 import time
@@ -15,7 +15,7 @@ from ..plots.ranges import clear_pose, finite_ranges
 
 # Largest step of a slider, rad or m.
 STEP = 0.001
-# Time over which the velocity of a slider is measured, s.
+# Time over which the velocity of a slider is averaged, s.
 VELOCITY_WINDOW = 0.25
 
 
@@ -77,7 +77,10 @@ class Sliders:
         return inside
 
     def velocities(self, q: Floats) -> Floats | None:
-        """Return the velocities of the sliders, shape (n,), or None while they rest."""
+        """
+        Return the velocities of the sliders, shape (n,), rad/s or m/s, or None if the sliders
+        rest.
+        """
         now = time.monotonic()
         self._history.append((now, q))
         while now - self._history[0][0] > VELOCITY_WINDOW:
@@ -89,7 +92,8 @@ class Sliders:
 
     def move(self, q: Floats) -> None:
         """
-        Move the sliders to joint positions; an angle without limits is shown within half a turn.
+        Move the sliders to joint positions (n,); angles of continuous joints are shown within
+        +-pi.
         """
         for handle, value, continuous in zip(self._handles, q.tolist(), self._continuous):
             if continuous:
@@ -98,12 +102,12 @@ class Sliders:
                 handle.value = value
 
     def jump(self, q: Floats) -> None:
-        """Set the sliders at once, without a velocity."""
+        """Set the sliders to joint positions (n,) without computing a velocity from the jump."""
         self._history.clear()
         self.move(q)
 
     def enable(self, enabled: bool) -> None:
-        """Unlock the sliders, or lock them."""
+        """Unlock the sliders if `enabled`, else lock them."""
         for handle in self._handles:
             if handle.disabled == enabled:
                 handle.disabled = not enabled

@@ -1,9 +1,9 @@
 """
 Receive the inputs of the live view: joint states, and the outputs of a node.
 
-The view shows the pose, frames, Jacobian, twist, distance and level that the node publishes. It
-computes other values (the time to the threshold, the lost direction, the joint axes) from the same
-joint states by the same functions. Without a node it computes all values.
+The view shows pose, frames, Jacobian, twist, distance and level as the kinematics node publishes
+them. It computes other values (the time to the threshold, the lost direction, the joint axes) from
+the same joint states by the same functions. Without a node it computes all values.
 """
 
 import os
@@ -27,29 +27,29 @@ from ....robot.robot import Robot
 from .node_facts import NodeFacts, ask_node
 from .view_outputs import MAX_AGE, ViewOutputs
 
-# Longest delay of the page if messages arrive faster than they are read, s.
+# Longest delay of the page, s, if messages arrive faster than the view reads them.
 MAX_DELAY = 0.2
 # Period of the requests for a node's description, s.
 REQUEST_PERIOD = 1.0
-# Time limit of the answer if the node has changed, s.
+# Time limit for the description of a node that has changed, s.
 ANSWER_TIMEOUT = 0.5
 
 
 class ViewListener:
     """
-    The node of the view: it subscribes to an arm, and can publish the sliders.
+    The ROS node of the view: it subscribes to an arm's topics, and can publish the sliders.
 
     Parameters
     ----------
     context
-        The context of the node; `close` leaves it open.
+        The ROS context of the node; `close` does not shut it down.
     source
         Full name of the kinematics node.
 
     Attributes
     ----------
     facts
-        The last description of the kinematics node, or None before the first.
+        The last description of the kinematics node, or None if none has arrived.
     """
 
     def __init__(self, context: Context, source: str) -> None:
@@ -77,7 +77,7 @@ class ViewListener:
 
     def listen(self, seconds: float) -> None:
         """
-        Receive messages for `seconds`, and then all messages that have arrived already.
+        Receive messages for `seconds`, then read the messages that are still waiting.
         """
         deadline = time.monotonic() + seconds
         while (left := deadline - time.monotonic()) > 0.0:
@@ -95,7 +95,8 @@ class ViewListener:
 
     def ask(self, timeout: float) -> NodeFacts | None:
         """
-        Return the description of the node, or None without an answer within `timeout` (s).
+        Ask the kinematics node for its description, for at most `timeout` s; return the last one
+        known.
         """
         self._request_time, self._request = time.monotonic(), None
         facts = ask_node(self._node, self._spinner, self.source, timeout)
@@ -104,7 +105,10 @@ class ViewListener:
         return self.facts
 
     def changed(self) -> bool:
-        """Return whether the node has appeared, restarted or changed, and read its description."""
+        """
+        Return whether the kinematics node has appeared, restarted or changed; then read its
+        description.
+        """
         answer = self._request
         if answer is not None and answer.done():
             self._request = None
@@ -125,17 +129,17 @@ class ViewListener:
         return False
 
     def _publishers(self) -> frozenset[bytes]:
-        # The identifiers of the publishers change if the node restarts.
+        # Return the identifiers of the node's publishers, which change if the node restarts.
         topic = WARNING.replace('~', self.source)
         infos = self._node.get_publishers_info_by_topic(topic)
         return frozenset(bytes(info.endpoint_gid) for info in infos)
 
     def sources(self) -> tuple[str, ...]:
-        """Return the full names of the present kinematics nodes."""
+        """Return the full names of the running kinematics nodes."""
         return tuple(kinematics_nodes(self._node))
 
     def show(self, robot: Robot) -> None:
-        """Subscribe to the joint states of this arm."""
+        """Subscribe to the joint states of an arm."""
         facts, self._answer = self.facts, None
         self._mismatch = self._edited = ''
         namespace = self.source.rpartition('/')[0]

@@ -1,4 +1,7 @@
-"""Receive the outputs of a kinematics node for the live view: in base axes, linear rows first."""
+"""
+Receive the outputs of a kinematics node for the live view; convert to base axes, linear rows
+first.
+"""
 
 from dataclasses import replace
 from typing import Any
@@ -25,7 +28,7 @@ from ....node.messages.topics import SCALE, SCALE_REASON, WARNING, WARNING_QOS
 from ....node.process.latest_message import LatestMessage
 from ....robot.measures import Level
 
-# Largest age of a message that is shown as live, s.
+# A message older than this is not shown as live, s.
 MAX_AGE = 1.0
 # The view shows only the last message of a topic.
 LAST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.RELIABLE)
@@ -71,7 +74,7 @@ class ViewOutputs:
 
     def shown(self, seen: Observation, axes: tuple[str, str]) -> Observation:
         """
-        Return an observation with the numbers of the node.
+        Return an observation with the values that the kinematics node publishes.
 
         Parameters
         ----------
@@ -113,7 +116,7 @@ def _fresh(latest: LatestMessage) -> bool:
 
 
 def _six_rows(message: Any) -> Floats | None:
-    # Returns the Jacobian with linear rows first, or None if a row is missing.
+    # Return the Jacobian with linear rows first, or None if a row is missing.
     try:
         matrix = jacobian_of(message)
     except LayoutError:

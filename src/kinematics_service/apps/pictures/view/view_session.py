@@ -1,4 +1,4 @@
-"""Run the live view with ROS, and choose the arm it shows."""
+"""Run the live view with ROS, and choose the arm that the view shows."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ from .view_listener import ViewListener
 
 # Time limit of the answer of a node, s.
 ANSWER_TIMEOUT = 2.0
-# Number of turns of the loop between two searches for nodes.
+# Number of passes of the view's loop between two searches for nodes.
 SEARCH_TURNS = 30
 # Full name of the node if none was found.
 DEFAULT_NODE = '/kinematics'
@@ -30,7 +30,7 @@ class ViewSession(ArmSource):
     Parameters
     ----------
     context
-        The context of the view; `close` leaves it open.
+        The ROS context of the view; `close` does not shut it down.
     robot
         The arm to show, or None for the arm of the node.
     otherwise
@@ -65,7 +65,7 @@ class ViewSession(ArmSource):
 
     @property
     def node(self) -> str:
-        """Return the full name of the node of the shown arm, also if it has ended."""
+        """Return the full name of the shown arm's node, even if the node has ended."""
         return self._listener.source
 
     @property

@@ -6,13 +6,14 @@ import viser
 from ....kernel import Floats
 from ....node.drawing.scene import Scene
 
-# Position of the camera, in front of the arm and above it, divided by the arm's size.
+# Position of the camera relative to the middle of the arm, in front and above, divided by the
+# arm's size.
 OFFSET = np.array([0.85, 0.7, 0.4])
 
 
 class Viewpoint:
     """
-    The camera of the pages of a server when they are opened, and when another arm is shown.
+    The initial camera of all pages of a server: set when a page opens and when the arm changes.
     """
 
     def __init__(self, server: viser.ViserServer) -> None:
@@ -34,7 +35,7 @@ class Viewpoint:
 
     def _aim(self, client: viser.ClientHandle) -> None:
         width, height = client.camera.image_width, client.camera.image_height
-        # The arm must fit into the width of a tall picture.
+        # In a tall window move back, so that the arm fits into its width.
         if 0 < width < height:
             away: Floats = self._offset * min(height / width, 3.0)
             client.camera.position = self._middle + away

@@ -193,8 +193,9 @@ def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp
 
 def arranged(J: Floats, arm: World | SymbolicArm, quantity: Quantity, reading: Settings) -> Floats:
     """
-    Return the Jacobian J in the axes, row order and rows that a formula asks for. The input J has
-    base axes and linear rows first.
+    Return the Jacobian J in the axes, row order and rows that a formula asks for.
+
+    The input J has base axes and linear rows first.
 
     Space and body Jacobian are those of Lynch and Park, Modern Robotics, section 5.1.
     """

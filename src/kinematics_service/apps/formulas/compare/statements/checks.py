@@ -85,8 +85,9 @@ class Check(ABC):
 
     def gap(self, one: Floats, other: Floats) -> Floats:
         """
-        Return |one - other| / (1 + the larger size); infinite if a value is undefined. If all
-        numbers are printed decimals, the divisor is 1.
+        Return |one - other| / (1 + the larger size); infinite if a value is undefined.
+
+        If all numbers are printed decimals, the divisor is 1.
         """
         with np.errstate(all='ignore'):
             larger = 0.0 if self.statement.decimals else np.maximum(np.abs(one), np.abs(other))

@@ -41,8 +41,9 @@ class Whole:
 
 def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whole] | None:
     """
-    Return the factors of whole angles that irreducible factors (terms, power) form in pairs. None
-    if a factor of half angles has no partner.
+    Return the factors of whole angles that irreducible factors (terms, power) form in pairs.
+
+    None if a factor of half angles has no partner.
 
     Factors that equal their conjugate and have even degree in every angle are whole. Other factors
     form pairs with the same power: a factor and its copy after half a turn of an angle of odd

@@ -47,8 +47,9 @@ class Generator:
 @dataclass
 class Ring:
     """
-    The generators of the polynomials of an arm. The ring is the only mutable object in this
-    module: new generators are appended.
+    The generators of the polynomials of an arm.
+
+    The ring is the only mutable object in this module: new generators are appended.
 
     Attributes
     ----------

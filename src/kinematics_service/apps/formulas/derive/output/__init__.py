@@ -1,1 +1,1 @@
-"""A derivation as text, page, LaTeX, code or picture."""
+"""Write a derivation as text, page, LaTeX, source code, JSON or notebook output."""

@@ -1,4 +1,7 @@
-"""T, J and the determinant as source code, shared parts computed once, lengths as parameters."""
+"""
+Write T, J and the determinant as source code; common parts are computed once, lengths are
+parameters.
+"""
 
 from collections.abc import Callable, Iterator
 
@@ -11,8 +14,8 @@ from ..derivation import Derivation
 
 def code_of(derivation: Derivation, language: str) -> str:
     """
-    Return source code of functions: the tool's pose, the Jacobian, and the determinant if it was
-    derived.
+    Return source code with functions for the tool's pose, the Jacobian, and the determinant if it
+    was derived.
     """
     return _WRITERS[language](derivation)
 
@@ -20,7 +23,7 @@ def code_of(derivation: Derivation, language: str) -> str:
 def _functions(
     derivation: Derivation,
 ) -> Iterator[tuple[str, list[tuple[sympy.Symbol, sympy.Expr]], sympy.Expr | sympy.Matrix]]:
-    # A name, the parts that are computed first, and the result.
+    # Yield for each function its name, the common parts that it computes first, and its result.
     found = {'pose': derivation.T, 'jacobian': derivation.jacobian}
     if derivation.determinant is not None:
         name = 'determinant' if derivation.singular_set.determinant.square else 'manipulability'

@@ -1,4 +1,4 @@
-"""A derivation in each of the formats it is written in."""
+"""Write a derivation as a document in one of the output formats."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -37,7 +37,7 @@ def document_of(
 
 
 def markdown_of(blocks: Sequence[Block]) -> str:
-    """Return Markdown; formulas between dollar signs."""
+    """Return blocks as Markdown, with formulas between dollar signs."""
     lines: list[str] = []
     for block in blocks:
         if isinstance(block, Heading):

@@ -1,4 +1,4 @@
-"""A derivation as one HTML page, its formulas in MathML."""
+"""Write a derivation as one HTML page with formulas in MathML."""
 
 import re
 from collections.abc import Sequence
@@ -17,21 +17,21 @@ MATHML = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math
 
 
 class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
-    """Sympy's MathML, but decimals of the file stay decimals."""
+    """A printer of sympy's MathML that keeps decimals of the robot file as decimals."""
 
     def _print_Rational(self, expr: Any) -> Any:
         text = decimal(expr)
         return super()._print_Rational(expr) if text is None else self._element('mn', text)
 
     def _print_Mul(self, expr: Any) -> Any:
-        # Sympy writes -(a + b) as -a + b.
+        # Sympy would write -(a + b) as -a + b, so add the brackets.
         coefficient, rest = expr.as_coeff_Mul()
         if coefficient == -1 and rest.is_Add:
             return self._element('mrow', self._operator('-'), self._bracketed(rest))
         return super()._print_Mul(expr)
 
     def _print_Add(self, expr: Any, order: Any = None) -> Any:
-        # Likewise a - (b + c) as a - b + c.
+        # Sympy would write a - (b + c) as a - b + c, so add the brackets.
         parts = []
         for k, term in enumerate(self._as_ordered_terms(expr, order=order)):
             negative = term.could_extract_minus_sign()
@@ -55,7 +55,10 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
         return self._element('mrow', self._operator('('), self._print(expr), self._operator(')'))
 
     def _unfence(self, node: Any) -> None:
-        """Write out the brackets that sympy before 1.13 leaves to an element browsers ignore."""
+        """
+        Replace `mfenced`, which sympy before 1.13 writes and browsers ignore, by explicit
+        brackets.
+        """
         node.tagName = 'mrow'
         first, *others = list(node.childNodes)
         node.insertBefore(self._operator(node.getAttribute('open') or '('), first)
@@ -67,7 +70,8 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
                 node.removeAttribute(name)
 
     def _print_MatrixBase(self, m: Any) -> Any:
-        # Brackets are drawn by the style: few systems have a font whose brackets grow.
+        # The style sheet draws the brackets of matrices: few systems have a font with growing
+        # brackets.
         rows = [[self._element('mtd', self._print(entry)) for entry in row] for row in m.tolist()]
         table = self._element('mtable', *(self._element('mtr', *row) for row in rows))
         table.setAttribute('class', 'matrix')
@@ -75,7 +79,7 @@ class DecimalMathMLPrinter(MathMLPresentationPrinter):  # type: ignore[misc]
 
 
 def html_of(blocks: Sequence[Block]) -> str:
-    """Return a complete HTML page."""
+    """Return blocks as a complete HTML page."""
     title = next(block.text for block in blocks if isinstance(block, Heading))
     return document(title, map(_html, blocks), resource(__package__, 'formulas.css'))
 
@@ -104,8 +108,8 @@ def mathml(expression: sympy.Expr | sympy.Matrix) -> str:
 
 
 def _as_written(markup: str) -> str:
-    # The page looks alike with and without a mathematical font: brackets as high as a letter,
-    # letters in the italics of any font, words upright, and a minus as long as a plus.
+    # Make formulas look equal with and without a mathematical font: brackets have the height of a
+    # letter, letters are italic, words upright, and a minus is as long as a plus.
     markup = re.sub(r'<mo>([()])</mo>', r'<mo stretchy="false">\1</mo>', markup)
     markup = re.sub(r'<mi>(&\w+;|[^<\d])</mi>', r'<mi class="letter">\1</mi>', markup)
     markup = re.sub(r'<mi>([^<\d][^<]*)</mi>', r'<mi class="word">\1</mi>', markup)

@@ -1,4 +1,4 @@
-"""A derivation as JSON, expressions in sympy's own syntax."""
+"""Write a derivation as JSON, with expressions in the syntax of sympy."""
 
 import json
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from ..singular_set import FamilyCrossing
 def json_of(
     derivation: Derivation, path: Path | None = None, span: tuple[float, float] = (0.0, 6.3)
 ) -> str:
-    """Return a JSON object; lengths in the file's unit, joint angles in rad."""
+    """Return a derivation as JSON text; lengths in the file's unit, joint angles in rad."""
     found = derivation.singular_set
     determinant, product = found.determinant, found.determinant.expression
     document: dict[str, Any] = {
@@ -82,7 +82,7 @@ def _crossings(crossings: Sequence[FamilyCrossing] | None) -> list[dict[str, Any
 
 
 def _written(value: sympy.Basic) -> str | list[Any]:
-    # Expressions as texts, vectors and matrices as lists of expressions.
+    # Convert expressions to text, and vectors and matrices to lists of text.
     if not isinstance(value, sympy.MatrixBase):
         return str(value)
     rows: list[Any] = value.flat() if value.cols == 1 else value.tolist()

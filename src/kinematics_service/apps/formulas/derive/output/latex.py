@@ -1,4 +1,4 @@
-"""A derivation as a LaTeX file."""
+"""Write a derivation as a LaTeX file."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from sympy.printing.latex import LatexPrinter
 from ..file_factors import decimal
 from .report import Block, Equation, Heading
 
-# Wide matrices are shrunk to the line: a column of the Jacobian of six joints fills a page alone.
+# The preamble shrinks wide matrices to the line: one column of a six-joint Jacobian can fill it.
 PREAMBLE = r"""\documentclass{article}
 \usepackage{amsmath,graphicx}
 \usepackage[landscape,margin=15mm]{geometry}
@@ -26,7 +26,7 @@ SPECIAL = {
 
 
 class DecimalLatexPrinter(LatexPrinter):  # type: ignore[misc]
-    """Sympy's LaTeX, but decimals of the file stay decimals."""
+    """A printer of sympy's LaTeX that keeps decimals of the robot file as decimals."""
 
     def _print_Rational(self, expr: sympy.Expr) -> str:
         return decimal(expr) or str(super()._print_Rational(expr))
@@ -43,12 +43,12 @@ def left_side(left: str) -> str:
 
 
 def escaped(text: str) -> str:
-    """Return plain text with LaTeX's own characters made harmless."""
+    """Return plain text with the special characters of LaTeX escaped."""
     return ''.join(SPECIAL.get(c, c if ord(c) < 128 else '?') for c in text)
 
 
 def latex_of(blocks: Sequence[Block]) -> str:
-    """Return a LaTeX document."""
+    """Return blocks as a LaTeX document."""
     lines = [PREAMBLE]
     for block in blocks:
         if isinstance(block, Heading):

@@ -1,14 +1,15 @@
-"""The formulas of a derivation as LaTeX for a notebook."""
+"""Write the main formulas of a derivation as LaTeX for a notebook."""
 
 from ..derivation import Derivation
 from .latex import formula
 
-# Characters of LaTeX; longer formulas, of more than a page, are named and not shown.
+# Maximum number of LaTeX characters of a formula, about a page; longer formulas are named, not
+# shown.
 MAX_CHARACTERS = 2_000
 
 
 def latex_of(derivation: Derivation) -> str:
-    """Return the formulas of a derivation: T, J and det J, those that fit a page."""
+    """Return T, J and det J of a derivation as LaTeX, if they fit a page."""
     determinant = derivation.singular_set.determinant
     left = r'\det J' if determinant.square else 'w'
     lines = []

@@ -1,5 +1,5 @@
 """
-A derivation as a list of headings, sentences and equations, the same for every output format.
+Describe a derivation by headings, sentences and equations, which every output format writes.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,7 @@ from ..family import Family
 from ..path import Path
 from ..singular_set import FamilyCrossing, SingularFactor
 
-# An expression of more operations is named, not printed again inside a sentence.
+# An expression with more operations than this is named, not printed again inside a sentence.
 LONG_EXPRESSION_OPERATIONS = 60
 
 
@@ -34,15 +34,17 @@ class Sentence:
 
 @dataclass(frozen=True)
 class Equation:
-    """A symbol and its expression: `left` is LaTeX-like, `J`, `T_{01}`, `z_{1}`."""
+    """
+    A symbol and its expression; `left` is the symbol in LaTeX, such as `J`, `T_{01}` or `z_{1}`.
+    """
 
     left: str
     right: sympy.Expr | sympy.Matrix
 
 
-# Marks a statement that is not proved for the whole family.
+# Text after a statement that is not proved for the whole family.
 SAMPLED = ' (at sampled poses)'
-# Whether a crossing is inside the joint limits.
+# Text for whether a crossing is inside the joint limits (True, False, or None if unknown).
 IN_BRACKETS = {
     True: '',
     False: ' (outside the joint limits)',
@@ -59,18 +61,18 @@ def report_of(
     span: tuple[float, float] = (0.0, 6.3),
 ) -> tuple[Block, ...]:
     """
-    Return a derivation as blocks.
+    Yield a derivation as blocks: headings, sentences and equations.
 
     Parameters
     ----------
     derivation
         The derivation to report.
     frame
-        Axes of the Jacobian: `base`, `tool` or the number of a frame; default the base.
+        Axes of the Jacobian: `base` (default), `tool`, or the number of a frame.
     path
-        Velocity along it is reported too.
+        A path q(t); if given, the tool's velocity along it is reported, too.
     span : s
-        Times between which the path's crossings are looked for.
+        Start and end of the time in which crossings of singular sets are searched.
     """
     blocks = [*_frames(derivation), *_loops(derivation)]
     blocks += _jacobian(derivation, frame or 'base')
@@ -121,7 +123,7 @@ def _frames(derivation: Derivation) -> Iterator[Block]:
 
 
 def _once(matrices: Sequence[tuple[str, sympy.Matrix]]) -> Iterator[Block]:
-    # Those that are the identity, or equal to an earlier one, by name.
+    # Yield each matrix once: a matrix equal to the identity or to an earlier one is only named.
     shown: dict[sympy.Matrix, str] = {sympy.ImmutableMatrix(sympy.eye(4)): 'the identity'}
     for left, matrix in matrices:
         known = shown.setdefault(sympy.ImmutableMatrix(matrix), left)
@@ -228,7 +230,7 @@ def _determinant(derivation: Derivation) -> Iterator[Block]:
 
 
 def _in_both(derivation: Derivation, left: str, expression: sympy.Expr) -> Iterator[Block]:
-    # In the angles, and again in the joint variables if they differ.
+    # Write the expression in the angles theta, and again in the joint variables if these differ.
     in_angles = derivation.in_angles(expression)
     yield Equation(left, in_angles)
     if in_angles != expression:

@@ -1,4 +1,4 @@
-"""A derivation as plain text for a terminal."""
+"""Write a derivation as plain text for a terminal."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -8,13 +8,13 @@ import sympy
 from ..file_factors import DecimalPrinter
 from .report import Block, Equation, Heading
 
-# Characters in a line of a matrix; a wider matrix is printed entry by entry.
+# Maximum number of characters in a row of a matrix; a wider matrix is printed entry by entry.
 MAX_WIDTH = 150
 COLUMN_GAP = 3  # spaces
 
 
 def text_of(blocks: Sequence[Block]) -> str:
-    """Return plain text; matrices in columns, or entry by entry if they are too wide."""
+    """Return blocks as plain text; matrices in columns, or entry by entry if they are too wide."""
     lines: list[str] = []
     for block in blocks:
         if isinstance(block, Heading):
@@ -24,12 +24,12 @@ def text_of(blocks: Sequence[Block]) -> str:
             lines += _equation(re.sub(r'[\\{}]', '', left), block.right)
         else:
             lines.append(''.join(p if isinstance(p, str) else written(p) for p in block.parts))
-    # One empty line where two matrices follow each other.
+    # Keep one empty line between two matrices.
     return re.sub(r'\n{3,}', '\n\n', '\n'.join(lines)).lstrip('\n') + '\n'
 
 
 def written(expression: sympy.Expr | sympy.Matrix) -> str:
-    """Return an expression in one line."""
+    """Return an expression or matrix as text in one line."""
     return str(DecimalPrinter().doprint(expression))
 
 
