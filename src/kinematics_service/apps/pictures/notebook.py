@@ -20,7 +20,7 @@ TWIST_ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 
 
 def html_of(result: Robot | ToolState | Singularity | IkResult) -> str:
-    """Return a result of the package (state, solutions, derivation and others) as HTML."""
+    """Return a robot, tool state, singularity or inverse kinematics result as HTML."""
     view = next(view for kind, view in VIEWS.items() if isinstance(result, kind))
     return f'<div><p><b>{escape(repr(result))}</b></p>{"".join(view(result))}</div>'
 
@@ -51,7 +51,7 @@ def _state(state: ToolState) -> list[str]:
 
 def _singularity(result: Singularity) -> list[str]:
     if np.ndim(result.level):
-        return []  # the first line has the levels
+        return []  # `html_of` prints the levels of a batch in its first line
     words = {
         'determinant': None if result.determinant is None else f'{result.determinant:.6g}',
         'manipulability': f'{result.manipulability:.6g}',

@@ -30,8 +30,9 @@ from ..derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
-# If every entry of a rotation is this close to what the file's reader made of it, the file's
-# expressions are kept; otherwise the reader's numbers replace them.
+# Largest difference between a rotation's entries in the file and after reading. If it is larger,
+# the reader has replaced a rounded rotation, and its numbers are used instead of the file's
+# expressions.
 ROTATION_TOLERANCE = 1e-12
 AXES = {'x': 0, 'y': 1, 'z': 2}
 

@@ -29,10 +29,10 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# A numerator with more operations than this is not multiplied out: the result would not be
+# Maximum number of operations of a numerator that is multiplied out; a longer one would not get
 # shorter.
 MAX_OPERATIONS = 150
-# If an arm has more joints and passive joints than this, its determinant is not derived.
+# Maximum number of joints and passive joints of an arm whose determinant is derived.
 MAX_VARIABLES = 6
 
 
@@ -49,8 +49,8 @@ class LoopEquations:
         Symbols psi of its passive joints.
     equations
         Phi; each equation is 0 if the loop is closed. Phi is the pose difference between the end
-        of the loop's own chain and the frame of the table that it meets, in the axes of the frame
-        in which the loop begins.
+        of the loop's own chain and the frame of the table that it meets. Its axes are those of the
+        frame in which the loop begins.
     coupling
         d psi / d q by the joints of the arm, one row for each passive joint.
     determinant

@@ -43,8 +43,8 @@ from .singular_set import (
 )
 from .trigonometry import Writer, writer_of
 
-# If the task rows have more minors than this, they are not derived; the number of minors grows
-# like a binomial coefficient with the redundant joints.
+# Maximum number of minors that are derived. The number grows like a binomial coefficient with the
+# redundant joints.
 MAX_MINORS = 100
 
 Progress = Callable[[str], None]

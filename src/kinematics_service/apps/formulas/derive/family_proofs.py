@@ -24,7 +24,8 @@ from .jacobian import about, axes_seen_from, geometric, in_axes_of
 from .minors import minors
 from .singular_geometry import Lost
 
-# If a statement needs more minors than this, it is not proved but only checked at sampled poses.
+# Maximum number of minors of a proof; a statement that needs more is only checked at sampled
+# poses.
 MAX_MINORS = 250
 MAX_TERMS = 3000
 

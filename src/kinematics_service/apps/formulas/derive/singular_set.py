@@ -326,8 +326,8 @@ def families_of(product: Factored, search: FamilySearch) -> Factored | None:
     """
     Return the product with each factor split into its families; None if this needs half angles.
 
-    The half-angle factors of a factor are one family if J has the same rank on both. An example is
-    sin q: its halves are the stretched and the folded arm.
+    The half-angle factors of a factor are one family if J has the same rank on both. In most arms
+    this holds for sin q, whose halves are the stretched and the folded arm.
     """
     found: list[RealFactor] = []
     constant = product.constant

@@ -1,5 +1,5 @@
 """
-Find poses with the tool in a plane at which its position is singular, by damped Newton steps.
+Find poses in a plane at which the tool's position is singular, by damped Newton steps.
 
 The steps start at random configurations. At such a pose no joint motion moves the tool in some
 direction of the plane.

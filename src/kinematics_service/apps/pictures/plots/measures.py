@@ -97,7 +97,7 @@ def _scale_without_end(axes: Axes, values: Floats, least: float) -> None:
 
 def _name_factors(robot: Robot, axes: Axes, motion: PlottedMotion, near: Singularity) -> None:
     # Write the name of the nearest factor above each minimum of the distance. The lowest minimum
-    # comes first; a name that would overlap another one is left out.
+    # comes first; a name that would overlap another name is left out.
     factors = near.factors
     if factors is None:
         return

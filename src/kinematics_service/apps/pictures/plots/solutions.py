@@ -26,7 +26,7 @@ MAX_PANELS = 16
 MAX_COLUMNS = 4
 # Sizes, inches.
 PANEL_WIDTH = 3.4
-PANEL_HEIGHT = 4.3  # with the words above the drawing
+PANEL_HEIGHT = 4.3  # with the text above the drawing
 DRAWING_HEIGHT = 3.13  # of the arm in a panel
 GAP = 0.12  # below each drawing
 MIN_WIDTH = 6.0  # of the picture

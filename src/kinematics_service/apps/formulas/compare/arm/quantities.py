@@ -144,7 +144,7 @@ def value_of(quantity: Quantity, arm: World | SymbolicArm, reading: Settings) ->
     Parameters
     ----------
     quantity
-        What to compute.
+        The quantity to compute.
     arm
         A `World` gives N matrices, shape (N, rows, columns); a `SymbolicArm` gives one matrix of
         expressions.

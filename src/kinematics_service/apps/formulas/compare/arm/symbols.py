@@ -2,7 +2,8 @@
 Write frames and Jacobian as a textbook does: with sums of angles about parallel axes, sin(q1 +
 q2).
 
-Recipes such as `z_0 x (o_3 - o_0)` use them, and a report prints them beside wrong entries.
+Recipes such as `z_0 x (o_3 - o_0)` use these matrices, and a report prints their entries beside
+wrong ones.
 """
 
 import operator
@@ -91,7 +92,7 @@ class SymbolicArm:
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
 
 
-# A report does not print the right expression of an entry if it is longer than this.
+# Maximum length of the right expression of an entry that a report prints.
 MAX_SHOWN_CHARACTERS = 160
 
 

@@ -21,7 +21,7 @@ ARM = ('tool', 'pose', 'rotation', *VECTORS, *JACOBIAN, 'det')
 TABLE = (*ARM, 'row')
 
 CAUSES = (
-    # Many other causes also flip the sign of a determinant, so the plain sign is tried first.
+    # Many causes flip the sign of a determinant, so the plain sign is tried before them.
     Cause('sign of the determinant', ('det',), (WHOLE,), slips.sign),
     Cause('axes of the frame itself', ('axis',), (WHOLE,), slips.own_axes),
     Cause('kind of joint', JACOBIAN, (COLUMN,), slips.joint_type),

@@ -14,7 +14,7 @@ import sympy as sp
 # Indices of arguments that lead to a part of an expression, outermost first.
 Path = tuple[int, ...]
 
-# An expression with more tree nodes than this is reported as wrong, but no repair is tried.
+# Maximum number of tree nodes of an expression for which repairs are tried.
 MAX_EDITED_NODES = 400
 # Combinations of terms are tried only in sums and products with at most this number of parts.
 MAX_COMBINED_TERMS = 7

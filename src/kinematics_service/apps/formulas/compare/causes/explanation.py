@@ -23,7 +23,7 @@ from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
 # Maximum number of alternative causes that a report names beside the first cause.
 MAX_ALTERNATIVES = 3
-# If the right entry has more terms than this, no search for dropped terms is made.
+# Maximum number of terms of a right entry in which dropped terms are searched.
 MAX_MISSING_TERMS = 12
 # A cause of a whole matrix is the first of two mistakes if it leaves at most this ratio of the
 # wrong entries wrong.

@@ -54,8 +54,8 @@ class Cause:
     variants
         Function that yields the mistaken versions of the formula.
     many
-        Whether the cause has so many versions that one would fit a single configuration by chance;
-        it is then tried at random configurations only.
+        Whether the cause has many versions and is tried at random configurations only. At a single
+        configuration one version would fit by chance.
     """
 
     name: str

@@ -1,7 +1,7 @@
 """
 Check whether a formula of a matrix, a vector or a determinant is right.
 
-A check also compares other values with the right ones, so that likely causes can be tested.
+The same check tests likely causes: it compares the values of a mistaken formula with the user's.
 """
 
 from abc import ABC, abstractmethod

@@ -89,7 +89,7 @@ class _ArmOfLetters:
 
 def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> list[Claim]:
     """
-    Return a verdict for each claimed family; the last one also says whether the claims are
+    Return a verdict for each claimed family, then, if decided, one on whether the claims are
     complete.
 
     A claim holds if it holds with two random values of each named constant. A remark says if it

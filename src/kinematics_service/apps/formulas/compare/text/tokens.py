@@ -1,8 +1,8 @@
 r"""
 Split a formula into tokens, in plain, sympy, MATLAB or LaTeX syntax or a mixture of them.
 
-Names lose their underscores and braces (`\theta_{1}`, `theta_1` and `theta1` are one name), Greek
-letters get their English names, and LaTeX commands for spacing and size are left out.
+Names lose their underscores and braces (`\theta_{1}`, `theta_1` and `theta1` are one name). Greek
+letters get their English names. LaTeX commands for spacing and size are left out.
 """
 
 import re

@@ -1,11 +1,11 @@
 """
 Factor a real trigonometric polynomial into real factors in whole angles, without half angles.
 
-As a polynomial in z = exp(i q), a sine has two factors, z - 1 and z + 1 (sine and cosine of half
-the angle), and complex coefficients. The method turns the generators by quarter turns until every
-coefficient is real, factors over the integers, turns back, and multiplies the halves that belong
-together. It factors over the Gaussian integers if no quarter turns make the coefficients real, or
-if a factor may be a product of two complex factors.
+As a polynomial in z = exp(i q), a sine has complex coefficients and two factors, z - 1 and z + 1.
+These are sine and cosine of half the angle. The method turns the generators by quarter turns until
+every coefficient is real, factors over the integers, turns back, and multiplies the halves that
+belong together. It factors over the Gaussian integers if no quarter turns make the coefficients
+real, or if a factor may be a product of two complex factors.
 """
 
 import math
@@ -336,9 +336,10 @@ def stays_whole_beside_i(cut: PolyElement) -> bool:
     """
     Return whether an integer polynomial of t is proved irreducible over the Gaussian integers.
 
-    The input is primitive. If it were g conj(g), then modulo a prime p = 3 mod 4 every factor of
-    odd degree would divide both g and conj(g), because conjugation keeps it. So a square-free
-    polynomial modulo p with a factor of odd degree proves that it is irreducible.
+    The input is primitive. Suppose it were g conj(g), and let p be a prime with p = 3 mod 4.
+    Modulo p, conjugation keeps every factor of odd degree, so the factor would divide both g and
+    conj(g). So a square-free polynomial modulo p with a factor of odd degree proves that it is
+    irreducible.
     """
     if not cut.is_irreducible:
         return False

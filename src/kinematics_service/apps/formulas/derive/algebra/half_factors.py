@@ -26,8 +26,8 @@ class Whole:
     Attributes
     ----------
     halves
-        The two half-angle factors, if turning one angle by half a turn maps one to the other, as
-        sin q/2 and cos q/2 for sin q. Else empty.
+        The two half-angle factors, such as sin q/2 and cos q/2 for sin q, if half a turn of an
+        angle maps one to the other. Else empty.
     splits
         Whether the halves are real without half angles, as for cos 2q. A row that turns by twice a
         joint's angle gives such factors.
