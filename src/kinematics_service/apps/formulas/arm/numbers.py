@@ -88,7 +88,7 @@ class Evaluation:
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        if name not in FUNCTIONS:  # sympy introduces such functions for numbers that are not real
+        if name not in FUNCTIONS:  # sympy writes values that are not real by such functions
             return np.full_like(arguments[0], np.nan)
         result = FUNCTIONS[name](*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result

@@ -145,7 +145,7 @@ class Table:
 
 
 def rotation(axis: str, angle: sp.Expr) -> sp.Matrix:
-    """Return the 4 x 4 rotation about x, y or z."""
+    """Return the 4 x 4 rotation by an angle (rad) about axis x, y or z."""
     turn = (sp.rot_ccw_axis1, sp.rot_ccw_axis2, sp.rot_ccw_axis3)[AXES[axis]]
     return sp.diag(turn(angle), 1)
 
@@ -232,7 +232,7 @@ def general_row(table: Table) -> TableRow:
 
 
 def table_of(description: RobotDescription) -> Table:
-    """Return the table of a robot file, in symbols."""
+    """Return the table of a robot file in symbols, which stand for SI values."""
     joints, used = opened(description).joints, names_by_use(description)
     degree = angle_in_rad(description.angle_unit)
     length = sp.Rational(1, 1000) if description.length_unit == 'mm' else sp.Integer(1)

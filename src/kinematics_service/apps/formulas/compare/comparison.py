@@ -121,7 +121,7 @@ class Comparison:
 
     @property
     def agrees(self) -> bool:
-        """Return whether every formula is right."""
+        """Return whether every formula of the file is right."""
         return all(verdict.status == AGREES for verdict in self.verdicts)
 
 

@@ -82,12 +82,12 @@ def jacobian_of(
     frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], linear: Sequence[Matrix]
 ) -> Matrix:
     """
-    Return J of axes, in the frame they are seen from: J = J_open C, with the `coupling` C.
+    Return the Jacobian J = J_open C in the frame of the axes, with C from `coupling`.
 
     Parameters
     ----------
     linear
-        Velocity of the point while the row of each axis turns, per rad.
+        Velocity of the reference point, for each axis, if its row turns at 1 rad/s.
     """
     nothing = np.full(3, arithmetic.ring.number(0))
     open_: list[Matrix] = []

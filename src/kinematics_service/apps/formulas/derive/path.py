@@ -69,7 +69,7 @@ class Path:
     omega: sympy.Matrix
 
     def sampled(self, expression: sympy.Expr, times: Floats) -> Floats:
-        """Return the values of an expression of t, with the lengths of the file."""
+        """Return the values of an expression of t at times (N,), with the lengths of the file."""
         return self._function(expression)(times)
 
     def motion(self, times: Floats) -> tuple[Floats, Floats]:

@@ -104,8 +104,8 @@ def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
     """
     Return the point that represents the position of the arm, shape (N, 3).
 
-    If the task has angular rows, it is the point in which the last three axes meet, or else the
-    last two. Otherwise it is the tool.
+    If the task has angular rows, it is the point in which the last three axes meet, or if they do
+    not meet, the last two. Otherwise it is the tool.
     """
     turning = [j for j, turns in enumerate(arm.turns) if turns]
     if not angular or len(turning) < 3:

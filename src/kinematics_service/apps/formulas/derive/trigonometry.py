@@ -146,8 +146,9 @@ class Writer:
         return sympy.factor_terms(result)
 
     def _fewest_operations(self, groups: Mapping[Exponents, Terms]) -> int:
-        # A lower bound of the operations of `_cosines_of_sums`: its functions, the sums inside
-        # them and the sum of them. The bound avoids writing a long form that is not the shortest.
+        # Return a lower bound of the operations that `_cosines_of_sums` would write: its
+        # functions, the sums in their arguments, and the outer sum. The bound avoids writing a
+        # long form that is not the shortest.
         functions = 0
         inside = 0
         for exponents, terms in groups.items():

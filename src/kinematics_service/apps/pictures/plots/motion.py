@@ -67,7 +67,7 @@ class PlottedMotion:
         )
 
     def broken(self, values: Floats) -> tuple[Floats, Floats]:
-        """Return times and values (N, ...) with a row of nan in every gap."""
+        """Return `times` and values (N, ...) with a row of nan added in every gap."""
         at = self.gaps
         middles = (self.times[at - 1] + self.times[at]) / 2.0
         return np.insert(self.times, at, middles), np.insert(values, at, np.nan, axis=0)

@@ -101,7 +101,7 @@ class Drawing:
 
     def draw(self, scene: Scene, shown: Set[str]) -> None:
         """
-        Show a scene.
+        Draw a scene, with the groups of objects that are switched on.
 
         Parameters
         ----------

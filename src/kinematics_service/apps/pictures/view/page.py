@@ -135,7 +135,10 @@ class Page:
         self.sliders.jump(q)
 
     def lead(self) -> tuple[Floats, Floats | None]:
-        """Unlock the sliders, and return their values q and qdot, shape (n,) each."""
+        """
+        Unlock the sliders, and return their positions q and velocities qdot (None at rest), shape
+        (n,) each.
+        """
         self._set_unlocked(True)
         requested, self._requested = self._requested, None
         if requested is not None:

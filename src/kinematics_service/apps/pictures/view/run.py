@@ -39,7 +39,7 @@ class ArmSource:
 
     @property
     def title(self) -> str:
-        """Return the title of the arm."""
+        """Return the title of the page's panel: the name of the arm."""
         return self.robot.name
 
     @property

@@ -122,7 +122,7 @@ class ViewListener:
                 return self.ask(ANSWER_TIMEOUT) is not before
         if time.monotonic() - self._request_time > REQUEST_PERIOD:
             self._request_time = time.monotonic()
-            if self._request is not None:  # the node ended before its answer
+            if self._request is not None:  # the node ended before it answered
                 self._client.remove_pending_request(self._request)
             ready = self._client.service_is_ready()
             self._request = self._client.call_async(Trigger.Request()) if ready else None

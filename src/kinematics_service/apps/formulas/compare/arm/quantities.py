@@ -63,7 +63,7 @@ class Quantity:
     either: bool = False
 
 
-# Names without underscores; the groups of a pattern are the fields of the quantity.
+# Patterns of names (without underscores) and their quantities; groups of a pattern set fields.
 _PATTERNS = {
     r'det(?:J|Jv|Jacobian)?|JacDet': Quantity('det'),
     r'[TH]|TH|[TAH]0[ne]|T0T|T(?:tool|total|0?ee|basetool)': Quantity('tool'),
@@ -106,7 +106,7 @@ def quantity_of(key: str) -> Quantity | None:
 
 
 def why_out_of_range(quantity: Quantity, table: Table, reading: Settings) -> str:
-    """Return the reason why an index is out of range, or an empty text."""
+    """Return the reason why an index of a quantity is out of range, or an empty text."""
     rows, joints = len(table.rows), table.joints
     low, high = 0, rows + reading.first_frame
     if quantity.kind in ('row', 'jacobian', 'numeric'):

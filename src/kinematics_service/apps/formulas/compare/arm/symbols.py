@@ -68,7 +68,9 @@ class SymbolicArm:
         return [row_matrix(row) for row in self.table.rows]
 
     def frame(self, at: int) -> sp.Matrix:
-        """Return a frame in the base frame; the base frame itself for a negative number."""
+        """
+        Return a frame of the table in the base frame; the identity if its number is negative.
+        """
         return EYE if at < 0 else self.frames[at]
 
     def between(self, i: int, j: int) -> sp.Matrix:

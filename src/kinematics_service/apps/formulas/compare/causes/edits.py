@@ -11,7 +11,7 @@ from itertools import combinations
 
 import sympy as sp
 
-# Indices of arguments that lead to a part of an expression, outermost first.
+# Argument indices that lead to a part of a sympy expression, the outermost first.
 Path = tuple[int, ...]
 
 # Maximum number of tree nodes of an expression for which repairs are tried.
@@ -49,7 +49,7 @@ def places(expression: sp.Expr, path: Path = ()) -> Iterator[tuple[Path, sp.Expr
 
 
 def replaced(expression: sp.Expr, path: Path, part: sp.Expr) -> sp.Expr:
-    """Return an expression with the part at the end of a path replaced."""
+    """Return an expression with the part at `path` replaced."""
     if not path:
         return part
     arguments = list(expression.args)
@@ -190,7 +190,7 @@ def lost_plus(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def arguments(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with the arguments of an inverse function exchanged, negated, inverted.
+    Yield the expression with the arguments of an inverse function exchanged, negated or inverted.
     """
     for path, part in places(e):
         if part.func == sp.atan2:

@@ -25,8 +25,8 @@ from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 MAX_ALTERNATIVES = 3
 # Maximum number of terms of a right entry in which dropped terms are searched.
 MAX_MISSING_TERMS = 12
-# A cause of a whole matrix is the first of two mistakes if it leaves at most this ratio of the
-# wrong entries wrong.
+# If a cause of the whole matrix leaves at most this ratio of the wrong entries wrong, it is the
+# first of two mistakes.
 MAX_LEFT_RATIO = 0.34
 
 DROPPED = 'dropped term or factor'
@@ -159,8 +159,8 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
-    # Greedy set cover: take the cause that explains the most remaining entries, the first of the
-    # table if two explain the same number. Return the causes and the unexplained entries.
+    # Greedy set cover: take the cause that explains the most remaining entries. If two explain
+    # equally many, take the first in `CAUSES`. Return the causes and the unexplained entries.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -207,7 +207,7 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     if isinstance(check, QuantityCheck) and check.quantity.kind == 'general':
         symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
     if isinstance(check, SolutionCheck):
-        # The joint's own symbol would repair every formula of the joint.
+        # Exclude the joint's own symbol: it would repair every formula of the joint.
         symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
@@ -266,7 +266,7 @@ def _missing_factor(
     check: QuantityCheck, terms: Sequence[sp.Expr], values: Floats, i: int, j: int
 ) -> list[Explanation]:
     if check.agrees(np.zeros_like(values[:, i, j]), values[:, i, j]):
-        return []  # a factor 0 would explain every entry that must be 0
+        return []  # if the right entry is 0, a dropped factor 0 would always explain it
     factors = {f for term in terms for f in sp.Mul.make_args(term)}
     for factor in sorted(factors, key=str):
         value = check.world.evaluation.of(factor) * check.person[:, i, j]

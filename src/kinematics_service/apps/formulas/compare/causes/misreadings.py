@@ -63,7 +63,7 @@ def other_convention(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def table_name(check: QuantityCheck) -> str:
-    """Return the name of the robot file's convention."""
+    """Return the convention of the robot file as text."""
     convention = CONVENTIONS[check.names.table.convention]
     return _whose(convention) if convention.product else convention.name
 
@@ -127,7 +127,10 @@ def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield angles counted from the link before instead of from a fixed line, or the reverse."""
+    """
+    Yield values in which a joint angle is added to, or subtracted from, another: relative for
+    absolute.
+    """
     for one, other in permutations(check.names.table.turning, 2):
         for value, text in ((one + other, f'{one} + {other}'), (one - other, f'{one} - {other}')):
             yield _by_joints(check, {one: value}, f'{text} stands where {one} belongs')
@@ -169,7 +172,7 @@ def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield tables in which one column has slipped by a row, from some row on."""
+    """Yield tables in which one column is shifted by a row, from some row on."""
     table = check.names.table
     convention = CONVENTIONS[table.convention]
     joint = [name for _, name in convention.joint_motions]
@@ -213,7 +216,7 @@ def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def missing_length(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield arms with one length, or one sliding joint, at 0."""
+    """Yield values in which one length, or one prismatic joint, is 0."""
     table, values = check.names.table, check.poses.values
     sliding = [variable for variable in table.variables if variable not in table.turning]
     general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
@@ -224,7 +227,7 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield arms with two lengths exchanged, or one in the place of another."""
+    """Yield values in which two lengths are exchanged, or one is written for another."""
     values = check.poses.values
     for one, other in combinations(check.names.table.constants, 2):
         versions = (
@@ -239,7 +242,8 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
 
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the configuration of the `at` line with one joint elsewhere, or read in other units.
+    Yield the configuration of the `at` line with one joint at 0, 90, -90 or 180 deg, or in other
+    units.
     """
     values, turning = check.poses.values, check.names.table.turning
     given = [s for s in check.names.table.variables if s.name in check.poses.chosen]

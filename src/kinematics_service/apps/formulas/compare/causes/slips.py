@@ -17,11 +17,11 @@ from ..arm.quantities import Quantity, arranged, value_of, why_out_of_range
 from ..statements.checks import QuantityCheck
 from .variant import Variant
 
-MILLIMETRES_PER_METRE = 1000.0  # by definition
+MILLIMETRES_PER_METRE = 1000.0  # definition of the unit
 
 
 def own_axes(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield an axis that was not turned into base axes."""
+    """Yield z in the axes of its own frame, not turned into base axes."""
     values = np.zeros_like(check.right)
     values.reshape(len(values), 3)[:, 2] = 1.0
     sentence = 'z in the axes of its own frame: it must be turned into base axes, R [0; 0; 1]'
@@ -29,7 +29,7 @@ def own_axes(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def millimetres(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield lengths in millimetres."""
+    """Yield the quantity with its lengths in millimetres."""
     if check.quantity.kind == 'jacobian':
         J = check.world.jacobian.copy()
         J[:, :3] *= MILLIMETRES_PER_METRE
@@ -45,7 +45,7 @@ def millimetres(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def transposed(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield transposes and inverses of the matrix, or of its rotation."""
+    """Yield the matrix, or its rotation, transposed or inverted."""
     right = check.right
     rows, columns = right.shape[1:]
     if rows == columns and rows > 1:
@@ -121,7 +121,7 @@ def mistaken(
 
 
 def row_order(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the Jacobian with its two halves exchanged."""
+    """Yield the Jacobian with its linear and angular rows exchanged."""
     if check.right.shape[1] == 6:
         other = 'linear' if check.reading.angular_first else 'angular'
         swapped = np.roll(check.right, 3, axis=1)
@@ -130,7 +130,7 @@ def row_order(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def other_axes(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the Jacobian in the axes of the other frame."""
+    """Yield the Jacobian in tool axes instead of base axes, or the reverse."""
     other = 'tool' if check.reading.axes == 'base' else 'base'
     reading = replace(check.reading, axes=other)
     sentence = (
@@ -155,7 +155,7 @@ def other_point(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def axis_index(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the Jacobian with axes, or origins, of the frame beside the right one."""
+    """Yield the Jacobian with axes, or origins, of the neighbouring frame."""
     convention = CONVENTIONS[check.world.table.convention]
     if not convention.product:
         yield from _other_letters(check)
@@ -223,7 +223,7 @@ def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def joint_type(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield prismatic columns written like revolute ones, and the reverse."""
+    """Yield columns of prismatic joints written like revolute ones, and the reverse."""
     world = check.world
     for (i, k), column in world.row_columns.items():
         v, w = column[:, :3], column[:, 3:]

@@ -95,7 +95,7 @@ class Check(ABC):
         return np.where(np.isfinite(gap), gap, np.inf)
 
     def agrees(self, one: Floats, other: Floats) -> Mask:
-        """Return for each entry whether two sets of values are equal at all poses."""
+        """Return for each entry whether two arrays of values (N, ...) are equal at all poses."""
         return np.asarray(np.all(self.gap(one, other) <= self.tolerance, axis=0))
 
     @property
@@ -140,7 +140,7 @@ class Check(ABC):
         return still and same and bool(self.poses.chosen)
 
     def passes(self, values: Floats, right: Floats) -> bool:
-        """Return whether the values (N,) of another expression are the right ones."""
+        """Return whether the values (N,) of a repaired entry equal the right values."""
         return bool(self.agrees(values, right))
 
 

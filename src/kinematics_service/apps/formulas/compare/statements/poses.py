@@ -138,7 +138,7 @@ def _close(
             else f'the loops of {robot.name} do not close with what the at line gives'
         )
     closure = evaluate(robot, good[:count]).closure
-    assert closure is not None  # it has passive joints
+    assert closure is not None  # called only with passive joints
     for k, joint in enumerate(joints):
         values[joint] = good[:count, k]
     for k, symbol in enumerate(table.variables[table.joints :]):

@@ -1,4 +1,4 @@
-"""Turn the equations of a file into statements about a robot: comparisons and definitions."""
+"""Turn the equations of a file of formulas into statements to check, and definitions."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from .names import COORDINATES, FormulaNames
 MAX_NODES = 200_000
 # Maximum depth of definitions that use other definitions.
 MAX_DEFINITION_DEPTH = 40
-# A number with at least this many decimals is a rounded one: 0.5 is exactly a half.
+# A number with at least 4 decimals counts as rounded; with fewer it is exact, as 0.5 is a half.
 MIN_ROUNDED_DECIMALS = 4
 
 
@@ -149,7 +149,7 @@ class _Reader:
             except FormulaError as fault:
                 key = self._definition_key(raw)
                 if key and quantity_of(key) is None:
-                    maybe_unused.append((raw, fault))  # the formula that uses it has the fault too
+                    maybe_unused.append((raw, fault))  # reported where it is used
                 else:
                     self.faults.append(fault)
                 continue
@@ -184,7 +184,7 @@ class _Reader:
         try:
             inexact = self._statement(context, raw)
         except (FormulaError, RecursionError):
-            return exact  # an exponent that is rounded, for example
+            return exact  # for example, an exponent is rounded
         assert isinstance(inexact, Statement)
         half_units = tuple(
             (s, half) for s, half in self.half_units.items() if s in inexact.symbols

@@ -1,5 +1,5 @@
 """
-Build a sympy expression or matrix from the tree of a formula, from known operations only.
+Build a sympy expression or matrix from the tree of a formula; only known operations are accepted.
 """
 
 from collections.abc import Callable
@@ -161,7 +161,7 @@ def _size(matrix: Value) -> str:
 def _multiplied(node: Node, one: Value, other: Value) -> Value:
     if is_matrix(one) and is_matrix(other) and one.cols != other.rows:
         if one.cols == other.cols and other.rows == 1:
-            other = other.T  # R [a, 0, 0] is written for R [a, 0, 0]^T
+            other = other.T  # read R [a, 0, 0] as R [a, 0, 0]^T
         else:
             raise node.at.fault(f'a product of matrices of {_size(one)} and {_size(other)}')
     return one * other
@@ -198,7 +198,7 @@ def _crossed(node: Node, one: Value, other: Value) -> Value:
             message = f'a cross product of {_size(one)} and {_size(other)}: both must be 3 x 1'
             raise node.at.fault(message)
         return one.reshape(3, 1).cross(other.reshape(3, 1))
-    return one * other  # `2 \times 3`
+    return one * other  # `2 \times 3` is a product of numbers
 
 
 def _transposed(node: Node, value: Value) -> Value:

@@ -28,7 +28,7 @@ DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
 
-# Accepted words of each setting, and the fields they set.
+# Accepted values of each setting, and the fields of `Settings` that they set.
 CHOICES: dict[str, dict[str, dict[str, Any]]] = {
     'rows': {'linear first': {'angular_first': False}, 'angular first': {'angular_first': True}},
     'frame': {'base': {'axes': 'base'}, 'tool': {'axes': 'tool'}},
@@ -123,7 +123,7 @@ class _Chunk:
 
 
 def read_formulas(text: str) -> FormulaFile:
-    """Return the equations and settings of a text."""
+    """Return the equations of a text of formulas, each with its settings, and the errors."""
     raw: list[Raw] = []
     faults: list[FormulaError] = []
     settings, local = Settings(), False

@@ -102,7 +102,7 @@ class FormulaToken:
     spaced: bool
 
     def fault(self, message: str) -> FormulaError:
-        """Return an error at this token."""
+        """Return an error with this message at the token's line and column."""
         return FormulaError(message, self.line, self.column)
 
 

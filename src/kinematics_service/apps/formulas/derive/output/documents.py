@@ -29,7 +29,7 @@ def document_of(
     format
         `json`, or a name of `WRITERS`.
     frame, path, span
-        As `report_of` takes them.
+        See `report_of`.
     """
     if format == 'json':
         return json_of(derivation, path, span)

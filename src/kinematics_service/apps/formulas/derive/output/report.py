@@ -61,7 +61,7 @@ def report_of(
     span: tuple[float, float] = (0.0, 6.3),
 ) -> tuple[Block, ...]:
     """
-    Yield a derivation as blocks: headings, sentences and equations.
+    Return a derivation as blocks: headings, sentences and equations.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def report_of(
 
 
 def say(*parts: str | sympy.Expr) -> Sentence:
-    """Return a sentence."""
+    """Return a Sentence block from texts and sympy expressions."""
     return Sentence(parts)
 
 
