@@ -11,7 +11,8 @@ from typing import NamedTuple
 from ..errors import RobotNotFoundError
 from .file.translation import translator_of
 
-# The groups of `robots`, machines that can be bought first. Robots of no group are listed last.
+# Groups of bundled robots, in the order in which the command `robots` lists them: industrial
+# products first. Robots without a group are listed last.
 GROUPS: Mapping[str, tuple[str, ...]] = {
     title: tuple(names.split())
     for title, names in {
@@ -26,7 +27,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     }.items()
 }
 OTHERS = 'Others'
-# Prefix of a topic name: a node can also take its robot from a topic that publishes a URDF.
+# Prefix of a robot that is a topic name: the node can read a URDF from a topic.
 TOPIC = 'topic:'
 YAML = ('.yaml', '.yml')
 
@@ -35,7 +36,8 @@ def _folder() -> Path:
     try:
         return Path(str(resources.files('kinematics_service.config')))
     except ModuleNotFoundError:
-        # `colcon build --symlink-install` links one source folder only; the checkout has both.
+        # `colcon build --symlink-install` links the folder `src` only. The package then runs from
+        # the checkout, which has `config` beside `src`.
         return Path(__file__).resolve().parents[3] / 'config'
 
 
@@ -45,7 +47,10 @@ def bundled_robots() -> Mapping[str, Path]:
 
 
 def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
-    """Return the files of the bundled robots by group and name, in the order of `robots`."""
+    """
+    Return the files of the bundled robots by group and name, in the order that the command
+    `robots` lists them.
+    """
     bundled = bundled_robots()
     groups = {
         title: {name: bundled[name] for name in names if name in bundled}
@@ -58,13 +63,13 @@ def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
 
 class RobotSource(NamedTuple):
     """
-    The file of a robot, and the part of the file that is the robot.
+    The file that describes a robot; for a URDF or a cell, also the ends of the chain in it.
 
     Attributes
     ----------
     base, tip
-        For a URDF, the links at which its chain begins and ends. For a cell, arms or points of
-        arms. Empty if they are not given.
+        In a URDF, the links at which the chain begins and ends. In a cell, arms or points of
+        arms. Empty if the user did not give them.
     """
 
     file: Path
@@ -74,24 +79,24 @@ class RobotSource(NamedTuple):
 
 def find_robot_file(name: str | os.PathLike[str]) -> Path:
     """
-    Return the file of a robot given by bundled name or by path.
+    Return the path of the file of a robot, given its bundled name or a path.
 
     Raises
     ------
     RobotNotFoundError
-        Neither a file nor a bundled robot; the message lists the names.
+        The name is neither a file nor a bundled robot; the message lists the bundled names.
     """
     return find_robot(name).file
 
 
 def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     """
-    Return the source of a robot given by bundled name, by path, or as FILE:BASE:TIP.
+    Return the source of a robot, given its bundled name, a path, or FILE:BASE:TIP.
 
     Raises
     ------
     RobotNotFoundError
-        Neither a file nor a bundled robot; the message lists the names.
+        The name is neither a file nor a bundled robot; the message lists the bundled names.
     """
     bundled = bundled_robots()
     if not isinstance(name, str | os.PathLike):
@@ -127,8 +132,9 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
 
 
 def _other_model(text: str, name: str) -> bool:
-    # Return whether two names differ like models of one maker: by a digit (but not by two that
-    # are exchanged), or by letters after the number that one name lacks (ur5 and ur5e).
+    # Return whether two names differ like two models of one maker. Either their digits differ
+    # (two exchanged digits are a typing mistake), or one name has more letters after its number,
+    # as ur5e has more than ur5.
     (digits, behind), (others, other_behind) = (
         (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
         for one in (text, name)
@@ -138,7 +144,7 @@ def _other_model(text: str, name: str) -> bool:
 
 
 def split_ends(name: str) -> tuple[str, str, str]:
-    """Return the parts of SOURCE:BASE:TIP; base and tip are empty if there is only a source."""
+    """Return SOURCE, BASE and TIP of `SOURCE:BASE:TIP`; BASE and TIP are empty if not given."""
     source, *ends = name.removeprefix(TOPIC).rsplit(':', 2)
     if len(ends) != 2:
         return name, '', ''

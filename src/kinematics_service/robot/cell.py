@@ -1,8 +1,8 @@
 """
 Read cells: several arms in one frame, and the motion of one arm's tool relative to another's.
 
-The relative motion of two arms is an arm with the joints of both. Every function that takes an arm
-takes it, too.
+The relative motion of two arms is described as one arm with the joints of both, so every function
+that takes an arm accepts it.
 """
 
 import hashlib
@@ -43,13 +43,14 @@ class Cell:
     frame
         The name of the frame in which the bases are given.
     arms
-        The description of each arm: its base in that frame, its joints named as in messages.
+        The description of each arm, by name. Its base is given in the frame of the cell, and its
+        joints have their names in JointState messages, `joint_prefix` included.
     file
         The path as the user gave it.
     sha256
-        The checksum of the text of the file.
+        The SHA-256 checksum of the file, in hexadecimal digits.
     parts
-        The files of the arms.
+        The paths of the robot files of the arms.
     """
 
     name: str
@@ -69,7 +70,7 @@ class Cell:
             The base frame: the frame of the cell, the tool of an arm, or a point of an arm such as
             `left/elbow`. Default: the first arm, or the frame of the cell if there is one arm.
         tip
-            An arm or a point of an arm. Default: the first arm that is not at the base.
+            An arm, or a point of an arm. Default: the first arm other than that of `base`.
 
         Raises
         ------
@@ -106,7 +107,7 @@ class Cell:
         if not point:
             return description
         ended = ending_at(description, point)
-        # Frames of several arms exist at the same time: each begins with the name of its arm.
+        # Add the name of the arm to the name of the frame: two arms may have the same point.
         return replace(ended, tool=Placement(f'{arm}_{ended.tool.frame}', ended.tool.motion))
 
 
@@ -132,29 +133,31 @@ def is_cell(source: RobotSource) -> bool:
 
 def cell_of(name: str) -> Cell | None:
     """
-    Return the cell that a name means; None if the name means one arm or is wrong.
+    Return the cell that a file name or bundled name refers to.
+
+    The result is None if the name refers to one arm, or to no readable robot.
 
     Raises
     ------
     RobotFileError
-        The file of a cell has faults; the error has all of them.
+        The file of a cell has faults; the error lists all of them.
     """
     try:
         source = find_robot(name)
         whole = is_cell(source) and not (source.base or source.tip)
     except (RobotNotFoundError, RobotFileError):
-        return None  # reading the robot raises the error
+        return None  # the caller reads the name as one arm next, which raises the error
     return read_cell(source.file) if whole else None
 
 
 def read_robot(source: RobotSource) -> RobotDescription:
     """
-    Return the description in a robot file, a file translated into one, or a cell.
+    Read the description of an arm from a robot file, a URDF, or a cell.
 
     Raises
     ------
     RobotFileError
-        The file has faults; the error has all of them.
+        The file has faults; the error lists all of them.
     KinematicsError
         The file cannot be translated, or the arm has no point of this name.
     """
@@ -168,12 +171,12 @@ def read_robot(source: RobotSource) -> RobotDescription:
 
 def read_cell(path: Path) -> Cell:
     """
-    Return the cell that a file describes.
+    Read the file of a cell and the robot files of its arms.
 
     Raises
     ------
     RobotFileError
-        The file of the cell or of an arm has faults; the error has all of them.
+        The file of the cell or of an arm has faults; the error lists all of them.
     """
     file = str(path)
     text = text_of(file)
@@ -221,7 +224,8 @@ def _read_arm(
         return None
     try:
         source = find_robot(entry.robot)
-        source = source._replace(file=folder / source.file)  # which may be absolute
+        # Paths are relative to the folder of the cell; an absolute path stays as it is.
+        source = source._replace(file=folder / source.file)
         if is_cell(source):
             at['robot'].fault(f'{source.file} is a cell itself: give one arm')
             return None

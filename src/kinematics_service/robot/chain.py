@@ -26,31 +26,32 @@ class FrozenArrays:
     """
     Base of frozen dataclasses whose arrays are read-only.
 
-    Copies and unpickled objects are built by the constructor; otherwise their arrays would be
+    The constructor also builds copies and unpickled objects, because numpy makes copied arrays
     writable.
     """
 
     READ_ONLY: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(cls) -> None:
-        """Find the fields that are arrays."""
+        """List the fields of the subclass whose annotation is an array type."""
         super().__init_subclass__()
         own = (name for name, kind in cls.__annotations__.items() if kind in ARRAYS)
         cls.READ_ONLY = (*cls.READ_ONLY, *own)
 
     def __post_init__(self) -> None:
-        """Freeze the arrays."""
+        """Make the array fields read-only."""
         for name in self.READ_ONLY:
             getattr(self, name).setflags(write=False)
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        """Rebuild by the constructor."""
+        """Return the constructor and its arguments, from which copies and pickles are rebuilt."""
         values = (getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
         return type(self), tuple(values)
 
 
 def _entries(row: Row, variables: Sequence[str]) -> list[tuple[int, float, float]]:
-    # Return the joint index, c_theta and c_d of each variable that moves the row.
+    # Return the joint index of each variable that moves the row, and the coefficients of the
+    # variable in theta and in d.
     theta, d = dict(row.theta.coefficients), dict(row.d.coefficients)
     entries = ((j, theta.get(v, 0.0), d.get(v, 0.0)) for j, v in enumerate(variables))
     return [entry for entry in entries if entry[1:] != (0.0, 0.0)]
@@ -64,7 +65,7 @@ def fold(
     closure: Closure | None = None,
 ) -> Chain:
     """
-    Return the chain of a table.
+    Return the kernel's chain of a table: constant motions and screws about z.
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def fold(
     elements: list[Row] = []
     entries: list[list[tuple[int, float, float]]] = []
     frame_parents, frame_offsets = [-1], [base]
-    still = base  # the constant motion since the last screw
+    still = base  # the constant motion after the last screw so far
     for row in rows:
         if moved := _entries(row, variables):
             constants.append(still @ row.before)
@@ -142,6 +143,10 @@ def _evaluated(chain: Chain, q: Floats, depth: int) -> Floats:
 
 
 def first_entries(chain: Chain) -> Integers:
-    """Return for each entry of a chain the first entry of its element."""
+    """
+    Return, for each entry of a chain, the index of the first entry of its element (screw).
+
+    An entry is one variable that moves an element; coupled joints give an element several entries.
+    """
     first = chain.table.first_entry
     return np.repeat(first[:-1], np.diff(first))

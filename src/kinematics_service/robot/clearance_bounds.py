@@ -10,10 +10,10 @@ from .. import kernel
 from ..kernel import Chain, ChainTable, Floats, Integers
 from .task import Task
 
-# Entries of a chain up to which the third and fourth derivatives are bounded: the fourth has
-# entries^5 parts.
+# If a chain has more entries, only the second derivative is bounded: the fourth derivative has
+# entries^5 components.
 MAX_BOUNDED_ENTRIES = 12
-# Sine of the angle of two axes below which they have no common point.
+# Sine of the angle between two axes below which they count as parallel: no point is nearest.
 PARALLEL_SINE = 1e-6
 # Relative error of a sum of lengths: a few thousand times machine epsilon.
 LENGTH_SUM_ERROR = 1e-12
@@ -21,7 +21,7 @@ LENGTH_SUM_ERROR = 1e-12
 
 class ClearanceBounds(NamedTuple):
     """
-    The arguments of `kernel.Clearance` that depend on the arm; see there.
+    The arguments of `kernel.Clearance` that depend only on the arm.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class ClearanceBounds(NamedTuple):
     point : shape (3,), m
         The reference point of J, in the axes of the tool, from its origin.
     bend, twist, fourth
-        Bounds of the second, third and fourth derivatives.
+        Bounds of the second, third and fourth derivatives of J_t; infinite if not computed.
     """
 
     moving: Integers
@@ -60,7 +60,8 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
     turns, axis, point = np.zeros(count, bool), np.zeros((count, 3)), np.zeros((count, 3))
     for k in range(count):
         entries = range(first[k], first[k + 1])
-        # The entry with the largest rotation gives the axis; v = w x (tool - point).
+        # Compute the axis from the screw (v, w) of the entry that rotates most. A point of the
+        # axis follows from v = w x (tool - point).
         e = max(entries, key=lambda entry: abs(chain.table.by_theta[entry]))
         if chain.table.by_theta[e] != 0.0:
             v, w = screws[e, :3], screws[e, 3:]
@@ -71,9 +72,9 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
 
 
 def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
-    # For a task of six rows, J has the same rank at every point of the tool. Return the centre of
-    # the wrist: the point of the last axis nearest to the axis before it. If the axes are nearly
-    # parallel, it may be far away; then return the tool.
+    # Return the reference point of J. For a task of six rows, J has the same rank at every point
+    # of the tool, so take the wrist centre: the point of the last axis nearest to the axis before
+    # it. If that point is farther from the tool than `farthest` (m), return the tool.
     if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
         return elements.tool
     a, b = elements.axis[-1], elements.axis[-2]
@@ -87,15 +88,20 @@ def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
 
 
 class _Feet(NamedTuple):
-    """The largest distance of a point from each element's axis, shape (d,), and the first foot."""
+    """
+    The largest distance of a point from each element's axis, m, shape (elements,).
+
+    `first` is the foot of the perpendicular on the first axis that turns, shape (3,), m.
+    """
 
     farthest: Floats
     first: Floats
 
 
 def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
-    # Add the distances from foot to foot of the perpendiculars, which are constant, and the
-    # strokes of sliding elements.
+    # Drop a perpendicular from the point to the last axis, from its foot to the axis before, and
+    # so on. Add the lengths of the perpendiculars, which are constant, and the strokes of sliding
+    # elements.
     count = len(elements.turns)
     first = chain.table.first_entry
     hops, foot = np.zeros(count), point
@@ -112,7 +118,7 @@ def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> 
 
 
 class Reach(NamedTuple):
-    """A sphere in the base frame that the tool never leaves: its centre (3,) and radius, m."""
+    """A sphere in the base frame that the tool never leaves: centre, shape (3,), and radius, m."""
 
     centre: Floats
     radius: float
@@ -120,9 +126,9 @@ class Reach(NamedTuple):
 
 def reach_of(chain: Chain, limits: Floats) -> Reach:
     """
-    Return a sphere that holds the tool while sliding joints are inside limits (n, 2), rad or m.
+    Return a sphere that the tool cannot leave while joints are inside limits (n, 2), rad or m.
 
-    The radius is infinite if a passive variable of a loop slides: its stroke is not bounded.
+    The radius is infinite if a passive joint of a loop slides, because its stroke has no bound.
     """
     elements = _elements(
         chain, np.zeros(chain.dof) if chain.closure is None else chain.closure.assembled()
@@ -139,9 +145,9 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
     """
     Return the joints that can change the rank of J_t, shape (d,).
 
-    The first joint turns or moves all columns alike, and the last joint moves no column, if it
-    drives nothing else. Neighbours about the same axis do the same. Joints of closed loops always
-    count.
+    The first joint moves all columns of J_t as one rigid body. For a task of six rows, the last
+    joint moves no column. Neither changes the rank if the joint moves no other row of the table.
+    Neighbours on the same axis are left out as well. Joints of closed loops are always returned.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -161,7 +167,8 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
 
 
 def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
-    # Yield the entries of the first elements on one axis, if their joints drive no other entry.
+    # Yield the entries of the first elements in `order` that share one axis. Stop at an element
+    # with several entries, or whose joint moves another element.
     for place, k in enumerate(order):
         entry = table.first_entry[k]
         alone = table.first_entry[k + 1] == entry + 1
@@ -175,9 +182,11 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
-    # Return bounds of the derivative of each column by `order` entries, shape (entries, ...). The
-    # linear bound is the product of the angular velocities and the speed of the last entry in the
-    # chain; the angular bound is the product for the entries before the column.
+    # Return bounds of the derivatives of each column of J_t by `order` joints, shape (n, ..., n).
+    # The linear part is at most the product of the angular velocities of all entries except the
+    # last one in the chain, times the speed of the last. The angular part is at most the product
+    # of all angular velocities; it is zero unless all other entries are before the column in the
+    # chain.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)
@@ -190,7 +199,7 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     has_linear = any(axis < 3 for axis in task.axes)
     has_angular = any(axis >= 3 for axis in task.axes)
     parts = np.hypot(linear * has_linear, angular * task.length * has_angular)
-    # Sum over the entries of each joint, in the scaled units of the joints.
+    # Sum the bounds over the entries of each joint, and scale sliding joints by the length.
     scales = np.zeros((chain.dof, E))
     scales[table.joint, np.arange(E)] = task.column_scales[table.joint]
     for axis in range(order + 1):
@@ -200,9 +209,9 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
 
 def strokes_of(chain: Chain, limits: Floats) -> Floats:
     """
-    Return the largest size of each sliding joint's position, shape (n,); -1 without limits.
+    Return the largest absolute position of each joint that slides, shape (n,), in m or rad.
 
-    It is 0 for joints that only turn.
+    The value is -1 for a sliding joint without limits, and 0 for a joint that only turns.
     """
     slides = np.zeros(chain.dof, bool)
     slides[chain.table.joint[chain.table.by_d != 0.0]] = True
@@ -212,14 +221,15 @@ def strokes_of(chain: Chain, limits: Floats) -> Floats:
 
 def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     """
-    Return the bounds of an arm for all poses within kernel.FARTHEST of the strokes.
+    Return bounds of an arm's Jacobian derivatives, for positions up to kernel.FARTHEST beyond the
+    strokes.
 
     Parameters
     ----------
     chain, task
         The arm.
     strokes : shape (n,), rad or m
-        The largest size of each joint position; ignored for joints that only turn.
+        The largest absolute position of each joint; ignored for joints that only turn.
     """
     six_rows = len(task.rows) == 6
     elements = _elements(chain, np.zeros(chain.dof))
@@ -234,7 +244,7 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     for order in (2, 3, 4) if chain.entries <= MAX_BOUNDED_ENTRIES else (2,):
         parts = _largest_parts(chain, task, farthest, order)
         parts = parts[np.ix_(np.arange(n), *[moving] * order)]
-        # The 2-norm of each flattening of a tensor bounds its value along one direction.
+        # The 2-norm of every flattening bounds the tensor along a unit vector: take the smallest.
         flat = (parts.reshape(n * d**k, -1) for k in range(order))
         flat = (part if len(part) < len(part.T) else part.T for part in flat)
         bounds[order - 2] = min(float(np.linalg.norm(part, 2)) for part in flat)

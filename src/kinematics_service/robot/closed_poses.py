@@ -1,4 +1,4 @@
-"""Find poses of an arm at which its closed loops close, by trying random poses."""
+"""Find joint positions at which an arm's closed loops close, by random sampling."""
 
 import numpy as np
 import numpy.typing as npt
@@ -6,12 +6,12 @@ import numpy.typing as npt
 from .. import kernel
 from ..kernel import Chain, Floats
 
-BATCH_SIZE = 20  # poses that are tried at a time
-# Stop when more poses than this were tried for each pose that closes: a pose that does not close
-# costs as much time as many that close.
+BATCH_SIZE = 20  # joint positions that the kernel tries in one call
+# Stop if fewer than one in this many samples closes: a sample that does not close takes as long
+# as many samples that close.
 MAX_TRIES_PER_POSE = 5
-# If fewer poses close, try poses around the known position, in these radii (rad or m) one after
-# another.
+# If fewer samples close, sample around the position `assembled` of the robot file, within smaller
+# and smaller radii (rad or m).
 MIN_CLOSED_POSES = 100
 SEARCH_RADII = (1.0, 0.3, 0.1, 0.03, 0.01)
 SEED = 20240523
@@ -19,7 +19,8 @@ SEED = 20240523
 
 def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
-    Return the kernel's numbers of the loops at each pose, and which group does not close.
+    Close the loops of a chain at joint positions; return the kernel's numbers of the loops, and
+    which group of loops fails.
 
     Parameters
     ----------
@@ -30,7 +31,8 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
     Returns
     -------
-    shape (N, width) as `kernel.Closure` documents, shape (N,) 0 or the group counted from the last
+    The numbers that `kernel.Closure` documents, shape (N, width). For each row of q, 0 if all
+    loops close, else the number of the failed group, counted from the last as 1, shape (N,).
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))
@@ -39,7 +41,9 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
 
 def closes_at(chain: Chain, q: Floats) -> npt.NDArray[np.bool_]:
-    """Return for poses (..., n) whether the loops of a chain close there; always without loops."""
+    """
+    Return whether the loops of a chain close at joint positions (..., n); True without loops.
+    """
     if chain.loops == 0:
         return np.full(q.shape[:-1], True)
     return np.reshape(close_at(chain, q.reshape(-1, chain.dof))[1] == 0.0, q.shape[:-1])
@@ -47,9 +51,9 @@ def closes_at(chain: Chain, q: Floats) -> npt.NDArray[np.bool_]:
 
 def tried_poses(chain: Chain, q: Floats) -> tuple[Floats, int]:
     """
-    Return the poses of (N, n) at which the loops of a chain close, and how many were tried.
+    Return the rows of q (N, n) at which the loops of a chain close, and how many rows were tried.
 
-    It stops when it has tried more than MAX_TRIES_PER_POSE poses for each that closes.
+    It stops early if fewer than one in MAX_TRIES_PER_POSE rows closes.
     """
     batches: list[Floats] = []
     closed, tried = 0, 0
@@ -62,10 +66,10 @@ def tried_poses(chain: Chain, q: Floats) -> tuple[Floats, int]:
 
 def closed_poses(chain: Chain, q: Floats) -> Floats:
     """
-    Return the poses of (N, n) at which the loops of a chain close; all poses without loops.
+    Return the rows of q (N, n) at which the loops of a chain close; all rows without loops.
 
-    `tried_poses` finds them. If fewer than MIN_CLOSED_POSES close, poses around the known position
-    follow them.
+    If fewer than MIN_CLOSED_POSES rows close, joint positions are added that are sampled around
+    the position `assembled` of the robot file, at which the loops close.
     """
     if chain.loops == 0:
         return q

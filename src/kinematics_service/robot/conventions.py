@@ -19,7 +19,10 @@ ZERO = Affine(0.0, ())
 @dataclass(frozen=True)
 class Row:
     """
-    One row of a table: T = before @ Rz(theta) Tz(d) @ after, theta and d affine in the variables.
+    One row of a table: T = before @ Rz(theta) Tz(d) @ after.
+
+    `theta` and `d` are affine in the joint variables, rad and m; `before` and `after` have shape
+    (4, 4).
     """
 
     before: Floats
@@ -29,7 +32,7 @@ class Row:
 
 
 def row_of(link: Link, convention: str) -> Row:
-    """Return a row of a convention's table as a screw about z between two constants."""
+    """Return a table row, written in a convention, as a screw about z between two constants."""
     if isinstance(link, DhRow):
         product = CONVENTIONS[convention]
         return Row(
@@ -39,7 +42,8 @@ def row_of(link: Link, convention: str) -> Row:
             _constants(product.after_joint, link),
         )
     if isinstance(link, ElementaryMotion):
-        # Rx is Rz with z turned into x before and back after; Ry, Tx and Ty likewise.
+        # Rx(a) = turn @ Rz(a) @ turn.T, where `turn` rotates z into x. Ry, Tx and Ty have the
+        # same form.
         turn = Z_INTO[link.axis[1]]
         argument = link.argument.affine
         theta, d = (argument, ZERO) if link.turns else (ZERO, argument)
@@ -53,7 +57,7 @@ def row_of(link: Link, convention: str) -> Row:
 
 
 def _constants(motions: Sequence[NamedMotion], link: DhRow) -> Floats:
-    # Motions about and along the same axis commute: they are one screw.
+    # A rotation about an axis and a translation along the axis commute, so they form one screw.
     screws = []
     for axis, together in groupby(motions, key=lambda motion: motion.axis[1]):
         values = [(motion.axis[0], link[motion.quantity].affine.constant) for motion in together]

@@ -20,19 +20,23 @@ from .file.parts.loop_groups import group_name, loop_groups, passive_of
 from .file.text.expression_syntax import ARGUMENTS_OF, evaluated, syntax_tree
 from .task import Task
 
-# If log|det| - sum(k log|f|) differs by less than this between the seeded poses, the product of
-# the factors is the determinant. Away from its zeros a determinant has round-off below 1e-12.
+# The product of factors f to the powers k is the determinant up to a constant if
+# log|det| - sum(k log|f|) varies by less than this over the sampled joint positions. Away from its
+# zeros, a determinant has relative round-off below 1e-12.
 LOG_DIFFERENCE_TOLERANCE = 1e-9
-# Poses with |det| below this share of the median are left out, because round-off is large there.
+# Joint positions with |det| below this fraction of the median are not compared: near a zero of the
+# determinant, its relative round-off is large.
 MIN_DETERMINANT_RATIO = 1e-3
-# Largest ratio of the smallest to the largest singular value at a zero of a factor.
+# A zero of a factor is accepted as a singular pose if the ratio of the smallest to the largest
+# singular value of J_t is at most this.
 SINGULAR_VALUE_RATIO = 1e-6
-# The same for an approximate factor, which belongs to the table without its corrections.
+# Largest ratio of singular values at a zero of an approximate factor, which belongs to the table
+# before calibration.
 APPROXIMATE_SINGULAR_VALUE_RATIO = 0.03
-# Distance of a singular pose from a zero of an approximate factor, rad.
+# An approximate factor can have its zero this far from the singular pose, rad.
 APPROXIMATE_ZERO_DISTANCE = 0.02
-CHECKED_ZEROS = 30  # zeros of each factor that are checked
-NEWTON_STEPS = 40  # toward each zero
+CHECKED_ZEROS = 30  # starts of the search for zeros of each factor
+NEWTON_STEPS = 40  # Newton iterations from each start
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,17 +47,19 @@ class Factors(FrozenArrays):
     Attributes
     ----------
     names, texts
-        As in the robot file. Those of the closed loops follow: the factor of a loop is the
-        determinant of its residuals' derivatives by its passive joints. It is not on the tape.
+        Names and expressions of the factors in the robot file, followed by those of the closed
+        loops. The factor of a loop is the determinant of its residuals' derivatives by its passive
+        joints. The tape does not contain factors of loops.
     approximate
-        For each factor, whether it belongs to the table without its corrections.
+        For each factor, whether it belongs to the table before calibration.
     complete
         Whether the product of the factors, with whole powers, is the determinant up to a constant.
         Then every singular pose is a zero of a factor.
     operations : shape (steps, 3), constants : shape (steps,)
-        Operation and operands of each step of the tape; its constant, or its scale.
+        For each step of the tape: its operation and the indices of its operands; the value of a
+        constant, or the scale of a joint position or of an angle.
     ends : shape (factors,)
-        The step that holds each factor's value.
+        For each factor on the tape, the index of the step that computes its value.
     """
 
     names: tuple[str, ...]
@@ -74,19 +80,20 @@ class Factors(FrozenArrays):
 
     def may_name(self, k: int, away: float, distance: float) -> bool:
         """
-        Return whether a factor names a singular pose, given the distances of both, rad.
+        Return whether a message may name factor k as the cause of the nearest singular pose.
 
-        An incomplete list may lack the factor of that pose. A loop is named if it is nearer to a
-        flat position than the arm is to a singular pose.
+        If the factors are not complete, the cause may be missing from the list, so the zero of
+        factor k must be about as near as the singular pose. The factor of a loop is named if the
+        position at which the loop equations are singular is nearer than the singular pose.
 
         Parameters
         ----------
         k
             The index of the factor.
         away
-            The distance of the factor's zero.
+            The distance to the nearest zero of the factor, rad.
         distance
-            The distance of the singular pose.
+            The distance to the nearest singular pose, rad.
         """
         if self.is_loop(k):
             return away <= distance
@@ -94,18 +101,18 @@ class Factors(FrozenArrays):
         return self.complete or away <= 1.5 * distance + tolerance
 
     def is_loop(self, k: int) -> bool:
-        """Return whether a factor is the determinant of a closed loop."""
+        """Return whether factor k is the determinant of a closed loop's equations."""
         return k >= len(self.ends)
 
     def called(self, k: int) -> str:
-        """Return the name of a factor, marked if the factor is approximate."""
+        """Return the name of factor k, followed by `(approximately)` if it is approximate."""
         return f'{self.names[k]} (approximately)' if self.approximate[k] else self.names[k]
 
     def evaluate(self, q: Floats) -> Floats:
         """
-        Return value and gradient of each factor of the file, (N, factors, 1 + n), at q (N, n).
+        Return value and gradient of each factor of the robot file, (N, factors, 1 + n).
 
-        Gradients are per rad and m.
+        `q` has shape (N, n), rad or m. Gradients are per rad or m of the joint position.
         """
         results = np.empty((len(q), len(self.ends), 1 + q.shape[1]))
         kernel.evaluate_factors(self.tape, q, results)
@@ -114,9 +121,9 @@ class Factors(FrozenArrays):
 
 def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
     """
-    Return the first-order joint motion to each factor's nearest zero, (..., factors, n).
+    Return one Newton step to the nearest zero of each factor, (..., factors, n), rad or m.
 
-    In rad and m; zero if the factor does not change.
+    The step of a factor is zero if its gradient is zero.
 
     Parameters
     ----------
@@ -132,7 +139,7 @@ def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
 
 
 class _TapeBuilder:
-    """Collect the steps of several expressions."""
+    """Collect the elementary operations of several expressions on one tape."""
 
     def __init__(self, description: RobotDescription) -> None:
         self.steps: list[tuple[int, int, int]] = []
@@ -140,14 +147,14 @@ class _TapeBuilder:
         angle, length = description.radians, description.metres
         self._angle = angle
         self._constants = {'pi': math.pi, **{one.name: one.value for one in description.constants}}
-        # Expressions have the file's units: the number of a variable is file units per SI unit.
+        # Map each variable to its joint index and to the scale from rad or m to the file's unit.
         self._variables = {
             joint.variable: (j, 1.0 / (length if joint.type == 'prismatic' else angle))
             for j, joint in enumerate(description.joints)
         }
 
     def add(self, text: str) -> int:
-        """Add an expression that the reader has accepted; return the index of its last step."""
+        """Add a valid expression to the tape; return the index of the step with its value."""
         return evaluated(syntax_tree(text, lambda _: None), self._step)
 
     def _step(self, symbol: float | str, operands: list[int]) -> int:
@@ -181,14 +188,15 @@ _OPERATIONS = {
 
 def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Floats) -> Factors:
     """
-    Return the factors of a robot file, checked against the arm.
+    Return the factors of a robot file; check that their zeros are singular poses of the arm.
 
     Parameters
     ----------
     description, chain, task
         The arm.
     q : shape (N, n), rad or m
-        Poses to check at: the seeded ones.
+        Joint positions at which the factors are compared with the determinant, and from which
+        their zeros are searched.
 
     Raises
     ------
@@ -217,7 +225,7 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
 
 
 def with_loops(factors: Factors, description: RobotDescription, chain: Chain) -> Factors:
-    """Return the factors, followed by the determinants of an arm's closed loops."""
+    """Return factors, extended by the determinant of each group of closed loops of an arm."""
     if chain.loops == 0:
         return factors
     groups = loop_groups(description.loops)
@@ -240,7 +248,7 @@ def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: F
         return False
     determinants = np.abs(np.linalg.det(_task_jacobians(chain, task, q)))
     values = np.abs(factors.evaluate(q)[..., 0])
-    # Not np.median, which imports another package at the start of every node.
+    # This replaces np.median, which imports another package and would delay each node's start.
     usable = determinants > MIN_DETERMINANT_RATIO * np.sort(determinants)[len(determinants) // 2]
     usable &= np.all(values > 0.0, axis=1)
     if np.sum(usable) <= 2 * len(factors.names):
@@ -276,7 +284,7 @@ def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, 
 
 
 def _task_jacobians(chain: Chain, task: Task, q: Floats) -> Floats:
-    # The scaled J_t at joint positions q (N, n), shape (N, m, n).
+    # Return the scaled J_t, shape (N, m, n), at joint positions q, shape (N, n).
     _, J = poses_and_jacobians(chain, q)
     halves = task.rotation.T @ J.reshape(len(J), 2, 3, chain.dof)
     J_t = halves.reshape(J.shape)[:, task.axes]

@@ -9,17 +9,18 @@ from ..kernel import Chain, Floats
 from .clearance_bounds import moving_joints
 from .task import Task
 
-MAX_TURNS = 4  # longest period of a joint behind a gear, in turns
+MAX_TURNS = 4  # largest number of turns that is tried as the period of a joint
 
 
 def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
     """
-    Return the begin, the length and the period of each joint's range, (n, 3).
+    Return the begin, the length and the period of each joint's sampling range, (n, 3), in rad.
 
-    In rad; prismatic joints are divided by the characteristic length. The length is 0 if the joint
-    never changes the rank of J_t. The period is infinite if the joint has none. Then the range
-    goes `kernel.FARTHEST` beyond the limits, or is one turn if there are no limits. With closed
-    loops it ends at the limits, because the loops may not close beyond them.
+    Positions of prismatic joints are divided by the characteristic length. The length of the range
+    is 0 if the joint never changes the rank of J_t. If the joint has no period, its period is
+    infinite, and the range goes `kernel.FARTHEST` beyond the limits, or is one turn without
+    limits. For an arm with closed loops the range ends at the limits, because the loops may not
+    close beyond them.
     """
     n, scales = chain.dof, task.column_scales
     if not chain.entries:
@@ -41,7 +42,8 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
 
 
 def _period(chain: Chain, j: int) -> float:
-    # Return the smallest number of turns, in rad, that leaves all elements or all loops unchanged.
+    # Return the period of joint j in rad: the smallest number of whole turns after which the arm
+    # is in the same configuration. Return infinity if there is none up to MAX_TURNS.
     moved = chain.table.joint == j
     if np.any(chain.table.by_d[moved] != 0.0):
         return math.inf

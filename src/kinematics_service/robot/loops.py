@@ -28,9 +28,9 @@ from .file.parts.loop_groups import loop_groups, names_in_loop, passive_of
 from .file.parts.singularity import ROWS
 from .file.reader import refuse
 
-# Largest component of a rotation, rad, that counts as zero.
+# Components of a rotation or translation up to this, rad or m, count as zero.
 ROTATION_TOLERANCE = 1e-9
-# Step of a passive joint, rad or m, that shows whether the joint moves a row.
+# Step of a passive joint, rad or m, for the test whether the joint moves a row of a loop.
 JOINT_STEP = 0.1
 
 
@@ -40,7 +40,7 @@ def passive_names(description: RobotDescription) -> frozenset[str]:
 
 
 def opened(description: RobotDescription) -> RobotDescription:
-    """Return the arm without its loops: passive joints are joints without limits."""
+    """Return an arm with its loops cut open: passive joints become joints without limits."""
     passive = tuple(
         JointDescription(joint.name, joint.name, joint.type, -np.inf, np.inf, np.inf)
         for joint in passive_of(description.loops)
@@ -72,7 +72,7 @@ def moving_variables(description: RobotDescription, links: Sequence[Link]) -> fr
 def chain_of(
     description: RobotDescription, closure: Closure | None, point: PointDescription | None = None
 ) -> Chain:
-    """Return the chain of the tool, or up to a point of the arm."""
+    """Return the kernel's chain from the base of an arm to its tool, or to a point."""
     rows, end = table_rows(description), description.tool.motion
     if point is not None:
         rows, end = rows[: point.row], point.motion
@@ -82,12 +82,12 @@ def chain_of(
 
 def closure_of(description: RobotDescription) -> Closure | None:
     """
-    Return the closed loops of an arm as the kernel reads them; None if the arm has none.
+    Return the closed loops of an arm as the kernel reads them; None if the arm has no loops.
 
     Raises
     ------
     RobotFileError
-        A loop does not close at its known position, or is flat there.
+        A loop does not close near the position `assembled`, or its equations are singular there.
     """
     if not description.loops:
         return None
@@ -118,7 +118,7 @@ def _grouped(
     size: float,
     units: Floats,
 ) -> LoopGroup:
-    # Return the groups as the kernel reads them: a linked list.
+    # Return the first group of a linked list, which is how the kernel reads groups of loops.
     before = list(chains)
     first, following = dof + sum(len(passive_of(group)) for group in groups), None
     for group in reversed(groups):
@@ -137,7 +137,8 @@ def _grouped(
 def _chains(
     description: RobotDescription, loop: LoopDescription, variables: Sequence[str]
 ) -> tuple[Chain, Chain]:
-    # Return the chains of the table and of the loop, both from the frame where they part.
+    # Return the two chains of a loop: that of the table's rows, and that of the loop's own rows.
+    # Both begin in the frame where the loop leaves the table.
     convention, here = description.convention, np.eye(4)
     there = [row_of(link, convention) for link in loop.there]
     back = [row_of(link, convention) for link in loop.links]
@@ -156,7 +157,8 @@ def _size(chain: Chain) -> float:
 def _units(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]], size: float
 ) -> Floats:
-    # Return the motion that counts as 1 rad for each variable; infinite if it moves no loop.
+    # Return for each variable the motion, rad or m, that counts as 1 rad; infinite for a variable
+    # that moves no loop.
     kinds = [joint.type for joint in description.joints]
     kinds += [joint.type for joint in passive_of(description.loops)]
     inside = {int(j) for pair in chains for chain in pair for j in chain.table.joint}
@@ -171,7 +173,8 @@ def _units(
 def _turns(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]]
 ) -> kernel.Integers:
-    # Return whether a whole turn of a joint without limits leaves every loop as it is.
+    # Return for each joint 1 if it has no limits and a whole turn leaves every loop unchanged,
+    # else 0.
     turns = np.zeros(len(description.joints), dtype=np.int64)
     tables = [chain.table for pair in chains for chain in pair]
     for j, joint in enumerate(description.joints):
@@ -189,7 +192,11 @@ def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
 
 
 def gap_between(there: Floats, back: Floats) -> Floats:
-    """Return translation and rotation (axis times sine) between poses (..., 4, 4), (..., 6)."""
+    """
+    Return translation (m) and rotation (axis times sine) from poses `there` to poses `back`.
+
+    Poses have shape (..., 4, 4), the result has shape (..., 6).
+    """
     turn = back[..., :3, :3] @ np.swapaxes(there[..., :3, :3], -1, -2)
     way = back[..., :3, 3] - there[..., :3, 3]
     return np.concatenate([way, 0.5 * skew_part(turn)], axis=-1)
@@ -244,8 +251,9 @@ def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -
 def _idle_rows(
     loop: LoopDescription, pair: tuple[Chain, Chain], passive: kernel.Integers, x: Floats
 ) -> list[str]:
-    # Return the rows that the passive joints of the group (by index) do not move. Move the joints
-    # away from the given position first, because it may be flat.
+    # Return the rows of the loop that no passive joint of its group moves. Passive joints are
+    # given by index. Test away from the given position x, because at x the loop equations may be
+    # singular.
     away = np.array(x)
     away[passive] += JOINT_STEP * (1.0 + np.arange(len(passive)))
     moved = np.zeros(len(ROWS))
@@ -259,8 +267,8 @@ def _idle_rows(
 def _check_rest(
     description: RobotDescription, loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats
 ) -> None:
-    # The rows name either all rotations, or those that are not named must be zero: if two
-    # rotations agree about one axis only, first-order steps do not close the loop.
+    # If `rows` has one or two of rx, ry, rz, require that the rotations about the other axes are
+    # zero. Otherwise first-order steps do not close the loop.
     named = [row for row in loop.rows if row in ROWS[3:]]
     if len(named) in (0, 3):
         return

@@ -1,4 +1,4 @@
-"""Compute the columns of a row of measures."""
+"""Compute the column of each quantity in the rows that `kernel.measure` fills."""
 
 from itertools import accumulate
 from typing import NamedTuple
@@ -8,16 +8,18 @@ from .. import kernel
 
 class MeasurePlaces(NamedTuple):
     """
-    The columns of a row of measures, as `kernel.measure` fills it.
+    The column indices of the quantities in a row that `kernel.measure` fills.
 
     Attributes
     ----------
     lost, motion, way, sigma
-        First column of the lost direction, the joint motion, the way out, the singular values.
+        First column of the null direction of the tool, of the null motion of the joints, of the
+        joint motion away from the singular pose, and of the singular values.
     judged
-        The column kernel.WATCHED; those up to FIRST_ORDER follow.
+        The column of kernel.WATCHED, followed by the columns up to kernel.FIRST_ORDER.
     distances, results
-        First column of the factors' distances, and of their values and gradients.
+        First column of the distances to the factors' zeros, and of the values and gradients of
+        the factors.
     pose
         First column of the nearest singular pose.
     width
@@ -36,6 +38,6 @@ class MeasurePlaces(NamedTuple):
 
 
 def measure_places(dof: int, rows: int, factors: int = 0) -> MeasurePlaces:
-    """Return the columns for an arm, by the numbers of its joints, task rows and factors."""
+    """Return the columns for an arm, given its numbers of joints, task rows and factors."""
     widths = (6, dof, dof, min(dof, rows), kernel.JUDGED, factors, factors * (1 + dof), dof)
     return MeasurePlaces(*accumulate(widths, initial=kernel.LOST_AT))

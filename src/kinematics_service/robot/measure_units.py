@@ -19,9 +19,9 @@ def measure_units(robot: Robot) -> dict[str, str]:
 
 
 def _volume_power(robot: Robot) -> int | None:
-    # Return k if the product of the singular values of the unscaled J_t has the unit m^k: each
-    # linear row adds 1, and each column of a sliding joint subtracts 1. Return None if J_t is not
-    # square and its minors have different units.
+    # Return k if the product of the singular values of the unscaled J_t has the unit m^k. Each
+    # linear row of J_t adds 1 to k, and each column of a sliding joint subtracts 1. Return None if
+    # J_t is not square and its minors have different units.
     rows, n = robot.singularity.task.rows, robot.dof
     linear = sum(row in ('x', 'y', 'z') for row in rows)
     slides = int(robot.prismatic.sum())

@@ -13,7 +13,7 @@ from .task import Task
 
 
 class Level(enum.IntEnum):
-    """The level of a pose; the numbers are those of diagnostic_msgs/DiagnosticStatus."""
+    """The level of a measured value, with the numbers of diagnostic_msgs/DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -21,8 +21,8 @@ class Level(enum.IntEnum):
     STALE = 3
 
 
-# A level ends when the measure is better than its threshold by this factor. Therefore noise at the
-# threshold gives one warning, not many.
+# WARN or ERROR ends only when the measure is better than the threshold by this factor. Therefore
+# noise near the threshold causes one warning, not many.
 HYSTERESIS = 1.5
 
 
@@ -38,9 +38,9 @@ class Thresholds:
 
     def bounds_after(self, previous: Level = Level.OK) -> tuple[float, float]:
         """
-        Return the values of the measure at which WARN and ERROR begin after a previous level.
+        Return the values of the measure at which WARN and ERROR begin, given the previous level.
 
-        They are below the largest value of the measure (a distance of 1 rad), which is always OK.
+        Both are below the largest value of the measure (for `distance` 1 rad): it is always OK.
         """
         measure = MEASURES[self.measure]
         factor = HYSTERESIS if measure.small_is_bad else 1.0 / HYSTERESIS
@@ -55,7 +55,8 @@ class Thresholds:
         """
         Return the level of a value of the measure (|det| for the determinant).
 
-        After a `previous` WARN or ERROR the thresholds are HYSTERESIS times larger. NaN is ERROR.
+        After a `previous` WARN or ERROR, the thresholds are stricter by the factor HYSTERESIS. NaN
+        is ERROR.
         """
         small_is_bad = MEASURES[self.measure].small_is_bad
         warn, stop = self.bounds_after(previous)
@@ -70,7 +71,7 @@ def thresholds_for(
     task: Task, measure: str = '', warn: float | None = None, stop: float | None = None
 ) -> Thresholds:
     """
-    Return thresholds for an arm, by default the default measure and its default thresholds.
+    Return checked thresholds for an arm's task; measure and thresholds have defaults.
 
     Raises
     ------
@@ -115,14 +116,14 @@ def thresholds_for(
 
 def why_unsearched(joints: int, farthest: float = 0.0) -> str:
     """
-    Return why the distance to a singular pose is not computed; empty if it is.
+    Return the reason why the kernel cannot compute the distance to a singular pose, else ''.
 
     Parameters
     ----------
     joints
         The number of joints of the arm.
     farthest
-        The largest size of a joint position, rad.
+        The largest absolute joint position, rad.
     """
     text, most = 'the distance to a singular pose is found', kernel.MAX_SEARCHED_JOINTS
     if joints > most:
