@@ -1,9 +1,8 @@
 """
-Make the points of an arm: its tool, the points of its file, and the frames of its table.
+Make the points of an arm: its tool, the named points of its file, and the frames of its table.
 
-A point needs no kinematics of its own. The rows before it, with the point as the tool, are a chain
-like any other. The pose, Jacobian and twist of this chain are those of the point. The columns of
-the joints after the point are zero.
+The kinematics of a point is that of a shorter chain: the rows before the point, with the point as
+the tool. The Jacobian of this chain keeps columns for the joints after the point; they are zero.
 """
 
 import math
@@ -37,14 +36,14 @@ TOOL = 'tool'
 @dataclass(frozen=True, eq=False)
 class Point:
     """
-    A frame of an arm.
+    A frame of an arm, and the chain that leads to it.
 
     Attributes
     ----------
     name
-        `tool`, the name in the robot file, or `row 2`.
+        `tool`, the name in the robot file, or such as `row 2` for the frame after row 2.
     chain
-        The arm up to this frame.
+        The kernel's chain from the base to this frame.
     """
 
     name: str
@@ -52,18 +51,18 @@ class Point:
 
     @cached_property
     def first_entries(self) -> Integers:
-        """Return for each entry of the chain the first entry of its element."""
+        """Return, for each entry of the chain, the index of the first entry of its element."""
         return first_entries(self.chain)
 
 
 def known_points(description: RobotDescription) -> tuple[str, ...]:
-    """Return the names of the tool and of the points in the file."""
+    """Return `tool`, followed by the names of the points in the robot file."""
     return (TOOL, *(point.name for point in description.points))
 
 
 def described_point(description: RobotDescription, of: str | int) -> PointDescription:
     """
-    Return the point with a name, or of a row counted as `link_frames` does.
+    Return the point with a given name, or the frame after row `of` of the table (0: frame 0).
 
     Raises
     ------
@@ -91,7 +90,7 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
 
 def place_in_frame(at: npt.ArrayLike) -> Floats:
     """
-    Return the checked coordinates of a point in a frame, shape (3,), m.
+    Return the coordinates of a point as an array, shape (3,), m, after a check.
 
     Raises
     ------
@@ -116,13 +115,14 @@ def with_tool(
     Parameters
     ----------
     xyz : shape (3,), m
-        Origin of the tool in the frame after the last row; None: that of the file.
+        Origin of the tool in the frame after the last row; None: the origin in the file.
     rpy : shape (3,), rad
-        Orientation of the tool there, R = Rz(yaw) Ry(pitch) Rx(roll); None: that of the file.
+        Orientation of the tool in that frame, R = Rz(yaw) Ry(pitch) Rx(roll); None: that of the
+        file.
     """
     tool = description.tool
     matrix, texts = tool.motion.matrix.copy(), tool.motion.texts
-    written = len(texts) == 6  # as xyz and rpy
+    written = len(texts) == 6  # the file gives xyz and rpy, not a matrix
     if xyz is not None:
         matrix[:3, 3] = xyz
     if rpy is not None:
@@ -138,7 +138,7 @@ def with_tool(
 
 
 def moved_base(description: RobotDescription, motion: Floats, frame: str) -> RobotDescription:
-    """Return the same arm with its base at a pose (4, 4), m, in another frame."""
+    """Return the same arm with its base frame placed at `motion`, (4, 4), m, in another frame."""
     matrix = motion @ description.base.motion.matrix
     place, turn = _texts(matrix[:3, 3], description.metres), exact_rpy(matrix[:3, :3])
     texts = (*place, *_texts(turn, description.radians))
@@ -152,8 +152,8 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # Move the origin to a place in the frame itself. Tools and points have the texts of xyz and
-    # rpy: those of the rotation stay.
+    # Move the origin of a frame to `place`, (3,), m, in its own axes. The texts are those of xyz
+    # and rpy: write new texts for xyz and keep those of rpy.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
     return RigidMotion(matrix, (*_texts(matrix[:3, 3], unit), *motion.texts[3:]))
@@ -163,11 +163,12 @@ def ending_at(
     description: RobotDescription, of: str | int, at: npt.ArrayLike | None = None
 ) -> RobotDescription:
     """
-    Return the same arm with a point as its tool, the origin moved to `at` (3,), m, in its frame.
+    Return the same arm with a point as its tool.
 
-    Its name is that of the arm and the point, `puma560_elbow`. The sections `singularity` and
-    `known_poses` of the file are left out, because they are about the tool. Joints after the point
-    are marked as unused.
+    `at`, shape (3,), m, moves the origin of the tool in the frame of the point. The name of the
+    result has the arm and the point, such as `puma560_elbow`. The sections `singularity` and
+    `known_poses` are left out, because they describe the old tool. Joints after the point are
+    marked as unused.
 
     Raises
     ------
@@ -214,7 +215,8 @@ def ending_at(
 def _up_to(
     description: RobotDescription, links: Sequence[Link], of_tool: bool
 ) -> Uncertainty | None:
-    # Leave out the parameters of later rows, and of the tool if the point is not the tool.
+    # Return the uncertainty of an arm that ends after `links`. Leave out the parameters of later
+    # rows; leave out those of the tool unless `of_tool`.
     uncertainty = description.uncertainty
     if uncertainty is None:
         return None

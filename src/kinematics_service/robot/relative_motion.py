@@ -30,17 +30,17 @@ from .file.parts.links import names_in_rows
 from .file.reader import refuse
 from .file.text.expressions import Affine, Expression
 
-# Two axes of the same joint are equal up to this share of the chain's lengths: joints that both
-# arms have are in the chain twice, and rounded twice.
+# Largest distance of two axes that count as one, relative to the sum of the chain's lengths. A
+# joint that both arms have is in the chain twice, with different round-off.
 AXIS_TOLERANCE = 1e-12
-# Entries of a product of motions below this are zero: they are round-off (rotation, or m).
+# Entries of a matrix below this (rotation, or m) are round-off and are set to zero.
 ZERO_TOLERANCE = 1e-15
 SCREW_AXES: tuple[Axis, Axis] = ('Rz', 'Tz')
 
 
 class _JointChain(NamedTuple):
-    # Constant motions, and one screw about z between two of them. The angle and the length of a
-    # screw are linear in the variables, without constants.
+    # A chain as a product: constant motions, (4, 4) each, with one screw about z between two
+    # neighbours. A screw is an angle and a length, each linear in the variables with constant 0.
     motions: Sequence[Floats]
     screws: 'Sequence[tuple[Affine, Affine]]'
 
@@ -56,7 +56,7 @@ def _negative(affine: Affine) -> Affine:
 
 
 def _chain(arm: RobotDescription, variables: Mapping[str, str]) -> _JointChain:
-    # Return the chain from the frame of the cell to the tool, with renamed variables.
+    # Return the chain of an arm from the frame of the cell to its tool, with renamed variables.
     motions, screws = [arm.base.motion.matrix], []
     for row in table_rows(arm):
         motions[-1] = motions[-1] @ row.before @ screw_z(row.theta.constant, row.d.constant)
@@ -77,10 +77,10 @@ def relative_motion(
     first: RobotDescription, second: RobotDescription, names: tuple[str, str]
 ) -> RobotDescription:
     """
-    Return the arm whose base is the tool of one arm, and whose tool is that of another.
+    Return the arm whose base is the tool of the first arm, and whose tool is that of the second.
 
-    Its joints are those that change this motion, the first arm's before the second's. Its Jacobian
-    is in the axes of the first tool.
+    The result has the joints that change the relative motion: first those of the first arm, then
+    those of the second. Its Jacobian is in the axes of the first tool.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def relative_motion(
     RobotFileError
         No joint changes the motion, or an arm has closed loops.
     """
-    variables: dict[str, str] = {}  # by the joint's name
+    variables: dict[str, str] = {}  # from the name of a joint to its variable in the new table
     chains = []
     for name, arm in zip(names, (first, second)):
         if arm.loops:
@@ -147,14 +147,16 @@ def relative_motion(
 
 
 def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
-    # Join two chains. Leave out joints below both arms: the second chain undoes them.
+    # Join two chains. A joint that carries both arms is last in the first chain and first in the
+    # second, in opposite directions: leave it out, because it changes no relative motion.
     motions = [*first.motions[:-1], first.motions[-1] @ second.motions[0], *second.motions[1:]]
     screws = [*first.screws, *second.screws]
     size = sum(float(np.linalg.norm(motion[:3, 3])) for motion in motions)
     k = len(first.screws)
     while 0 < k < len(screws):
         here, there, between = screws[k - 1], screws[k], motions[k]
-        # A constant motion that keeps the axis, or reverses it, commutes with a screw on the axis.
+        # If the constant motion between two screws maps the axis onto itself (or reverses it), it
+        # commutes with the screw, so that two opposite screws cancel.
         round_z = between[2, 2] < 0.0
         undone = there == (here if round_z else tuple(map(_negative, here)))
         parallel = np.abs(between[:2, 2]).max() <= AXIS_TOLERANCE
@@ -168,7 +170,8 @@ def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
 
 
 def _links(chain: _JointChain) -> 'Sequence[Link]':
-    # Rows of Sheth and Uicker, T = in * joint * inverse(out), take any constant motion.
+    # Return rows in the convention of Sheth and Uicker, T = in * joint * inverse(out), because
+    # `in` and `out` can be any constant motion.
     links: list[Link] = []
     for k, screw in enumerate(chain.screws):
         moves = [
@@ -194,6 +197,6 @@ def _text(affine: Affine) -> str:
 
 
 def _as_matrix(motion: Floats) -> RigidMotion:
-    # Round to 15 digits: products have round-off in the last one, and right angles must be exact.
+    # Round entries to 15 digits, because right angles must be exact in the new table.
     numbers = [0.0 if abs(x) < ZERO_TOLERANCE else float(f'{x:.15g}') for x in motion.ravel()]
     return RigidMotion(np.reshape(numbers, (4, 4)), tuple(map(repr, numbers)))

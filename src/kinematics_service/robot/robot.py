@@ -35,21 +35,21 @@ class Robot(FrozenArrays):
     Attributes
     ----------
     name, source, convention
-        As in the robot file.
+        The values of these keys in the robot file.
     joint_names, variables
-        n names as in JointState, and as in the expressions of the file.
+        n names each: in JointState messages, and in the expressions of the file.
     joint_types
         `revolute`, `prismatic` or `helical`, n of them.
     limits : shape (n, 2), rad or m
-        Lower and upper limits, infinite for no limit; read-only.
-    velocity_limits, acceleration_limits : shape (n,), rad or m and s
+        Lower and upper limits of the joint positions, infinite for no limit; read-only.
+    velocity_limits, acceleration_limits : shape (n,), rad/s or m/s, rad/s^2 or m/s^2
         Infinite for no limit; read-only.
     base_frame, tool_frame
-        Names of the frames: poses are those of the tool in the base.
+        Names of the frames; a pose of the robot is that of the tool in the base frame.
     rows
         Number of rows of the table.
     chain
-        Constants of the kernel.
+        The kernel's chain from the base to the tool.
     singularity
         The task, the thresholds and the named factors, which decide whether a pose is singular.
     description
@@ -97,7 +97,7 @@ class Robot(FrozenArrays):
 
     @cached_property
     def continuous(self) -> tuple[bool, ...]:
-        """Return for each joint whether it turns without limits: then its angle may wrap."""
+        """Return for each joint whether it turns without limits, so that its angle may wrap."""
         return tuple(
             kind == 'revolute' and bool(np.all(np.isinf(limits)))
             for kind, limits in zip(self.joint_types, self.limits)
@@ -105,12 +105,15 @@ class Robot(FrozenArrays):
 
     @property
     def passive_joint_names(self) -> tuple[str, ...]:
-        """Return the names of the joints that loops move, in the order of the file."""
+        """Return the names of the joints that closed loops move, in the order of the file."""
         return variables_of(self.description)[self.dof :]
 
     @property
     def loop_names(self) -> tuple[str, ...]:
-        """Return the names of the closed loops that move the tool; 'a + b' for a group of two."""
+        """
+        Return the names of the closed loops of the arm; 'a + b' for two loops that are solved
+        together. The result is empty if no loop moves the tool.
+        """
         groups = loop_groups(self.description.loops) if self.chain.loops else ()
         return tuple(map(group_name, groups))
 
@@ -200,12 +203,12 @@ class Robot(FrozenArrays):
 
 def build_robot(description: RobotDescription, in_letters: bool = False) -> Robot:
     """
-    Return the robot of a description.
+    Build a robot from the description in its file.
 
     Parameters
     ----------
     in_letters
-        Accept constants without a value, for results that hold for every value.
+        Whether constants without a value are accepted, for results that hold for every value.
 
     Raises
     ------
@@ -247,7 +250,8 @@ def build_robot(description: RobotDescription, in_letters: bool = False) -> Robo
 
 
 def _build_for_its_joints(description: RobotDescription) -> Robot:
-    # Build a robot whose task is chosen as if the arm had no unused joints.
+    # Build a robot with the task that it would have without its unused joints. For an arm with
+    # loops, the task is that of all joints.
     if description.loops:
         return build_robot(description)
     joints = [joint for joint in description.joints if not joint.unused]
@@ -287,17 +291,18 @@ def with_tool(
     """
     Return the same arm with another tool.
 
-    The section `singularity` of its file applies, without factors whose zeros are not singular
-    poses of the new tool.
+    The section `singularity` of the robot file applies to the new tool, except factors whose zeros
+    are not singular poses of the new tool.
 
     Parameters
     ----------
     robot
         The arm of the file.
     xyz : m
-        Origin of the tool in the frame after the last row; default: that of the file.
+        Origin of the tool in the frame after the last row; default: the origin in the file.
     rpy : rad
-        Orientation of the tool there, R = Rz(yaw) Ry(pitch) Rx(roll); default: that of the file.
+        Orientation of the tool in that frame, R = Rz(yaw) Ry(pitch) Rx(roll); default: that of the
+        file.
 
     Raises
     ------
@@ -321,7 +326,7 @@ def _with_factors(description: RobotDescription, factors: tuple[Factor, ...]) ->
 
 
 def _is_accepted(description: RobotDescription, factor: Factor) -> bool:
-    # Return whether all zeros of a factor are singular poses.
+    # Return whether the robot accepts a factor: its checked zeros are singular poses.
     with suppress(RobotFileError):
         return build_robot(_with_factors(description, (factor,))) is not None
     return False
@@ -392,7 +397,7 @@ def robot_in_letters(robot: AnyRobot) -> Robot:
 
 
 def file_state(file: str | os.PathLike[str]) -> tuple[int, int, int]:
-    """Return the time of a file's last change (ns), its size and its inode."""
+    """Return the modification time (ns), the size (bytes) and the inode of a file."""
     state = os.stat(file)
     return state.st_mtime_ns, state.st_size, state.st_ino
 

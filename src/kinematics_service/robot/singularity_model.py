@@ -1,4 +1,4 @@
-"""Hold what decides whether a pose is singular: task, thresholds and named factors of an arm."""
+"""Hold the data of an arm's singularity test: chain, task, thresholds and named factors."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,12 +23,12 @@ if TYPE_CHECKING:  # it loads the search for singular poses
 @dataclass(frozen=True, eq=False)
 class SingularityModel(FrozenArrays):
     """
-    The numbers that decide whether a pose of one arm is singular, frozen.
+    The data with which the kernel tests whether an arm is singular, frozen.
 
     Attributes
     ----------
     chain
-        The constants of the arm.
+        The kernel's chain from the base to the tool.
     limits : shape (n, 2), rad or m
         The limits of the joints.
     task
@@ -48,9 +48,9 @@ class SingularityModel(FrozenArrays):
     @cached_property
     def arm(self) -> 'Arm':
         """
-        Return the model as the kernel reads it.
+        Return the singularity model as an object of the kernel.
 
-        The kernel samples the singular poses when it is first asked for the nearest one.
+        The kernel samples the singular poses at the first search for the nearest one.
         """
         return kernel.Arm(
             self.chain,
@@ -58,20 +58,20 @@ class SingularityModel(FrozenArrays):
             self.factors.tape,
             self.factors.complete,
             MEASURES[self.thresholds.measure].column,
-            *self.thresholds.bounds_after(),  # no level before: without hysteresis
+            *self.thresholds.bounds_after(),  # without a previous level: no hysteresis
             joint_spans(self.chain, self.task, self.limits),
         )
 
     @cached_property
     def measure_places(self) -> MeasurePlaces:
-        """Return the columns of a row of measures."""
+        """Return the column of each quantity in the rows that `kernel.measure` fills."""
         rows, factors = len(self.task.rows), len(self.factors.names)
         return measure_places(self.chain.dof, rows, factors)
 
 
 def singularity_model(description: RobotDescription, chain: Chain) -> SingularityModel:
     """
-    Return the singularity model of a robot file, with defaults for missing keys.
+    Return the singularity model of an arm; keys that its file omits have default values.
 
     Raises
     ------

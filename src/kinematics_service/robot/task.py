@@ -15,55 +15,58 @@ from .closed_poses import closed_poses
 
 ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
-# Number of random poses over which the generic properties of an arm are computed.
+# Number of random joint positions at which the generic properties of an arm are computed.
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A joint moves a row if an entry of the row exceeds this share of the largest entry of J of its
-# kind (linear or angular), and of the arm's lengths.
+# A joint moves a row of J if an entry of the row exceeds this fraction of the largest entry among
+# all linear (or all angular) rows. For a linear row, the entry must also exceed `least_motion`.
 MOVED_ROW_RATIO = 1e-9
-# The same share of the constant lengths before the first joint: round-off of the position.
+# Round-off of the tool's position, relative to the constant lengths before the first joint.
 ROUND_OFF_RATIO = 1e-14
 
-# If every entry of a row is below this share of the largest entry of J, the row is moved only
-# because axes are not exactly parallel (0.57 deg).
+# If every entry of a row is below this fraction of the largest entry of J, the row probably moves
+# only because axes are not exactly parallel: 0.01 rad is 0.57 deg.
 TILT_RATIO = 0.01
 
-# Poses that are tried first for the rank. Nearly all arms have full rank at one of them.
+# Number of joint positions at which the rank is computed first. Nearly all arms have full rank at
+# one of these positions, so the others need no computation.
 FIRST_POSES = 20
 
-# Poses from which the joints are found whose motions cancel, if they cancel differently at each.
+# Number of joint positions whose null spaces give `dependent_joints`, if the null space differs
+# from position to position.
 CLEAREST_POSES = 20
 
 
 @dataclass(frozen=True, eq=False)
 class Task(FrozenArrays):
     """
-    The rows J_t of the Jacobian, in the axes of frame 0, and their generic properties.
+    The m rows J_t of the Jacobian that are tested for rank, and their generic properties.
 
     Attributes
     ----------
     rows
-        Names of the rows, a part of x y z rx ry rz in that order.
+        Names of the rows in the axes of frame 0: some of x y z rx ry rz, in that order.
     length
         Characteristic length in m: angular rows and prismatic columns are multiplied by it.
     generic_rank
-        Rank of J_t at random poses.
+        Rank of J_t at random joint positions.
     dependent_joints
-        Names of joints whose motions cancel at every pose. The motions are the same at all poses
-        (joints that share an axis), or differ from pose to pose if J_t never has full rank (four
+        Names of joints whose motions can cancel at every configuration. The cancelling motion is
+        constant (joints that share an axis), or depends on q if J_t never has full rank (four
         parallel axes). Empty for most arms.
     reach
-        Largest distance from frame 0 to the tool over the seeded poses, in m.
+        Largest distance from frame 0 to the tool over random joint positions, in m.
     axes : shape (m,)
-        Which row of the Jacobian each row is, 0 to 5.
+        The index of each row in the whole Jacobian, 0 to 5.
     rotation : shape (3, 3)
         The rotation of frame 0 in the base frame.
     row_scales : shape (m,), column_scales : shape (n,)
         Factors that make rows and columns comparable: the length for angular rows and prismatic
         joints, 1 for the others.
     plain_rows
-        The default rows without barely moved rows; equal to `rows` for most arms.
+        The rows without those that move only because axes are not exactly parallel; equal to
+        `rows` for most arms.
     """
 
     rows: tuple[str, ...]
@@ -79,7 +82,7 @@ class Task(FrozenArrays):
 
     @cached_property
     def kernel_rows(self) -> TaskRows:
-        """Return the rows as the kernel reads them."""
+        """Return the task as an object of the kernel."""
         scales = self.row_scales, self.column_scales
         zero = kernel.RANK_TOLERANCE * self.length
         return TaskRows(self.generic_rank, self.axes, self.rotation, *scales, zero)
@@ -91,7 +94,9 @@ class Task(FrozenArrays):
 
     @property
     def barely_moved(self) -> str:
-        """Return a sentence about rows that only a tilt of axes moves; empty if there are none."""
+        """
+        Return a warning about rows that move only because axes are not exactly parallel, else ''.
+        """
         if self.plain_rows == self.rows:
             return ''
         tilted = ' '.join(name for name in self.rows if name not in self.plain_rows)
@@ -104,7 +109,7 @@ class Task(FrozenArrays):
 
     @property
     def structurally_deficient(self) -> bool:
-        """Return whether J_t never has full rank."""
+        """Return whether J_t has less than full rank at every configuration."""
         return self.generic_rank < min(len(self.rows), len(self.column_scales))
 
 
@@ -134,12 +139,15 @@ def seeded_poses(limits: Floats, prismatic: Iterable[bool]) -> Floats:
 
 
 def generic_poses(chain: Chain, limits: Floats, prismatic: Iterable[bool]) -> Floats:
-    """Return the seeded poses (N, n) at which loops close, as `closed_poses` finds them."""
+    """
+    Return random joint positions, (N, n), rad or m, at which the closed loops of a chain close.
+    """
     return closed_poses(chain, seeded_poses(limits, prismatic))
 
 
 def _rank(J: Floats) -> int:
-    # Return the largest rank over all poses. For most arms the first poses have full rank.
+    # Return the largest rank of J, shape (N, m, n), over N joint positions. Stop after the first
+    # ones if they have full rank.
     rank = 0
     for batch in (J[:FIRST_POSES], J[FIRST_POSES:]):
         sigma = np.linalg.svd(batch, compute_uv=False)
@@ -152,7 +160,7 @@ def _rank(J: Floats) -> int:
 
 def least_motion(chain: Chain) -> float:
     """Return the length, in m, below which a motion of the tool counts as zero."""
-    # Compare with the lengths that joints move, and with the constant lengths before them.
+    # Use the lengths after the first joint and, for round-off, the constant lengths before it.
     table = chain.table
     steps = np.linalg.norm(table.before[:, :, 3], axis=1)
     moved = float(np.sum(steps[1:]) + np.sum(np.abs(table.d_0[1:])))
@@ -161,7 +169,8 @@ def least_motion(chain: Chain) -> float:
 
 
 def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool]:
-    # Return for each row of J whether a joint moves it. A linear row must exceed `least`, too.
+    # Return for each row of J whether a joint moves it. An entry of a linear row must also exceed
+    # `least`, m.
     largest = np.max(np.abs(J), axis=(0, 2))
     linear, angular = np.max(largest[:3]), np.max(largest[3:])
     limits = [max(share * linear, least)] * 3 + [share * angular] * 3
@@ -171,7 +180,7 @@ def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool
 def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
     n = J.shape[2]
     names = tuple(name for name, moves in zip(ROW_NAMES, moved) if moves)
-    # Rows that no joint moves hold round-off, which can have any rank: leave them out.
+    # Use only rows that a joint moves: the others hold round-off, which can have any rank.
     for half in (ROW_NAMES[:3], ROW_NAMES[3:]) if n < 6 else ():
         kind = tuple(name for name in names if name in half)
         if kind and _rank(J[:, [ROW_NAMES.index(name) for name in kind]]) >= n:
@@ -188,20 +197,20 @@ def find_task(
     length: float | None = None,
 ) -> Task:
     """
-    Return the task of an arm, computed over poses inside its limits.
+    Return the task of an arm, with generic properties computed at joint positions q.
 
     Parameters
     ----------
     chain
         The arm.
     joint_names, prismatic
-        As `robot.Robot` has them.
+        The attributes of `robot.Robot` with these names.
     q : shape (N, n), rad or m
-        The `generic_poses` of the arm.
+        Random joint positions of the arm, as `generic_poses` returns them.
     rows
-        The rows, if they are given. Default for n < 6 joints: the linear rows if their
-        generic rank is at least n, else the angular rows if theirs is, else all moved rows.
-        Default for six joints or more: all moved rows.
+        Names of the rows. Default for n < 6 joints: the linear rows if their generic rank is at
+        least n, else the angular rows if their generic rank is at least n, else all rows that a
+        joint moves. Default for six joints or more: all rows that a joint moves.
     length
         Characteristic length in m; default: the RMS distance of the tool from frame 0.
 
@@ -221,7 +230,7 @@ def find_task(
         if length <= least:
             length = 1.0  # the tool never leaves the origin of frame 0
     column_scales = np.array([length if slides else 1.0 for slides in prismatic])
-    # The kernel has the same scales: ranks do not depend on the size of the arm.
+    # Scale J as the kernel does, so that ranks do not depend on the size of the arm.
     J = J * np.repeat([1.0, length], 3)[:, None] * column_scales
     moved = _moved(J, least)
     plain_rows = rows or _default_rows(J, _moved(J, least, TILT_RATIO))
@@ -249,12 +258,13 @@ def find_task(
 
 
 def _dependent_joints(J_t: Floats, joint_names: Sequence[str], rank: int) -> tuple[str, ...]:
-    # Joint motions that never move the tool are the null space of all J_t stacked.
+    # The null space of all J_t, stacked, has the joint motions that never move the tool.
     m, n = J_t.shape[1:]
     _, sigma, right = np.linalg.svd(J_t.reshape(-1, n), full_matrices=False)
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     if len(idle) < n - rank and n <= m:
-        # Other motions cancel at each pose. Take the poses that are farthest from singular.
+        # The null space also has motions that depend on q. Find them at the joint positions with
+        # the largest singular value number `rank`, where the null space is most accurate.
         _, sigma, right = np.linalg.svd(J_t)
         clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST_POSES:]
         idle = right[clearest, rank:].reshape(-1, n)

@@ -33,7 +33,8 @@ from .virtual_arm import (
 )
 
 NAMESPACE = '/demo'
-# These remappings come before those of the user, so that the demo stays in its namespace.
+# Remappings that keep all topics in the namespace of the demo. They come before those of the user,
+# because ROS uses the first remapping that matches.
 RULES = (
     f'__ns:={NAMESPACE}',
     '__node:=kinematics',
@@ -41,19 +42,20 @@ RULES = (
     f'/diagnostics:={NAMESPACE}/diagnostics',
     f'/tf:={NAMESPACE}/tf',
 )
-# The log lines at the start of the node would disturb the live table.
+# ROS arguments that hide the log lines at the start of the node, which would disturb the live
+# table.
 QUIET = ('--ros-args', '--log-level', f'{NAMESPACE[1:]}.kinematics:=warn', '--')
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 # Variables that extend discovery beyond this host in spite of `RANGE`.
 REMOTE_DISCOVERY = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 
-# Period of the plain line, s.
+# Without a terminal: time between two lines about the arm, s.
 LINE_PERIOD = 1.0
-# Longest wait for the discovery of node, arm and display, s.
+# Longest wait until node, arm and display have discovered each other, s.
 DISCOVERY_TIMEOUT = 5.0
-# Longest wait for the last answers, s.
+# Longest wait at the end for the node's answers to the last joint states, s.
 LAST_ANSWER_TIMEOUT = 0.4
-# Control characters that restore the screen of the terminal and its cursor.
+# Control sequences that restore the former screen of the terminal and its cursor.
 LEAVE_SCREEN = b'\x1b[?1049l\x1b[?25h'
 
 
@@ -70,13 +72,13 @@ def run_demo(
     Parameters
     ----------
     robot
-        File or bundled name; None for the default of the node.
+        Robot file or bundled name; None for the default robot of the node.
     duration
-        Seconds until the end; None: until a signal, or the end of the recording.
+        Time until the demo ends, s; None: it ends at a signal, or at the end of the recording.
     trajectory
-        `smooth` or `sine`.
+        Name of the motion, `smooth` or `sine`.
     replay
-        CSV file to replay instead of a trajectory.
+        CSV file of a recording that is replayed instead of a trajectory.
     ros_args
         ROS arguments, `--ros-args` included.
 
@@ -102,7 +104,7 @@ def run_demo(
 
 
 def stay_on_this_host() -> tuple[str, ...]:
-    """Limit ROS discovery to this host; return the variables that were removed for this."""
+    """Limit ROS discovery to this host; return the environment variables that were removed."""
     if os.environ.get(RANGE, '').upper() not in ('LOCALHOST', 'OFF'):
         os.environ[RANGE] = 'LOCALHOST'
     return tuple(name for name in REMOTE_DISCOVERY if os.environ.pop(name, ''))
@@ -111,7 +113,7 @@ def stay_on_this_host() -> tuple[str, ...]:
 def _arm(
     node: KinematicsNode, trajectory: str, replay: str | os.PathLike[str] | None
 ) -> tuple[VirtualArm, str]:
-    # Returns the simulated arm, and its motion in words.
+    # Return the simulated arm, and its motion as text.
     robot, names = node.settings.robot, node.settings.joint_names
     command = COMMAND.replace('~', node.get_fully_qualified_name())
     if replay is not None:
@@ -182,7 +184,8 @@ def _helper(node: KinematicsNode, name: str) -> Node:
 def _report(
     display: Node, listener: DemoListener, output: StandardOutput, units: Mapping[str, str]
 ) -> Iterator[None]:
-    # On a terminal the table has a separate screen; at the end the former screen is restored.
+    # Show the messages while the block runs: as lines, or on a terminal as a table on a separate
+    # screen. At the end, the former screen of the terminal is restored.
     if not output.is_terminal:
         report = PlainReport(listener, output)
         listener.then = report.warn

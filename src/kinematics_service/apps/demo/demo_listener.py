@@ -1,4 +1,4 @@
-"""The messages that the demo receives from its node, and values for table and summary."""
+"""Receive the messages of the demo's node, and keep values for its table and summary."""
 
 import math
 import time
@@ -17,14 +17,17 @@ from ...robot.measures import MEASURES
 from .echo_topics import ECHO_TOPICS
 from .readings import PoseReading, pose_of
 
-# Time of an entry of the history, s.
+# Length of the time interval of one entry in the history, s.
 INTERVAL = 0.25
 # Largest number of entries of the history.
 HISTORY_LENGTH = 400
 
 
 class Nearest(NamedTuple):
-    """The smallest received distance (rad), its time (s), and the pose of the tool."""
+    """
+    The smallest received distance to a singular pose (rad), the time at which it was received (s,
+    from the start), and the pose of the tool.
+    """
 
     distance: float
     time: float
@@ -38,26 +41,26 @@ class DemoListener:
     Parameters
     ----------
     node
-        The node of the subscriptions.
+        The ROS node that owns the subscriptions.
     source
-        Full name of the node that publishes.
+        Full name of the node whose messages are received.
 
     Attributes
     ----------
     nearest
-        The pose nearest to a singular pose.
+        The smallest distance to a singular pose so far, with its time and pose of the tool.
     history
-        The smallest distance in each INTERVAL, rad; inf without a message.
+        The smallest distance in each INTERVAL, rad; inf if no message came.
     joints
-        The joint states, from `start` on; None before.
+        The latest joint states; None before `start` is called.
     speeds
         The speed of the fastest joint in each INTERVAL, rad/s or m/s.
     warned, levels
-        The last warning, and all levels in their order.
+        The last warning; all levels in the order in which they were received.
     scale, reason
-        The scale of the arm's motion as a command, and its reason.
+        The latest scale that the node publishes for the arm's velocity command, and its reason.
     then
-        Called with each warning.
+        A function that is called with each received warning.
     """
 
     def __init__(self, node: Node, source: str) -> None:
@@ -85,7 +88,7 @@ class DemoListener:
         self.distance = self.measures['distance']
 
     def is_discovered(self, node: Node) -> bool:
-        """Return whether the publishers of the node have discovered all subscriptions."""
+        """Return whether each subscription has been discovered by the node's publisher."""
         subscriptions = [self.pose, self.jacobian, self.twist, self.warning, self.scale]
         subscriptions += [self.reason, *self.measures.values()]
         topics = {subscription.topic for subscription in subscriptions}
@@ -93,31 +96,34 @@ class DemoListener:
         return topics <= connected
 
     def start(self) -> None:
-        """Start the time, and subscribe to the joint states."""
-        # Not earlier: the arm waits for the first subscription to the joint states, the node's.
+        """Set the start time to now, and subscribe to the joint states."""
+        # Subscribe only now: the arm waits for the first subscription to the joint states, which
+        # must be that of the node.
         topic = f'{self.source.rpartition("/")[0]}/{JOINT_STATES}'
         self.joints = LatestMessage(self._node, topic, JointState, OUTPUT_QOS)
         self.started = time.monotonic()
 
     @property
     def time(self) -> float:
-        """Return the seconds since the start."""
+        """Return the time since `start` was called, s."""
         return time.monotonic() - self.started
 
     @property
     def answered(self) -> int:
         """
-        Return the number of joint states whose answer is complete: the distance comes last.
+        Return the number of joint states that the node has answered.
+
+        The distance is counted, because the node publishes it last for each joint state.
         """
         return self.distance.count
 
     def measure(self, name: str) -> float | None:
-        """Return the last value of a measure, or None."""
+        """Return the latest value of a measure; None if no message came."""
         message = self.measures[name].message
         return None if message is None else float(message.data)
 
     def joint_speeds(self) -> dict[str, float]:
-        """Return the last velocities by joint name, rad/s or m/s; empty without a message."""
+        """Return the latest velocity of each joint by name, rad/s or m/s; empty if none came."""
         message = None if self.joints is None else self.joints.message
         return {} if message is None else dict(zip(message.name, message.velocity))
 
@@ -125,7 +131,7 @@ class DemoListener:
         distance = float(self.distance.message.data)
         now = self.time
         if distance < self.nearest.distance:
-            # The node publishes the pose before the distance, so this pose belongs to it.
+            # The latest pose belongs to this distance, because the node publishes the pose first.
             pose = None if self.pose.message is None else pose_of(self.pose.message)
             self.nearest = Nearest(distance, now, pose)
         while self._intervals * INTERVAL <= now:

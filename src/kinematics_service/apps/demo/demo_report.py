@@ -1,4 +1,4 @@
-"""The texts of the demo: its invitation, its lines without a terminal, and its summary."""
+"""Write the texts of the demo: the first lines, the lines without a terminal, the summary."""
 
 import math
 import os
@@ -17,14 +17,14 @@ from .readings import pose_of
 from .standard_output import StandardOutput
 
 COMMAND = 'python -m kinematics_service'
-# Largest number of levels in the summary.
+# Largest number of successive levels that the summary lists.
 MAX_LEVELS = 12
-# Variables that must have the same values in a second terminal.
+# Environment variables that must have equal values in a second terminal, or ROS finds no node.
 MUST_MATCH = ('ROS_DOMAIN_ID', 'RMW_IMPLEMENTATION')
 
 
 def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
-    """Return the motion along the smooth path in a sentence."""
+    """Return a sentence that describes the motion along a smooth path."""
     distance = float(singularity(robot, trajectory.centre).distance)
     if distance > robot.singularity.thresholds.warn:
         return (
@@ -40,18 +40,19 @@ def motion_in_words(robot: Robot, trajectory: Trajectory) -> str:
 
 def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str]) -> list[str]:
     """
-    Return the motion of the demo, and commands that show it in a second terminal.
+    Return the first lines of the demo: the motion, and commands for a second terminal that show
+    the node's messages.
 
     Parameters
     ----------
     motion
-        The arm's motion.
+        The motion of the arm as text.
     source
         Full name of the node.
     discovery
-        The variable with the discovery range, and its value.
+        The environment variable of the discovery range with its value, as `NAME=VALUE`.
     set_aside
-        Names of variables that were removed to stay on this host.
+        Names of environment variables that were removed to keep discovery on this host.
     """
     namespace = source.rpartition('/')[0]
     same = [f'{name}={os.environ[name]}' for name in MUST_MATCH if os.environ.get(name)]
@@ -68,14 +69,14 @@ def invitation(motion: str, source: str, discovery: str, set_aside: Sequence[str
 
 
 class PlainReport:
-    """One line a second, and one for each change of level."""
+    """Writes a line once a second, and one at each change of the level, without a terminal."""
 
     def __init__(self, listener: DemoListener, output: StandardOutput) -> None:
         self._listener, self._output = listener, output
         self._level = ''
 
     def warn(self, warned: WarningReading) -> None:
-        """Write a warning if its level is new."""
+        """Write a warning if its level differs from that of the last warning."""
         if warned.level != self._level:
             self._level = warned.level
             self._output.line(
@@ -83,7 +84,7 @@ class PlainReport:
             )
 
     def tick(self) -> None:
-        """Write the position of the tool, and its distance from a singular pose."""
+        """Write the position of the tool, and the distance of the arm to a singular pose."""
         listener = self._listener
         if listener.pose.message is None:
             self._output.line(f'{listener.time:6.1f} s  no pose yet')
@@ -105,7 +106,10 @@ def _distance(distance: float) -> str:
 
 
 def summary(listener: DemoListener, sent: int) -> list[str]:
-    """Return the numbers of messages sent and received, and the pose nearest to a singular one."""
+    """
+    Return lines with the numbers of messages sent and received, the smallest distance to a
+    singular pose, and the levels.
+    """
     lines = [
         f'{listener.time:.1f} s: {sent} joint states sent; heard {listener.pose.count} poses, '
         f'{listener.jacobian.count} Jacobians, {listener.twist.count} twists, '

@@ -1,4 +1,4 @@
-"""The live table of the demo; it shows only messages of the node."""
+"""Draw the live table of the demo from messages that the node published."""
 
 import math
 import textwrap
@@ -25,14 +25,14 @@ from .demo_listener import INTERVAL, DemoListener
 from .live_table import BARS, STYLES, bars, coloured, matrix_lines, number, scale_lines
 from .readings import pose_of
 
-# Number of lines for the warning; it is constant, so that the lines below do not move.
+# Number of lines for the warning. The number is constant, so that the lines below do not move.
 SENTENCE_LINES = 2
 # Widths in characters.
 LABEL_WIDTH = 18
 MEASURE_WIDTH = 22
 NUMBER_WIDTH = 8
-HISTORY_SCALE_WIDTH = 13  # of the last bar of a history with its number
-# Distance of a bar of full height, rad.
+HISTORY_SCALE_WIDTH = 13  # of the scale after a history: a full bar and its number
+# Distance for which a bar of the history has full height, rad.
 FULL_BAR = 0.5
 MISSING = '-'
 QDOT = 'qdot'
@@ -51,14 +51,14 @@ def screen(
     listener: DemoListener, size: ConsoleDimensions, blocks: bool, units: Mapping[str, str]
 ) -> Group:
     """
-    Return the live table: the level first, and the sections that fit the terminal.
+    Return the live table: first the level, then the sections for which the terminal has room.
 
     Parameters
     ----------
     listener
-        The received messages.
+        The listener with the received messages.
     size
-        Size of the terminal.
+        Size of the terminal in characters.
     blocks
         Whether the terminal can show block characters.
     units
@@ -91,7 +91,7 @@ def _fitting(parts: Sequence[ScreenSection], height: int) -> list[Text]:
             kept.add(k)
             height -= len(parts[k].lines)
     lines = [line for k in sorted(kept) for line in parts[k].lines]
-    # Never two empty lines in succession.
+    # Remove the second of two successive empty lines.
     lines = [line for k, line in enumerate(lines) if line or k == 0 or lines[k - 1]]
     for line in lines:
         line.no_wrap, line.overflow = True, 'ellipsis'
@@ -125,7 +125,7 @@ def _warning(warned: WarningReading | None, width: int) -> list[Text]:
         return [Text('waiting for the node'), *[Text()] * (SENTENCE_LINES - 1)]
     sentence = plain(warned.sentence)
     if warned.level != Level.STALE.name:
-        # Omit the numbers at the time of the warning; the table has the present numbers.
+        # Omit the numbers in the warning, which are old: the table shows the present numbers.
         head, _, tail = sentence.partition(': ')
         factor = plain(warned.values.get('factor', ''))
         if factor and tail.startswith(factor):
@@ -176,7 +176,7 @@ def _jacobian(listener: DemoListener, width: int) -> list[Text]:
         return [_labelled('Jacobian', str(error))]
     speeds = listener.joint_speeds()
     if set(matrix.columns) <= set(speeds):
-        # The last row has the speed of each column's joint.
+        # Add a last row with the velocity of each column's joint.
         row = np.array([speeds[name] for name in matrix.columns])
         matrix = JacobianReading(
             (*matrix.rows, QDOT), matrix.columns, np.vstack([matrix.jacobian, row])
@@ -195,7 +195,8 @@ def _distance(listener: DemoListener) -> Text:
 
 
 def _scale(listener: DemoListener) -> Text:
-    # The scale of the arm's motion as a command; the arm ignores it.
+    # Return the line about the scale that the node publishes for the arm's velocity command. The
+    # simulated arm ignores the scale.
     message, reason = listener.scale.message, listener.reason.message
     if message is None or reason is None:
         return _labelled('scale', MISSING)
@@ -206,7 +207,7 @@ def _scale(listener: DemoListener) -> Text:
 def _measures(listener: DemoListener, width: int, units: Mapping[str, str]) -> list[Text]:
     cells = []
     for name, measure in MEASURES.items():
-        if name != 'distance':  # it has a separate line
+        if name != 'distance':  # the distance has a line of its own
             number, unit = listener.measure(name), units[name]
             value = _measure(number) if number is None else f'{_measure(number)} {unit}'.rstrip()
             cells.append(_labelled(measure.short or measure.words, value.ljust(MEASURE_WIDTH)))

@@ -32,11 +32,11 @@ from .echo_topics import ECHO_TOPICS, diagnostics_of
 from .live_table import coloured, live
 from .standard_output import StandardOutput
 
-# Time without messages after which the reason is printed, s.
+# If no message comes for this time, s, the likely reason is printed.
 SILENCE_TIMEOUT = 5.0
-# Period of the check for messages, s.
+# Period of the check whether messages come, s.
 CHECK_PERIOD = 0.5
-# Width of a line without a terminal: lines are not broken.
+# Width of lines without a terminal, characters: so large that lines are not broken.
 UNBROKEN_WIDTH = 10_000
 SEPARATOR = '---'
 
@@ -55,22 +55,22 @@ def run_echo(
     Parameters
     ----------
     what
-        A name of `ECHO_TOPICS`.
+        A name of `ECHO_TOPICS`; another name means diagnostics.
     node
         Full name of the node; the leading slash may be missing.
     once
-        Stop after the first message.
+        Whether to stop after the first message.
     as_json
-        One JSON object a line.
+        Whether to print each message as a JSON object in one line.
     timeout
-        Time after which to end if no message has arrived, s; None: never.
+        Time after which to stop if no message has arrived, s; None: never.
     ros_args
         ROS arguments, `--ros-args` included.
 
     Returns
     -------
-    0 after a signal, after one message with `once`, or if the reader has ended; 1 if no message
-    arrived in time; 2 for wrong usage.
+    0 after a signal, after one message with `once`, or if the reader of the output has ended; 1 if
+    no message arrived in time; 2 for wrong usage.
     """
     if not is_name('--node', node, NODE_NAMES):
         return WRONG_USAGE
@@ -91,7 +91,7 @@ def run_echo(
 
 
 class _Echo:
-    # The subscription to a topic, and its output.
+    # A subscription to a topic, and the output of its messages.
 
     def __init__(
         self,
@@ -115,7 +115,7 @@ class _Echo:
 
     @property
     def over(self) -> bool:
-        """Return whether the output is complete."""
+        """Return whether the command has to stop: done, given up, or the output is closed."""
         return (self._once and self._latest.count > 0) or self.in_vain or self._output.closed
 
     @property
@@ -125,7 +125,7 @@ class _Echo:
 
     @contextmanager
     def shown(self) -> Iterator[None]:
-        """Show messages within the block."""
+        """Show messages while the block runs."""
         if self._timeout is not None:
             steady_timer(self._node, self._timeout, self._give_up)
         if not self._live:
@@ -152,8 +152,8 @@ class _Echo:
         self._output.line(*lines, *([] if self._once else [SEPARATOR]))
 
     def _watch(self) -> None:
-        # Without a live screen, standard error has the reason for missing messages, once for each
-        # silence.
+        # Without a live screen: print the likely reason for missing messages to standard error,
+        # once for each time without messages.
         if not self._silent:
             self._explained = False
             return
@@ -164,12 +164,13 @@ class _Echo:
     def _why_silent(self) -> str:
         topic = self._echoed.awaited or self._latest.topic
         diagnostics = self._diagnostics.message
-        # The first status is that of the input.
+        # The first status of the node's diagnostics is that of its input.
         report = diagnostics.status[0].message if diagnostics else ''
         return why_no_messages(self._node, topic, self._echoed.answers, report)
 
     def _give_up(self) -> None:
-        # Print the reason for missing messages at the time-out, unless it has been printed.
+        # At the time-out, stop if no message has come. Print the likely reason, unless it has been
+        # printed.
         if self._latest.count > 0 or self.in_vain:
             return
         if not self._explained:

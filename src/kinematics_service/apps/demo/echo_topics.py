@@ -1,4 +1,4 @@
-"""The topics that `echo` can show, as lines of text or as JSON objects."""
+"""List the topics that `echo` can show, with functions that write messages as text or JSON."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -49,17 +49,18 @@ class EchoTopic:
     Attributes
     ----------
     name
-        The name of the topic, with `~` for the node.
+        The name of the topic, where `~` means the name of the node.
     reading
-        Returns the content of a message; raises LayoutError for a wrong layout.
+        A function that returns the content of a message; raises LayoutError for a wrong layout.
     shown
-        Returns the lines for a content and a width.
+        A function that returns lines of text, given a content and a width in characters.
     answers
-        The messages that the node answers on this topic.
+        The input messages, as text, to which the node publishes on this topic.
     wanted
-        Returns whether a message is of this node; None if all messages are.
+        A function that returns whether this node published a message; None if other nodes do not
+        publish on the topic.
     awaited
-        A topic whose publisher proves that the node runs; empty for this topic.
+        A topic whose publisher proves that the node runs; '' if it is this topic.
     """
 
     name: str
@@ -79,23 +80,26 @@ class EchoTopic:
     def subscribed_by(
         self, node: Node, source: str, then: Callable[[bytes], None] | None = None
     ) -> LatestMessage:
-        """Return a subscription of `node` to this topic of the node with the name `source`."""
+        """
+        Subscribe `node` to this topic of the node that is named `source`; `then` is called with
+        each message.
+        """
         topic = self.name.replace('~', source)
         return LatestMessage(node, topic, self.type, self.qos, then, self.wanted)
 
     def lines(self, message: Any, width: int) -> list[str]:
-        """Return a message as lines; raise LayoutError for a wrong layout."""
+        """Return a message as lines of text; raise LayoutError for a wrong layout."""
         return self.shown(self.reading(message), width)
 
     def document(self, message: Any) -> dict[str, Any]:
-        """Return a message as an object for `--json`; raise LayoutError for a wrong layout."""
+        """Return a message as a dict for `--json`; raise LayoutError for a wrong layout."""
         content: dict[str, Any] = self.reading(message)._asdict()
         content |= content.pop('vectors', {})
         return content
 
 
 def diagnostics_of(node: str) -> EchoTopic:
-    """Return the topic of diagnostics, limited to the node with this full name."""
+    """Return the topic of diagnostics, limited to statuses of the node with a full name."""
     reading = partial(statuses_of, node.removeprefix('/'))
     return EchoTopic(
         DIAGNOSTICS,

@@ -1,4 +1,4 @@
-"""Show readings as lines of text, for `demo` and `echo`; only the level has a colour."""
+"""Write messages as lines of text, for `demo` and `echo`; only the level has a colour."""
 
 import math
 import textwrap
@@ -24,8 +24,8 @@ from ...robot.measures import Level
 from .readings import PoseReading, StatusesReading
 
 # Widths in characters.
-CELL_WIDTH = 9  # of a number with a gap
-MAX_CELL_WIDTH = 14  # of a column with a long joint name
+CELL_WIDTH = 9  # of a number and the gap before it
+MAX_CELL_WIDTH = 14  # largest width of a column, if its joint has a long name
 ROW_LABEL_WIDTH = 4
 VECTOR_LABEL_WIDTH = 19
 STYLES = {
@@ -36,13 +36,17 @@ STYLES = {
 }
 BARS = '▁▂▃▄▅▆▇█'
 SCALE_BAR_WIDTH = 20
-# Period of a live table, s.
+# Time between two updates of a live table, s.
 REDRAW_PERIOD = 0.1
 
 
 @contextmanager
 def live(node: Node, draw: Callable[[Console], Group], whole: bool) -> Iterator[None]:
-    """Redraw the terminal, or the lines below the cursor, by a timer while the block runs."""
+    """
+    While the block runs, redraw what `draw` returns by a timer.
+
+    It fills the terminal if `whole`, else the lines below the cursor.
+    """
     console = Console(markup=False, highlight=False, emoji=False)
     with Live(
         console=console,
@@ -63,7 +67,7 @@ def live(node: Node, draw: Callable[[Console], Group], whole: bool) -> Iterator[
 
 def number(value: float, decimals: int = 4) -> str:
     """
-    Return a number with its sign in at most eight characters; negative zero becomes +0.
+    Return a number as text with its sign, in at most eight characters; negative zero is +0.
 
     A large number has fewer decimals, or an exponent (`+1.5e+03`).
     """
@@ -77,12 +81,15 @@ def number(value: float, decimals: int = 4) -> str:
 
 
 def numbers(values: Sequence[float] | Floats, decimals: int = 4) -> str:
-    """Return numbers of fixed width, so that the numbers of successive lines align."""
+    """Return numbers as text of fixed width, so that the numbers of successive lines align."""
     return ' '.join(number(float(value), decimals).rjust(CELL_WIDTH) for value in values)
 
 
 def matrix_lines(matrix: JacobianReading, width: int) -> list[str]:
-    """Return a matrix with its labels; columns beyond the width follow in another block."""
+    """
+    Return the lines of a Jacobian with labels. Columns for which a line of `width` characters has
+    no room follow in another block.
+    """
     columns = [plain(name) for name in matrix.columns]
     rows = [plain(name) for name in matrix.rows]
     margin = max(ROW_LABEL_WIDTH, *map(len, rows))
@@ -110,7 +117,10 @@ def _header(name: str, width: int) -> list[str]:
 
 
 def pose_lines(pose: PoseReading, width: int) -> list[str]:
-    """Return position, roll pitch yaw in degrees and quaternion, of any `width`."""
+    """
+    Return lines with position in m, roll pitch yaw in degrees, and quaternion. `width` has no
+    effect.
+    """
     degrees = [math.degrees(angle) for angle in pose.roll_pitch_yaw]
     return [
         f'position x y z     {numbers(pose.position)}  m, in {plain(pose.frame)}',
@@ -120,7 +130,7 @@ def pose_lines(pose: PoseReading, width: int) -> list[str]:
 
 
 def vector_lines(pair: VectorPair, reading: VectorReading, width: int) -> list[str]:
-    """Return two vectors, a line each; `width` has no effect."""
+    """Return a line for each vector of a pair, such as a twist; `width` has no effect."""
     lines = [
         f'{f"{name} {axes}".ljust(VECTOR_LABEL_WIDTH)}{numbers(reading.vectors[name])}  {unit}'
         for name, (axes, unit) in pair.vectors.items()
@@ -129,13 +139,13 @@ def vector_lines(pair: VectorPair, reading: VectorReading, width: int) -> list[s
 
 
 def scale_lines(reading: ScaleReading, width: int = 0) -> list[str]:
-    """Return a scale and its bar; `width` has no effect."""
+    """Return a line with the scale as a number and as a bar; `width` has no effect."""
     filled = round(SCALE_BAR_WIDTH * min(max(reading.scale, 0.0), 1.0))
     return [f'scale {reading.scale:.3f}  {"█" * filled}{"░" * (SCALE_BAR_WIDTH - filled)}']
 
 
 def warned_lines(warned: WarningReading, width: int) -> list[str]:
-    """Return a warning: level and sentence, then its keys and values."""
+    """Return the lines of a warning: level and sentence, then a line for each key and value."""
     label = max(map(len, warned.values), default=0)
     lines = textwrap.wrap(f'{warned.level}  {plain(warned.sentence)}', width) or [warned.level]
     return lines + [
@@ -144,7 +154,7 @@ def warned_lines(warned: WarningReading, width: int) -> list[str]:
 
 
 def statuses_lines(reading: StatusesReading, width: int) -> list[str]:
-    """Return each status of a node as a warning: level, name and sentence, keys and values."""
+    """Return the lines of a node's statuses, each written as a warning after its name."""
     return [
         line
         for status in reading.statuses
@@ -155,7 +165,7 @@ def statuses_lines(reading: StatusesReading, width: int) -> list[str]:
 
 
 def coloured(line: str, level: str) -> Text:
-    """Return a line; if it begins with the level, this word has the colour of the level."""
+    """Return a line of text; if it begins with the level, colour the word of the level."""
     text = Text(line, no_wrap=True, overflow='ellipsis')
     if line.startswith(level):
         text.stylize(f'{STYLES.get(level, "bold")} reverse', 0, len(level))
@@ -164,7 +174,8 @@ def coloured(line: str, level: str) -> Text:
 
 def bars(values: Sequence[float], highest: float) -> str:
     """
-    Return a line of bars, one per value: the lowest for 0, the highest for `highest` and more.
+    Return a line of bar characters, one for each value: the lowest bar for 0 and below, the
+    highest for `highest` and above.
     """
     steps = len(BARS) - 1
     return ''.join(BARS[round(min(max(value / highest, 0.0), 1.0) * steps)] for value in values)

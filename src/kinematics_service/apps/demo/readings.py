@@ -1,4 +1,4 @@
-"""Read messages that only `echo` and `demo` show into plain data."""
+"""Convert messages to plain data: poses and diagnostics, which only `echo` and `demo` show."""
 
 from typing import NamedTuple
 
@@ -32,7 +32,7 @@ class StatusesReading(NamedTuple):
 
 
 def pose_of(message: PoseStamped) -> PoseReading:
-    """Return the pose of a PoseStamped."""
+    """Return the content of a PoseStamped message as a pose with roll pitch yaw."""
     quaternion = numbers_of(message.pose.orientation)
     return PoseReading(
         Stamp.of(message.header),
@@ -44,6 +44,6 @@ def pose_of(message: PoseStamped) -> PoseReading:
 
 
 def statuses_of(node: str, message: DiagnosticArray) -> StatusesReading:
-    """Return the statuses of the node with this name, without a leading slash."""
+    """Return the statuses of a node in a message; the name has no leading slash."""
     statuses = (status for status in message.status if status.name.startswith(f'{node}: '))
     return StatusesReading(tuple(map(warned_of, statuses)))

@@ -1,4 +1,4 @@
-"""Standard output: a terminal, a file, or a pipe whose reader may end."""
+"""Write lines to standard output: a terminal, a file, or a pipe whose reader may end."""
 
 import os
 import sys
@@ -6,12 +6,14 @@ import sys
 
 class StandardOutput:
     """
-    Writes lines at once. If the reader ends (`| head`), the output ends without an error.
+    Writes lines to standard output without a delay.
+
+    If the reader of a pipe ends (`| head`), lines are ignored without an error.
 
     Attributes
     ----------
     closed
-        Whether the reader has ended.
+        Whether the reader of the pipe has ended.
     """
 
     def __init__(self) -> None:
@@ -19,16 +21,16 @@ class StandardOutput:
 
     @property
     def is_terminal(self) -> bool:
-        """Return whether the output is a terminal."""
+        """Return whether standard output is a terminal that can show a live table."""
         return sys.stdout.isatty() and os.environ.get('TERM', '') not in ('', 'dumb')
 
     @property
     def shows_blocks(self) -> bool:
-        """Return whether the encoding has block characters."""
+        """Return whether the encoding of standard output is UTF-8, which has block characters."""
         return (sys.stdout.encoding or '').lower().replace('-', '') == 'utf8'
 
     def line(self, *lines: str) -> None:
-        """Write lines and flush."""
+        """Write lines, and flush the buffer."""
         if self.closed:
             return
         try:
@@ -36,5 +38,6 @@ class StandardOutput:
             sys.stdout.flush()
         except BrokenPipeError:
             self.closed = True
-            # The rest of the buffer must not raise an error again when the interpreter ends.
+            # Send the rest of the buffer to /dev/null, or the interpreter raises the error again
+            # when it ends.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

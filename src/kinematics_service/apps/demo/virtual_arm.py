@@ -1,4 +1,4 @@
-"""A simulated arm: a node that publishes joint states along a path or from a recording."""
+"""Simulate an arm: a node publishes joint states along a path or from a recording."""
 
 import itertools
 import math
@@ -18,17 +18,21 @@ from ...node.messages.topics import JOINT_STATES
 from ...node.steady_time import steady_timer
 from .motions.trajectory import Trajectory
 
-# Joint states per second along a path.
+# Number of joint states per second along a path.
 RATE = 50.0
-# After a longer pause (s), for example of a stopped process, the motion continues where it was.
+# If a joint state is later than this (s), for example after the process was stopped, the motion
+# continues from there instead of catching up.
 MAX_DELAY = 0.5
 QUEUE_DEPTH = 1000
-# Shortest period of the timer (s); several joint states of a faster recording share a call.
+# Shortest period of the timer (s). One call publishes several joint states of a faster recording.
 MIN_PERIOD = 0.001
 
 
 class TimedJointState(NamedTuple):
-    """One joint state: its time after the start (s), its stamp (ns), positions, velocities."""
+    """
+    One joint state: the time after the start at which it is due (s), its stamp (ns), positions
+    (rad or m) and velocities (rad/s or m/s).
+    """
 
     due: float
     stamp: int
@@ -37,14 +41,14 @@ class TimedJointState(NamedTuple):
 
 
 def moments_of_trajectory(trajectory: Trajectory, start: int) -> Iterator[TimedJointState]:
-    """Yield joint states along a path without end, with stamps from `start` (ns) on."""
+    """Yield joint states along a path without end; the first stamp is `start` (ns)."""
     for k in itertools.count():
         due = k / RATE
         yield TimedJointState(due, start + round(due * 1e9), *trajectory.at(due))
 
 
 def period_of_recording(due: Floats) -> float:
-    """Return the period of the timer for joint states that are due at times (N,), all in s."""
+    """Return the period, s, of a timer that publishes joint states due at times (N,), s."""
     median = float(np.median(np.diff(due))) if len(due) > 1 else math.inf
     return min(max(median, MIN_PERIOD), 1.0 / RATE)
 
@@ -52,14 +56,17 @@ def period_of_recording(due: Floats) -> float:
 def moments_of_recording(
     due: Floats, stamps: npt.NDArray[np.int64], q: Floats, qdot: Floats | None
 ) -> Iterator[TimedJointState]:
-    """Yield the joint states of a recording, (N, ...) each, with its own stamps in ns."""
+    """
+    Yield the N joint states of a recording, with its stamps in ns. Positions and velocities have
+    shape (N, n).
+    """
     velocities = [None] * len(due) if qdot is None else qdot
     return map(TimedJointState, due.tolist(), stamps.tolist(), q, velocities)
 
 
 class VirtualArm:
     """
-    Publishes joint states at their times after `start`.
+    A simulated arm that publishes each joint state when it is due after `start`.
 
     Parameters
     ----------
@@ -68,20 +75,20 @@ class VirtualArm:
     names
         Joint names, in the order of the positions.
     moments
-        The joint states.
+        The joint states, in the order of their times.
     period
         Period of the timer that publishes due joint states, s.
     command
-        The topic on which the velocities are also published as commands; empty for none.
+        The topic on which the velocities are also published as commands; '' for none.
 
     Attributes
     ----------
     node
-        As given.
+        The node that publishes.
     sent
         Number of published joint states.
     finished
-        Whether the last joint state is published.
+        Whether the last joint state has been published.
     """
 
     def __init__(
@@ -101,14 +108,15 @@ class VirtualArm:
         self._command = (
             node.create_publisher(JointState, command, QUEUE_DEPTH) if command else None
         )
-        # The timer has a constant period and is started once. Each reset of a timer, and each call
-        # of a timer that is due again, adds an event to the queue of the executor. A timer that is
-        # reset in its callback would double its calls if the queue took longer than its period.
+        # Use a timer with a constant period that is started only once. Each reset of a timer adds
+        # an event to the queue of the executor, and so does each call of a timer that is due
+        # again. If a callback reset its timer, calls would double while the queue is slower than
+        # the period.
         self._timer = steady_timer(node, period, self._turn, autostart=False)
 
     @property
     def heard(self) -> bool:
-        """Return whether there is a subscriber."""
+        """Return whether a subscriber receives the joint states."""
         return bool(self._publisher.get_subscription_count() > 0)
 
     def start(self) -> None:
@@ -119,7 +127,7 @@ class VirtualArm:
         self._timer.reset()
 
     def stop(self) -> None:
-        """Publish nothing more."""
+        """Stop publishing joint states."""
         self._timer.cancel()
 
     def _advance(self) -> None:

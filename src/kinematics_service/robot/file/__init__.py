@@ -1,1 +1,1 @@
-"""The robot file: read, checked and written."""
+"""Read, check and write robot files."""

@@ -45,7 +45,8 @@ from .text.yaml_document import Yaml, texts_in
 from .translation import MAX_BYTES as MAX_TRANSLATED_BYTES
 from .translation import RobotText, translator_of
 
-# Other things than files that a path may lead to; reading a pipe or a device might never end.
+# Types of paths that are refused, because reading a directory fails, and reading a pipe or a
+# device might never end.
 KINDS = {
     stat.S_IFDIR: 'a directory',
     stat.S_IFIFO: 'a named pipe',
@@ -53,7 +54,7 @@ KINDS = {
     stat.S_IFCHR: 'a device',
     stat.S_IFBLK: 'a device',
 }
-# A cell has the key `cell` instead of `robot`.
+# The file of a cell has the key `cell`, where the file of a robot has `robot`.
 CELL = re.compile(r'^cell\s*:', re.MULTILINE)
 ROBOT_NAME = re.compile(r'[A-Za-z0-9_]+')
 
@@ -62,19 +63,19 @@ def read_robot_file(
     path: str | os.PathLike[str], base: str = '', tip: str = ''
 ) -> RobotDescription:
     """
-    Return the description of a robot file, or of another file that is translated into one.
+    Read the description of a robot from a robot file, or from a URDF, which is translated first.
 
     Parameters
     ----------
     base, tip
-        The first and last link of the arm in a translated file; empty: chosen.
+        The first and last link of the arm in a URDF; '' if the translator chooses them.
 
     Raises
     ------
     RobotFileError
-        With all faults of the file, one a line, or if it cannot be read.
+        The file cannot be read, or has faults; the message has one line for each fault.
     KinematicsError
-        The translation fails.
+        The translation of a URDF fails.
     """
     file = os.fspath(path)
     content = _content(file)
@@ -85,7 +86,7 @@ def read_robot_file(
 
 
 def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '') -> str:
-    """Return the text of a robot file, or of another file that is translated into one."""
+    """Return the text of a robot file; a URDF is translated into such a text first."""
     file = os.fspath(path)
     if translate := translator_of(file):
         return translate(_content(file), file, base, tip).text
@@ -97,19 +98,19 @@ def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '')
 
 def text_of(file: str) -> str:
     """
-    Return the text of a file that needs no translation.
+    Return the text of a file in UTF-8, without a translation.
 
     Raises
     ------
     RobotFileError
-        It cannot be read.
+        The file cannot be read, or is not UTF-8.
     """
     return _decoded(_content(file), file)
 
 
 def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
-    """Return the description of a robot that was translated from the content of a file."""
-    # Warnings of the reader would name lines and keys of a text that the user does not see.
+    """Return the description of a robot whose text was translated from the bytes of a file."""
+    # Replace the reader's warnings, which name lines and keys of a text that the user never sees.
     return replace(
         parse_robot(translated.text, file),
         warnings=translated.doubts,
@@ -125,7 +126,8 @@ def _content(file: str) -> bytes:
         kind = KINDS.get(stat.S_IFMT(os.stat(file).st_mode))
         if kind is None:
             with open(file, 'rb') as stream:
-                # One byte more than accepted is enough to refuse a file, even an endless one.
+                # Read at most one byte more than is accepted, because a file may be endless. The
+                # caller refuses a file that is too long.
                 return stream.read(most + 1)
         reason = f'is {kind}: give the robot file itself'
     except FileNotFoundError:
@@ -146,19 +148,19 @@ def _decoded(content: bytes, file: str) -> str:
 
 def parse_robot(text: str, file: str) -> RobotDescription:
     """
-    Return the description of the text of a robot file.
+    Parse the text of a robot file into the description of the robot.
 
     Parameters
     ----------
     text
         YAML without a byte order mark.
     file
-        The path, for messages.
+        The path of the file, for messages.
 
     Raises
     ------
     RobotFileError
-        With all faults of the text, one a line.
+        The text has faults; the message has one line for each fault.
     """
     document = read_document(text, file)
     top = Place(FaultReport(document))
@@ -177,7 +179,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         for index, head in enumerate(names.heads)
         if (joint := read_joint(head, top['joints', index], quantities))
     ]
-    # If the convention has a fault, rows are checked by the one that they look like.
+    # If the convention is missing or unknown, check the rows by a convention that they look like.
     convention = CONVENTIONS.get(entry.convention or '') or likely_convention(entry.links)
     links = _links(entry, data, convention, names)
     rows = len(entry.links) if isinstance(entry.links, list) else MAX_ROWS
@@ -194,7 +196,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
 
     top.report.raise_faults()
     if not (entry.robot and entry.convention and links and base and tool and singularity):
-        # For mypy: each missing part has a fault, which is raised above.
+        # This never runs: a missing part has a fault, which is raised above. mypy needs the check.
         refuse(file, 'is incomplete')
     _remark(entry, names, links)
     return RobotDescription(
@@ -222,12 +224,12 @@ def parse_robot(text: str, file: str) -> RobotDescription:
 
 
 def refuse(file: str, message: str, line: int = 0, where: str = '') -> NoReturn:
-    """Raise the error of one fault, or of a file as a whole."""
+    """Raise RobotFileError with one fault, at a line and key or for the whole file."""
     raise RobotFileError((Fault(file, line, where, message),))
 
 
 def read_units(data: Yaml, at: Place) -> Units:
-    """Return the units of the numbers of a file; by default rad and m."""
+    """Read the units of the numbers of a file; by default rad and m."""
     if data is None:
         return Units()
     entry = checked(UnitsEntry, data, at)
@@ -242,14 +244,17 @@ def check_name(name: str | None, at: Place) -> None:
 
 class _FileNames(NamedTuple):
     """
-    The names that expressions of the file may use.
+    The names that expressions of the file may use: of joints, passive joints and constants.
 
     Attributes
     ----------
+    heads
+        The name, variable and type of each joint.
     passive
         The passive joints of each loop.
     driven, quantities
-        Readers of expressions, without and with passive joints.
+        Readers of expressions: `driven` refuses the names of passive joints, `quantities` accepts
+        these names.
     """
 
     heads: Sequence[JointHead]
@@ -274,7 +279,8 @@ def _names(entry: RobotEntry, data: dict[str, Yaml], units: Units, top: Place) -
     driven = Quantities(
         *(top, units, values, known, [head.type for head in heads]),
         unreadable=hidden - known.keys() - values.keys(),
-        # A joint with a fault in its variable may have any name in expressions.
+        # If the variable of a joint has a fault, any unknown name in an expression may be that of
+        # the joint.
         all_names_known=bool(heads)
         and constants.all_names_known
         and all(head.variable for head in heads),
@@ -308,13 +314,14 @@ def _ends(entry: RobotEntry, quantities: Quantities) -> tuple[Placement | None, 
 
 
 def _check_movement(entry: RobotEntry, names: _FileNames, links: Sequence[Link] | None) -> None:
-    # Check that every joint moves a row, except those with `unused: true`.
+    # Report joints that move no row, unless they have `unused: true`, and `unused` joints that
+    # move one.
     quantities = names.quantities
     joints, known = quantities.top['joints'], quantities.joint_types.keys()
     if links is not None:
         rows = [variables_of(row) for row in links]
     elif quantities.strange or not quantities.all_names_known or not isinstance(entry.links, list):
-        return  # an unknown name may be that of any joint
+        return  # an unknown name may belong to any joint, so no joint is certainly unused
     else:
         rows = [known_names_in(text, known) for text in texts_in(entry.links)]
     moving = frozenset().union(*rows)

@@ -1,4 +1,4 @@
-"""Translators of other formats, such as URDF, into the text of a robot file."""
+"""Register translators of other formats, such as URDF, into the text of a robot file."""
 
 from collections.abc import Callable
 from pathlib import PurePath
@@ -9,7 +9,7 @@ from ...errors import Fault
 if TYPE_CHECKING:
     from .parts.description import MimicFormula
 
-# URDF files of humanoids have up to half a megabyte.
+# Largest size of a file that is translated: 16 times the URDF of a humanoid.
 MAX_BYTES = 8 * 1024 * 1024
 
 
@@ -20,11 +20,11 @@ class RobotText(NamedTuple):
     Attributes
     ----------
     doubts
-        Probable mistakes in the original.
+        Probable mistakes in the original file.
     mimics
-        Joints of the original that follow other joints.
+        Joints of the original file that mimic other joints.
     remarks
-        Sentences that only `check` prints.
+        Sentences about the original file that only the command `check` prints.
     """
 
     text: str
@@ -33,11 +33,11 @@ class RobotText(NamedTuple):
     remarks: tuple[str, ...] = ()
 
 
-# A function of the bytes of a file, its name for messages, and the first and last link of the arm
-# (empty: chosen).
+# A function that translates a file. Arguments: the bytes of the file, its name for messages, and
+# the first and last link of the arm ('' if the translator chooses them).
 Translator = Callable[[bytes, str, str, str], RobotText]
-# Translators by file suffix. The __init__ of the package adds them, because this package may not
-# import them.
+# Translators by file suffix. `kinematics_service/__init__.py` adds them, because the package
+# `file` may not import `urdf`.
 TRANSLATORS: dict[str, Translator] = {}
 
 

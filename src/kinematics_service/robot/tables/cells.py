@@ -8,7 +8,8 @@ from ..file.parts.quantities import QUARTERS
 from ..file.text.expression_syntax import ARGUMENTS_OF
 from ..urdf.quantity import as_rounded_part_of_pi
 
-# Marks of LaTeX, Markdown and programs in a cell, and their plain signs.
+# Replacements in a cell, in this order: marks of LaTeX, Markdown and programming languages become
+# plain signs.
 PLAIN = tuple(
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -17,7 +18,7 @@ PLAIN = tuple(
         (r'\\[dt]?frac\{(\\?\w+)\}\{(\w+)\}', r'\1/\2'),
         (r'\\[dt]?frac\{([^{}]*)\}\{([^{}]*)\}', r'(\1)/(\2)'),
         (r'\^\s*\{?\s*\\circ\s*\}?|\\(?:text)?degree|\\deg\b', DEGREE),
-        (r'\^\s*\{?\s*(?:\*|\\ast|\\star)\s*\}?', '*'),  # marks the joint's variable
+        (r'\^\s*\{?\s*(?:\*|\\ast|\\star)\s*\}?', '*'),  # the star that marks a joint variable
         (r'\\(?:text|math)\w*\{([^{}]*)\}', r'\1'),
         (r'\\(?:cdot|times)\b', '*'),
         (r'\\(?:left|right|quad|[,;:! ])', ' '),
@@ -39,14 +40,14 @@ INDEX = re.compile(r'\b([A-Za-z_]\w*)[\[(](\d+)[\])]')
 
 
 class PastedRow(NamedTuple):
-    """The cells of a row, and its line in the text."""
+    """The cells of a table row, and the line of the row in the text."""
 
     line: int
     cells: tuple[str, ...]
 
 
 def plain_cell(text: str) -> str:
-    """Return a cell without marks of LaTeX, Markdown and programs; `q(1)` becomes `q1`."""
+    """Return a cell without marks of LaTeX, Markdown or program code; `q(1)` becomes `q1`."""
     for pattern, plain in PLAIN:
         text = pattern.sub(plain, text)
     text = INDEX.sub(lambda one: one[0] if one[1] in ARGUMENTS_OF else one[1] + one[2], text)
@@ -55,5 +56,5 @@ def plain_cell(text: str) -> str:
 
 
 def is_quarter(number: str) -> bool:
-    """Return whether a number is a quarter turn in radians, rounded to its digits."""
+    """Return whether a number, as text, is a rounded multiple of pi/2 (1 to 4), such as 1.57."""
     return '.' in number and as_rounded_part_of_pi(number) in QUARTERS

@@ -4,8 +4,12 @@ from collections.abc import Sequence
 
 
 def delimiter_of(lines: Sequence[str]) -> str:
-    """Return the separator of cells in most lines; a space stands for any white space."""
-    # The semicolon comes before the comma: lines with both have decimal commas.
+    """
+    Return the sign that is in more than half of the lines, `|`, tab, `;` or `,`, else a space. The
+    space means any white space.
+    """
+    # The semicolon is before the comma, so that it wins if both are in equally many lines: the
+    # commas are then decimal commas.
     counts = {sign: sum(sign in line for line in lines) for sign in '|\t;,'}
     likely = max(counts, key=lambda sign: counts[sign])
     return likely if counts[likely] > len(lines) / 2 else ' '

@@ -9,7 +9,7 @@ from .report import TableReport
 
 WORDS = {
     'a': 'a linklength length',
-    'r': 'r',  # along x (as a) in some books, along z (as d) in others
+    'r': 'r',  # means a (along x) in some books, and d (along z) in others
     'alpha': 'alpha alph twist linktwist twistangle',
     'd': 'd linkoffset',
     'theta': 'theta th thet q jointangle',
@@ -38,18 +38,19 @@ ANGLES, LENGTHS = ('alpha', 'theta', 'offset'), ('a', 'd')
 
 class Head(NamedTuple):
     """
-    The quantity and the unit of a column.
+    The head of a column: its quantity, its unit and its index.
 
     Attributes
     ----------
     meaning
-        A key of `WORDS`; empty if the head is not understood.
+        A key of `WORDS`; '' if the head is not understood.
     unit
-        'rad', 'deg', 'm', 'mm', another word for a unit, or empty.
+        'rad', 'deg', 'm', 'mm', another word for a unit, or '' if the head has no unit.
     before
-        Whether the index is i-1, as in Craig's table.
+        Whether the index of the quantity is i-1, such as in a_{i-1} of Craig's table.
     after
-        Whether the index is i+1: then a and alpha of the table have the index i-1.
+        Whether the index of the quantity is i+1. If d or theta has this index, a and alpha belong
+        to the previous link, as in Craig's table.
     """
 
     meaning: str
@@ -59,7 +60,7 @@ class Head(NamedTuple):
 
 
 def head_of(text: str) -> Head:
-    """Return the meaning of a head such as `a`, `alpha (deg)`, `a_{i-1}` or `Link twist`."""
+    """Interpret a head such as `a`, `alpha (deg)`, `a_{i-1}` or `Link twist`."""
     text = INDEX.sub(r'\1\2', plain_cell(text).strip('*').lower())
     found = IN_HEAD.search(text)
     unit = _unit(found[1]) if found else ''
@@ -70,7 +71,8 @@ def head_of(text: str) -> Head:
     whole, *parts = [head for phrase in _phrases(text) if (head := _meaning(phrase))]
     if whole.meaning:
         return whole._replace(unit=unit)
-    # The parts of `Joint angle theta` or `d (link offset)` must agree.
+    # Interpret the parts of a text such as `Joint angle theta` or `d (link offset)`. If the parts
+    # mean different quantities, the head is not understood.
     heads = {head.meaning: head for head in parts if head.meaning}
     if len(heads) > 1:
         heads.pop('joint', None)
@@ -93,7 +95,7 @@ def _meaning(phrase: str) -> Head:
 
 
 def find_heads(rows: Sequence[PastedRow]) -> int | None:
-    """Return the index of the first row with alpha and another quantity, or None."""
+    """Return the index of the first row that has heads (alpha and another quantity), or None."""
     for index, row in enumerate(rows):
         meanings = {head_of(cell).meaning for cell in row.cells}
         if 'alpha' in meanings and meanings & {'a', 'd', 'r', 'theta', 'offset'}:
@@ -102,7 +104,7 @@ def find_heads(rows: Sequence[PastedRow]) -> int | None:
 
 
 def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | None:
-    """Return the heads with the units of the row below; None if the row has other words."""
+    """Return heads with units from the row below the heads; None if its cells are not units."""
     units = [UNIT_ALONE.fullmatch(cell.lower()) for cell in row.cells]
     if len(units) != len(heads) or any(cell and not unit for cell, unit in zip(row.cells, units)):
         return None
@@ -113,9 +115,9 @@ def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | Non
 
 def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], str]:
     """
-    Return the heads with r replaced by a or d, and the convention of the table; '' if unknown.
+    Replace a head `r` by a or d; return the heads and the convention of the table, '' if unknown.
 
-    Khalil and Dombre write d along x and r along z; other books write r for a.
+    In tables of Khalil and Dombre, d is along x and r along z; in other books r means a.
     """
     meanings = [head.meaning for head in heads]
     heads = [one._replace(meaning='type') if one.meaning == 'sigma' else one for one in heads]

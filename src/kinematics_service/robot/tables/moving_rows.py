@@ -8,16 +8,16 @@ from ..file.text.expression_syntax import names_in
 from .cells import is_quarter
 from .report import TableReport
 
-MARK = '@'  # stands for the row's own variable until the variable has a name
-# A variable whose name has no number belongs to its row: `theta`, `q_i`.
+MARK = '@'  # replaces the variable of a row until the variable has a name
+# Names without a number, such as `theta` or `q_i`, that mean the variable of their own row.
 OWN = {
     'theta': re.compile(r'\b(?:theta|th|q|var|variable)(?:_?[ijn])?\b'),
     'd': re.compile(r'\b(?:d|q|s|var|variable)(?:_?[ijn])?\b'),
 }
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
-SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # other symbols in d are lengths
+SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # variables in column d; other names are lengths
 AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # pi/2 and 1.5708, not 1.57
-IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # a length rather than an angle
+IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # a number that is probably a length, not an angle
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
 STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
@@ -34,19 +34,24 @@ ZERO = ('', '0', '0.', '0.0', '0.00', '0.000', '0.0000', '0.000000', '-0.0')
 
 
 class NumberedRow(NamedTuple):
-    """A row's line in the text, its number from 1, and its cells by the meaning of their heads."""
+    """
+    A table row: its line in the text, its number counted from 1, and its cells by quantity.
+    """
 
     line: int
     number: int
     cells: dict[str, str]
 
     def fault(self, report: TableReport, column: str, message: str) -> None:
-        """Report a fault of a cell."""
+        """Report a fault of the cell in a column of this row."""
         report.fault(message, self.line, f'row {self.number}, column {column}')
 
 
 class MovingRow(NamedTuple):
-    """A row, its d and theta, the joint that begins in it, and its place: 'd', 'theta' or ''."""
+    """
+    A row, its expressions d and theta, the variable that first occurs in it ('' if none), and the
+    place that moves: 'd', 'theta', or '' for a fixed row.
+    """
 
     row: NumberedRow
     d: str
@@ -58,7 +63,7 @@ class MovingRow(NamedTuple):
 def without_stars(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> set[str]:
-    """Remove the stars that mark variables, and return the names that had a star."""
+    """Remove from d and theta the stars that mark variables; return the names that had a star."""
     found = [
         (row, place, star)
         for row in rows
@@ -66,7 +71,7 @@ def without_stars(
         for star in STARRED.finditer(row.cells.setdefault(place, ''))
         if star[1] not in constants
     ]
-    # `q2*-1` alone may be a product.
+    # Report a fault if every star is before a minus sign: `q2*-1` may be a product.
     if found and all(star[0].endswith('*') and star['sign'] for _, _, star in found):
         row, place, _ = found[0]
         message = f'{row.cells[place]}: a product, or a variable with its star? Write it without *'
@@ -81,7 +86,7 @@ def without_stars(
 def moving_rows(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> list[MovingRow]:
-    """Return the rows with their variables; report faults and assumptions."""
+    """Find the variable of each row, and report faults and assumptions."""
     starred = without_stars(rows, constants, report)
     constants = {*constants, *_lengths(rows, constants, starred, report)}
     joints = [row for row in rows if not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))]
@@ -102,7 +107,7 @@ def moving_rows(
         own = _moving(row, place, constants) if place else frozenset()
         new = sorted(name for name in own - {MARK} if bare(name) not in map(bare, known))
         if len(new) > 1 and len(angles := list(filter(ANGLE.fullmatch, new))) == 1:
-            new = angles  # the other names are letters without a value
+            new = angles  # the other names are constants without a value
         free = f'joint_{free}' if free in taken else free
         variable = free if place and (MARK in own or not own) else new[0] if new else ''
         moved = _moved(row, place, variable, constants)
@@ -114,7 +119,7 @@ def moving_rows(
 
 
 def sum_of(variable: str, constant: str) -> str:
-    """Return the sum of a variable and a constant expression."""
+    """Return the sum of a variable and a constant expression as text, such as `q1 - pi/2`."""
     term = constant.removeprefix('-')
     if constant in ZERO:
         return variable
@@ -126,8 +131,9 @@ def sum_of(variable: str, constant: str) -> str:
 def _lengths(
     rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
 ) -> set[str]:
-    # Return the names in d that are lengths: those in rows of joints that turn, with the number of
-    # such a joint, or without a star in a table with stars.
+    # Return the names in column d that are constant lengths. A name is a length if the joint of
+    # its row turns, if it has the number of a joint that turns, or if only other names of the
+    # table have a star.
     turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
     found = set[str]()
@@ -154,7 +160,7 @@ def _marked(row: NumberedRow, place: str, constants: Collection[str]) -> str:
 
 
 def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozenset[str]:
-    # Return the names of variables in a cell; MARK stands for the row's own variable.
+    # Return the names of variables in a cell; MARK means the variable of the row itself.
     text = _marked(row, place, constants)
     names = names_in(text).difference(constants, ('pi',))
     slides = TYPES.get(row.cells.get('type', '').lower()) == 'd'
@@ -163,19 +169,21 @@ def _moving(row: NumberedRow, place: str, constants: Collection[str]) -> frozens
 
 
 def bare(name: str) -> str:
-    """Return a name without underscores: `theta_1` and `theta1` are equal."""
+    """Return a name without underscores, so that `theta_1` and `theta1` compare equal."""
     return name.replace('_', '')
 
 
 def _place(row: NumberedRow, known: Collection[str], usual: str | None, named: bool) -> str | None:
-    # Return the place of the variable; empty for a fixed row, None if the type is not understood.
+    # Return the quantity that contains the row's variable, 'd' or 'theta'; '' for a fixed row,
+    # None if the cell of the column `type` is not understood.
     if 'type' in row.cells:
         return TYPES.get(row.cells['type'].lower())
     if usual is not None:
         return usual
     if _moving(row, 'theta', known):
         return 'theta'
-    # In a table with names, an empty cell is a missing number.
+    # An empty cell in d is the variable of a sliding joint, unless the table names its variables:
+    # then a number is missing.
     if _moving(row, 'd', known) or not (row.cells['d'] or named):
         return 'd'
     return '' if row.cells['theta'] else 'theta'
@@ -223,7 +231,8 @@ def _faults(
 def _judge_fixed(
     arm: Sequence[MovingRow], joints: Sequence[NumberedRow], report: TableReport
 ) -> None:
-    # Decide whether a row without a variable is fixed, or its variable is missing.
+    # Decide for each row without a new variable: it is fixed, an earlier joint moves it, or its
+    # variable is missing, which is a fault.
     rows = [one.row for one in arm if not one.place and 'type' not in one.row.cells]
     fixed = [row for row in rows if row in joints]
     moving = [one.variable for one in arm if one.variable]

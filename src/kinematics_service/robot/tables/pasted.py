@@ -13,8 +13,8 @@ from .heads import MEANINGS, find_heads
 from .report import TableReport
 
 BARS = str.maketrans(dict.fromkeys('│┃║┆┊╎', '|'))
-RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')  # a line between rows
-# The lines of base and tool in a printed robot.
+RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')  # a drawn line between rows
+# The lines of base and tool in a robot that Corke's toolbox printed.
 ENDS = re.compile(r'(?m)^\W*(?:base|tool)\s*\|(?:\s*t\s*=[^|\n]*)?\s*\|?\s*$')
 LATEX_ONLY = re.compile(
     r'(?<!\\)%.*|\\(?:begin|end)\{\w+\*?\}(?:\[\w\])?(?:\{(?:[^{}]|\{[^{}]*\})*\})*'
@@ -22,23 +22,24 @@ LATEX_ONLY = re.compile(
 )
 MERGED = re.compile(r'\\multi(?:column\{(\d+)\}|row\{\d+\})\{[^{}]*\}\{([^{}]*)\}')
 COMMENT = re.compile(r'(?m)(^|\s|(?<=[;,\])]))(?:#+|%+|//+)(?=\s*[\w(\[]).*$')
-REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a comment alone in its line
+REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a line that is all comment
 OPENED = '([{'
-UNIT_BEHIND = re.compile(r'(?<=\w)[ \t]+(?=[\[(](?:mm|cm|m|rad|deg|°)[\])])')  # `a [m] d [m]`
+# The space between a head and its unit, as in `a [m] d [m]`.
+UNIT_BEHIND = re.compile(r'(?<=\w)[ \t]+(?=[\[(](?:mm|cm|m|rad|deg|°)[\])])')
 ROW_END = re.compile(r'(;\s*|(?<![,;\s])[ \t]*\n\s*)')
 SEVERAL = 'there are several tables: leave one in the text'
 NAMED = re.compile(r'([A-Za-z_]\w*)(?:\[\w*\])*\s*[=:(]+\s*(?:[\w.]+\(\s*)?$')
 
 
 class ScriptMatrix(NamedTuple):
-    """A matrix of a script: its name (or '') and its rows."""
+    """A matrix in a script: its name ('' if it has none) and its rows."""
 
     name: str
     rows: list[PastedRow]
 
 
 def plain_text(text: str) -> str:
-    """Return a text with plain signs and names; cells of HTML tables become cells with bars."""
+    """Return a pasted text with plain signs and names; cells of HTML are separated by bars."""
     text = html.unescape(text.replace('\r\n', '\n').replace('\r', '\n')).translate(BARS)
     text = re.sub(r'(?i)\s*</?t[dh][^>]*>\s*(?:<t[dh][^>]*>)?', '|', text)
     return plain_names(re.sub(r'(?i)<tr[^>]*>\s*\|?', '', text).replace('\\_', '_'))
@@ -50,8 +51,8 @@ def without_comments(text: str) -> str:
 
 
 def rows_of(text: str, report: TableReport) -> list[PastedRow]:
-    """Return the rows of a table, without empty rows and lines between rows."""
-    # A table in a box ends at the lower left corner.
+    """Return the rows of a pasted table, without empty rows and drawn lines."""
+    # If a box is drawn around the table, the text after its lower left corner is not read.
     text = ENDS.sub('', re.split('[└┗╚╰]', text, maxsplit=1)[0])
     if '&' in text and '\\\\' in text:
         return _plain(_latex(text))
@@ -67,7 +68,9 @@ def rows_of(text: str, report: TableReport) -> list[PastedRow]:
 
 
 def remark_heads(text: str) -> list[PastedRow]:
-    """Return the heads in a comment such as `# theta, a, d, alpha of each joint`."""
+    """
+    Return a row of heads from a comment such as `# theta, a, d, alpha of each joint`, else [].
+    """
     for found in REMARK.finditer(text):
         words = re.findall(r'[a-z]+', found[0].lower())
         heads = [word for word in words if MEANINGS.get(word) in ('a', 'alpha', 'd', 'theta')]
@@ -77,7 +80,10 @@ def remark_heads(text: str) -> list[PastedRow]:
 
 
 def blocks_of(text: str) -> list[ScriptMatrix]:
-    """Return the matrices of a text: a bracket for each row, or row ends inside one bracket."""
+    """
+    Return the matrices in a script: each row in brackets of its own, or one pair of brackets with
+    row ends (`;` or a new line) inside.
+    """
     text = re.sub(r'\.\.\.[ \t]*\n', ' ', without_comments(text))
     blocks: list[ScriptMatrix] = []
     inner: dict[int, list[PastedRow]] = {}
@@ -104,7 +110,7 @@ def blocks_of(text: str) -> list[ScriptMatrix]:
 
 
 def cells_of(text: str) -> list[str]:
-    """Return the elements of a list, separated by commas or, if there is none, by blanks."""
+    """Return the elements of a list, separated by commas or, without commas, by white space."""
     depth, at = 0, [-1]
     for k, sign in enumerate(text):
         depth += (sign in OPENED) - (sign in ')]}')
@@ -118,8 +124,8 @@ def cells_of(text: str) -> list[str]:
 
 
 def _groups(text: str) -> Iterator[tuple[int, int, int]]:
-    # Yield begin, end and the begin of the parent of each pair of brackets that is not a call,
-    # inner pairs first.
+    # Yield each pair of brackets that is not a function call, inner pairs first: the index of its
+    # begin, of its end, and of the begin of the pair around it (-1 if there is none).
     opened: list[tuple[int, bool]] = []
     for k, sign in enumerate(text):
         if sign in OPENED:
@@ -146,7 +152,7 @@ def _latex(text: str) -> Iterator[PastedRow]:
 
 
 def _read_lines(text: str, report: TableReport) -> list[PastedRow]:
-    # A comment may have the heads: keep it then.
+    # Remove comments, except a comment that has the heads of the table.
     kept = []
     for line in text.split('\n'):
         bare = re.sub(r'^\s*(?:#+|%+|//+)\s*(?=[\w\\(])', '', line)
@@ -171,8 +177,9 @@ def _lines(text: str, delimiter: str) -> Iterator[PastedRow]:
         reader, numbers = csv.reader(cut, delimiter=delimiter, skipinitialspace=True), list(lines)
         yield from (PastedRow(numbers[reader.line_num - 1], tuple(cells)) for cells in reader)
         return
-    # Cells such as `q1 + 90` have spaces. Cut at each space, at two or more spaces, or at spaces
-    # that are not around a sign, and take the most regular rows.
+    # Cells such as `q1 + 90` contain spaces. Cut the lines in three ways: at every space, at two
+    # or more spaces, or at spaces that are not around an operator. Use the way in which the rows
+    # have the fewest different numbers of cells.
     lines = {n: UNIT_BEHIND.sub('', re.sub(r',\s+', ',', line)) for n, line in lines.items()}
     packed = {n: re.sub(r'(?<=\w)\s+([-+*/])\s+(?=\w)', r'\1', line) for n, line in lines.items()}
     ways = [

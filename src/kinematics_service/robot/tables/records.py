@@ -1,4 +1,4 @@
-"""Read a table of named numbers: dictionaries, YAML, JSON, TOML, vectors, sympy substitutions."""
+"""Read tables of named numbers: dictionaries, YAML, JSON, TOML, vectors, sympy substitutions."""
 
 import re
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ PAIR = re.compile(
 )
 ITEM = re.compile(r'(?m)^[ \t]*- ')
 BLOCK_LIST = re.compile(r'(?m)^([ \t]*)(\w+):[ \t]*\n((?:[ \t]*- [^\n:]*(?:\n|\Z))+)')
-# Signs between two numbers of different rows.
+# Signs that separate two rows: one of these is between the numbers of different rows.
 BETWEEN_ROWS = re.compile(r'[{}()]|\[\[|(?m:^[ \t]*-[ \t])|(?m:^[ \t]*[\w"\']+:[ \t]*$)|(?m:^\[)')
 OTHER_LIST = re.compile(r'\][^\[]*:\s*\[|(?m:^[ \t]*\w+:[ \t]*\n[ \t]*-[ \t])')
 TOML_LISTS = re.compile(r'(?m)^\[\[([\w.]+)\]\]')
@@ -33,7 +33,7 @@ class _Pair(NamedTuple):
 
 
 def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
-    """Return heads and rows of a table of named numbers; empty for another table."""
+    """Return heads and rows of a table of named numbers; [] if the text is another table."""
     text = _with_lists(text)
     pairs = _pairs(text)
     keys = [head_of(pair.key).meaning for pair in pairs]
@@ -50,7 +50,10 @@ def rows_of_records(text: str, report: TableReport) -> list[PastedRow]:
 
 
 def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
-    """Return heads and rows of names with indices, such as `alpha0: 0, a0: 0, d1: 0.75`."""
+    """
+    Return heads and rows of numbers with indexed names, such as `alpha0: 0, a0: 0, d1: 0.75`, else
+    [].
+    """
     text = without_comments(text)
     pairs = [pair for pair in _pairs(text) if NUMBERED.fullmatch(pair.key)]
     several = sum('alpha' in pair.key for pair in pairs) > 1
@@ -58,7 +61,7 @@ def rows_of_substitutions(text: str, report: TableReport) -> list[PastedRow]:
 
 
 def _with_lists(text: str) -> str:
-    # Write YAML lists with a line for each number as lists in brackets.
+    # Return the text with YAML lists in brackets, where it has lists of one item in each line.
     return BLOCK_LIST.sub(
         lambda found: f'{found[1]}{found[2]}: [{", ".join(ITEM.sub("", found[3]).split())}]\n',
         without_comments(text),
@@ -111,7 +114,8 @@ def _sequence(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[Pa
 
 
 def _numbered(text: str, pairs: Sequence[_Pair], report: TableReport) -> list[PastedRow]:
-    # alpha0, a0, d1, q1 are Craig's indices. A name without a number stays a letter.
+    # If alpha begins at index 0, and d and theta at 1, the table has Craig's indices: a row has
+    # alpha(i-1), a(i-1), d(i) and theta(i). A cell without a value has its name, such as `d2`.
     parts = (NUMBERED.sub(r'\1 \2', pair.key).split() for pair in pairs)
     found = {(name, int(index)): pair for (name, index), pair in zip(parts, pairs)}
     if len({(pair.key, pair.value) for pair in pairs}) > len(found):

@@ -9,7 +9,7 @@ from ...errors import Fault, RobotFileError
 @dataclass(frozen=True)
 class TableReport:
     """
-    Faults and notes of one table.
+    Faults of one pasted table, and notes about assumptions.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ class TableReport:
     notes: list[Fault] = field(default_factory=list)
 
     def fault(self, message: str, line: int = 0, where: str = '') -> None:
-        """Add a fault; `where` is a row and a column."""
+        """Add a fault; `where` names the row and column as text."""
         self.faults.append(Fault(self.file, line, where, message))
 
     def note(self, message: str) -> None:
@@ -30,10 +30,10 @@ class TableReport:
         self.notes.append(Fault(self.file, 0, '', message))
 
     def raise_faults(self) -> None:
-        """Raise the faults if there are any."""
+        """Raise RobotFileError with all faults, if there are any."""
         if self.faults:
             raise RobotFileError(self.faults)
 
     def refuse(self, message: str, line: int = 0) -> NoReturn:
-        """Raise a fault of the whole table or of a line."""
+        """Raise RobotFileError with one fault of a line, or of the whole table."""
         raise RobotFileError([Fault(self.file, line, '', message)])

@@ -26,14 +26,14 @@ HOW = (
     'such as --columns a,alpha,d,theta (known are also offset, type, joint, limits, min, max; '
     '- for a column that is left out)'
 )
-MAX_CHARACTERS = 50_000  # ten times as many as a table of 128 joints has
+MAX_CHARACTERS = 50_000  # ten times the length of a table with 128 joints
 DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 IN_THOUSANDS = re.compile(r'-?[1-9]\d{0,2},\d{3}')
 BETWEEN = re.compile(r'\s*(?:,|;|\.\.\.?|…|\bto\b|~)\s*|\s+')
 SCALED = re.compile(r'(?:(.*\*))?\s*(?:array\()?\[(.*)\]\)?\s*([*/].*)?')
-KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}  # words of a robot file that name no constant
+KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}  # keys and `pi`, which are not names of constants
 PLACE = re.compile(r'(links|joints)\[(\d+)\](?:\.(\w+))?.*')
-# Words in the text that name a convention.
+# Words in the pasted text that show its convention.
 TITLES = {
     'modified': re.compile(r'\b(?:modified|craig|mdh|proximal)\b', re.IGNORECASE),
     'standard': re.compile(r'\b(?:standard|classic|classical|distal|spong)\b', re.IGNORECASE),
@@ -50,7 +50,7 @@ def read_table(
     round_angles: bool = False,
 ) -> RobotText:
     """
-    Return the robot file of a table, with notes about assumptions.
+    Convert a pasted table to the text of a robot file, with notes about assumptions.
 
     Parameters
     ----------
@@ -58,21 +58,21 @@ def read_table(
         Rows of a spreadsheet, of plain text, Markdown or LaTeX, a matrix, or calls of Corke's
         toolbox.
     file, name
-        The name of the file in messages; the name of the robot.
+        The name of the table's file in messages; the name of the robot.
     units
-        'rad' or 'deg', and 'm' or 'mm'. If a unit is missing, heads and numbers decide.
+        'rad' or 'deg', and 'm' or 'mm'. A missing unit is derived from the heads and the numbers.
     convention
-        'standard' or 'modified'; default: that of the table, else standard.
+        'standard' or 'modified'. Default: the convention that the table shows, else standard.
     columns
-        Heads, separated by commas, that replace those of the table; `-` leaves a column out. The
-        units and the indices i-1 of the table's own heads still apply.
+        Heads, separated by commas, that replace the heads of the table; `-` leaves a column out.
+        Units and indices i-1 in the heads of the table still apply.
     round_angles
-        Replace numbers such as 1.5708 by the part of pi that they round.
+        Whether a number such as 1.5708 is replaced by the part of pi that it rounds.
 
     Raises
     ------
     RobotFileError
-        The table cannot be read. A fault of a cell has its row and column.
+        The table cannot be read. The message about a cell names its row and column.
     """
     report = TableReport(file)
     if len(text) > MAX_CHARACTERS:
@@ -154,14 +154,14 @@ def _headed(
     # Return the heads of the columns, and the rows below them.
     at = find_heads(rows)
     if at is None and columns and rows and not re.search(r'\d', ''.join(rows[0].cells)):
-        at = 0  # the first row has words that are not understood
+        at = 0  # the first row has no digits: its words are heads, which `columns` replaces
     if at is None and columns is None:
         report.refuse(f'no row says what the columns hold: say it, {HOW}')
     words: Sequence[str] = rows[at].cells if at is not None else ()
     heads: Sequence[Head] = [head_of(word) for word in words]
     body = rows if at is None else rows[at + 1 :]
     if len(heads) > 3 and all(len(row.cells) == len(heads) + 1 for row in body):
-        # A printed data frame has names or numbers of its rows in a column without a head.
+        # In a printed data frame, the first column has the names of the rows and no head.
         heads, words = [Head('joint'), *heads], ['', *words]
     if any(find_heads([row]) is not None for row in body):
         report.refuse(SEVERAL)
@@ -170,7 +170,7 @@ def _headed(
     if columns is not None:
         words = plain_names(columns).split(',')
         given = [head_of(word) for word in words]
-        # The units and indices of the table's heads apply unless they are given.
+        # Keep the units and indices of the table's heads, unless `columns` has others.
         own = [*heads, *[Head('')] * len(given)]
         heads = [
             old._replace(meaning=one.meaning, unit=one.unit or old.unit) if not one.before else one
@@ -194,7 +194,7 @@ def _refuse_unheaded(
         if meanings.count(meaning) != 1:
             count = 'no column is' if meaning not in meanings else 'several columns are'
             report.refuse(f'{count} {meaning}: say what the columns hold, {HOW}')
-    # Khalil's parameters of trees and closed loops.
+    # Refuse tables of Khalil whose columns `before`, gamma or b describe branches.
     columns = list(zip(*(row.cells for row in body)))
     for head, cells in zip(heads, columns):
         counted = [str(k) for k in range(len(cells))]
@@ -256,7 +256,8 @@ def _numbered(
 def _constants(
     constants: Mapping[str, str], arm: Sequence[MovingRow], ends: str, report: TableReport
 ) -> Iterator[str]:
-    # Yield the constants that are used, also by other constants, and letters without a value.
+    # Yield the lines of the section `constants`: the constants that expressions or other constants
+    # use, and names without a value.
     texts = [ends, *chain.from_iterable(_texts(row) for row in arm)]
     used = [name for text in texts for name in sorted(names_in(text) - KEPT)]
     kept: list[str] = []
@@ -274,7 +275,7 @@ def _constants(
 
 def _joint(moved: MovingRow, angle: str, report: TableReport) -> str:
     row, label = moved.row, re.sub(r'\s+', '_', moved.row.cells.get('joint', ''))
-    named = re.search('[A-Za-z]', label)  # 0->1 is not a name
+    named = re.search('[A-Za-z]', label)  # a label such as `0->1` is not the name of a joint
     entry = [f'name: {scalar(label)}'] if named else [f'name: {moved.variable}']
     entry += [f'variable: {moved.variable}'] if named else []
     entry.append(f'type: {"revolute" if moved.place == "theta" else "prismatic"}')
@@ -312,7 +313,7 @@ def _link(moved: MovingRow, angle: str) -> str:
 
 
 def _in_the_table(fault: Fault, arm: Sequence[MovingRow]) -> Fault:
-    # Return a fault of the robot file at its place in the table.
+    # Return a fault of the generated robot file with its place in the pasted table.
     where, line = fault.where, 0
     if found := PLACE.fullmatch(where):
         rows = arm if found[1] == 'links' else [row for row in arm if row.variable]

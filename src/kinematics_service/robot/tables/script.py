@@ -1,4 +1,4 @@
-"""Read the constants of a script, and base, tool and offsets of its robot."""
+"""Read from a script its constants, and the base, tool and offsets of its robot."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -29,7 +29,7 @@ TURN = re.compile(
 
 
 def constants_of(text: str, report: TableReport) -> dict[str, str]:
-    """Return the expressions assigned to names, without the names of joints."""
+    """Return the expressions that a script assigns to names, except names of joints."""
     found: dict[str, str] = {}
     for names, value in CONSTANT.findall(text):
         values = cells_of(value) if ',' in names else [value]
@@ -43,7 +43,7 @@ def constants_of(text: str, report: TableReport) -> dict[str, str]:
 
 
 def settings_of(text: str, report: TableReport) -> dict[str, str]:
-    """Return the settings `offset`, `base` and `tool` of a robot in a script without its links."""
+    """Return the expressions that a script sets as `offset`, `base` and `tool` of its robot."""
     found = {key: value.strip() for key, value in SETTING.findall(text)}
     if found.pop('qlim', ''):
         report.note('qlim of the robot is not read: write limits into the robot file')
@@ -51,7 +51,7 @@ def settings_of(text: str, report: TableReport) -> dict[str, str]:
 
 
 def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> Iterator[str]:
-    """Yield base and tool of a script or of a printed robot as lines of a robot file."""
+    """Yield the base and tool of a script, or of a printed robot, as lines of a robot file."""
     for end in ('base', 'tool'):
         if end in settings:
             found = _placement(settings[end])
@@ -62,7 +62,7 @@ def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> It
                 report.refuse(f'{fault}, or take it out and write it into the robot file')
             yield _line(end, *found)
     for end, xyz, order, angles in BOXED.findall(text):
-        # R = Rx(yaw) Ry(pitch) Rz(roll) in the order xyz of the toolbox.
+        # In the toolbox, the order xyz means R = Rx(yaw) Ry(pitch) Rz(roll): reverse the angles.
         rpy = angles.replace(' ', '').split(',')[:: -1 if order == 'xyz' else 1]
         if order == 'xyz' and sum(re.search('[1-9a-z]', angle) is not None for angle in rpy) > 1:
             report.refuse(f'{end}: rpy/xyz has several angles: write it into the robot file')
@@ -71,7 +71,8 @@ def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> It
 
 
 def _placement(text: str) -> tuple[list[str], list[str]] | None:
-    # Return xyz and rpy of shifts along axes and at most one turn; None for another product.
+    # Return xyz and rpy of a product of translations, followed by at most one rotation; None for
+    # another product.
     xyz, rpy = ['0'] * 3, ['0'] * 3
     for factor in re.split(r'\s*[*@]\s*(?=[A-Za-z])', text.strip()):
         shift, along, turn = (form.fullmatch(factor) for form in (SHIFT, ALONG, TURN))

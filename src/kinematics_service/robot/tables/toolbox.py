@@ -9,7 +9,7 @@ from .pasted import blocks_of, cells_of, without_comments
 from .report import TableReport
 from .script import settings_of
 
-# Not `Link(i)`, which is a head.
+# Calls that make a link, except `Link(i)`, which is a head of a table.
 LINKS = r'\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\((?!\s*[ijkn]\b)'
 CALL = re.compile(LINKS)
 LINK = re.compile(
@@ -21,22 +21,24 @@ NAME = re.compile(r'\w+(?:[\[(]\w+[\])])?')
 REPEATED = re.compile(r'\)\s*for\b|[\[(][A-Za-z]\w*[\])]\s*=\s*\w*Link\(|append\(')
 OPTION = re.compile(r"'(modified|standard|revolute|prismatic|[rp])'\s*,?")
 VALUE = re.compile(r"(?:'(\w+)'\s*,|(\w+)\s*=)\s*((?:[^,\[(]|\[[^\]]*\]|\([^()]*\))+)")
-VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')  # Link([...]) of MATLAB
+VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')  # elements of MATLAB's Link([...])
 LATER = re.compile(
     r'(\w+(?:[\[(]\w+[\])])?)\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=\s*([^;\n]+)'
 )
-# The matrix in `SerialLink(dh)`.
+# The name of the matrix in `SerialLink(dh)`.
 OF_MATRIX = re.compile(r'\bSerialLink\s*\(\s*(\w+|(?=\[))\s*[,)\[]')
 LATER_OF_LINKS = re.compile(r'\w+[\[(]\w+[\])]\.\w+\s*=\s*[^;\n]+')
-# Known keys of a link. Those of its dynamics and its looks are ignored.
+# Known arguments of a link. Arguments for dynamics and drawing are ignored.
 KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
-UNREAD = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # numbers of a link that no pattern matches
+UNREAD = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # a link that remains after LINK is removed
 HEADS = ('a', 'alpha', 'd', 'theta', 'offset', 'type', 'limits')
 FALSE = (None, '', '0', '0.0', 'False', 'false')
 
 
 class ToolboxLinks(NamedTuple):
-    """Heads and rows, the convention, and base and tool as they are written."""
+    """
+    The links of a script: heads and rows, the convention, and the settings of the robot as text.
+    """
 
     rows: list[PastedRow]
     convention: str
@@ -45,7 +47,7 @@ class ToolboxLinks(NamedTuple):
 
 class _LinkCall(NamedTuple):
     line: int
-    target: str  # the name that the link is assigned to
+    target: str  # the variable to which the script assigns the link; '' if there is none
     function: str
     values: dict[str, str]
 
@@ -89,7 +91,7 @@ def toolbox_links(text: str, report: TableReport) -> ToolboxLinks | None:
 
 
 def _matrix_links(text: str) -> list[_LinkCall]:
-    # The rows of `dh` in SerialLink(dh) are theta, d, a, alpha, sigma, offset.
+    # Return a link for each row of `dh` in SerialLink(dh): theta, d, a, alpha, sigma, offset.
     found = OF_MATRIX.search(text)
     blocks = blocks_of(text) if found else []
     named = [block for block in blocks if found and block.name == found[1]]
@@ -134,7 +136,7 @@ def _call(text: str, found: re.Match[str], report: TableReport) -> _LinkCall:
 
 def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     values = link.values
-    # A MATLAB link names the constant one of theta and d: the other moves.
+    # MATLAB's Link(...) has the constant one of theta and d as an argument; the other one moves.
     names_theta = link.function == 'Link' and 'theta' in values and 'd' not in values
     slides = link.has('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
     moving = 'd' if slides or names_theta else 'theta'

@@ -14,14 +14,15 @@ from .heads import Head
 from .moving_rows import ZERO, NumberedRow
 from .report import TableReport
 
-# Words in the text that name a unit.
+# Words in the pasted text that show its units.
 WORDS = {
     'deg': re.compile(r'\bdegrees?\b(?!\(| of freedom)', re.IGNORECASE),
     'rad': re.compile(r'\bradians?\b(?!\()', re.IGNORECASE),
     'mm': re.compile(r'\bmm\b|\bmillimet(?:er|re)s?\b', re.IGNORECASE),
     'm': re.compile(r'\bmet(?:er|re)s?\b', re.IGNORECASE),
 }
-# Columns of angles and of lengths, their units, and the largest plausible number in the first.
+# For angles and lengths: the columns, the units, and the largest plausible number in the first
+# unit (rad, m).
 KINDS = {
     'angles': (('alpha', 'theta', 'offset'), ('rad', 'deg'), LARGEST_USUAL_ANGLE),
     'lengths': (('a', 'd'), ('m', 'mm'), LARGEST_USUAL_LENGTH),
@@ -29,10 +30,10 @@ KINDS = {
 IN_MM = {'mm': Decimal(1), 'cm': Decimal(10), 'm': Decimal(1000), 'in': Decimal('25.4')}
 NUMBER = re.compile(r'(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?)\b')
-# A number that is a whole term, without a mark of its unit.
+# A number that is a term of a sum, not a factor, and has no unit.
 TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
-DEGREE_DECIMALS = 9  # 29.999999999999996 is 30
-LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')  # limits of 30 rad are in degrees
+DEGREE_DECIMALS = 9  # removes round-off: 29.999999999999996 deg becomes 30
+LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')  # limits from 30 on are in degrees
 
 
 def in_one_unit(
@@ -44,7 +45,7 @@ def in_one_unit(
     text: str,
     report: TableReport,
 ) -> str:
-    """Return the unit of all angles or all lengths, and convert their cells to it."""
+    """Choose one unit for all angles or all lengths, convert the cells to it, and return it."""
     meanings, accepted, _ = KINDS[kind]
     in_heads = {one.meaning: one.unit for one in heads if one.meaning in meanings and one.unit}
     asked = set(given).intersection(accepted)
@@ -74,7 +75,8 @@ def in_one_unit(
 
 
 def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableReport) -> str:
-    # Decide by marks in the cells (degree signs, parts of pi), else by the size of the numbers.
+    # Choose the unit by marks in the cells (degree signs, parts of pi, unit words), else by the
+    # size of the numbers.
     _, (small, large), most = KINDS[kind]
     words = {unit: said[0] for unit, one in WORDS.items() if (said := one.search(whole))}
     marks = words if len(words.keys() & {small, large}) == 1 else dict[str, str]()
@@ -84,7 +86,7 @@ def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableRepor
         if kind == 'angles':
             found = ['deg'] * (DEGREE in text) + ['rad'] * ('pi' in names_in(text))
         marks |= dict.fromkeys(found, text.strip())
-        # TERM leaves out factors: 26.45 of 26.45*0.0254 is larger than the product.
+        # Compare terms only, not factors: in 26.45*0.0254, the factor 26.45 exceeds the product.
         if 'rad' not in found:
             plain += [number for number in TERM.findall(text) if float(number)]
     plain.sort(key=float)
@@ -107,7 +109,7 @@ def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableRepor
 
 
 def in_unit(cell: str, unit: str) -> str:
-    """Return a cell with numbers such as `350 mm` or `pi/2` converted to a unit."""
+    """Return a cell in which numbers such as `350 mm` or `pi/2` are converted to a unit."""
     if unit == 'deg':
         cell = re.sub(r'\bpi\b', '180', cell.replace(DEGREE, ''))
     cell = re.sub(r'(\bpi\b[^*/]*?)\s*\b(?:rad|radians?)\b', r'\1', cell)
@@ -123,7 +125,7 @@ def in_unit(cell: str, unit: str) -> str:
 
 
 def rounded(cell: str, unit: str) -> str:
-    """Return an angle with numbers such as 1.5708 replaced by the parts of pi that they round."""
+    """Return an angle as text; replace numbers such as 1.5708 by the parts of pi they round."""
 
     def part(found: re.Match[str]) -> str:
         if unit == 'deg':

@@ -2,5 +2,5 @@
 Convert robots to and from URDF, the XML that RViz, MoveIt and robot_state_publisher read.
 
 `writer.export_urdf` makes a URDF from a robot's table. `importer.import_urdf` makes a robot file
-from a chain of a URDF, and measures how exactly both agree.
+from a chain of a URDF, and measures how exactly the poses of both agree.
 """

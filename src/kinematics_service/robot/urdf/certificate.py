@@ -13,23 +13,24 @@ from .chain import UrdfChain
 
 CONFIGURATIONS = 1000
 SEED = 20240611
-UNLIMITED_STROKE = 1.0  # m, sampled for a prismatic joint without limits
+UNLIMITED_STROKE = 1.0  # m, the sampled range of a prismatic joint without limits
 FULL_TURN = 2.0 * math.pi
-# Largest sampled position, rad or m: round-off grows with the position, so larger ones test less.
+# Largest sampled joint position, rad or m. Larger positions would test less, because round-off
+# grows with the position.
 MAX_POSITION = 10.0 * FULL_TURN
 
 
 @dataclass(frozen=True)
 class Certificate:
     """
-    The largest difference between the table and the plain product of the URDF's joints.
+    The largest difference of tool poses between a robot's table and the URDF it was made from.
 
     Parameters
     ----------
     configurations
-        The number of random joint positions inside the limits.
+        The number of random configurations inside the limits.
     position_error, rotation_error : m, rad
-        The largest errors, which may belong to different poses.
+        The largest errors, which may be at different configurations.
     """
 
     configurations: int
@@ -46,10 +47,10 @@ class Certificate:
 
 def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
     """
-    Return random joint positions inside the limits, the same in every call, shape (count, n).
+    Return random joint positions inside the limits, shape (count, n), rad or m.
 
-    A joint without limits samples a full turn, or one metre if it is prismatic. Wide limits are
-    cut to the part that is nearest to zero.
+    Every call returns equal positions. The range of a joint without limits is a full turn, or one
+    metre if it is prismatic. Wide limits are cut to the part that is nearest to zero.
     """
     low, high = [], []
     for joint in chain.variables:
@@ -64,7 +65,7 @@ def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
 
 
 def certify(chain: UrdfChain, robot: Robot) -> Certificate:
-    """Return the errors of a robot against the chain that it was made from."""
+    """Compare the tool poses of a robot with those of the URDF chain that it was made from."""
     q = configurations(chain)
     expected, found = chain.poses(q), poses_and_frames(robot.chain, q)[0]
     position = np.linalg.norm(found[:, :3, 3] - expected[:, :3, 3], axis=1)

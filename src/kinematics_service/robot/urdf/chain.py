@@ -1,8 +1,8 @@
 """
 Read a chain of a URDF, and compute its pose as the plain product of its joints.
 
-The product shares no code with the kernel, or with the table that is made from the chain.
-Therefore it can check both.
+The product shares no code with the kernel, or with the computation of the table from the chain.
+Therefore the product can check both.
 """
 
 from collections.abc import Sequence
@@ -42,20 +42,21 @@ class Variable:
 @dataclass(frozen=True, eq=False)
 class MovingJoint:
     """
-    One moving joint of the chain: the motion `before`, then a motion about or along its axis.
+    One moving joint of a URDF chain: a constant motion, then a motion about or along its axis.
 
     Parameters
     ----------
     turns
         Whether the joint turns rather than slides.
     before : shape (4, 4)
-        The constant motion since the last joint, this joint's own origin included.
+        The constant motion after the previous moving joint, including the origin of this joint.
     axis : shape (3,)
-        Unit vector.
+        The axis as a unit vector, in the frame after `before`.
     variable, factor, offset
-        The position is factor times a variable (given by its index) plus offset, in rad or m.
+        The position of the joint, rad or m, is factor * variable + offset; the variable is given
+        by its index.
     follows
-        Whether the joint mimics another.
+        Whether the joint mimics another joint.
     """
 
     turns: bool
@@ -70,18 +71,22 @@ class MovingJoint:
 @dataclass(frozen=True, eq=False)
 class UrdfChain:
     """
-    The joints from one link to another.
+    The joints of a URDF from the link `base` to the link `tip`.
 
     Parameters
     ----------
     robot
-        The name in the URDF.
+        The name of the robot in the URDF.
+    variables
+        The actuated joints, in the order of joint positions q.
+    motions
+        The moving joints from base to tip.
     end : shape (4, 4)
-        The constant motion after the last joint.
+        The constant motion after the last moving joint.
     mimics
         The joints of the chain that mimic others.
     joints
-        All joints of the chain, with fixed ones, and the joints that they mimic.
+        All joints of the chain, including fixed joints, and the joints that they mimic.
     """
 
     robot: str
@@ -94,7 +99,7 @@ class UrdfChain:
     joints: tuple[UrdfJoint, ...]
 
     def poses(self, q: Floats) -> Floats:
-        """Return poses of the tip in the base, (k, 4, 4), at positions q (k, n), rad or m."""
+        """Return poses of the tip in the base, (k, 4, 4), at joint positions q (k, n)."""
         T = np.broadcast_to(np.eye(4), (len(q), 4, 4))
         for motion in self.motions:
             position = motion.factor * q[:, motion.variable] + motion.offset
@@ -103,7 +108,7 @@ class UrdfChain:
 
 
 def moved(turns: bool, axis: Floats, position: Floats) -> Floats:
-    """Return the motions of joints at positions (k,), about or along an axis: shape (k, 4, 4)."""
+    """Return the motions (k, 4, 4) of a joint about or along its axis at positions (k,)."""
     T = np.tile(np.eye(4), (len(position), 1, 1))
     if turns:
         T[:, :3, :3] = turn_about(axis, position)
@@ -114,9 +119,9 @@ def moved(turns: bool, axis: Floats, position: Floats) -> Floats:
 
 def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> UrdfChain:
     """
-    Return the chain between two links. The base may be on another branch than the tip.
+    Read the chain between two links of a URDF; base and tip may be on different branches.
 
-    With `rounds`, angles and axes that look rounded are replaced by exact ones.
+    If `rounds`, angles and axes that look rounded are replaced by exact ones.
 
     Raises
     ------
@@ -146,7 +151,7 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
         if joint.name in leaders:
             leader, turns = leaders[joint.name], joint.type != 'prismatic'
             factor, offset = sign * leader.multiplier, sign * leader.offset
-            if factor == 0.0:  # it mimics a fixed joint, and so it does not move
+            if factor == 0.0:  # the multiplier is 0, so the joint stays at its offset
                 still = still @ moved(turns, joint.axis, np.array([offset]))[0]
             else:
                 variable, follows = names.index(leader.mimics), bool(joint.mimics)
@@ -187,8 +192,8 @@ def _refuse(joint: XmlElement, message: str) -> NoReturn:
 
 
 def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
-    # Return the joint with the actuated joint that it finally mimics (itself if it mimics none),
-    # and the multiplier and offset from that joint.
+    # Return the joint as a mimic of an actuated joint, with multiplier and offset. Chains of
+    # mimics are multiplied out; an actuated joint mimics itself.
     factor, offset, leader = 1.0, 0.0, joint
     passed = set()
     while leader.mimics:

@@ -1,8 +1,8 @@
 """
 Read the XML elements of a URDF with their lines, by expat, and refuse hostile files.
 
-Entities make XML dangerous: they grow without bound, or read other files. Only a DOCTYPE can
-declare them. It is refused at its first character, before its content is read.
+Entities make XML dangerous: they can grow without bound, or read other files. Only a DOCTYPE can
+declare entities, so the parser refuses every DOCTYPE before it reads its content.
 """
 
 import re
@@ -23,8 +23,8 @@ MAX_LISTED_NAMES = 30  # in a message
 MISPLACED = expat.errors.codes[expat.errors.XML_ERROR_MISPLACED_XML_PI]
 BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
 DECLARED = re.compile(rb'\A<\?xml\b[^>]*?\bencoding\s*=\s*["\']([\w.-]+)["\']')
-# Encodings with several bytes a character, which expat cannot read, and their Python codecs. The
-# codec is that of the larger character set that such files use.
+# Python codecs for encodings that expat cannot read, because they use several bytes for a
+# character. The codec has the larger character set that files with such a name use.
 CODECS = dict.fromkeys(('gb2312', 'gbk', 'gb18030'), 'gb18030')
 CODECS |= dict.fromkeys(('shift_jis', 'x_sjis', 'windows_31j', 'cp932'), 'cp932')
 CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}
@@ -38,7 +38,8 @@ class XmlElement:
     Parameters
     ----------
     tag, attributes, children
-        Text between elements is not kept: URDF has none.
+        The name, attributes and children of the element. Text between elements is not kept,
+        because URDF does not use text.
     file, line
         File and line where the element begins; lines are counted from 1.
     inside
@@ -53,11 +54,11 @@ class XmlElement:
     inside: str
 
     def all(self, tag: str) -> Iterator['XmlElement']:
-        """Yield the children of a tag."""
+        """Yield the children that have a tag, such as `joint`."""
         return (child for child in self.children if child.tag == tag)
 
     def first(self, tag: str) -> 'XmlElement | None':
-        """Return the first child of a tag, or None."""
+        """Return the first child that has a tag, or None."""
         return next(self.all(tag), None)
 
     def refuse(self, message: str) -> NoReturn:
@@ -72,7 +73,7 @@ class XmlElement:
         raise UrdfError(str(self.fault(message)))
 
     def fault(self, message: str) -> Fault:
-        """Return a fault with the place of this element."""
+        """Return a fault with a message and the place of this element."""
         inside = f' of {self.inside}' if self.inside else ''
         return Fault(self.file, self.line, _title(self.tag, self.attributes) + inside, message)
 
@@ -126,7 +127,8 @@ def parse_urdf(content: bytes, file: str) -> XmlElement:
 
 
 class _XmlReader:
-    # `open` has the elements that are not closed, the innermost last, with their children so far.
+    # A builder of XmlElement trees. `open` has the elements that are not closed yet, innermost
+    # last, with the children read so far.
     def __init__(self, file: str) -> None:
         self.file = file
         self.open: list[tuple[str, dict[str, str], int, list[XmlElement]]] = []
@@ -134,7 +136,8 @@ class _XmlReader:
         self.elements = 0
 
     def read(self, content: bytes) -> XmlElement:
-        # The parsers of ROS accept blank lines before the declaration; expat needs them after it.
+        # Move blank lines from before to after the XML declaration: the parsers of ROS accept them
+        # before it, expat does not.
         content, encoding = self._in_utf_8(BLANK_BEGINNING.sub(rb'\2\1', content))
         self.parser = expat.ParserCreate(encoding)
         self.parser.StartDoctypeDeclHandler = self._doctype
@@ -148,19 +151,20 @@ class _XmlReader:
                 reason += '; delete what stands before <?xml, or delete <?xml ...?>'
             self._refuse(error.lineno, f'not valid XML: {reason}')
         except UrdfError:
-            raise  # from a handler; without this line the next one would catch it
+            raise  # a handler refused the file; UrdfError is also a ValueError
         except (ValueError, LookupError) as error:
             self._refuse(0, f'not valid XML: {error}')  # unknown encoding
-        assert self.root is not None  # expat accepts no document without one
+        assert self.root is not None  # expat refuses a document without a root
         return self.root
 
     def _in_utf_8(self, content: bytes) -> tuple[bytes, str | None]:
-        # Return the bytes and their encoding; None if expat finds the encoding. Valid UTF-8 is
-        # UTF-8 even if it declares another encoding: a ROS message has decoded it.
+        # Return the bytes and their encoding, or None for the encoding if expat finds it. Valid
+        # UTF-8 counts as UTF-8 even if the file declares another encoding, because a text from a
+        # ROS message has been decoded.
         found = DECLARED.match(content)
         declared = found[1].decode('ascii') if found else 'UTF-8'
         codec = CODECS.get(declared.lower().replace('-', '_'))
-        if b'\0' in content:  # UTF-16
+        if b'\0' in content:  # probably UTF-16, which expat can read
             return content, None
         line = 0
         for one in ('utf-8', codec):

@@ -1,4 +1,4 @@
-"""List the parts of a URDF's chain that are not read, or are most likely mistakes."""
+"""List the parts of a URDF's chain that the import does not read, or that are likely mistakes."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -18,10 +18,12 @@ from .joints import ATTRIBUTES, SINCE
 from .quantity import ROUND_OFF
 from .tree import UrdfTree
 
-# Places in a robot file whose doubts also concern the URDF: joints, and the sum of the lengths.
+# Places in the generated robot file whose warnings also apply to the URDF: the joints, and the sum
+# of the lengths.
 MAPPED_PLACES = re.compile(r'joints\[(\d+)\]|links$')
-SIMILARITY = 0.75  # by difflib: `axes` and `axis` have 0.75
-# The largest plausible number in m or rad, as in a robot file, for each attribute of an origin.
+SIMILARITY = 0.75  # least similarity by difflib for a suggestion, that of `axes` and `axis`
+# For each attribute of an origin: the largest plausible number (m or rad, as in a robot file), and
+# the warning about a larger one.
 UNIT_DOUBTS = (
     ('xyz', LARGEST_USUAL_LENGTH, 'a length of {} m: ' + MILLIMETRES),
     ('rpy', LARGEST_USUAL_ANGLE, '{} rad is more than a turn: ' + DEGREES),
@@ -32,15 +34,15 @@ def chain_doubts(
     tree: UrdfTree, chain: UrdfChain, of_the_table: Sequence[Fault]
 ) -> tuple[Fault, ...]:
     """
-    Return the doubts about a chain; equal doubts about several joints are one.
+    Return the warnings about a chain; equal warnings about several joints become one.
 
     Parameters
     ----------
     tree, chain
         The links and joints of the file; the chain.
     of_the_table
-        The doubts about the robot file that was made from the chain: the same rules about units
-        apply to both.
+        The warnings about the robot file that was made from the chain. Those about units also
+        apply to the URDF.
     """
     doubts: list[Fault] = []
     written = tree.root.attributes.get('version', tree.version)
@@ -65,14 +67,14 @@ def chain_doubts(
 
 def chain_remarks(tree: UrdfTree, chain: UrdfChain, rounded: UrdfChain) -> tuple[str, ...]:
     """
-    Return sentences about limits that a robot file does not have, and about `--round-angles`.
+    Return sentences about limits that a robot file cannot have, and about `--round-angles`.
 
     Parameters
     ----------
     tree, chain
         The links and joints of the file; the chain.
     rounded
-        The chain with rounded angles and axes.
+        The same chain, read with angles and axes replaced by exact ones if they look rounded.
     """
     limits = {joint.name: joint.element.first('limit') for joint in chain.joints}
     rates = {'jerk', 'deceleration'} if tree.version >= SINCE['jerk'] else set()

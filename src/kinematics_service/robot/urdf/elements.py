@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from ...kernel import Floats
 from ..file.parts.quantities import LARGEST
 
-# Stands for no limit where URDF requires a number: the largest number that a robot file accepts.
+# The number that means no limit where URDF requires a number: the largest number that a robot file
+# accepts.
 UNLIMITED = LARGEST
 # The versions of URDF that urdfdom 6.0 reads; a file without a version has the first.
 VERSIONS = ('1.0', '1.1', '1.2')
-# Element of the root with the attribute joint_order, if the robot file has the joints in another
-# order than the chain. Other readers of URDF skip unknown elements.
+# Name of an element of the root that has the attribute joint_order. It is written if the robot
+# file has the joints in another order than the chain; other readers skip unknown elements.
 EXTENSION = 'kinematics_service'
 
 
@@ -33,7 +34,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """The position of the joint is `multiplier` times that of another joint."""
+    """The element `<mimic>`: a joint has `multiplier` times the position of the joint `joint`."""
 
     joint: str
     multiplier: float
@@ -42,20 +43,21 @@ class Mimic:
 @dataclass(frozen=True, eq=False)
 class PlannedJoint:
     """
-    One `<joint>`.
+    One element `<joint>` that will be written.
 
     Parameters
     ----------
     name, type, parent, child
-        Type: `fixed`, `revolute`, `continuous` or `prismatic`.
+        Names of the joint and its links; the type is `fixed`, `revolute`, `continuous` or
+        `prismatic`.
     origin : shape (4, 4), m
-        Pose of the child in the parent, at position 0.
+        Pose of the child link in the parent link, at position 0.
     sign
-        The joint turns about, or slides along, sign times z.
+        1 or -1: the axis of the joint is sign times z.
     limit, mimic
-        None for a joint without limits, or one that mimics no other.
+        None for a joint without limits; None for a joint that mimics no other joint.
     hub
-        Whether the joint is drawn: only the first of several joints on one axis is.
+        Whether the joint has a shape: only the first of several joints on one axis has.
     """
 
     name: str
@@ -72,16 +74,17 @@ class PlannedJoint:
 @dataclass(frozen=True)
 class UrdfPlan:
     """
-    A URDF: links and joints, root first.
+    The content of a URDF that will be written: its links and joints, root first.
 
     Parameters
     ----------
     frames
-        The links that are the frames of the table: [0] frame 0, [i] after row i.
+        The links for the frames of the table: frames[0] is frame 0, frames[i] is after row i.
     tool
-        The link that is the tool frame.
+        The link for the tool frame.
     joint_order
-        The names of the actuated joints if the chain has another order; else empty.
+        The names of the actuated joints in the order of the robot file, if the order in the chain
+        is different; else empty.
     """
 
     links: tuple[str, ...]
@@ -94,14 +97,14 @@ class UrdfPlan:
 @dataclass(frozen=True)
 class FrameNames:
     """
-    Names of frames for a URDF, in place of those of the robot file.
+    Names of frames in a URDF that replace those of the robot file.
 
     Parameters
     ----------
     base, tool
-        Names of the base and tool frames; empty for those of the file.
+        Names of the base and tool frames; '' keeps the names in the robot file.
     frame_prefix
-        Prefix of every frame.
+        Prefix of the name of every frame.
     """
 
     base: str = ''

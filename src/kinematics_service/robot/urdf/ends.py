@@ -12,31 +12,32 @@ from .document import XmlElement
 from .joints import MOVING, WHY_NOT
 from .tree import UrdfTree, end_of
 
-# Largest number of other tips, or joints, in a message.
+# Largest number of other possible tips, or of joints, that a message lists.
 MAX_NAMED_TIPS = 8
-# A joint belongs to a hand by its own name or the name of the link that it moves; `gripper` counts
-# only for the last joints. Joints that move the whole hand, and a fixed half of it, do not belong.
+# Words in the name of a joint, or of the link that it moves, that show that the joint belongs to a
+# hand. GRIPPER is used only for the last joints. ARM matches joints that move the whole hand, and
+# STILL matches links that are fixed in the hand; such joints are not part of the hand.
 FINGER = re.compile(r'finger|thumb|jaw|claw|knuckle', re.IGNORECASE)
 GRIPPER = re.compile(r'gripper', re.IGNORECASE)
 ARM = re.compile(
     r'wrist|roll|pitch|yaw|rotat|twist|flex|turn|exten|to_?(grip|hand)', re.IGNORECASE
 )
 STILL = re.compile(r'fixed|static|(base|palm)$', re.IGNORECASE)
-# Names of links at the tool.
+# Words in the names of links that are probably the tool.
 TOOL = re.compile(r'tool|tcp|effector|flange|grasp|(?<![a-z])eef?(?![a-z])|gripper_?frame', re.I)
-# Largest number of moving joints of a finger, if a hand has two equal fingers; an arm needs more
-# joints to reach a point.
+# Two equal branches with at most this many moving joints each are fingers. Branches with more
+# joints may be arms, which need three joints to reach a point.
 MAX_FINGER_JOINTS = 2
 
 
 class ChainEnds(NamedTuple):
     """
-    The links between which a chain is taken.
+    The base and tip link of the chain that is read from a URDF.
 
     Attributes
     ----------
     doubts
-        Other possible tips, how to ask for one, and joints that cut the chain.
+        Warnings about other possible tips, and about joints that no chain can contain.
     """
 
     base: str
@@ -45,8 +46,8 @@ class ChainEnds(NamedTuple):
 
 
 class _LinkWay(NamedTuple):
-    # The way to a link: the link where it begins, the number of its joints, and the names of the
-    # moving joints.
+    # The path to a link: the link where the path begins, the number of its joints, and the names
+    # of its moving joints.
     base: str
     length: int
     moving: tuple[str, ...]
@@ -134,13 +135,13 @@ def _way(tree: UrdfTree, link: str, base: str = '') -> _LinkWay:
 
 
 def _count(tree: UrdfTree, joints: Sequence[str]) -> int:
-    # Count joints that mimic the same joint once.
+    # Return the number of joints; those that mimic the same joint count as one.
     mimics = [(name, tree.joints[name].first('mimic')) for name in joints]
     return len({name if one is None else one.attributes.get('joint') for name, one in mimics})
 
 
 def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay]) -> tuple[str, str]:
-    # Return the tip, and the first joint of the hand after it; empty if there is no hand.
+    # Return the link that is the tip, and the first joint of the hand after the tip, or ''.
     arms = {link: way.moving[: _before_hand(tree, way.moving)] for link, way in ways.items()}
     leaf = max(arms, key=lambda one: (_count(tree, arms[one]), _count(tree, ways[one].moving)))
     count = _before_branches(tree, ways, leaf, arms[leaf])
@@ -158,7 +159,8 @@ def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay]) -> tuple[str, str]:
 
 
 def _before_hand(tree: UrdfTree, path: Sequence[str]) -> int:
-    # Return the number of joints before those named after a hand; the number of all if it is 0.
+    # Return the number of joints before the first joint that is named after a hand. If all joints
+    # are, return the number of all joints.
     count = len(path)
     while count and _of_hand(tree.joints[path[count - 1]], GRIPPER):
         count -= 1
@@ -177,7 +179,8 @@ def _of_hand(joint: XmlElement, word: re.Pattern[str]) -> bool:
 def _before_branches(
     tree: UrdfTree, ways: Mapping[str, _LinkWay], leaf: str, arm: tuple[str, ...]
 ) -> int:
-    # Return the number of joints before a hand that only its branches or a tool show; else of all.
+    # Return the number of joints before a hand that has no name of a hand, but branches or follows
+    # a tool link. Without such a hand, return the number of all joints.
     of_fingers = arm and _of_hand(tree.joints[arm[0]], GRIPPER)
     for k in range(1, 0 if of_fingers else min(len(arm), MAX_JOINTS)):
         paths = {link: way.moving for link, way in ways.items() if way.moving[:k] == arm[:k]}
@@ -190,7 +193,7 @@ def _before_branches(
         if any(_of_hand(tree.joints[one], FINGER) for one in fingers):
             return k
         if most > shared or arm[: k + 1] in tools:
-            continue  # the joints so far are a trunk, or the arm goes on
+            continue  # the first k joints are a trunk of limbs, or the tool comes later
         similar = len(fingers) > 1 and fewest >= most - 1
         short = fewest == most <= MAX_FINGER_JOINTS
         if arm[:k] in tools or (similar and (len(fingers) > 2 or short)):

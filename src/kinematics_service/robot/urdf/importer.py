@@ -1,4 +1,4 @@
-"""Make a robot file from a chain of a URDF, and measure that both are the same arm."""
+"""Make a robot file from a chain of a URDF, and measure how exactly the poses of both agree."""
 
 import os
 import re
@@ -26,11 +26,11 @@ from .robot_text import robot_file_text
 from .table import modified, table_of
 from .tree import UrdfTree, read_tree
 
-# Largest accepted error of a robot file, relative to the arm's size: a hundred times the largest
-# error of thousands of random chains.
+# Largest accepted error of a robot file's poses, relative to the arm's size. It is a hundred times
+# the largest error of thousands of random chains.
 MAX_RELATIVE_ERROR = 1e-10
-MAX_NAME_LENGTH = 256  # characters, as in a robot file
-REFUSED_IN_JOINTS = ','  # it separates joint names in the label of a Jacobian
+MAX_NAME_LENGTH = 256  # characters, the limit in a robot file
+REFUSED_IN_JOINTS = ','  # the comma separates joint names in the label of a Jacobian message
 REFUSED_IN_FRAMES = r'\s'
 
 
@@ -46,7 +46,7 @@ class UrdfImport:
     robot
         The robot of this text.
     certificate
-        The error of the robot against the URDF.
+        The largest difference between the poses of the robot and those of the URDF.
     doubts
         Parts that are not read, numbers that are probably not in m or rad, and other tips.
     mimics

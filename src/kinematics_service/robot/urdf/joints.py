@@ -18,18 +18,18 @@ from .quantity import CAD_NOISE, ROUNDED, as_rounded_part_of_pi, part_of_pi
 NUMBER = re.compile(r'[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 INFINITE = re.compile(r'[-+]?inf(?:inity)?', re.IGNORECASE)
 MOVING = ('revolute', 'continuous', 'prismatic')
-# Types that a robot file cannot express, such as the joint of a mobile base, and the reason.
+# Joint types that a robot file cannot express, each with the reason for the message.
 WHY_NOT = {
     'floating': 'a floating joint moves in six ways at once: begin the chain below it',
     'planar': 'a planar joint moves in three ways at once: begin the chain below it',
 }
-# An axis shorter than this has no direction: it is a mistake.
+# An axis vector shorter than this is refused: its direction is round-off.
 MIN_AXIS_LENGTH = 1e-6
 # Limits beyond this (rad or m) mean no limit.
 MAX_LIMIT = 1e4
 RATES = ('velocity', 'acceleration', 'deceleration')
-# Attributes that are read from the elements of a joint, and the version of URDF that introduced
-# them if it is not the first (README of urdfdom).
+# Attributes that are read from the elements of a joint. SINCE has the version of URDF that
+# introduced an attribute, if it is not the first version (README of urdfdom).
 ATTRIBUTES = {
     'origin': ('xyz', 'rpy', 'quat_xyzw'),
     'axis': ('xyz',),
@@ -47,9 +47,9 @@ class JointLimits(NamedTuple):
     Attributes
     ----------
     acceleration
-        The smaller one of acceleration and deceleration.
+        The smaller of the limits of acceleration and deceleration.
     doubt
-        A fault about limits that are probably a mistake; None for plausible limits.
+        A warning about limits that are probably a mistake; None for plausible limits.
     """
 
     lower: float
@@ -62,18 +62,19 @@ class JointLimits(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class UrdfJoint:
     """
-    One joint, in rad and m.
+    One joint of a URDF as it is written, in rad and m.
 
     Parameters
     ----------
     type
         `fixed`, `revolute`, `continuous` or `prismatic`.
     origin : shape (4, 4)
-        Pose of the child in the parent at position 0.
+        Pose of the child link in the parent link, at position 0.
     axis : shape (3,)
-        Unit vector in the child's frame.
+        The axis as a unit vector in the child's frame.
     mimics
-        The leading joint, or empty. The position is multiplier times the leader's plus offset.
+        The name of the joint that this joint mimics, or ''. The position is
+        multiplier * (position of that joint) + offset.
     """
 
     element: XmlElement
@@ -89,21 +90,22 @@ class UrdfJoint:
 
 def read_joint(element: XmlElement, version: str, rounds: bool = False) -> UrdfJoint:
     """
-    Return a joint, completely checked.
+    Read a joint of a URDF, and check all its values.
 
     Parameters
     ----------
     element
-        `<joint>`.
+        The element `<joint>`.
     version
-        Version of URDF of the file.
+        The version of URDF that the file has.
     rounds
         Whether angles and axes that look rounded are replaced by exact ones.
 
     Raises
     ------
     UrdfError
-        An arm cannot have the type, an attribute is not a number, or the rotation is ambiguous.
+        A robot file cannot express the type, an attribute is not a number, or `rpy` and
+        `quat_xyzw` are two rotations.
     """
     kind = element.attributes.get('type', '')
     if kind not in (*MOVING, 'fixed'):
@@ -164,7 +166,7 @@ def _axis(element: XmlElement, rounds: bool) -> Floats:
         length = float(np.linalg.norm(direction))
         if length < MIN_AXIS_LENGTH:
             axis.refuse(f'xyz={quoted(axis.attributes.get("xyz", ""))} has no direction')
-        # A vector that is a unit vector up to round-off stays as it is written.
+        # Do not divide a vector that is a unit vector up to round-off.
         if abs(length - 1.0) > 1e-15:
             direction = direction / length
     return direction
@@ -173,7 +175,7 @@ def _axis(element: XmlElement, rounds: bool) -> Floats:
 def _limits(element: XmlElement, kind: str, version: str) -> JointLimits:
     limit = element.first('limit')
     velocity, *both = (
-        # Many files have 0 for an unknown rate.
+        # A rate of 0 means no limit: many files write 0 if the rate is unknown.
         rate if 0.0 < (rate := _number(limit, name, 0.0)) < UNLIMITED else math.inf
         for name in RATES
         if SINCE.get(name, version) <= version

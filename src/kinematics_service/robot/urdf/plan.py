@@ -25,8 +25,8 @@ IDENTITY = np.eye(4)
 
 @dataclass(frozen=True)
 class _JointTerm:
-    # One term of theta or d: a variable (given by its index) times a factor. One term of each
-    # joint leads: it is the joint itself, and the others mimic it.
+    # One term of theta or d: a variable (given by its index) times a factor. `leads` marks the one
+    # term of each variable that becomes its joint; the other terms become joints that mimic it.
     joint: int
     turns: bool
     factor: float
@@ -34,7 +34,7 @@ class _JointTerm:
 
 
 class _UniqueNames:
-    # Make names unique: each further use of a name gets one more underscore.
+    # A set of used names. `new` makes a name unique: it appends underscores if the name is used.
     def __init__(self, taken: Iterable[str]) -> None:
         self._taken = set(taken)
 
@@ -51,8 +51,9 @@ def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
 
 
 def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_JointTerm]]:
-    # The first term of each joint becomes the joint itself, with factor +-1, and the rest of the
-    # factor mimics it. Leaders come first: Pinocchio needs them before the joints that mimic them.
+    # Mark the first term of each variable as its joint, with factor +-1. If the factor is another
+    # number, add a term for the rest, which mimics the joint. Within a row, joints come before
+    # mimics, because Pinocchio needs this order.
     led: set[int] = set()
     result = []
     for row in rows:
@@ -101,7 +102,8 @@ class _Planner:
         joints.append(self._fixed(frames[-1], self.tool, robot.description.tool.motion.matrix))
         found = [joint.name for joint in joints if joint.type != 'fixed' and not joint.mimic]
         order = tuple(name for name in self.joint_names if name in found)
-        order = () if list(order) == found else order  # readers take the order of the chain
+        # Readers of URDF use the order of the chain, so an equal order is not written.
+        order = () if list(order) == found else order
         moved = {motion.joint for motion in itertools.chain(*motions)}
         joints += [self._idle(j) for j in range(robot.dof) if j not in moved]
         links = (self.base, *(joint.child for joint in joints))
@@ -128,7 +130,8 @@ class _Planner:
         return PlannedJoint(self._new_joint(f'{child}_fixed'), 'fixed', parent, child, origin)
 
     def _idle(self, j: int) -> PlannedJoint:
-        # No row has the variable; a joint beside the chain keeps its name.
+        # No row of the table contains variable j. Return a joint at the base, beside the chain, so
+        # that the URDF has all joints of the robot.
         end = self._new_link(f'{self._stem}_idle_{self.robot.variables[j]}')
         term = _JointTerm(j, not self.robot.prismatic[j], 1.0, True)
         return self._moving(0, term, self.base, end, IDENTITY, False)
@@ -138,9 +141,9 @@ class _Planner:
     ) -> PlannedJoint:
         j, factor, name = term.joint, term.factor, self.joint_names[term.joint]
         limits, velocity = self.robot.limits[j], float(self.robot.velocity_limits[j])
-        # A helical joint is not continuous: Pinocchio represents a continuous joint by (cos, sin),
-        # which a sliding joint cannot mimic. A turning joint has the type of its leader, because
-        # Pinocchio accepts no other.
+        # A helical joint has the type `revolute` even without limits: Pinocchio represents a
+        # continuous joint by (cos, sin), which a sliding joint cannot mimic. A turning mimic has
+        # the type of its joint, because Pinocchio requires this.
         helical = self.robot.joint_types[j] == 'helical'
         kind = 'revolute' if helical or np.isfinite(limits).any() else 'continuous'
         kind = kind if term.turns else 'prismatic'
@@ -158,6 +161,7 @@ class _Planner:
 
 def plan_of(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> UrdfPlan:
     """
-    Return the links and joints of a robot, its base frame the root, its tool frame the last leaf.
+    Return the links and joints of a robot's URDF: the base frame is the root, and the tool frame
+    is the last leaf.
     """
     return _Planner(robot, names).plan()

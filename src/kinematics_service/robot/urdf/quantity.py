@@ -1,4 +1,4 @@
-"""Write the numbers of a table so that text and value agree exactly."""
+"""Convert the numbers of a table to text that has exactly the value of the number."""
 
 import math
 from dataclasses import dataclass
@@ -8,32 +8,33 @@ from ...typography import number_text
 
 # Round-off of products of a few dozen rotations and lengths near 1: about 10 machine epsilons.
 ROUND_OFF = 2e-15
-DECIMALS = 12  # a value with 12 decimals, within ROUND_OFF, is written with 12 decimals
-PARTS = 12  # angles are parts of pi in steps of 15 degrees, pi/12
+DECIMALS = 12  # a value is rounded to 12 decimals if this changes it by at most ROUND_OFF
+PARTS = 12  # multiples of pi/12, 15 degrees, are written as parts of pi
 LAST_DIGITS = 2.5  # largest error of a rounded part of pi, in units of its last digit
-ROUNDED = 1e-3  # the same in rad
-# Largest error of a right angle from a CAD program, rad: 32 bits (6e-8) and a few products.
+ROUNDED = 1e-3  # largest error of a rounded part of pi, rad
+# Largest error of a right angle from a CAD program, rad: the round-off of 32 bit numbers (6e-8)
+# after a few products.
 CAD_NOISE = 1e-6
 
 
 @dataclass(frozen=True)
 class WrittenNumber:
-    """A number and its text in a robot file, in rad or m."""
+    """A number in rad or m, and its text in a robot file."""
 
     text: str
     value: float
 
 
 def length_of(value: float) -> WrittenNumber:
-    """Return a length without round-off in its last digits, 0.4 for 0.40000000000000013."""
-    value = float(value)  # a numpy number has another repr
+    """Remove round-off from a length, m, and write it: 0.4 for 0.40000000000000013."""
+    value = float(value)  # the repr of a numpy number has the name of its type
     near = round(value, DECIMALS)
     value = (near if abs(value - near) <= ROUND_OFF * max(1.0, abs(value)) else value) + 0.0
     return WrittenNumber(number_text(value), value)
 
 
 def angle_of(value: float) -> WrittenNumber:
-    """Return an angle without round-off, and parts of pi by name, `-pi/2`."""
+    """Remove round-off from an angle, rad, and write it; a part of pi is written as `-pi/2`."""
     part = Fraction(round(value / math.pi * PARTS), PARTS)
     over, under = part.numerator, part.denominator
     exact = over * math.pi / under
@@ -45,17 +46,17 @@ def angle_of(value: float) -> WrittenNumber:
 
 def as_rounded_part_of_pi(text: str) -> float:
     """
-    Return the part of pi that an angle rounds, or the angle itself.
+    Return the part of pi (rad) that a number rounds, or else the number itself.
 
-    `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi) are pi/2. An angle that
-    differs before its last digits, such as a calibrated angle, stays as it is. The noise of CAD
-    programs is removed: -9.4e-08 is 0.
+    For `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi), the result is pi/2. An
+    angle that differs before its last digits, such as a calibrated angle, is not changed. The
+    noise of CAD programs is removed: for `-9.4e-08` the result is 0.
     """
     near = min(LAST_DIGITS * 10.0 ** -len(text.partition('.')[2]), ROUNDED)
     return part_of_pi(float(text), CAD_NOISE if 'e' in text.lower() else max(near, CAD_NOISE))
 
 
 def part_of_pi(value: float, near: float = CAD_NOISE) -> float:
-    """Return the part of pi within `near` (rad) of an angle, or the angle itself."""
+    """Return the multiple of pi/12 within `near` (rad) of an angle, or else the angle itself."""
     exact = round(value / math.pi * PARTS) * math.pi / PARTS
     return exact if abs(exact - value) < near else value

@@ -1,4 +1,4 @@
-"""Write a table as the text of a robot file."""
+"""Write the text of a robot file for a URDF's chain and its table."""
 
 import json
 import math
@@ -12,9 +12,10 @@ from ..file.text.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
 from .table import ConstantPose, UrdfRow, UrdfTable
 
-# Characters of a joint name that can be a variable of the table; longer names become q1, q2, ...
+# If a joint name has more characters, the variables of the table are q1, q2, ... instead of the
+# joint names.
 MAX_VARIABLE = 8
-MAX_SOURCE_LENGTH = 2000  # characters, as in a robot file
+MAX_SOURCE_LENGTH = 2000  # characters, the limit in a robot file
 # Words that YAML 1.1 or 1.2 does not read as text unless they are in quotes.
 WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 
@@ -28,16 +29,16 @@ def robot_file_text(
     known: Sequence[tuple[Floats, Floats]],
 ) -> str:
     """
-    Return the text of a robot file.
+    Return the text of a robot file for a chain of a URDF.
 
     Parameters
     ----------
     chain, table, convention
-        The content; the table has this convention.
+        The chain, its table, and the convention of the table.
     name, source
         Name and source of the robot.
     known
-        Joint positions (n,) and poses of the tip (4, 4), for `known_poses`.
+        Pairs for `known_poses`: joint positions (n,), and the pose of the tip (4, 4).
     """
     names = _variables(chain.variables)
     source = ''.join(c if c.isprintable() else '?' for c in source)[:MAX_SOURCE_LENGTH]
@@ -71,7 +72,7 @@ def _variables(joints: Sequence[Variable]) -> list[str]:
 
 
 def quoted_name(text: str) -> str:
-    """Return a name for YAML, in quotes if they are necessary."""
+    """Return a name as YAML, in quotes if YAML would not read it as that text."""
     plain = re.fullmatch(r'[A-Za-z][A-Za-z0-9_./-]*', text) and text.lower() not in WORDS
     return text if plain else json.dumps(text, ensure_ascii=False)
 

@@ -1,8 +1,8 @@
 """
 Make shapes for viewers: rods between frames and hubs on joint axes, sized by the arm's length.
 
-A robot file has no shapes. These are symbols, not the arm's outline: do not use them for collision
-checks.
+A robot file has no shapes of links. The shapes made here are symbols, not the arm's outline: do
+not use them for collision checks.
 """
 
 from collections.abc import Iterator
@@ -14,26 +14,27 @@ from ...kernel import Floats
 from ...rigid_motion import across
 from .elements import UNLIMITED, PlannedJoint, UrdfPlan
 
-# Sizes as shares of the arm's characteristic length, chosen by eye.
-ROD_RADIUS = 0.025  # rods between frames
-HUB_RADIUS = 0.045  # cylinders on joint axes
-HUB_LENGTH = 0.11  # the same, along the axis
-TOOL_RADIUS = 0.035  # the sphere at the tool
-UNLIMITED_STROKE = 0.5  # the boom of a prismatic joint without limits
+# Sizes relative to the arm's characteristic length, chosen by eye.
+ROD_RADIUS = 0.025  # of rods between frames
+HUB_RADIUS = 0.045  # of cylinders on joint axes
+HUB_LENGTH = 0.11  # of cylinders on joint axes
+TOOL_RADIUS = 0.035  # of the sphere at the tool
+UNLIMITED_STROKE = 0.5  # length of the rod of a prismatic joint without limits
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
     """
-    One `<visual>`.
+    One element `<visual>`: a shape of a link, for viewers.
 
     Parameters
     ----------
     kind
         `cylinder` (radius, length along z), `box` (x y z) or `sphere` (radius).
     size : m
+        The sizes that `kind` lists.
     pose : shape (4, 4)
-        Pose in the link's frame.
+        Pose of the shape in the link's frame.
     colour
         `rod`, `turning`, `sliding` or `tool`.
     """
@@ -45,7 +46,7 @@ class Shape:
 
 
 def shapes_of(plan: UrdfPlan, length: float) -> dict[str, tuple[Shape, ...]]:
-    """Return the shapes of each link, for an arm of the characteristic length (m)."""
+    """Return the shapes of each link; their sizes scale with the characteristic length (m)."""
     shapes: dict[str, list[Shape]] = {link: [] for link in plan.links}
     for joint in plan.joints:
         shapes[joint.parent] += _rod(joint.origin[:3, 3], length)
@@ -56,7 +57,7 @@ def shapes_of(plan: UrdfPlan, length: float) -> dict[str, tuple[Shape, ...]]:
 
 
 def _sized(value: float) -> float:
-    # Four digits are enough for a symbol.
+    # Round a size to four digits, which are enough for a symbol.
     return float(f'{value:.4g}')
 
 
@@ -77,20 +78,21 @@ def _hub(joint: PlannedJoint, length: float) -> Iterator[Shape]:
         return
     side = _sized(2.0 * HUB_RADIUS * length)
     yield Shape('box', (side, side, side), np.eye(4), 'sliding')
-    assert joint.limit is not None  # every prismatic joint has one
+    assert joint.limit is not None  # the plan gives a limit to every prismatic joint
     ends = (joint.limit.lower or 0.0, joint.limit.upper or 0.0)
     strokes = [abs(end) for end in ends if abs(end) < UNLIMITED]
     stroke = max(strokes, default=0.0)
     if len(strokes) < 2 or stroke == 0.0:
         stroke = UNLIMITED_STROKE * length
-    # The boom that slides out of the previous link has the length of the stroke.
+    # Yield a rod as long as the stroke, which slides out of the previous link.
     pose = np.eye(4)
     pose[2, 3] = -joint.sign * stroke / 2.0
     yield Shape('cylinder', (_sized(ROD_RADIUS * length), _sized(stroke)), pose, 'sliding')
 
 
 def _pointing(direction: Floats) -> Floats:
-    # Return a rotation whose z axis is the direction. A cylinder does not show the other axes.
+    # Return a pose whose z axis is `direction`. Its x axis is arbitrary, because a cylinder looks
+    # equal from all sides.
     T = np.eye(4)
     T[:3, :3] = np.column_stack([*across(direction), direction])
     return T

@@ -1,8 +1,8 @@
 """
 Compute the Denavit-Hartenberg table of a URDF's chain, by common normals of its joint axes.
 
-Each row is computed in the frame after the rows before it, with all joints at 0 and with the
-numbers as they will be written. Therefore each row corrects the round-off of the row before it.
+Each row is computed in the frame after the rows before it, with all joints at 0. These rows have
+the rounded numbers of the robot file, so each row corrects the round-off of the rows before it.
 """
 
 import math
@@ -15,22 +15,26 @@ from ...rigid_motion import exact_rpy, inverse, pose_of, screw_x, screw_z
 from .chain import UrdfChain, moved
 from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 
-# Axes whose directions differ by less (rad) are parallel. The difference is the round-off of
-# products; as an angle it would put the common normal at an arbitrary place.
+# Axes count as parallel if their directions differ by less than this, rad. Such a difference is
+# round-off, and the common normal of the axes would be at an arbitrary place.
 PARALLEL_TOLERANCE = 1e-13
-# Largest distance of a common normal, relative to the length of the chain. Nearly parallel axes (a
-# URDF with rpy="1.5708") meet kilometres away, and rows with such lengths lose the digits that the
-# pose needs. Then two rows lead to the axis, over a line at right angles to both axes.
+# Largest distance to a common normal, relative to the length of the chain. Nearly parallel axes (a
+# URDF with rpy="1.5708") meet kilometres away, and rows with such lengths lose digits of the pose.
+# If the distance is larger, two rows lead to the next axis over a line that crosses it at a right
+# angle.
 MAX_NORMAL_DISTANCE = 2.0
-# If the tip's z axis is closer (rad) to the last joint's axis, the tool has the difference.
+# If the angle from the last joint's axis to the tip's z axis is below this, rad, the pose of the
+# tool contains the angle; otherwise the last row contains it.
 TOOL_AXIS_TOLERANCE = 1e-3
-# A right angle with a tolerance: round-off must not turn a row by pi.
+# A right angle plus a tolerance, so that round-off does not add pi to the theta of a row.
 RIGHT_ANGLE = math.pi / 2.0 + 1e-9
 
 
 @dataclass(frozen=True)
 class Term:
-    """A moving term of theta or d: a variable (given by its index) times a factor."""
+    """
+    A term of theta (`turns`) or of d: a factor times a joint variable, given by its index.
+    """
 
     turns: bool
     variable: int
@@ -40,12 +44,12 @@ class Term:
 @dataclass(frozen=True)
 class UrdfRow:
     """
-    A row Rz(theta) Tz(d) Tx(a) Rx(alpha), and the terms that are added to theta and d.
+    A row Rz(theta) Tz(d) Tx(a) Rx(alpha) of a table; `terms` are added to theta and d.
 
     Parameters
     ----------
     follows
-        Whether its joint mimics another.
+        Whether the joint of the row mimics another joint.
     """
 
     theta: WrittenNumber
@@ -58,21 +62,24 @@ class UrdfRow:
 
 @dataclass(frozen=True)
 class ConstantPose:
-    """A constant pose R = Rz(yaw) Ry(pitch) Rx(roll), as it will be written."""
+    """A constant pose with the numbers of the robot file, R = Rz(yaw) Ry(pitch) Rx(roll)."""
 
     xyz: tuple[WrittenNumber, ...]
     rpy: tuple[WrittenNumber, ...]
 
     @property
     def matrix(self) -> Floats:
-        """Return the pose as (4, 4), translation in m."""
+        """Return the pose as a matrix, shape (4, 4), translation in m."""
         roll, pitch, yaw = (angle.value for angle in self.rpy)
         return pose_of([length.value for length in self.xyz], (roll, pitch, yaw))
 
 
 @dataclass(frozen=True)
 class UrdfTable:
-    """The rows, the pose of frame 0 in the base link, and of the tip in the last row's frame."""
+    """
+    A table: its rows, the pose of frame 0 in the base link (`base`), and the pose of the tip in
+    the frame after the last row (`tool`).
+    """
 
     rows: tuple[UrdfRow, ...]
     base: ConstantPose
@@ -81,7 +88,7 @@ class UrdfTable:
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    # A joint axis: a point on the line and its direction, (3,) each.
+    # A joint axis: a point on the axis, m, and its direction, a unit vector, (3,) each.
     point: Floats
     direction: Floats
 
@@ -91,7 +98,7 @@ class _Line:
 
 
 def table_of(chain: UrdfChain) -> UrdfTable:
-    """Return the standard table of a chain."""
+    """Return the table of a URDF's chain in the standard convention."""
     lines, tip = _lines(chain)
     size = sum(float(np.linalg.norm(motion.before[:3, 3])) for motion in chain.motions)
     size += float(np.linalg.norm(chain.end[:3, 3]))
@@ -101,11 +108,13 @@ def table_of(chain: UrdfChain) -> UrdfTable:
     for here, there, line in zip(chain.motions, [*chain.motions[1:], None], lines[1:]):
         line = line.seen_from(T)
         if there is not None and not there.turns:
-            # The axis of a prismatic joint may pass through any point: take the present origin.
+            # Only the direction of a prismatic joint has an effect. Let its axis pass through the
+            # origin of the frame reached so far.
             line = _Line(np.zeros(3), line.direction)
         next_sign = 1.0
         if there is not None and (here.follows or there.follows) and _coincide(line):
-            # Both joints are in one row: a joint about -z turns by minus its position about z.
+            # Both joints are on one axis and will be in one row, about z. If the next joint is
+            # about -z, its term gets a minus sign.
             next_sign = math.copysign(1.0, line.direction[2])
         line = _Line(line.point, next_sign * line.direction)
         steps = _last_steps(line, size) if there is None else _steps(line, size)
@@ -119,9 +128,9 @@ def table_of(chain: UrdfChain) -> UrdfTable:
 
 def modified(table: UrdfTable) -> UrdfTable:
     """
-    Return the same table in Craig's convention: a and alpha move one row down.
+    Convert a standard table to Craig's convention: a and alpha move one row down.
 
-    The last a and alpha become part of the tool.
+    The a and alpha of the last row become part of the tool.
     """
     rows, zero = [], length_of(0.0)
     a, alpha = zero, zero
@@ -135,7 +144,8 @@ def modified(table: UrdfTable) -> UrdfTable:
 
 
 def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
-    # Return the axes with all variables at 0, and the pose of the tip, whose z axis is the last.
+    # Return the joint axes with all variables at 0, followed by the z axis of the tip; and the
+    # pose of the tip.
     T = np.eye(4)
     lines = []
     for motion in chain.motions:
@@ -147,7 +157,8 @@ def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
 
 
 def _base(line: _Line) -> ConstantPose:
-    # Return frame 0: z along the first axis, origin at its foot from the base link's origin.
+    # Return the pose of frame 0: its z is the first axis, and its origin is the point of this axis
+    # nearest to the origin of the base link.
     theta, alpha = _turns(line.direction)
     nearest = line.point - (line.point @ line.direction) * line.direction
     zero = length_of(0.0)
@@ -196,7 +207,7 @@ def _step(line: _Line) -> tuple[UrdfRow, float]:
     x, y, z = line.point
     theta, alpha = _turns(line.direction)
     if _parallel(line.direction):
-        # Parallel axes have many common normals: take the normal through the origin, d = 0.
+        # Parallel axes have many common normals: use the one through the origin, so that d is 0.
         a = math.hypot(x, y)
         theta = math.atan2(y, x) if a > ROUND_OFF else 0.0
         if abs(theta) > RIGHT_ANGLE:
@@ -211,8 +222,8 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
     row, away = _step(line)
     if _parallel(line.direction) or away <= MAX_NORMAL_DISTANCE * size:
         return [row]
-    # The axes are nearly parallel: go over a line that crosses the axis at a right angle, and is
-    # tangential to a circle around z.
+    # The axes are nearly parallel: return two rows, over a line that crosses the next axis at a
+    # right angle and is tangential to a circle around z.
     W = line.direction
     point = line.point - line.point[2] / W[2] * W
     distance = math.hypot(point[0], point[1])
@@ -225,7 +236,8 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
 
 
 def _last_steps(line: _Line, size: float) -> list[UrdfRow]:
-    # Lead to the tip's z axis. The tool has the motion about and along this axis.
+    # Return the last row, which leads to the z axis of the tip. The pose of the tool contains the
+    # motion about and along this axis.
     z = line.direction[2]
     if math.hypot(*line.direction[:2]) < TOOL_AXIS_TOLERANCE:
         row, _ = _step(_Line(line.point, np.array([0.0, 0.0, math.copysign(1.0, z)])))
@@ -235,7 +247,8 @@ def _last_steps(line: _Line, size: float) -> list[UrdfRow]:
 
 
 def _merged(rows: list[UrdfRow]) -> list[UrdfRow]:
-    # Merge a joint and the joints that mimic it on the same axis into one row: theta: q3 - q2.
+    # Merge the rows of joints on one axis into one row, such as `theta: q3 - q2`, if one of the
+    # joints is a mimic.
     result = rows[:1]
     for row in rows[1:]:
         last = result[-1]

@@ -13,7 +13,10 @@ from .elements import VERSIONS
 
 
 class UrdfWay(NamedTuple):
-    """Joints from one link to another: up to a link above both, then down to the other link."""
+    """
+    The joints on the path between two links: up from the first to a link above both, then down to
+    the second.
+    """
 
     up: tuple[XmlElement, ...]
     down: tuple[XmlElement, ...]
@@ -22,17 +25,17 @@ class UrdfWay(NamedTuple):
 @dataclass(frozen=True)
 class UrdfTree:
     """
-    Parents and children of the links; other parts of the file are not checked yet.
+    The links of a URDF and the joints between them; other parts of the file are not checked here.
 
     Parameters
     ----------
     root
         The element `<robot>`.
     links, joints
-        Elements by name, in the order of the file. Links have no leading slash: tf2 refuses it in
-        a frame, and robot_state_publisher removes it.
+        Elements by name, in the order of the file. A leading slash is removed from names of links,
+        as robot_state_publisher does, because tf2 refuses the slash.
     above
-        The joints that have a link as their child; at most one in a tree.
+        For each link, the joints that have the link as their child; at most one in a tree.
     """
 
     root: XmlElement
@@ -42,7 +45,7 @@ class UrdfTree:
 
     @property
     def version(self) -> str:
-        """Return the version of the file; the newest version if it is unknown."""
+        """Return the version of URDF that the file has; the newest one if it is unknown."""
         written = self.root.attributes.get('version', VERSIONS[0])
         return written if written in VERSIONS else VERSIONS[-1]
 
@@ -74,7 +77,7 @@ class UrdfTree:
         return UrdfWay(up, tuple(reversed(joints[: links.index(meets)])))
 
     def _joints_above(self, link: str, *ends: str) -> tuple[XmlElement, ...]:
-        # Return the joints from a link upwards, up to a given end or the root.
+        # Return the joints from a link upwards, until one of the links `ends` or the root.
         joints: list[XmlElement] = []
         while link not in ends and (above := self.above.get(link, ())):
             if len(above) > 1:
@@ -106,13 +109,13 @@ def end_of(joint: XmlElement, end: str) -> str:
 
 def read_tree(root: XmlElement) -> UrdfTree:
     """
-    Return the links and joints of a file.
+    Read the links and joints of a URDF, and check that they form no circle.
 
     Raises
     ------
     UrdfError
-        A link or joint has no name or the name of another, a joint names a link that does not
-        exist, or a link is below itself.
+        A link or joint has no name, two have one name, a joint names a link that does not exist,
+        or a link is below itself.
     """
     links, joints = _named(root, 'link'), _named(root, 'joint')
     if not links:
@@ -136,7 +139,7 @@ def _refuse_circle(tree: UrdfTree) -> None:
     try:
         TopologicalSorter(parents).prepare()
     except CycleError as error:
-        upwards = error.args[1][:0:-1]  # each link is followed by its parent
+        upwards = error.args[1][:0:-1]  # the links of the circle, each followed by its parent
         first = upwards.index(next(link for link in tree.links if link in upwards))
         circle = [*upwards[first:], *upwards[: first + 1]]
         joint = next(

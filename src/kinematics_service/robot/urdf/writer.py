@@ -28,20 +28,20 @@ SIZES = {'cylinder': ('radius', 'length'), 'sphere': ('radius',)}
 
 def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
     """
-    Return the URDF of a robot.
+    Return the URDF of a robot as XML text.
 
-    Its root is the base frame, its last leaf the tool frame, and each point of the file is a leaf
-    with the name of the point. `<robot name>_frame_<i>` are the frames of the table, as
-    `link_frames` returns them. Numbers are read back to the last bit. `<inertial>` and
-    `<collision>` are missing, because the robot file has neither. Closed loops are left out, and
-    passive joints are joints like others.
+    The root link is the base frame, the last leaf is the tool frame, and each point of the robot
+    file is a leaf with the name of the point. `<robot name>_frame_<i>` are the frames of the
+    table, as `link_frames` returns them. Numbers have enough digits to be read back exactly. The
+    elements `<inertial>` and `<collision>` are missing, because the robot file has no such data.
+    Closed loops are left out, and passive joints become ordinary joints.
 
     Parameters
     ----------
     robot
         The arm.
     names
-        Other names of base and tool, and the prefix of frames.
+        Names of the base and tool frames, and the prefix of all frames.
     """
     robot = as_robot(robot)
     loops = [without_loops(robot)] if robot.passive_joint_names else []
@@ -68,7 +68,7 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
 
 
 def without_loops(robot: Robot) -> str:
-    """Return a sentence about the closed loops that the URDF of an arm leaves out."""
+    """Return a sentence that lists the closed loops that the URDF of an arm leaves out."""
     loops = ', '.join(repr(loop.name) for loop in robot.description.loops)
     passive = ', '.join(robot.passive_joint_names)
     return (
@@ -102,7 +102,8 @@ def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
 
 
 def _comment(sentence: str) -> str:
-    # Two hyphens in a row are not allowed in a comment, nor a hyphen at its end.
+    # Separate two hyphens in a row, and add a space at the end: XML does not allow `--` in a
+    # comment, nor a hyphen at the end.
     return f' {sentence.replace("--", "- -").replace("--", "- -")} '
 
 

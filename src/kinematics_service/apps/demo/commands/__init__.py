@@ -1,1 +1,1 @@
-"""The commands of this app, a file each, and their options."""
+"""Define the commands `demo` and `echo` and their options, one file for each."""

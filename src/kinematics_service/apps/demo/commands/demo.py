@@ -1,4 +1,4 @@
-"""The command `demo`: the node at work without a robot."""
+"""Define the command `demo`, which runs the node with a simulated arm."""
 
 import math
 from enum import Enum
@@ -12,7 +12,7 @@ from ....cli.options import ROBOT, ROBOT_WORDS, WrongUsage, option, refuse_unkno
 
 
 class DemoTrajectory(str, Enum):
-    """How the demo moves the joints."""
+    """The motions of the simulated arm: sines, or a path through a singular pose (smooth)."""
 
     sine = 'sine'
     smooth = 'smooth'

@@ -1,4 +1,4 @@
-"""The command `echo`: what a running node publishes."""
+"""Define the command `echo`, which prints the messages of a running node."""
 
 from typing import Annotated, Optional
 
@@ -7,11 +7,11 @@ import typer
 from ....cli.missing_ros import ros_module
 from ....cli.options import NODE, WrongUsage, flag, option
 
-# Default time-out with `--once`, s.
+# Default of `--timeout` if `--once` is given, s.
 ONCE_TIMEOUT = 10.0
 # Smallest and largest accepted `--timeout`.
 MIN_TIMEOUT = 0.1  # s
-MAX_TIMEOUT = 86_400.0  # s, a day
+MAX_TIMEOUT = 86_400.0  # s, which is a day
 # The topics that `echo` can print.
 TOPICS = (
     *('jacobian', 'pose', 'twist', 'acceleration', 'wrench', 'warning', 'diagnostics'),

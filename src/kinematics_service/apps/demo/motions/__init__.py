@@ -1,1 +1,1 @@
-"""The motions of the simulated arm: through a singular pose, and sines; ROS is not needed."""
+"""Compute the motions of the simulated arm: through a singular pose, and sines, without ROS."""

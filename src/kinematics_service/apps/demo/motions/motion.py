@@ -1,4 +1,4 @@
-"""Joint motions of a simulated arm, and their limits."""
+"""Define joint motions of a simulated arm, and the limits of their positions and speeds."""
 
 from typing import NamedTuple
 
@@ -7,11 +7,11 @@ import numpy as np
 from ....kernel import Floats
 from ....robot.robot import Robot
 
-# Distance of a path from the position limits, divided by their range.
+# Smallest distance of a path from the position limits of a joint, divided by their range.
 MARGIN_RATIO = 0.05
-# Distance of a path from a single position limit, rad or m.
+# Smallest distance of a path from the limit of a joint with only one limit, rad or m.
 ONE_SIDED_MARGIN = 0.05
-# Largest speed of a path, divided by the velocity limit.
+# Largest speed of a joint on a path, divided by its velocity limit.
 SPEED_RATIO = 0.5
 
 
@@ -23,7 +23,7 @@ class JointMotion(NamedTuple):
 
 
 def inside_limits(robot: Robot) -> Floats:
-    """Return the position limits minus a margin, shape (n, 2), rad or m."""
+    """Return the position limits of a robot, narrowed by a margin, shape (n, 2), rad or m."""
     low, high = np.array(robot.limits[:, 0]), np.array(robot.limits[:, 1])
     both = np.isfinite(high - low)
     margin = np.where(both, MARGIN_RATIO * np.where(both, high - low, 0.0), ONE_SIDED_MARGIN)
@@ -31,5 +31,5 @@ def inside_limits(robot: Robot) -> Floats:
 
 
 def allowed_speeds(robot: Robot) -> Floats:
-    """Return the largest speeds of a path, shape (n,), rad/s or m/s; inf without a limit."""
+    """Return the largest joint speeds of a path, (n,), rad/s or m/s; inf without a limit."""
     return SPEED_RATIO * robot.velocity_limits

@@ -1,4 +1,4 @@
-"""A path through a singular pose: a straight line of joint positions, slower in its middle."""
+"""Find a path through a singular pose: a straight line in joint space, slower in its middle."""
 
 import math
 from dataclasses import dataclass
@@ -16,9 +16,9 @@ from .motion import JointMotion, allowed_speeds, inside_limits
 # Largest distance of a joint from the middle of the path.
 TURNING_REACH = 0.7  # rad
 SLIDING_REACH = 0.2  # m
-# Shortest period, s: time to read each level on the table.
+# Shortest period of the motion, s, so that a person can read each level on the table.
 MIN_PERIOD = 12.0
-# Number of random directions tried through each singular pose, and their seed.
+# Number of random directions that are tried through each singular pose, and their random seed.
 DIRECTIONS = 16
 SEED = 560
 
@@ -28,16 +28,17 @@ class Passage:
     """
     q(t) = centre + x reach with x = cos(u) (1 + 2 cos(u)^2) / 3 and u = 2 pi t / period.
 
-    At x = 0 the joints have a third of the speed of x = cos(u). Their largest speed is 97 % of it.
+    At x = 0 the joints have a third of the speed that x = cos(u) would have there. Their largest
+    speed is 97 % of that of x = cos(u).
 
     Attributes
     ----------
     centre : shape (n,), rad or m
-        The pose at x = 0: a singular pose, if one was found.
+        The joint positions at x = 0: those of a singular pose, if the search found one.
     reach : shape (n,), rad or m
         The joint motion from the centre to one end of the path.
     period
-        Time after which the motion repeats itself, s.
+        The time after which the motion repeats, s.
     """
 
     centre: Floats
@@ -55,13 +56,13 @@ class Passage:
 
 def smooth_trajectory(robot: Robot) -> Passage:
     """
-    Return a path back and forth between two regular poses that leads exactly through a singular
+    Return a path back and forth on a line in joint space that leads exactly through a singular
     pose.
 
-    The search compares straight lines in random directions through the singular poses of the arm,
-    and returns the line whose ends are farthest from singular poses. If the limits exclude
-    singular poses, or leave no room around them, its middle is a regular pose. The path of an arm
-    with closed loops goes through the known position of its loops.
+    The search compares lines in random directions through the singular poses of the arm. It
+    returns the line whose ends are farthest from singular poses. If the limits exclude singular
+    poses, or leave no room around them, the middle of the line is a regular pose. The path of an
+    arm with closed loops goes through the position `assembled` of the robot file.
     """
     centre, reach = _line_of_loops(robot) if robot.chain.loops else _line(robot)
     slowest = np.max(np.abs(reach) / allowed_speeds(robot), initial=0.0)
@@ -90,7 +91,8 @@ def _line(robot: Robot) -> tuple[Floats, Floats]:
 
 
 def _line_of_loops(robot: Robot) -> tuple[Floats, Floats]:
-    # All joints together, halved until every loop closes along the line and the limits allow it.
+    # Return a line on which all joints move together. Halve its length until every loop closes
+    # along the line, and the line is inside the limits.
     centre, units = robot.chain.closure.assembled(), np.minimum(robot.chain.closure.units(), 1.0)
     x = np.linspace(-1.0, 1.0, 21)[:, None]
     low, high = robot.limits.T

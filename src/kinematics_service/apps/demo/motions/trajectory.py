@@ -1,4 +1,4 @@
-"""The motions of the demo by name: through a singular pose, and sines."""
+"""Define the motions of the demo by name: `smooth`, through a singular pose, and `sine`."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,7 @@ class Sines:
     frequency : shape (n,), rad/s
     phase : shape (n,), rad
     period
-        Time after which the motion repeats itself, s.
+        The time after which the motion repeats, s.
     """
 
     centre: Floats
@@ -46,14 +46,15 @@ def sine_trajectory(robot: Robot) -> Sines:
     """
     Return q_1 = sin t, q_2 = cos 2t, q_3 = sin 3t and so on, shifted and scaled into the limits.
 
-    It is the motion of document 002, slower if a velocity limit requires it.
+    This is the motion of document 002, but slower if a velocity limit requires it.
     """
     n = robot.dof
     inside = inside_limits(robot)
     low, high = inside[:, 0], inside[:, 1]
     amplitude = np.minimum(1.0, 0.5 * (high - low))
     w = np.arange(1.0, n + 1.0)
-    # The factor slows the clock of document 002 until every joint keeps its speed limit.
+    # Scale the time of the motion by a factor of at most 1, so that every joint keeps its speed
+    # limit.
     clock = min(1.0, float(np.min(allowed_speeds(robot) / (amplitude * w))))
     return Sines(
         centre=np.clip(0.0, low + amplitude, high - amplitude),

@@ -1,1 +1,1 @@
-"""The parts of a robot file, each read into what describes it."""
+"""Read the parts of a robot file: joints, table, loops, points, singularity and others."""

@@ -1,4 +1,4 @@
-"""The constants of a robot file: named numbers, which may use the constants above them."""
+"""Read the constants of a robot file: named numbers, which may use constants above them."""
 
 import zlib
 from collections.abc import Iterable
@@ -15,11 +15,14 @@ from ..text.yaml_document import Yaml
 from .description import Constant
 from .quantities import Units, check_finite
 
-MAX_CONSTANTS = 256  # a datasheet has about ten
+MAX_CONSTANTS = 256  # far more than a datasheet has, which is about ten
 
 
 class Constants(NamedTuple):
-    """The constants, the names of those with faults, and all names in their expressions."""
+    """
+    The constants of a file: the valid ones, the names of those with faults (`unreadable`), and all
+    names that occur in their expressions (`used`).
+    """
 
     constants: tuple[Constant, ...]
     unreadable: frozenset[str]
@@ -31,7 +34,7 @@ NO_CONSTANTS = Constants((), frozenset(), frozenset())
 
 
 def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place) -> Constants:
-    """Return the constants of a file in its order."""
+    """Read the constants of a robot file in the order of the file, and report their faults."""
     if data is None:
         return NO_CONSTANTS
     given = checked_mapping(data, at, 'names to numbers')
@@ -81,6 +84,7 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
 
 
 def _stand_in(name: str, units: Units) -> float:
-    # A generic value between 0.2 and 0.8 m, by a hash of the name: two letters are not equal.
+    # Return a value for a constant without a value, between 0.2 and 0.8 m. It is a hash of the
+    # name, so that two constants have different values.
     share = zlib.crc32(name.encode()) / 2**32
     return (0.2 + 0.6 * share) * (1000.0 if units.length == 'mm' else 1.0)

@@ -8,13 +8,14 @@ from typing import Literal, NamedTuple
 Axis = Literal['Rx', 'Ry', 'Rz', 'Tx', 'Ty', 'Tz']
 RowKind = Literal['quantities', 'motion', 'shape']
 
-# Quantities that may hold joint variables, and their motions; all others are constants.
+# Quantities of a row that may contain joint variables, and their elementary motions. All other
+# quantities are constants.
 MOVING = {'theta': 'Rz', 'd': 'Tz'}
 FACTOR = re.compile(r'([RT][xyz])\((\w+)\)')
 
 
 class NamedMotion(NamedTuple):
-    """A factor of a row's product: the axis of an elementary motion, and its quantity."""
+    """An elementary motion in a row's product, such as Rz(theta): its axis and its quantity."""
 
     axis: Axis
     quantity: str
@@ -28,22 +29,23 @@ class Convention:
     Attributes
     ----------
     name
-        Its name in robot files.
+        The name of the convention in robot files.
     product
-        A row's T as a product of elementary motions by named quantities, each once. Rz(theta),
-        Tz(d), or both side by side may move; all others are constants. Empty if rows hold
-        something else.
+        The transform T of a row as a product of elementary motions, each with a named quantity.
+        Rz(theta) and Tz(d) may move and are side by side; the other motions are constant. Empty if
+        rows do not have named quantities.
     rows
         The content of a row: named quantities, one elementary motion, or a motion between two
         shape matrices.
     reading
-        The way from a row to T in words; empty if `product` says it.
+        The formula of T for messages; empty if `product` has it.
     written
-        The form of a row in the reference; empty if `product` says it.
+        The form of a row for the reference page; empty if `product` has it.
     author
         The author, if the name alone is ambiguous.
     also
-        Names in textbooks and other programs, for which an error suggests `name`.
+        Names of the convention in textbooks and other programs. If a file has one of them, the
+        error suggests `name`.
     notes
         The comment that `new` writes above the table.
     """
@@ -59,37 +61,37 @@ class Convention:
 
     @property
     def words(self) -> str:
-        """Return its name and author."""
+        """Return the name of the convention, with its author in brackets if there is one."""
         return f'{self.name} ({self.author})' if self.author else self.name
 
     @property
     def formula(self) -> str:
-        """Return its name and the way from a row to T."""
+        """Return the name of the convention and the formula of a row's transform T."""
         return f'{self.words}, T = {self.product}' if self.product else self.reading
 
     @cached_property
     def motions(self) -> tuple[NamedMotion, ...]:
-        """Return the factors of the product, left to right."""
+        """Return the elementary motions of `product`, left to right."""
         return tuple(NamedMotion(*found) for found in FACTOR.findall(self.product))
 
     @cached_property
     def quantities(self) -> tuple[str, ...]:
-        """Return the names in a row, alphabetically."""
+        """Return the names of a row's quantities, in alphabetical order."""
         return tuple(sorted(motion.quantity for motion in self.motions))
 
     @property
     def joint_motions(self) -> tuple[NamedMotion, ...]:
-        """Return the factors that may hold joint variables."""
+        """Return the elementary motions that may contain joint variables."""
         return tuple(motion for motion in self.motions if motion.quantity in MOVING)
 
     @property
     def before_joint(self) -> tuple[NamedMotion, ...]:
-        """Return the constant factors before the joint, which belong to the previous link."""
+        """Return the constant motions before the joint, which belong to the previous link."""
         return self.motions[: self._joint_at]
 
     @property
     def after_joint(self) -> tuple[NamedMotion, ...]:
-        """Return the constant factors after the joint."""
+        """Return the constant motions after the joint."""
         return self.motions[self._joint_at + len(self.joint_motions) :]
 
     @property
@@ -99,7 +101,7 @@ class Convention:
 
     @property
     def others(self) -> 'tuple[Convention, ...]':
-        """Return the conventions with the same quantities in another order."""
+        """Return the other conventions that have the same quantities, in another product."""
         return tuple(
             other
             for other in CONVENTIONS.values()
@@ -169,7 +171,7 @@ CONVENTIONS = {
         ),
     )
 }
-# The names of all quantities, alphabetically.
+# The names of the quantities of all conventions, in alphabetical order.
 QUANTITIES = tuple(
     sorted({name for convention in CONVENTIONS.values() for name in convention.quantities})
 )

@@ -1,4 +1,4 @@
-"""The content of a valid robot file as frozen data: angles in rad, lengths in m."""
+"""Hold the content of a valid robot file as frozen data: angles in rad, lengths in m."""
 
 import math
 from dataclasses import dataclass, field
@@ -19,11 +19,11 @@ LengthUnit = Literal['m', 'mm']
 @dataclass(frozen=True)
 class Constant:
     """
-    A named number of the file.
+    A named number of the robot file, in the file's units.
 
-    Its value is in the file's units, unlike all other numbers here: only the use of a constant
-    shows whether it is a length, an angle, or a ratio. A letter has no value in the file; its
-    number here is generic.
+    Other descriptions are in SI units. A constant is not converted, because only its use shows
+    whether it is a length, an angle, or a ratio. If `letter` is true, the file gives no value, and
+    `value` is a generic number.
     """
 
     name: str
@@ -44,9 +44,9 @@ class JointDescription:
     variable
         The name in expressions.
     type
-        The variable of a helical joint is its angle.
+        The type of the joint; the variable of a helical joint is an angle.
     lower, upper : rad or m
-        The limits; -inf and inf for a joint without limits.
+        The limits of the position; -inf and inf for a joint without limits.
     velocity : rad/s or m/s
         The largest speed; inf if the file gives none.
     unused
@@ -100,39 +100,41 @@ class ElementaryMotion:
 
     @property
     def turns(self) -> bool:
-        """Return whether it is a rotation, its argument an angle."""
+        """Return whether the motion is a rotation, so that its argument is an angle."""
         return self.axis.startswith('R')
 
     @property
     def motions(self) -> 'tuple[ElementaryMotion, ...]':
-        """Return the elementary motions of the row: itself."""
+        """Return the elementary motions of the row, which is this motion alone."""
         return (self,)
 
 
 @dataclass(frozen=True)
 class DhRow:
     """
-    A row of named quantities, such as Denavit and Hartenberg's; only theta and d may move.
+    A row of named quantities, such as a Denavit-Hartenberg row. Only theta and d may contain joint
+    variables.
 
     Parameters
     ----------
     names
         The names of the quantities.
     motions
-        The motion of each quantity; the convention has the order of the product.
+        The elementary motion of each quantity, in the order of `names`. The convention defines
+        the order of the product.
     """
 
     names: tuple[str, ...]
     motions: tuple[ElementaryMotion, ...]
 
     def __getitem__(self, name: str) -> Expression:
-        """Return a quantity by its name."""
+        """Return the expression of a quantity by its name, such as `theta`."""
         return self.motions[self.names.index(name)].argument
 
 
 @dataclass(frozen=True)
 class ShapeRow:
-    """A Sheth-Uicker row, T = inner * joint * inverse(outer); no joint: a fixed row."""
+    """A Sheth-Uicker row, T = inner * joint * inverse(outer); fixed if `joint` is None."""
 
     inner: RigidMotion
     joint: ElementaryMotion | None
@@ -140,7 +142,7 @@ class ShapeRow:
 
     @property
     def motions(self) -> tuple[ElementaryMotion, ...]:
-        """Return the elementary motions of the row: its joint's."""
+        """Return the elementary motion of the row's joint in a tuple; empty for a fixed row."""
         return () if self.joint is None else (self.joint,)
 
 
@@ -149,7 +151,10 @@ Link: TypeAlias = DhRow | ElementaryMotion | ShapeRow
 
 @dataclass(frozen=True)
 class Placement:
-    """A named frame; the pose is base to frame 0 of the table, or last row to tool."""
+    """
+    The base or the tool: the name of its frame, and a pose. The base has the pose of the table's
+    frame 0 in the base frame; the tool has the pose of the tool in the frame after the last row.
+    """
 
     frame: str
     motion: RigidMotion
@@ -163,9 +168,9 @@ class PointDescription:
     Parameters
     ----------
     row
-        0 is the table's frame 0, i the frame after row i.
+        The frame that carries the point: 0 is the table's frame 0, i the frame after row i.
     motion
-        The point in that frame.
+        The pose of the point in the frame of `row`.
     """
 
     name: str
@@ -193,7 +198,7 @@ class PassiveJoint:
 @dataclass(frozen=True)
 class LoopDescription:
     """
-    A closed loop: a second chain that parts from the table and meets it again.
+    A closed loop: a second chain of rows that begins and ends in frames of the table.
 
     Parameters
     ----------
@@ -202,15 +207,17 @@ class LoopDescription:
     start, meets
         The frame in which the second chain begins, and the frame with which its end coincides.
     there
-        The rows of the table between `start` and `meets`.
+        The rows of the table from `start` to `meets`.
     links
         The rows of the second chain.
     rows
-        Components that coincide, in the axes of `start`, ordered x y z rx ry rz.
+        The components of the poses of both ends that are equal, in the axes of `start`, in the
+        order x y z rx ry rz.
     q : n values, assembled : one value for each passive joint, rad or m
-        Positions at which the loop is closed, at least approximately.
+        Positions of the joints and of the passive joints at which the loop is approximately
+        closed.
     line
-        The line of `assembled` in the file.
+        The line of the key `assembled` in the file, for messages.
     """
 
     name: str
@@ -227,7 +234,7 @@ class LoopDescription:
 
 class Rounding(NamedTuple):
     """
-    Half of the last written digit of the numbers of a known pose; 0 for exact numbers.
+    The rounding of the numbers of a known pose: half of their last written digit, or 0 if exact.
 
     Attributes
     ----------
@@ -249,7 +256,8 @@ class KnownPose:
     ----------
     q : n values, rad or m
     tolerance_xyz, tolerance_rpy : m, rad
-        `tolerance_rpy` is inf if the source gives no orientation; ignore that of `motion` then.
+        Tolerances of position and orientation. If the source gives no orientation,
+        `tolerance_rpy` is inf, and the orientation of `motion` has no meaning.
     rounding
         The rounding of the written numbers; zeros if the source gives a tolerance.
     """
@@ -269,7 +277,8 @@ class Factor:
     Parameters
     ----------
     approximate
-        Whether its zeros are only near singular poses: it belongs to the table before calibration.
+        Whether the zeros of the factor are only near singular poses, because the factor belongs
+        to the table before calibration.
     """
 
     name: str
@@ -285,13 +294,13 @@ class SingularityDescription:
     Parameters
     ----------
     task
-        Rows of the Jacobian, ordered x y z rx ry rz; None: chosen from the arm.
+        Rows of the Jacobian in the order x y z rx ry rz; None if `find_task` chooses them.
     length : m
-        The characteristic length; None: chosen from the arm.
+        The characteristic length; None if `find_task` computes it.
     measure
-        The measure that is compared with the thresholds; empty: the default of the arm.
+        The measure that is compared with the thresholds; '' for the default measure of the arm.
     warn, stop
-        Thresholds: rad for `distance`, else plain numbers in SI units.
+        Thresholds of WARN and ERROR: in rad for `distance`, else numbers in SI units.
     factors
         The named factors, in the order of the file.
     """
@@ -318,10 +327,10 @@ class Uncertainty:
     parameters
         Standard deviations of the numbers of the table, by group or name.
     factor
-        The alternative to `parameters`: by name, the rows of L in the covariance L L^T of these
-        numbers; row k has at most k numbers.
+        The alternative to `parameters`, for correlated numbers. Their covariance is L L^T; each
+        name has its row of the lower triangular L, so row k has at most k numbers.
     floor_xyz, floor_rpy : m, rad
-        Standard deviation of all other errors of position and rotation, for each axis.
+        Standard deviation, for each axis, of errors of position and rotation from other causes.
     """
 
     noise: tuple[float, ...]
@@ -335,7 +344,10 @@ class Uncertainty:
 
     @property
     def joint_deviations(self) -> tuple[float, ...]:
-        """Return the standard deviations of the joint positions, rad or m."""
+        """
+        Return the standard deviations of the joint positions, rad or m, from noise, resolution and
+        backlash.
+        """
         # The standard deviation of a uniform distribution of width w is w / sqrt(12).
         return tuple(
             math.sqrt(noise**2 + (step**2 + play**2) / 12.0)
@@ -344,7 +356,7 @@ class Uncertainty:
 
     @property
     def of_pose(self) -> bool:
-        """Return whether it makes any pose uncertain."""
+        """Return whether any of the uncertainties affects the pose of the tool."""
         numbers = (
             *self.joint_deviations,
             *(deviation for _, deviation in self.parameters),
@@ -361,10 +373,11 @@ class Tolerances:
 
     Parameters
     ----------
-    length, angle, gear : m, rad, share
-        For all lengths, angles and gear ratios; None: not given.
+    length, angle, gear : m, rad, relative
+        Standard deviations of all lengths, angles and gear ratios; None if not given.
     named
-        For single numbers, by their names in a calibration: theta2, d1, a3, gear2.
+        Standard deviations of single numbers, by their names in a calibration, such as theta2 or
+        gear2.
     """
 
     length: float | None = None
@@ -383,9 +396,9 @@ class SpeedLimit:
     of
         `tool`, or the name of the point.
     linear, angular : m/s, rad/s
-        Largest speed of the origin, and of rotation.
+        Largest speed of the point, and largest angular velocity of its frame.
     reduced : m/s
-        Largest speed of the origin while the arm moves at reduced speed.
+        Largest speed of the point while the arm moves at reduced speed.
     """
 
     of: str
@@ -396,15 +409,16 @@ class SpeedLimit:
 
 class MimicFormula(NamedTuple):
     """
-    A joint that follows another: its position is multiplier times that of the leader plus offset.
+    A joint that mimics another: its position is multiplier * (position of the leader) + offset.
 
     Attributes
     ----------
     name, leader
-        Names in JointState; the arm's joints include the leader, not the follower.
+        Names in JointState messages; the arm's joints include the leader, not the mimicking joint.
     offset : rad or m
+        The position of the mimicking joint if the leader is at 0.
     slides
-        Whether the follower slides.
+        Whether the mimicking joint slides.
     """
 
     name: str
@@ -422,31 +436,33 @@ class RobotDescription:
     Parameters
     ----------
     angle_unit, length_unit
-        The units of the texts; all numbers except those of constants are SI.
+        The units of the expressions in the file. Numbers in this description are in SI units,
+        except those of constants.
     links
-        The rows of the table, of the kind that the convention has.
+        The rows of the table, in the form of the convention.
     points
-        In the order of the file; without the tool.
+        The points in the order of the file, without the tool.
     uncertainty
-        None if the file has no such section.
+        The section `uncertainty`; None if the file does not have it.
     warnings
-        Probable mistakes, such as another unit or an unused constant.
+        Probable mistakes in the file, such as another unit or an unused constant.
     remarks
-        Sentences that only `check` prints.
+        Sentences about the file that only the command `check` prints.
     file
         The path as the user gave it.
     tolerances
         Standard deviations of the numbers of the table.
     sha256
-        The digest of the bytes of the file; empty for a text without a file.
+        The SHA-256 digest of the file in hexadecimal digits; '' for a text without a file.
     loops
-        In the order of the file; a loop may use the passive joints of earlier loops.
+        The closed loops in the order of the file. A loop may use the passive joints of earlier
+        loops.
     parts
-        The files of the arms of a cell; empty for a single arm.
+        The paths of the robot files of a cell's arms; empty for a single arm.
     speed_limits
-        In the order of the file.
+        The speed limits in the order of the file.
     mimics
-        Joints of a URDF that follow joints of the arm.
+        Joints of a URDF that mimic joints of the arm.
     """
 
     name: str
@@ -480,10 +496,10 @@ class RobotDescription:
 
     @property
     def radians(self) -> float:
-        """Return the file's unit of angles, rad."""
+        """Return the file's unit of angles in rad: 1, or pi/180 for degrees."""
         return math.pi / 180.0 if self.angle_unit == 'deg' else 1.0
 
     @property
     def metres(self) -> float:
-        """Return the file's unit of lengths, m."""
+        """Return the file's unit of lengths in m: 1, or 0.001 for millimetres."""
         return 1e-3 if self.length_unit == 'mm' else 1.0

@@ -1,4 +1,4 @@
-"""The joints of a robot file: names, variables, types, limits."""
+"""Read the joints of a robot file: names, variables, types and limits."""
 
 import math
 from collections.abc import Sequence
@@ -12,24 +12,25 @@ from .description import JointDescription, JointType
 from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
 from .schema import JointEntry
 
-MAX_JOINTS = 128  # each message has a Jacobian with a column for each joint
-# Faster joints are probably in another unit, rad/s or m/s.
+MAX_JOINTS = 128  # bounds the size of messages: each has a Jacobian with a column for each joint
+# Warn of a joint velocity above this, rad/s or m/s: it is probably in another unit.
 FASTEST_JOINT = 100.0
 NOUN = 'a list of joints, {name, type, limits}'
 
 
 class JointHead(NamedTuple):
     """
-    The names and the type of a joint, which are read before all numbers.
+    The names and the type of a joint, which are read before the numbers of the file, because
+    expressions contain the names.
 
     Attributes
     ----------
     entry
         The entry in the list of joints.
     type, variable
-        The type, and the name in expressions; None if they have faults.
+        The type, and the name of the joint in expressions; None if the value has a fault.
     hidden
-        Possible names in expressions if the entry has faults, else empty.
+        If the entry has faults: names that expressions may use for the joint. Else empty.
     """
 
     entry: JointEntry
@@ -39,7 +40,7 @@ class JointHead(NamedTuple):
 
 
 def read_joint_heads(data: Yaml, constants: Sequence[str], at: Place) -> list[JointHead]:
-    """Return the joints of a list, each with its own faults reported."""
+    """Read the names and types in the list of joints, and report the faults of each joint."""
     items = checked_list(data, at, NOUN)
     if data == []:
         at.fault('at least one joint is needed')
@@ -71,7 +72,8 @@ def read_joint_heads(data: Yaml, constants: Sequence[str], at: Place) -> list[Jo
 
 
 def _words(given: dict[str, Yaml]) -> frozenset[str]:
-    # Each value of a joint may be its name in expressions if a key is wrong.
+    # Return the values of an entry that may be the joint's name in expressions: if a key is
+    # misspelled, the name may be the value of any key.
     return frozenset(
         value.text
         for key, value in given.items()
@@ -80,7 +82,7 @@ def _words(given: dict[str, Yaml]) -> frozenset[str]:
 
 
 def read_joint(head: JointHead, at: Place, quantities: Quantities) -> JointDescription | None:
-    """Return a joint in SI units, or None if its entry has faults."""
+    """Read the numbers of a joint in SI units; return None if its entry has faults."""
     entry, joint_type, variable, _ = head
     if joint_type is None:
         return None
@@ -101,7 +103,7 @@ def read_joint(head: JointHead, at: Place, quantities: Quantities) -> JointDescr
 
 def _check_name(name: str, first: int, index: int, at: Place) -> None:
     if ',' in name:
-        # The Jacobian's label joins the names by commas.
+        # In messages, the label of the Jacobian separates joint names by commas.
         at.fault(f'{quoted(name)} holds a comma, which no joint name may')
     if first < index:
         at.fault(f'{quoted(name)} is already the name of joints[{first}]')
@@ -167,7 +169,8 @@ def _warn_of_limits(
             at.warn(f'a stroke to {number(largest * 1e3)} mm: {METRES}')
     elif joint_type == 'revolute':
         turns = largest / (2.0 * math.pi)
-        # A wrist may turn twice; its limit in radians is then not an integer.
+        # Limits in rad up to 4 turns are plausible for a wrist, but an integer is probably in
+        # degrees.
         if units.angle == 'rad' and (turns > 4.0 or (turns > 1.0 and largest.is_integer())):
             at.warn(f'limits of {number(turns)} turns: {DEGREES}')
         if units.angle == 'deg' and largest <= math.radians(2.0 * math.pi + 0.01):

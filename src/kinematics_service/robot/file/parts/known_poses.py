@@ -1,4 +1,4 @@
-"""The known poses of a robot file: poses of the tool that the file's source gives."""
+"""Read the known poses of a robot file: tool poses at given q, from a datasheet or paper."""
 
 import math
 import re
@@ -14,10 +14,11 @@ from .schema import KnownPoseEntry, ToleranceEntry
 
 # Default tolerance of a known pose (m, rad): the last digit of a datasheet with six decimals.
 DEFAULT_TOLERANCE = 1e-6
-# Positions beyond a limit by less are at the limit (rad or m).
+# Joint positions that exceed a limit by less than this (rad or m) count as inside the limits.
 LIMIT_TOLERANCE = 1e-9
 DECIMALS = re.compile(r'[-+]?\d*\.(\d+)')
-# Numbers with fewer digits count as exact (m or rad), as 0.45 m and 22.5 deg are.
+# If half of the last digit exceeds this (m or rad), the number counts as exact, such as 0.45 m or
+# 22.5 deg.
 MAX_ROUNDING = 1e-3
 
 
@@ -25,14 +26,14 @@ def read_known_poses(
     data: Yaml, joints: Sequence[JointDescription], quantities: Quantities
 ) -> tuple[KnownPose, ...]:
     """
-    Return the poses in SI units, without those that have faults.
+    Read the known poses in SI units; report faults, and leave out poses that have one.
 
     Parameters
     ----------
     data
-        The list as the file has it; None if the file has none.
+        The value of the key `known_poses`; None if the file does not have the key.
     joints
-        The joints without faults; if one has faults, no q is compared with limits.
+        The joints without faults. If a joint has a fault, q is not compared with the limits.
     quantities
         The meaning of the names in expressions.
     """
@@ -79,11 +80,12 @@ def _known_pose(
 
 
 def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
-    # In m or rad, from the number with most digits: others may omit their last zeros.
+    # Return half of the last written digit of some numbers, in m or rad; 0 if they count as exact.
+    # Use the number with most decimals, because the others may omit zeros at the end.
     decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
     most = max((len(found[1]) for found in decimals), default=0)
     if any(unit_doubt(float(found[0]), kind) for found in decimals):
-        units = Units('deg', 'mm')  # the unit of the file is probably wrong
+        units = Units('deg', 'mm')  # the numbers are implausible in rad or m
     half = units.to_si(0.5 * 10.0**-most, kind)
     return half if most and half <= MAX_ROUNDING else 0.0
 

@@ -1,4 +1,4 @@
-"""The rows of a robot file's table, by its convention."""
+"""Read the rows of a robot file's table in the form of its convention."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from .quantities import LARGEST_USUAL_LENGTH, METRES, MILLIMETRES, Kind, Quantit
 from .schema import ShapeRowEntry, dh_row_entry
 
 MAX_ROWS = 512
-MIN_USUAL_LENGTH = 0.01  # m; a table with less in all is probably not in mm
+MIN_USUAL_LENGTH = 0.01  # m; if all lengths add up to less, the table is probably not in mm
 ELEMENTARY = re.compile(r'\s*([RT][xyz])\s*\((.*)\)\s*', re.DOTALL)
 AXES: tuple[Axis, ...] = get_args(Axis)
 
@@ -24,7 +24,7 @@ AXES: tuple[Axis, ...] = get_args(Axis)
 def read_links(
     data: Yaml, convention: Convention, at: Place, quantities: Quantities
 ) -> tuple[Link, ...] | None:
-    """Return the rows of a chain in its order, or None with their faults reported."""
+    """Read the rows of a chain, base to tip; report faults, and return None if there are any."""
     items = checked_list(data, at, 'a list of the rows of the table')
     if data == []:
         at.fault('at least one row is needed')
@@ -38,7 +38,10 @@ def read_links(
 
 
 def likely_convention(data: Yaml) -> Convention:
-    """Return the first convention whose rows have the form of the first row of a list."""
+    """
+    Return a convention whose rows look like the first row of a list: a text, a mapping with
+    shape matrices, or a mapping with named quantities.
+    """
     first = data[0] if isinstance(data, list) and data else None
     rows: RowKind = 'quantities'
     if isinstance(first, ScalarNode):
@@ -49,7 +52,10 @@ def likely_convention(data: Yaml) -> Convention:
 
 
 def moving_parts(row: Link) -> Iterator[tuple[Kind, str, Expression]]:
-    """Yield each part of a row that may move: angle or length, its place, its expression."""
+    """
+    Yield each motion of a row that may contain joint variables: its kind (angle or length), its
+    quantity or axis, and its expression.
+    """
     for k, motion in enumerate(row.motions):
         place = row.names[k] if isinstance(row, DhRow) else motion.axis
         if place in MOVING or not isinstance(row, DhRow):
@@ -66,7 +72,7 @@ def variables_of(row: Link) -> frozenset[str]:
 
 
 def names_in_rows(rows: Iterable[Link]) -> frozenset[str]:
-    """Return the joints and passive joints that move rows."""
+    """Return the variables of joints, and the names of passive joints, that move some rows."""
     return frozenset().union(*map(variables_of, rows))
 
 
@@ -91,7 +97,7 @@ def _lengths(row: Link) -> Iterator[float]:
 
 
 def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
-    """Report helical joints that only turn, or only slide."""
+    """Report helical joints that the table uses only as an angle, or only as a length."""
     places: dict[str, dict[Kind, str]] = {}
     for index, row in enumerate(rows):
         for kind, place, expression in moving_parts(row):

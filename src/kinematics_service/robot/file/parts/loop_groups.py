@@ -1,11 +1,11 @@
-"""Closed loops that are solved together: those that need each other's passive joints."""
+"""Group closed loops that are solved together, because each needs passive joints of the other."""
 
 from collections.abc import Sequence
 
 from .description import LoopDescription, PassiveJoint
 from .links import names_in_rows
 
-BETWEEN = ' + '  # the names of loops that are closed together
+BETWEEN = ' + '  # separates the names of loops in the name of their group
 
 
 def names_in_loop(loop: LoopDescription) -> frozenset[str]:
@@ -15,9 +15,9 @@ def names_in_loop(loop: LoopDescription) -> frozenset[str]:
 
 def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription, ...], ...]:
     """
-    Return the groups of loops, in the order of the file: most often each loop alone.
+    Return the groups of loops, in the order of the file; most groups have one loop.
 
-    Two loops are of one group where each needs passive joints of the other, by itself or through
+    Two loops are in one group if each needs passive joints of the other, directly or through
     other loops.
     """
     needed = _needed(loops)
@@ -32,7 +32,8 @@ def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription
 
 
 def _needed(loops: Sequence[LoopDescription]) -> list[set[int]]:
-    # Which loops each one needs, by itself or through others.
+    # Return for each loop the indices of the loops whose passive joints it needs, directly or
+    # through other loops.
     owner = {joint.name: k for k, loop in enumerate(loops) for joint in loop.passive}
     needed = [
         {owner[name] for name in names_in_loop(loop) if name in owner} - {k}
@@ -50,26 +51,26 @@ def passive_of(group: Sequence[LoopDescription]) -> tuple[PassiveJoint, ...]:
 
 
 def group_name(group: Sequence[LoopDescription]) -> str:
-    """Return the name of a group of loops: that of a loop alone, or all with + between them."""
+    """Return the name of a group of loops: the names of its loops, joined by ` + `."""
     return BETWEEN.join(loop.name for loop in group)
 
 
 def group_key(name: str) -> str:
-    """Return the name of a group as the part of a key, without spaces: `a_b`."""
+    """Return the name of a group of loops in the form of a key, such as `a_b` for `a + b`."""
     return name.replace(BETWEEN, '_')
 
 
 def closed_together(name: str) -> bool:
-    """Return whether the name of a group is that of several loops."""
+    """Return whether a group with this name has several loops."""
     return BETWEEN in name
 
 
 def group_in_words(name: str) -> str:
-    """Return the name of a group in words: `loop a`, or `loops a, b and c together`."""
+    """Return a group of loops as text: `loop a`, or `loops a, b and c together`."""
     return all_in_words((name,)) + (' together' if closed_together(name) else '')
 
 
 def all_in_words(names: Sequence[str]) -> str:
-    """Return all loops of groups by their names, in words: `loop a`, or `loops a, b and c`."""
+    """Return the loops of several groups as text: `loop a`, or `loops a, b and c`."""
     *others, last = (name for group in names for name in group.split(BETWEEN))
     return f'loops {", ".join(others)} and {last}' if others else f'loop {last}'

@@ -1,4 +1,4 @@
-"""The closed loops of a robot file: second chains that begin and end at rows of the table."""
+"""Read the closed loops of a robot file: second chains that begin and end at rows of the table."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -34,16 +34,16 @@ def read_passive(
     data: Yaml, taken: Sequence[str], at: Place
 ) -> tuple[tuple[PassiveJoint, ...], ...]:
     """
-    Return the passive joints of each loop, also those whose names have faults.
+    Read the passive joints of each loop, and report faults of their names.
 
     Parameters
     ----------
     data
-        The list of loops as the file has it; None if the file has none.
+        The value of the key `loops`; None if the file does not have the key.
     taken
-        The names of constants and of joints in expressions.
+        Names that a passive joint may not have: those of constants and joint variables.
     at
-        The place of the list.
+        The place of the list of loops in the file.
     """
     if data is None:
         return ()
@@ -91,7 +91,7 @@ def _passive_joint(item: Yaml, at: Place) -> PassiveJoint | None:
 
 
 def names_in_loops(data: Yaml, known: Collection[str]) -> frozenset[str]:
-    """Return the known names in the rows of all second chains."""
+    """Return the known names that occur in the rows (`links`) of all loops."""
     loops = data if isinstance(data, list) else ()
     rows = [loop['links'] for loop in loops if isinstance(loop, dict) and 'links' in loop]
     return frozenset().union(*(known_names_in(text, known) for text in texts_in(rows)))
@@ -106,16 +106,16 @@ def read_loops(
     quantities: Quantities,
 ) -> tuple[LoopDescription, ...]:
     """
-    Return the loops in the order of the file; none of them if one has faults.
+    Read the loops in the order of the file; report faults, and return no loops if there are any.
 
     Parameters
     ----------
     data
-        The list as the file has it; None if the file has none.
+        The value of the key `loops`; None if the file does not have the key.
     passive
         The passive joints of each loop.
     table, points, convention
-        The parts of the arm; None for a table with faults.
+        The rows of the table, or None if they have faults; the points; the convention.
     quantities
         The meaning of the names in expressions.
     """
@@ -129,7 +129,7 @@ def read_loops(
     if table is None or len(found) < len(loops) or not at.intact:
         return ()
     if len(quantities.joint_types) - len(quantities.types) < sum(map(len, passive)):
-        return ()  # a name occurs twice, which has been reported
+        return ()  # two joints have one name, which has been reported
     called = [loop.name for loop in found]
     _check_effect(found, table, at)
     for k, loop in enumerate(found):
@@ -144,8 +144,8 @@ def read_loops(
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:
-    # Check that every passive joint moves a row of its loop, that only loops of one group need
-    # each other, and that every group moves a row of the table or of a later loop.
+    # Report a passive joint that moves no row of its loop, a loop that needs passive joints of a
+    # later loop outside of its group, and a group that moves neither the table nor a later loop.
     places = {loop.name: k for k, loop in enumerate(loops)}
     used = names_in_rows(table)
     for group in reversed(loop_groups(loops)):
@@ -201,7 +201,7 @@ def _check_group(
 
 @dataclass(frozen=True)
 class _LoopReader:
-    """Reads loops one by one."""
+    """Reads the entries of closed loops, given the table and points of the arm."""
 
     table: Sequence[Link] | None
     points: Sequence[PointDescription]
@@ -211,7 +211,7 @@ class _LoopReader:
     def read(
         self, data: Yaml, passive: tuple[PassiveJoint, ...], at: Place
     ) -> LoopDescription | None:
-        """Return a loop, or None with its faults reported."""
+        """Read the entry of a loop; report faults, and return None if there are any."""
         entry = checked(LoopEntry, data, at)
         rows: tuple[str, ...] = ()
         if entry.rows is not None:

@@ -9,34 +9,34 @@ from .... import kernel
 @dataclass(frozen=True)
 class Measure:
     """
-    A measure of singularity; `Singularity` has a field of its name, the kernel computes it.
+    A measure of singularity. The kernel computes it, and `Singularity` has a field of its name.
 
     Attributes
     ----------
     name, meaning
-        The name in robot files, topics and parameters; its definition for the reference.
+        The name in robot files, topics and parameters; the definition for the reference page.
     column
-        Its index in the kernel's row of measures.
+        The column of the measure in the rows that `kernel.measure` fills.
     small_is_bad
-        Whether it decreases toward a singular pose.
+        Whether the measure decreases toward a singular pose.
     unit
-        The unit of its value and thresholds in sentences.
+        The unit of the value and the thresholds in sentences.
     warn, stop
         Default thresholds; None if no default suits every arm.
     least, most
         Thresholds are above `least` and at most `most`. A value of `most` means `most` or more.
     of_square
-        Whether it exists only for a square J_t; it may be negative, and its absolute value is
-        compared with the thresholds.
+        Whether the measure exists only for a square J_t. Such a measure may be negative; its
+        absolute value is compared with the thresholds.
     of_volume
-        Whether it is a product of singular values of the unscaled J_t; its unit depends on the
-        arm.
+        Whether the measure is a product of singular values of the unscaled J_t, so that its unit
+        depends on the arm.
     drawn_unit
         The unit in pictures and tables; empty: `unit`.
     short, long, drawn
-        Other names: in narrow tables, as a title, beside an axis (in TeX).
+        Other names: in narrow tables, in titles, and on the axes of plots (in TeX).
     on_page
-        Whether the page of an audit always shows it, also if the node watches another measure.
+        Whether the page of an audit shows the measure even if the node watches another one.
     """
 
     name: str
@@ -58,18 +58,18 @@ class Measure:
 
     @property
     def words(self) -> str:
-        """Return its name with spaces."""
+        """Return the name of the measure with spaces instead of underscores."""
         return self.name.replace('_', ' ')
 
     def refusal(self, threshold: float) -> str:
-        """Return why a threshold is invalid, as `must be ...`; empty for a valid threshold."""
+        """Return why a threshold is invalid, as text `must be ...`; '' for a valid threshold."""
         if math.isfinite(threshold) and self.least < threshold <= self.most:
             return ''
         most = f' and at most {self._amount(self.most)}' if self.most < math.inf else ''
         return f'must be above {self.least:g}{most}, not {self._amount(threshold)}'
 
     def farther(self, value: float) -> str:
-        """Return `none found within 1 rad (57 deg)` for the largest value, else an empty text."""
+        """Return `none found within 1 rad (57 deg)` if the value is the largest one, else ''."""
         if not value >= self.most < math.inf:
             return ''
         return f'none found within {self._amount(self.most)}'
@@ -80,7 +80,7 @@ class Measure:
         return f'{value:g} rad ({math.degrees(value):.0f} deg)'
 
     def ordered(self, warn: float, stop: float) -> bool:
-        """Return whether a value that becomes worse reaches `warn` before `stop`."""
+        """Return whether the measure reaches `warn` before `stop` toward a singular pose."""
         return stop < warn if self.small_is_bad else warn < stop
 
 
@@ -129,7 +129,8 @@ MEASURES = {
             'of the scaled J_t: the largest singular value over the smallest',
             kernel.CONDITION_NUMBER,
             small_is_bad=False,
-            # MoveIt Servo's lower_singularity_threshold and hard_stop_singularity_threshold.
+            # The defaults of MoveIt Servo: lower_singularity_threshold = 17 and
+            # hard_stop_singularity_threshold = 30.
             warn=17.0,
             stop=30.0,
             least=1.0,

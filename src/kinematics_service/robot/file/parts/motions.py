@@ -1,4 +1,4 @@
-"""Constant poses of a robot file: {xyz, rpy}, matrices, the base and the tool."""
+"""Read the constant poses of a robot file: {xyz, rpy}, matrices, the base and the tool."""
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +12,8 @@ from .quantities import Kind, Quantities
 from .schema import PlacementEntry, PoseEntry
 
 ZEROS = ('0', '0', '0')
-# A rotation matrix is used unchanged if no entry of |R^T R - 1| exceeds this: exact expressions
-# like sqrt(2)/2 meet it.
+# A rotation matrix is used unchanged if no entry of |R^T R - 1| exceeds this. Matrices of exact
+# expressions such as sqrt(2)/2 are accurate enough.
 EXACT_ROTATION_TOLERANCE = 1e-12
 # Largest entry of |R^T R - 1| of a rotation with six printed digits, which is projected.
 PRINTED_ROTATION_TOLERANCE = 1e-6
@@ -22,7 +22,7 @@ PRINTED_ROTATION_TOLERANCE = 1e-6
 def read_placement(
     data: Yaml, at: Place, default_frame: str, quantities: Quantities
 ) -> Placement | None:
-    """Return the base or the tool, or None with its faults reported."""
+    """Read the base or the tool; report faults, and return None if there are any."""
     if data is None:
         return Placement(default_frame, IDENTITY)
     entry = checked(PlacementEntry, data, at)
@@ -37,7 +37,9 @@ def read_placement(
 
 def pose_motion(entry: PoseEntry, at: Place, quantities: Quantities) -> RigidMotion | None:
     """
-    Return the pose of xyz and rpy, R = Rz(yaw) Ry(pitch) Rx(roll); a missing key means zeros.
+    Read a pose given by xyz and rpy, R = Rz(yaw) Ry(pitch) Rx(roll); a missing key means zeros.
+
+    The result is None if a value has a fault.
     """
     lengths, angles = tuple(entry.xyz or ZEROS), tuple(entry.rpy or ZEROS)
     position = [quantities.fixed(text, 'length', at['xyz', i]) for i, text in enumerate(lengths)]
@@ -51,7 +53,9 @@ def pose_motion(entry: PoseEntry, at: Place, quantities: Quantities) -> RigidMot
 
 
 def read_motion(data: Yaml, at: Place, quantities: Quantities) -> RigidMotion | None:
-    """Return the pose of a matrix of 3 or 4 rows, or of {xyz, rpy}; the identity for None."""
+    """
+    Read a pose given by a matrix of 3 or 4 rows, or by {xyz, rpy}; a missing key is the identity.
+    """
     if data is None:
         return IDENTITY
     if isinstance(data, dict):
@@ -88,7 +92,7 @@ def _rigid(matrix: npt.NDArray[np.float64], at: Place) -> npt.NDArray[np.float64
         at[3].fault('the fourth row of a rigid motion is [0, 0, 0, 1]')
         return None
     R = matrix[:3, :3]
-    # Entries of a rotation are at most 1; larger ones are clipped, lest the product overflow.
+    # Clip entries, so that the product cannot overflow: entries of a rotation are at most 1.
     capped = np.clip(R, -1e3, 1e3)
     error = float(np.abs(capped.T @ capped - np.eye(3)).max())
     if error > PRINTED_ROTATION_TOLERANCE:

@@ -1,9 +1,9 @@
 """
-The parameters of an arm that a calibration corrects: numbers of its table, base and tool.
+List the parameters of an arm that a calibration corrects: numbers of its table, base and tool.
 
-The numbers of a table cannot describe every error. If two axes are parallel, a row of Denavit and
-Hartenberg turns one of them out of the common plane only with a d of kilometres. An extra angle
-about y describes that error (Hayati 1983).
+The numbers of a Denavit-Hartenberg table cannot describe every small error. If two axes are
+nominally parallel, a small turn of one axis out of the common plane needs a d of kilometres. An
+extra angle about y describes that error (Hayati 1983).
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,12 +16,13 @@ from .convention_table import CONVENTIONS
 from .description import DhRow, ElementaryMotion, JointDescription, Link, ShapeRow
 from .tolerances import EXTRA, GEAR
 
-# Usual standard deviations between a datasheet and a robot; corrections are divided by them.
+# Usual standard deviations of a robot's dimensions from its datasheet. The calibration divides
+# corrections by them.
 LENGTH = 1e-3  # m
 ANGLE = np.radians(0.2)  # rad
 RATIO = 1e-3  # of a gear ratio, relative
 AXES = 'xyz'
-# Conventions in which an additional row can hold the extra corrections.
+# Conventions whose tables can have the extra corrections `beta` and `b` in an additional row.
 WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
 GEARS = 'gears'
@@ -38,20 +39,22 @@ class ArmParameter:
     Attributes
     ----------
     name
-        `theta2` is theta of row 2 of the table, counted from 1; `d1`, `a3`, `alpha2` likewise.
-        `beta2` is an extra turn about y beside alpha, `b2` an extra length along y beside a.
-        Other conventions have `Rz3`, `Tx2`. `gear2` is the relative error of the gear ratio of
-        joint 2. Poses have `base.x` to `tool.rz`, and `base2.x` for the second set. `lag` is the
-        delay of the joint positions (s), `backlash` the backlash of every joint (rad).
+        `theta2`, `d2`, `a2` and `alpha2` are quantities of row 2 of the table, counted from 1.
+        `beta2` is an extra rotation about y beside alpha, `b2` an extra length along y beside a.
+        Other conventions have the axis of the motion, such as `Rz3` or `Tx2`. `gear2` is the
+        relative error of the gear ratio of joint 2. Base and tool have `base.x` to `tool.rz`, and
+        `base2.x` for a second base. `lag` is the delay of the joint positions (s), `backlash` the
+        backlash of every joint (rad).
     group
-        offsets (of joint positions), lengths, angles, gears, base, tool, lag or backlash.
+        `offsets` (of joint positions), `lengths`, `angles`, `gears`, `base`, `tool`, `lag` or
+        `backlash`.
     angle
-        Whether it is in rad; otherwise it is in m, or relative.
+        Whether the parameter is in rad; otherwise it is in m, or relative.
     row
-        Row of the table, or the joint of a gear, counted from 0; -1 for base and tool.
+        The row of the table, or the joint of a gear, counted from 0; -1 for base and tool.
     place
-        The number of the row to which it is added: theta, d, a, alpha, own; or the axis of an
-        extra motion, as Ry.
+        The quantity of the row to which the correction is added: theta, d, a, alpha, or own (the
+        argument of an elementary motion). For an extra motion its axis, such as Ry.
     """
 
     name: str
@@ -62,14 +65,14 @@ class ArmParameter:
 
     @property
     def scale(self) -> float:
-        """Return the usual standard deviation: rad, m, or relative."""
+        """Return the usual standard deviation of the parameter, in rad, in m, or relative."""
         if self.group == GEARS:
             return RATIO
         return float(ANGLE) if self.angle else LENGTH
 
 
 class PlacedParameter(NamedTuple):
-    """A parameter, the axis of its motion, and whether it is an extra correction."""
+    """A parameter, the axis of its motion (x, y or z), and whether it is an extra correction."""
 
     parameter: ArmParameter
     axis: str
@@ -77,7 +80,7 @@ class PlacedParameter(NamedTuple):
 
 
 def placed_rows(links: Sequence[Link], convention: str) -> Iterator[list[PlacedParameter]]:
-    """Yield the parameters of each row of a table."""
+    """Yield, for each row of a table, the list of its parameters."""
     for k, link in enumerate(links):
         if isinstance(link, DhRow):
             yield list(_of_dh_row(k, link, convention))
@@ -109,8 +112,8 @@ def _of_dh_row(k: int, link: DhRow, convention: str) -> Iterator[PlacedParameter
 
 
 def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[PlacedParameter]:
-    # The offset of its position, and four numbers of its axis: two angles and two lengths. A
-    # prismatic joint has no lengths: only the direction of its axis has an effect.
+    # Yield the parameters of a joint: two angles and two lengths of its axis, and the offset of
+    # its position. A prismatic joint has no lengths, because only its direction has an effect.
     for kind in 'RT' if joint.turns else 'R':
         for axis in AXES.replace(joint.axis[1], ''):
             yield _placed(k, kind + axis, kind + axis, kind + axis, extra=True)
@@ -118,7 +121,7 @@ def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[PlacedParameter]:
 
 
 def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
-    """Return the relative error of the gear ratio of each joint that moves a row."""
+    """Return, for each joint that moves a row, the relative error of its gear ratio."""
     return [
         ArmParameter(f'{GEAR}{k + 1}', GEARS, False, k, GEAR)
         for k, joint in enumerate(joints)
@@ -127,7 +130,11 @@ def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
 
 
 def end_parameters(end: str, number: int) -> list[ArmParameter]:
-    """Return the six parameters of a base or tool; names have a number from 2 on."""
+    """
+    Return the six parameters of a base or tool.
+
+    `number` counts bases or tools from 0: names are `base.x`, then `base2.x`.
+    """
     label = end if number == 0 else f'{end}{number + 1}'
     return [ArmParameter(f'{label}.{name}', end, k > 2, place=name) for k, name in enumerate(SIX)]
 
@@ -138,7 +145,7 @@ def uncertain_parameters(
     joints: Sequence[JointDescription],
     ends: Sequence[str] = ENDS,
 ) -> dict[str, ArmParameter]:
-    """Return the parameters that may have an uncertainty, by name: of rows, ends and gears."""
+    """Return the parameters of rows, base, tool and gears by name; each may be uncertain."""
     table = [one.parameter for row in placed_rows(links, convention) for one in row]
     placed = [one for end in ends for one in end_parameters(end, 0)]
     return {one.name: one for one in (*table, *placed, *gear_parameters(joints))}

@@ -1,4 +1,4 @@
-"""The points of a robot file: named frames that move with a row of the table."""
+"""Read the points of a robot file: named frames that move with a row of the table."""
 
 import re
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from .quantities import Quantities
 from .schema import PointEntry
 
 MAX_POINTS = 64
-# A name is part of a ROS topic, as in `~/elbow/pose`.
+# The name of a point must be valid in a ROS topic, such as `~/elbow/pose`.
 POINT_NAME = re.compile(r'[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*')
 MAX_NAME_LENGTH = 60
 RESERVED_NAMES = {
@@ -25,16 +25,16 @@ def read_points(
     data: Yaml, rows: int, placements: Sequence[Placement | None], quantities: Quantities
 ) -> tuple[PointDescription, ...]:
     """
-    Return the points in the order of the file, without those that have faults.
+    Read the points in the order of the file; report faults, and leave out points that have one.
 
     Parameters
     ----------
     data
-        The mapping as the file has it; None if the file has none.
+        The value of the key `points`; None if the file does not have the key.
     rows
         Number of rows of the table.
     placements
-        Base and tool; no point may have the name of their frames.
+        Base and tool; a point may not have the name of the base frame or the tool frame.
     quantities
         The meaning of the names in expressions.
     """

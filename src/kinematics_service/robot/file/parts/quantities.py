@@ -1,4 +1,4 @@
-"""Numbers and expressions of a robot file, turned into rad and m."""
+"""Read numbers and expressions of a robot file, and convert them to rad and m."""
 
 import math
 import re
@@ -17,18 +17,18 @@ Kind = Literal['angle', 'length', 'number']
 
 # Largest accepted number (m or rad); products of larger numbers may overflow.
 LARGEST = 1e6
-# Questions about numbers that are implausible in the unit of the file.
+# Ends of warnings about numbers that are implausible in the unit of the file.
 DEGREES = 'are these degrees? (then: units: {angle: deg})'
 RADIANS = 'are these radians? (then: units: {angle: rad})'
 MILLIMETRES = 'are these millimetres? (then: units: {length: mm})'
 METRES = 'are these metres? (then: units: {length: m})'
 LARGEST_USUAL_LENGTH = 20.0  # m; longer links are probably in mm
-# Largest plausible angle (rad): a turn, printed with two digits.
+# Largest plausible angle (rad): a whole turn, plus the round-off of two decimals.
 LARGEST_USUAL_ANGLE = 2.0 * math.pi + 0.02
 QUARTERS = [k * math.pi / 2.0 for k in range(1, 5)]
-# Half of the last digit of 1.57, 3.14, 4.71 and 6.28.
+# An angle in deg this close to pi/2, pi, 3 pi/2 or 2 pi is probably in rad: 1.57 rounds pi/2.
 QUARTER_TOLERANCE = 0.005
-# Numbers with 2 to 9 decimals; longer ones are exact.
+# Numbers with 2 to 9 decimals, which may be rounded; numbers with more decimals count as exact.
 DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')
 
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
@@ -46,12 +46,12 @@ KIND_OF: Mapping[JointType, Kind] = {
 
 def check_finite(text: str) -> None:
     """
-    Refuse YAML's words for infinity and not-a-number.
+    Refuse a text that means infinity or not-a-number in YAML.
 
     Raises
     ------
     ExpressionError
-        The text is one of them.
+        The text is such a word, for example `.inf` or `nan`.
     """
     if INFINITE.fullmatch(text):
         raise ExpressionError(f"'{text}' is accepted only in limits")
@@ -66,7 +66,7 @@ class Units(NamedTuple):
     length: LengthUnit = 'm'
 
     def to_si(self, value: float, kind: Kind) -> float:
-        """Return a value of the file in rad or m; a plain number is unchanged."""
+        """Convert an angle to rad, or a length to m; a plain number is unchanged."""
         if kind == 'angle' and self.angle == 'deg':
             return math.radians(value)
         if kind == 'length' and self.length == 'mm':
@@ -84,22 +84,25 @@ class Quantities:
     top
         The place of the whole file.
     units
+        The units of the file.
     constants
-        Values in the file's units.
+        The values of the constants by name, in the file's units.
     joint_types
-        The type of each joint variable, in the order of the joints.
+        The type of each joint by its variable, in the order of the joints.
     types
-        The type of each entry in the list of joints; None if it has a fault.
+        The type of each entry in the list of joints; None if the type has a fault.
     unreadable
-        Names with faults in their definition; expressions with these names have no value.
+        Names whose definition has a fault; an expression with such a name has no value.
     all_names_known
-        Whether all definitions have a name; if not, no name is reported as unknown.
+        Whether all definitions have a readable name. If not, unknown names in expressions are not
+        reported, because a faulty definition may define them.
     used
-        Names that occurred so far.
+        Names in the expressions read so far.
     strange
-        Names that occurred so far and that the file does not define.
+        Names in the expressions read so far that the file does not define.
     letters
-        Constants without a value; the size of expressions with letters is not checked.
+        Names of constants without a value. Expressions with such a name are not checked for
+        implausible size.
     """
 
     top: Place
@@ -117,9 +120,9 @@ class Quantities:
         self, text: str | None, kind: Kind, at: Place, *, usual: bool = True
     ) -> float | None:
         """
-        Return a constant in SI units, or None with its fault reported.
+        Return the value of a constant expression in SI units; report a fault and return None.
 
-        `usual`: whether to warn of an implausible length or an angle of more than a turn.
+        If `usual`, warn of an implausible length, or of an angle of more than a turn.
         """
         expression = self._read(text, kind, at, self._scope(kind), usual)
         return expression.affine.constant if expression else None
@@ -127,7 +130,7 @@ class Quantities:
     def above_zero(
         self, text: str | None, kind: Kind, at: Place, *, usual: bool = False
     ) -> float | None:
-        """Return a constant above 0, or None with its fault reported; `usual` as in `fixed`."""
+        """Return the value of a constant expression like `fixed`, if it is above 0, else None."""
         value = self.fixed(text, kind, at, usual=usual)
         if value is not None and value <= 0.0:
             at.fault(f'must be above 0, not {text}')
@@ -136,7 +139,7 @@ class Quantities:
 
     def positions(self, texts: Sequence[str | None] | None, at: Place) -> tuple[float, ...]:
         """
-        Return joint positions, rad or m, of all joints with known types.
+        Return the positions, rad or m, of all joints whose types have no fault.
 
         If the file has more or fewer values than joints, report a fault and return no positions.
         """
@@ -154,17 +157,17 @@ class Quantities:
         self, text: str | None, kind: Kind, at: Place, advice: str = ''
     ) -> Expression | None:
         """
-        Return a constant with its text, or None with its fault reported.
+        Return a constant expression with its text; report a fault and return None.
 
-        `advice` follows the sentence that says a joint variable may not stand here.
+        `advice` is added to the message about a joint variable in a constant expression.
         """
         return self._read(text, kind, at, self._scope(kind, advice=advice))
 
     def moving(self, text: str | None, kind: Kind, at: Place, quantity: str) -> Expression | None:
         """
-        Return an expression linear in the joint variables, or None with its fault reported.
+        Return an expression that is linear in the joint variables; report a fault and return None.
 
-        `quantity` is its name in messages: `theta`, `d`, `Tx`.
+        `quantity` is the name of the expression in messages, such as `theta` or `Tx`.
         """
         scope = self._scope(kind, moving=True)
         expression = self._read(text, kind, at, scope, usual=False)
@@ -183,7 +186,9 @@ class Quantities:
 
     def function(self, text: str | None, at: Place) -> str | None:
         """
-        Return the text of an expression that may be nonlinear, or None with its fault reported.
+        Return the text of a valid expression, which may be nonlinear in the joint variables.
+
+        If the expression has a fault, report the fault and return None.
         """
         scope = self._scope(None, moving=True)
         try:
@@ -211,7 +216,8 @@ class Quantities:
         return plain_expression(text, known, self.units.angle, scope.wanted)
 
     def _judged(self, text: str, scope: Scope) -> bool:
-        # Return whether all names in a text are defined; if not, check its syntax only.
+        # Return whether an expression can be evaluated. If a name has a faulty or unknown
+        # definition, check only the syntax.
         names = names_in(text)
         self.used.update(names)
         strange = names.difference(scope.known, scope.refused, self.unreadable, ('pi',))
@@ -221,7 +227,7 @@ class Quantities:
             hidden |= strange
         if not hidden:
             return True
-        # A hidden name may be a variable.
+        # Accept hidden names as variables: their faulty definitions may be those of joints.
         varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
         refused = {name: why for name, why in scope.refused.items() if name not in hidden}
         check_function(text, replace(scope, variables=varying, refused=refused, wanted=None))
@@ -252,7 +258,7 @@ class Quantities:
         for variable, factor in affine.coefficients:
             own = KIND_OF[self.joint_types[variable]]
             if own != kind:
-                # A helical joint in d: length per angle.
+                # A helical joint moves the row by a length per angle (or an angle per length).
                 factor = self.units.to_si(factor, kind) / self.units.to_si(1.0, own)
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
@@ -283,9 +289,10 @@ def unit_doubt(
     millimetres: str = MILLIMETRES,
 ) -> str:
     """
-    Return a question about the unit of an implausible number (m or rad); empty if plausible.
+    Return a warning about the unit of an implausible number (m or rad), or '' if it is plausible.
 
-    `longest`: the largest plausible length, m. `degrees`, `millimetres`: the questions.
+    `longest` is the largest plausible length, m. The warning ends with the question `degrees` or
+    `millimetres`.
     """
     if kind == 'length' and abs(value) > longest:
         return f'a length of {number(value)} m: {millimetres}'
@@ -295,7 +302,10 @@ def unit_doubt(
 
 
 def rounded_quarters(text: str) -> Iterator[tuple[str, int]]:
-    """Yield numbers such as 1.57 and 1.5708, each with its number of quarter turns (rad)."""
+    """
+    Yield the numbers in a text that are rounded or cut multiples k of pi/2 (1 to 4), such as 1.57
+    and 1.5708, each with its k.
+    """
     for digits, decimals in DECIMALS.findall(text):
         for k, quarter in enumerate(QUARTERS, 1):
             cut = math.floor(quarter * 10 ** len(decimals)) / 10 ** len(decimals)

@@ -1,5 +1,5 @@
 """
-The schema of a robot file: the keys of each part, and the type of each value.
+Define the schema of a robot file: the keys of each part, and the type of each value.
 
 A value that is missing or has a fault is None in an entry.
 """
@@ -27,7 +27,7 @@ from ..text.yaml_document import Yaml
 from .convention_table import CONVENTIONS, QUANTITIES
 from .measure_table import MEASURES
 
-# Names in textbooks, URDF and other programs, for which an error suggests the accepted word.
+# Words of textbooks, URDF and other programs, mapped to the accepted word that an error suggests.
 CONVENTION_WORDS = {
     word: convention.name for convention in CONVENTIONS.values() for word in convention.also
 }
@@ -125,7 +125,7 @@ class JointEntry(Entry):
 
 
 def _entry_of(noun: str, kinds: Mapping[str, Any], also: Mapping[str, str]) -> type[Entry]:
-    # An entry with keys that depend on the file; all are required.
+    # Return an entry class whose keys depend on the file; all keys are required.
     class FileEntry(Entry):
         __annotations__ = dict(kinds)
         required = tuple(kinds)
@@ -136,7 +136,7 @@ def _entry_of(noun: str, kinds: Mapping[str, Any], also: Mapping[str, str]) -> t
 
 @cache
 def dh_row_entry(quantities: tuple[str, ...]) -> type[Entry]:
-    """Return the entry that is one row of a table with these quantities."""
+    """Return the entry class for a row of a table whose convention has these quantities."""
     other_words = {'length': 'a', 'twist': 'alpha', 's': 'd', 'th': 'theta', 'angle': 'theta'}
     also = {word: name for word, name in other_words.items() if name in quantities}
     return _entry_of('a row of the table', dict.fromkeys(quantities, Number), also)
@@ -241,7 +241,10 @@ class LoopEndEntry(PoseEntry):
 
 @cache
 def assembled_entry(passive: tuple[str, ...]) -> type[Entry]:
-    """Return the entry of the positions at which a loop with these passive joints is closed."""
+    """
+    Return the entry class for `assembled`: the positions of the joints and of these passive joints
+    at which a loop is closed.
+    """
     kinds = {'q': Numbers, **dict.fromkeys(passive, Number)}
     return _entry_of('an assembly', kinds, called(q=POSITIONS))
 

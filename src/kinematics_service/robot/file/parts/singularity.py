@@ -1,4 +1,4 @@
-"""The singularity section of a robot file: task, thresholds, factors."""
+"""Read the section `singularity` of a robot file: task, measure, thresholds and factors."""
 
 from collections.abc import Sequence
 
@@ -15,7 +15,7 @@ ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 
 def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescription | None:
-    """Return the section with its defaults, or None with its faults reported."""
+    """Read the section with default values; report faults, and return None if there are any."""
     usual = default_measure(len(quantities.joint_types))
     if data is None:
         return SingularityDescription(measure=usual.name, warn=usual.warn, stop=usual.stop)
@@ -28,7 +28,7 @@ def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescripti
     length = quantities.above_zero(entry.length, 'length', at['length'], usual=True)
     factors = () if entry.factors is None else _factors(entry.factors, at['factors'], quantities)
     if not intact:
-        return None  # a value with a fault would be taken for the default
+        return None  # values with faults are None, which would mean the default here
     measure = MEASURES[entry.measure or usual.name]
     thresholds = _thresholds(entry, measure, at, quantities)
     if thresholds is None or not at.intact:
@@ -37,7 +37,11 @@ def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescripti
 
 
 def read_rows(words: Sequence[str | None], noun: str, at: Place) -> tuple[str, ...]:
-    """Return rows of a Jacobian in their order, each once; messages call a row `noun`."""
+    """
+    Return the names of Jacobian rows in the order x y z rx ry rz, and report faults.
+
+    `noun` is the word for a row in messages.
+    """
     accepted = f'(accepted: {", ".join(ROWS)})'
     if not words:
         at.fault(f'is empty {accepted}')

@@ -1,4 +1,4 @@
-"""The speed limits of a robot file: the largest speeds of the tool and of points."""
+"""Read the speed limits of a robot file: the largest speeds of the tool and of points."""
 
 import math
 from collections.abc import Sequence
@@ -21,12 +21,12 @@ def read_speed_limits(
     data: Yaml, points: Sequence[PointDescription], quantities: Quantities
 ) -> tuple[SpeedLimit, ...]:
     """
-    Return the speed limits in the order of the file, without those that have faults.
+    Read the speed limits in the order of the file; report faults, and leave out faulty limits.
 
     Parameters
     ----------
     data
-        The mapping as the file has it; None if the file has none.
+        The value of the key `speed_limits`; None if the file does not have the key.
     points
         The points without faults.
     quantities

@@ -1,4 +1,4 @@
-"""Standard deviations of the numbers of a table, the prior of a calibration."""
+"""Read the section `tolerance`: standard deviations of a table's numbers, for a calibration."""
 
 import re
 
@@ -11,7 +11,8 @@ from .quantities import Kind, Quantities
 from .schema import TableToleranceEntry
 
 NAME = re.compile(r'([A-Za-z]+)([1-9][0-9]{0,3})')
-# Parameters of a calibration that rows do not have: extra corrections and gear ratios.
+# Calibration parameters that are not quantities of rows: extra corrections with their elementary
+# motions, and gear ratios.
 EXTRA = {'beta': 'Ry', 'b': 'Ty'}
 GEAR = 'gear'
 AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')
@@ -21,12 +22,12 @@ def read_tolerances(
     data: Yaml, convention: Convention, rows: int, quantities: Quantities
 ) -> Tolerances:
     """
-    Return the standard deviations in SI units, without those that have faults.
+    Read the standard deviations in SI units; report faults, and leave out faulty values.
 
     Parameters
     ----------
     data
-        The mapping as the file has it; None if the file has none.
+        The value of the key `tolerance`; None if the file does not have the key.
     convention, rows
         The convention of the table, and its number of rows.
     quantities
@@ -54,14 +55,15 @@ def read_tolerances(
 
 
 def _axes_of(convention: Convention) -> dict[str, str]:
-    # The elementary motion of each word that may precede the number of a row.
+    # Return the elementary motion of each word in parameter names, such as Rx for `alpha` of
+    # `alpha2`.
     if convention.product:
         return {**{quantity: axis for axis, quantity in convention.motions}, **EXTRA}
     return {axis: axis for axis in AXES}
 
 
 def kind_of(name: str, convention: Convention) -> Kind:
-    """Return whether a named number of a table is an angle, a length, or relative."""
+    """Return the kind of a parameter such as `alpha2`: angle, length, or (for a gear) number."""
     word = name.rstrip('0123456789')
     if word == GEAR:
         return 'number'

@@ -1,4 +1,4 @@
-"""The uncertainty of a robot file: standard deviations of joints and table."""
+"""Read the section `uncertainty` of a robot file: standard deviations of joints and table."""
 
 from collections.abc import Mapping, Sequence
 
@@ -19,7 +19,7 @@ from .quantities import KIND_OF, Kind, Quantities
 from .schema import FloorEntry, UncertaintyEntry
 
 OF_POSITIONS = ('encoder_noise', 'encoder_resolution', 'backlash')
-# Largest number of parameters that a message lists.
+# Largest number of parameters that an error message lists.
 MAX_LISTED = 60
 
 
@@ -31,16 +31,16 @@ def read_uncertainty(
     quantities: Quantities,
 ) -> Uncertainty | None:
     """
-    Return the section; None if the file has none, or if it has faults, which are reported.
+    Read the section and report faults; return None if it is missing or has faults.
 
     Parameters
     ----------
     data
-        The mapping as the file has it; None if the file has none.
+        The value of the key `uncertainty`; None if the file does not have the key.
     joints
         The joints without faults.
     links
-        The table; None if it has faults.
+        The rows of the table; None if they have faults.
     convention
         The name of the convention of the table.
     quantities
@@ -51,7 +51,7 @@ def read_uncertainty(
     at = quantities.top['uncertainty']
     entry = checked(UncertaintyEntry, data, at)
     if links is None or len(joints) < len(quantities.types):
-        return None  # the section names joints and rows that have faults
+        return None  # the section refers to joints and rows, and some of these have faults
     kinds = [KIND_OF[joint.type] for joint in joints]
     noise, resolution, backlash = (
         _of_joints(getattr(entry, key), kinds, at[key], quantities) for key in OF_POSITIONS
@@ -94,7 +94,7 @@ def _deviation(text: str | None, kind: Kind, at: Place, quantities: Quantities) 
 def _of_joints(
     data: Yaml, kinds: Sequence[Kind], at: Place, quantities: Quantities
 ) -> tuple[float, ...]:
-    # One number for all joints, or a list with one for each.
+    # Return a number, at least 0, for each joint, from one number or a list; zeros if missing.
     if data is None:
         return (0.0,) * len(kinds)
     if not isinstance(data, list):

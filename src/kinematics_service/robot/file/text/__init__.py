@@ -1,1 +1,1 @@
-"""The text of a robot file: YAML with its lines, its faults, entries and expressions."""
+"""Parse the text of a robot file: YAML with line numbers, faults, entries and expressions."""

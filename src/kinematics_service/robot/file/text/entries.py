@@ -1,5 +1,5 @@
 """
-Entries of a robot file: mappings with a fixed set of keys and value types.
+Check entries of a robot file: mappings with a fixed set of keys and value types.
 
 Every value arrives as the text that the user wrote (`ScalarNode`), so `true` never becomes 1.0. A
 value that is missing or has a fault is None in an entry.
@@ -21,7 +21,7 @@ WHOLE = re.compile(r'[0-9]{1,6}')
 TRUTH = re.compile(r'true|True|TRUE|false|False|FALSE')
 
 
-# A value of an entry, as its check returns it.
+# The type of a value in an entry, after its check.
 Value: TypeAlias = Yaml | str | int | bool | list[str | None]
 Check = Callable[[Yaml], Any]
 
@@ -35,7 +35,7 @@ class WrongValue(Exception):
 
 
 def is_null(value: Yaml) -> bool:
-    """Return whether a key has no value."""
+    """Return whether a value is YAML's null: an unquoted `null`, `~`, or no text."""
     return isinstance(value, ScalarNode) and not value.quoted and bool(NULL.fullmatch(value.text))
 
 
@@ -50,7 +50,7 @@ def _scalar(value: Yaml, wanted: str) -> ScalarNode:
 
 
 MAX_NAME_LENGTH = 256
-MAX_CITATION_LENGTH = 2000  # a source may be several citations
+MAX_CITATION_LENGTH = 2000  # characters, because a source may have several citations
 
 
 def _text(value: Yaml, longest: int) -> str:
@@ -104,7 +104,9 @@ def _listed(length: int | None, wanted: str) -> Callable[[Yaml], list[Yaml]]:
 
 def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     """
-    Accept one of a few words; `also` has other names of them, to suggest the accepted word.
+    Return a check that accepts only some words.
+
+    `also` maps other words to accepted words, which the error suggests.
     """
 
     def check(value: Yaml) -> str:
@@ -120,7 +122,7 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
 
 
 def called(**words: str) -> dict[str, str]:
-    """Return the accepted word for each of its other names."""
+    """Map other words to accepted words: `called(a='length l')` maps `length` and `l` to `a`."""
     return {
         other: accepted.rstrip('_')
         for accepted, others in words.items()
@@ -138,22 +140,22 @@ def meant_by(
     if also and folded in also:
         return also[folded]
     if len(text) < 3:
-        return None  # nearly every text resembles a single letter
+        return None  # a text this short resembles too many words
     near = difflib.get_close_matches(text[:60], accepted, n=1)
     return near[0] if near else None
 
 
 def did_you_mean(meant: str | None) -> str:
-    """Return `, did you mean 'alpha'?`; empty for None."""
+    """Return `, did you mean 'alpha'?` for the word `alpha`, and '' for None."""
     return f', did you mean {meant!r}?' if meant else ''
 
 
 def choice(accepted: tuple[str, ...]) -> str:
-    """Return the accepted words in brackets."""
+    """Return the accepted words as the end of a message: ` (accepted: a, alpha)`."""
     return f' (accepted: {", ".join(accepted)})'
 
 
-# The type and the check of a value; for a list also the check of each item.
+# Types of values, each annotated with its check. A list has a second check, for each item.
 Word = Annotated[str | None, _word]
 Formula = Annotated[str | None, _formula]
 Citation = Annotated[str | None, _citation]
@@ -168,15 +170,16 @@ Words = Annotated[list[str | None] | None, _listed(None, 'a list of words'), _wo
 
 class Entry:
     """
-    A frozen mapping of the file. Annotated attributes are its keys; the name of a key that is a
-    Python keyword ends with an underscore.
+    A frozen mapping of the file, whose keys are the annotated attributes of the subclass.
+
+    If a key is a Python keyword, the name of its attribute ends with an underscore.
     """
 
     noun: ClassVar[str] = 'an entry'
     required: ClassVar[tuple[str, ...]] = ()
-    also: ClassVar[Mapping[str, str]] = {}  # other names of its keys
+    also: ClassVar[Mapping[str, str]] = {}  # maps other words to keys, which the error suggests
 
-    checks: ClassVar[Mapping[str, tuple[Check, ...]]]  # of each key
+    checks: ClassVar[Mapping[str, tuple[Check, ...]]]  # the checks of each key's value
 
     def __init_subclass__(cls) -> None:
         cls.checks = {
@@ -196,7 +199,7 @@ class Entry:
 def _taken(
     checks: Sequence[Check], value: Yaml, place: Path
 ) -> tuple[Any, list[tuple[Path, WrongValue]]]:
-    # The checked value, and the places and reasons of its faults.
+    # Return the checked value, and the place and reason of each of its faults.
     if not checks:
         return value, []
     whole, *each = checks
@@ -211,7 +214,7 @@ def _taken(
 
 
 def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
-    # YAML reads `a:0.4` as a key without a value.
+    # Return the key `a` of a text such as `a:0.4`, which YAML reads as a key without a value.
     word, colon, _ = key.partition(':')
     return word if colon and word in keys else None
 
@@ -222,10 +225,10 @@ Result = TypeVar('Result')
 
 def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
     """
-    Return an entry, and report all faults; a value with a fault is None.
+    Check a mapping of the file, and return its entry; a value with a fault is None.
 
-    If the user probably meant another key or word, the entry has that instead. So one mistake
-    causes one fault, and the value is checked as well.
+    If a key or word is misspelled, the fault is reported, and the entry has the key or word that
+    the user probably meant. Therefore one mistake causes only one fault.
     """
     checks, keys = kind.checks, tuple(kind.checks)
     if not isinstance(data, dict):
@@ -234,7 +237,7 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
         message = f'expected {kind.noun} as a mapping {wanted}, not {shown(data)}{advice}'
         at.fault(message)
         return kind({})
-    # Guessing takes time, so only keys that the message lists get a suggestion.
+    # Search suggestions only for keys that the message lists, because the search takes time.
     unknown = [key for key in data if key not in checks]
     listed = [] if at.report.full else unknown[:MAX_FAULTS]
     renamed = {key: _before_colon(key, keys) or meant_by(key, keys, kind.also) for key in listed}
@@ -266,7 +269,7 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
 
 
 def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
-    # A row copied from a table without names.
+    # Return advice for a list of values without keys, such as a row copied from a table.
     texts = [value.text for value in values if isinstance(value, ScalarNode)]
     if not len(keys) == len(values) == len(texts):
         return ''
@@ -275,28 +278,30 @@ def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
 
 
 def checked_number(data: Yaml, at: Place) -> str | None:
-    """Return the text of a number or an expression; report a fault and return None else."""
+    """Return the text of a number or an expression; report a fault and return None."""
     return _reported(_number, data, at)
 
 
 def checked_word(data: Yaml, at: Place) -> str | None:
-    """Return a printable text, or None with its fault reported."""
+    """Return a printable text; report a fault and return None."""
     return _reported(_word, data, at)
 
 
 def checked_formula(data: Yaml, at: Place) -> str | None:
-    """Return a printable text in plain signs, or None with its fault reported."""
+    """Return a printable text with Unicode signs replaced; report a fault and return None."""
     return _reported(_formula, data, at)
 
 
 def checked_list(data: Yaml, at: Place, noun: str, length: int | None = None) -> list[Yaml]:
-    """Return the items of a list, or none with the fault reported."""
+    """Return the items of a list; report a fault and return no items."""
     return _reported(_listed(length, noun), data, at) or []
 
 
 def checked_mapping(data: Yaml, at: Place, noun: str) -> dict[str, Yaml]:
     """
-    Return a mapping with names that the user chooses; empty if it is missing or has a fault.
+    Return a mapping whose keys are names that the user chooses.
+
+    The result is empty if the mapping is missing, or if it has a fault, which is reported.
     """
     if data is not None and not isinstance(data, dict):
         at.fault(f'expected a mapping of {noun}, not {shown(data)}')

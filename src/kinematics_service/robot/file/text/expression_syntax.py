@@ -1,5 +1,5 @@
 """
-The syntax of expressions: a tokenizer accepts a text, then Python's own parser reads it.
+Parse expressions: a tokenizer checks the text, then Python's own parser builds the tree.
 
 `ast.parse` runs no code. The tokenizer refuses Python that is not accepted in a robot file:
 `0x10`, `1_0`, `1j`, `True`, `**`, attributes, and strings.
@@ -16,7 +16,7 @@ from ....errors import ExpressionError
 from ....typography import DEGREE, counted, plain_names
 
 ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
-MAX_CHARACTERS = 400  # formulas of datasheets are shorter
+MAX_CHARACTERS = 400  # longer than formulas of datasheets
 MAX_DEPTH = 32
 
 TOKEN = re.compile(
@@ -34,13 +34,13 @@ UNITS = ('deg', 'degrees', 'rad', 'mm', 'cm', 'm')
 
 WhyNot = Callable[[str], str | None]
 
-# Up to Python 3.12, threads that parse at the same time share one depth counter, and ast.parse
-# then raises SystemError (python/cpython issue 106905).
+# This lock allows one thread at a time in ast.parse. Up to Python 3.12, threads that parse at the
+# same time share a depth counter, which can raise SystemError (python/cpython issue 106905).
 _ONE_AT_A_TIME = threading.Lock()
 
 
 class Token(NamedTuple):
-    """A number, a name, or an operator, with the start and end of its text."""
+    """A number, name or operator of an expression, with the indices of its start and end."""
 
     kind: str
     text: str
@@ -49,7 +49,7 @@ class Token(NamedTuple):
 
 
 def why_no_name(name: str) -> str | None:
-    """Return why a text is not a valid name of a constant or joint variable, or None."""
+    """Return why a text cannot be the name of a constant or joint variable; None if it can."""
     if not IDENTIFIER.fullmatch(name):
         plain = plain_names(name)
         advice = f': write {plain}' if IDENTIFIER.fullmatch(plain) else ''
@@ -62,30 +62,31 @@ def why_no_name(name: str) -> str | None:
 
 
 def names_in(text: str) -> frozenset[str]:
-    """Return the names in a text except functions; the text may have faults."""
+    """Return the names in an expression, without functions; the expression may have faults."""
     return frozenset(IDENTIFIER.findall(plain_names(text))).difference(ARGUMENTS_OF)
 
 
 def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
     """
-    Return the tree of an expression: floats, names, signs, + - * /, calls of known functions.
+    Return the syntax tree of an expression: floats, names, signs, + - * /, known functions.
 
     Parameters
     ----------
     text
-        The text as the user wrote it.
+        The expression as the user wrote it.
     why_not
-        Returns why a name is not accepted here, or None.
+        A function that returns why a name is not accepted, or None if the name is accepted.
 
     Raises
     ------
     ExpressionError
-        With the reason, which quotes the text.
+        The expression is invalid; the message has the reason and quotes the text.
     """
     tokens = _tokens(text, why_not)
     _check_names(tokens, why_not)
     _check_order(tokens, text)
-    # Numbers are written as Python prints floats: so 017 is 17, and no integer is too long.
+    # Write each number as Python prints a float, because Python refuses 017 and very long
+    # integers.
     words = (repr(float(t.text)) if t.kind == 'number' else t.text for t in tokens)
     source = ' '.join(words)
     try:
@@ -103,7 +104,7 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
 
 
 def operands_of(node: ast.expr) -> tuple[ast.expr, ...]:
-    """Return the operands of a node, left to right."""
+    """Return the operands of a node in a syntax tree, left to right."""
     match node:
         case ast.UnaryOp():
             return (node.operand,)
@@ -119,7 +120,7 @@ Worth = TypeVar('Worth')
 
 
 def postorder(tree: Tree, parts_of: Callable[[Tree], Sequence[Tree]]) -> Iterator[Tree]:
-    """Yield every node of a tree after its parts; deep trees need no recursion."""
+    """Yield every node of a tree after its parts, without recursion, because trees may be deep."""
     stack = [(tree, False)]
     while stack:
         node, parts_done = stack.pop()
@@ -135,7 +136,11 @@ def folded(
     parts_of: Callable[[Tree], Sequence[Tree]],
     worth: Callable[[Tree, list[Worth]], Worth],
 ) -> Worth:
-    """Return the value of a tree, computed from the parts up without recursion."""
+    """
+    Return the value of a tree, computed from the leaves to the root without recursion.
+
+    `worth` computes the value of a node from the node and the values of its parts.
+    """
     values: list[Worth] = []
     for node in postorder(tree, parts_of):
         first = len(values) - len(parts_of(node))
@@ -149,10 +154,10 @@ OPERATORS = {ast.Add: '+', ast.Sub: '-', ast.Mult: '*', ast.Div: '/', ast.USub: 
 
 def evaluated(tree: ast.expr, worth: Callable[[float | str, list[Worth]], Worth]) -> Worth:
     """
-    Return the value of an expression.
+    Return the value of an expression, given its syntax tree.
 
-    `worth` gets a number or a name without operands, or an operation (+ - * / neg, or the name of
-    a function) with the values of its operands.
+    `worth` computes the value of each node. Its arguments are a number or a name and no operands,
+    or an operation (+ - * / neg, or the name of a function) and the values of its operands.
     """
 
     def of_node(node: ast.expr, operands: list[Worth]) -> Worth:
@@ -171,7 +176,7 @@ def evaluated(tree: ast.expr, worth: Callable[[float | str, list[Worth]], Worth]
 
 
 def short(text: str) -> str:
-    """Return a text for a message, cut to 40 characters."""
+    """Return a text for a message, shortened to 40 characters."""
     return text if len(text) <= 40 else f'{text[:37]}...'
 
 
@@ -218,7 +223,7 @@ def _check_token(token: Token) -> None:
 
 
 def _check_touching(before: Token, token: Token, text: str, why_not: WhyNot) -> None:
-    # A number directly before a name or number: 2q1, but also 0x10, 1_0, 1j and 1.2.3.
+    # Refuse a number directly before a name or number: 2q1, 0x10, 1_0, 1j or 1.2.3.
     if before.kind != 'number' or token.kind == 'operator':
         return
     _check_unit(before, token, why_not)
@@ -266,7 +271,8 @@ def _check_names(tokens: list[Token], why_not: WhyNot) -> None:
 
 
 def _check_order(tokens: list[Token], text: str) -> None:
-    # Operands and operators alternate. `open_calls` has True for parentheses of a function.
+    # Check that operands and operators alternate. `open_calls` has an item for each open
+    # parenthesis: True if it is that of a function, which may contain commas.
     open_calls: list[bool] = []
     last = ''
     for token in tokens:

@@ -1,5 +1,5 @@
 """
-The values of expressions of a robot file: numbers, names, + - * / ( ), sqrt, sin, cos, atan2.
+Evaluate expressions of a robot file: numbers, names, + - * / ( ), sqrt, sin, cos, atan2.
 
 `expression_syntax` parses a text into a tree of these elements only; `eval` is never called.
 """
@@ -13,13 +13,14 @@ from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
 from .expression_syntax import ARGUMENTS_OF, evaluated, names_in, short, syntax_tree
 
-# Names of joint variables in books, the number at their end, and pi2 for pi/2.
+# Patterns for suggestions: usual names of joint variables, the number at the end of a name, and
+# `pi2`, which may mean pi/2.
 JOINT = re.compile('(?:theta|th|t|phi|q|d|s|joint|j)_?([0-9]+)', re.IGNORECASE)
 END = re.compile('[0-9]+$')
 PART_OF_PI = re.compile('pi([1-9])')
 
-MAX_LISTED = 20  # names in a message
-MAX_ADVISED_LENGTH = 80  # characters of a text for which a message writes out the correction
+MAX_LISTED = 20  # largest number of names in a message
+MAX_ADVISED_LENGTH = 80  # characters; the message does not correct a longer expression
 
 
 @dataclass(frozen=True)
@@ -31,20 +32,20 @@ class Affine:
     ----------
     constant
     coefficients : pairs (variable, factor)
-        In the order of the joints; no factor is 0.
+        The pairs in the order of the joints; no factor is 0.
     """
 
     constant: float
     coefficients: tuple[tuple[str, float], ...]
 
     def at(self, values: Mapping[str, float]) -> float:
-        """Return the value at these values of the variables."""
+        """Return the value of the combination, given the values of the variables by name."""
         return self.constant + sum(factor * values[name] for name, factor in self.coefficients)
 
 
 @dataclass(frozen=True)
 class Expression:
-    """An expression as the file writes it, and its value in rad and m."""
+    """An expression of the robot file as text, and its value in rad or m."""
 
     text: str
     affine: Affine
@@ -53,18 +54,18 @@ class Expression:
 @dataclass(frozen=True)
 class Scope:
     """
-    The meaning of the names of an expression at one place of a file.
+    The names that an expression may use at one place of a robot file, and their values.
 
     Parameters
     ----------
     angle_unit
-        'rad' or 'deg', for the trigonometric functions. `pi` is accepted in radians only.
+        'rad' or 'deg', for the trigonometric functions. `pi` is accepted only with 'rad'.
     constants
-        Values in the file's units.
+        Values of the constants by name, in the file's units.
     variables
         Accepted joint variables, in the order of the joints.
     refused
-        Names that the file defines but that are not accepted here, with the reason.
+        Names that the file defines but the expression may not use, with the reason.
     wanted
         1 for an angle, 0 for a length or a ratio, None if both are accepted.
     """
@@ -77,14 +78,14 @@ class Scope:
 
     @property
     def known(self) -> tuple[str, ...]:
-        """Return all accepted names except functions."""
+        """Return the names that an expression may use, without functions."""
         pi = ('pi',) if self.angle_unit == 'rad' else ()
         return (*pi, *self.constants, *self.variables)
 
     def why_not(self, name: str) -> str | None:
-        """Return why a name is not accepted here, or None."""
+        """Return why an expression may not use a name; None if it may."""
         if name in self.known or name == 'pi':
-            return None  # a rejected pi gets advice on the whole expression later
+            return None  # `parse_affine` refuses pi in degrees and corrects the whole expression
         hint = did_you_mean(self._meant(name))
         if not hint and self.variables and JOINT.fullmatch(name):
             hint = ': add a joint of that name to joints, or take one that is there'
@@ -97,7 +98,8 @@ class Scope:
         )
 
     def _meant(self, name: str) -> str | None:
-        # Another name of a joint, a function without parentheses, or another case.
+        # Return what an unknown name probably means: pi/2 for `pi2`, a function without
+        # parentheses, another name of a joint, or a known name in other case.
         if (part := PART_OF_PI.fullmatch(name)) and self.angle_unit == 'rad':
             return f'pi/{part[1]}'
         for function in ARGUMENTS_OF:
@@ -168,8 +170,9 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
 
 
 def _advice_on_pi(text: str, scope: Scope) -> str:
-    # The text to write in a file with degrees. There an angle of pi is 180, but `pi` may also be
-    # the number 3.14. An expression that is linear in pi and the joints alone is an angle.
+    # Return the end of a message about `pi` in a file with degrees: an angle of pi is 180, but the
+    # number is 3.14. If the expression is linear in pi and joints only, pi is an angle, and the
+    # message has the corrected expression.
     undecided = (
         "'pi' is not accepted in a file with 'angle: deg': an angle of pi is 180 here, the number "
         f'is {math.pi!r}'
@@ -225,7 +228,7 @@ def _quotient(one: Affine, other: Affine) -> Affine:
     if other.constant == 0.0:
         raise ExpressionError('division by zero')
     divisor = other.constant
-    # Multiplying by the reciprocal would round twice.
+    # Divide each factor, because a product with the reciprocal would round twice.
     coefficients = tuple((name, value / divisor) for name, value in one.coefficients)
     return Affine(one.constant / divisor, coefficients)
 
@@ -266,5 +269,5 @@ def _finite(value: Affine, scope: Scope) -> Affine:
         raise ExpressionError('the result is too large: not a finite number')
     order = {name: index for index, name in enumerate(scope.variables)}
     kept = ((name, c) for name, c in value.coefficients if c != 0.0)
-    # + 0.0 turns -0.0 into 0.0.
+    # The sum with 0.0 changes -0.0 to 0.0.
     return Affine(value.constant + 0.0, tuple(sorted(kept, key=lambda pair: order[pair[0]])))

@@ -1,4 +1,4 @@
-"""The faults, warnings and remarks of one robot file, collected while it is read."""
+"""Collect the faults, warnings and remarks of one robot file while it is read."""
 
 import math
 
@@ -6,11 +6,11 @@ from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
 from .yaml_document import Document, Path, ScalarNode, Yaml
 
-MAX_FAULTS = 100  # bounds the time and the message of a hostile file
+MAX_FAULTS = 100  # bounds the reading time and the length of the message for a hostile file
 
 
 def dotted(path: Path) -> str:
-    """Return a path as messages print it: `links[2].alpha`."""
+    """Return the path of a value in the form of messages: `links[2].alpha`."""
     text = ''
     for step in path:
         if isinstance(step, int):
@@ -30,7 +30,7 @@ def quoted(text: str) -> str:
 
 
 def shown(value: Yaml) -> str:
-    """Return a value of the file in words, for messages."""
+    """Return a value of the file as short text for messages."""
     if isinstance(value, dict):
         return 'a mapping'
     if isinstance(value, list):
@@ -41,7 +41,7 @@ def shown(value: Yaml) -> str:
 
 
 def number(value: float) -> str:
-    """Return a number with at most six digits."""
+    """Return a number as text with at most six digits."""
     return f'{value:.6g}' if math.isfinite(value) else str(value)
 
 
@@ -54,7 +54,7 @@ class Place:
     report
         The report of the file.
     path
-        The path of the place; empty: the file itself.
+        The keys and indices that lead to the place; empty for the whole file.
     """
 
     def __init__(self, report: 'FaultReport', path: Path = ()) -> None:
@@ -62,40 +62,40 @@ class Place:
         self._before = report.fault_count
 
     def __getitem__(self, steps: str | int | Path) -> 'Place':
-        """Return a place inside this one: a key, an index, or several of them."""
+        """Return the place of an inner value, by a key, an index, or a tuple of these."""
         inside = steps if isinstance(steps, tuple) else (steps,)
         return Place(self.report, (*self.path, *inside))
 
     @property
     def intact(self) -> bool:
-        """Return whether no fault was reported since this place was created."""
+        """Return whether the report got no fault, at any place, since this object was created."""
         return self.report.fault_count == self._before
 
     @property
     def line(self) -> int:
-        """Return the line of the place."""
+        """Return the line of the place in the file."""
         return self.report.document.line(self.path)
 
     def fault(self, message: str) -> None:
-        """Report a fault."""
-        # Finding a line takes time, so faults that are not listed have none.
+        """Report a fault at this place."""
+        # The search for a line takes time: use line 0 if the list is full and omits the fault.
         self.report.add(self.path, 0 if self.report.full else self.line, message)
 
     def warn(self, message: str) -> None:
-        """Report a probable mistake that is allowed."""
+        """Report a probable mistake at this place; the file stays valid."""
         report = self.report
         if len(report.warned) < MAX_FAULTS:
             file = report.document.file
             report.warned.append(Fault(file, self.line, dotted(self.path), message))
 
     def remark(self, sentence: str) -> None:
-        """Report a sentence that only `check` prints."""
+        """Add a sentence about this place that only the command `check` prints."""
         line = self.line
         self.report.remarked.append((line, f'line {line}: {dotted(self.path)}: {sentence}'))
 
 
 class FaultReport:
-    """The faults, warnings and remarks of one document."""
+    """The faults, warnings and remarks of one YAML document."""
 
     def __init__(self, document: Document) -> None:
         self.document = document
@@ -108,11 +108,11 @@ class FaultReport:
 
     @property
     def full(self) -> bool:
-        """Return whether the list of faults is full."""
+        """Return whether MAX_FAULTS faults are listed; further faults are only counted."""
         return self.fault_count >= MAX_FAULTS
 
     def add(self, path: Path, line: int, message: str) -> None:
-        """Add the fault at a path, on a line."""
+        """Add a fault at a path and line of the file."""
         self.fault_count += 1
         if self.fault_count <= MAX_FAULTS:
             self._faults.append(Fault(self.document.file, line, dotted(path), message))
@@ -132,7 +132,7 @@ class FaultReport:
         Raises
         ------
         RobotFileError
-            With one line a fault.
+            At least one fault was reported; the message has one line for each.
         """
         if not self._faults:
             return

@@ -1,7 +1,7 @@
 """
-The plain form of an expression: defined names, and degree signs converted to the file's unit.
+Convert expressions to a plain form: spell names as defined, and replace degree signs.
 
-All later readers of an expression, such as the derivation, get the plain form.
+All readers of an expression after this step, such as the derivation, get the plain form.
 """
 
 import re
@@ -21,23 +21,24 @@ def plain_expression(
     text: str, known: Collection[str], angle_unit: str, wanted: int | None
 ) -> str:
     """
-    Return an equal expression with the names that the file defines and without degree signs.
+    Return the expression with names spelled as the file defines them, and without degree signs.
 
     Parameters
     ----------
     text
-        ASCII except for degree signs.
+        The expression, ASCII except for degree signs.
     known
-        Defined names. `theta_1` becomes `theta1` if no other name differs by underscores alone.
+        Defined names. `theta_1` becomes the defined `theta1` if this is the only defined name that
+        differs by underscores alone.
     angle_unit
-        The unit of the file, 'rad' or 'deg'. 90° becomes pi/2 or 90.
+        The file's unit of angles: 90° becomes `pi/2` for 'rad', and `90` for 'deg'.
     wanted
         1 for an angle, 0 for a length or a ratio, None if both are accepted.
 
     Raises
     ------
     ExpressionError
-        Degrees in a length or a ratio.
+        The text has a degree sign, but a length or a ratio is expected.
     """
     text = _with_known_names(text, known)
     for found in IN_DEGREES.finditer(text) if wanted == 0 else ():
@@ -47,7 +48,7 @@ def plain_expression(
 
 
 def known_names_in(text: str, known: Collection[str]) -> frozenset[str]:
-    """Return the names in a text of the file, in the form of the known names."""
+    """Return the names in an expression, spelled as the known names are."""
     return names_in(_with_known_names(plain_names(text), known))
 
 
@@ -81,6 +82,6 @@ def _without_sign(found: re.Match[str], angle_unit: str) -> str:
     times = '' if share.numerator == 1 else f'{share.numerator}*'
     if not share:
         return '0'
-    # A divisor needs parentheses.
+    # After `/` the product needs parentheses: 1/90° is 1/(pi/2).
     divides = found.string[: found.start()].rstrip('+- \t\n').endswith('/')
     return f'({times}pi{over})' if divides else f'{times}pi{over}'

@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeAlias
 
 
 class ScalarNode(NamedTuple):
-    """A text."""
+    """A scalar of YAML as its text, with its line in the file."""
 
     text: str
     line: int
@@ -13,14 +13,14 @@ class ScalarNode(NamedTuple):
 
 
 class ListNode(NamedTuple):
-    """A sequence."""
+    """A sequence of YAML, with its line in the file."""
 
     items: tuple['Node', ...]
     line: int
 
 
 class MappingNode(NamedTuple):
-    """Pairs in the order of the file; the first of two equal keys is valid."""
+    """A mapping of YAML as pairs in the order of the file; of two equal keys the first counts."""
 
     entries: tuple[tuple[ScalarNode, 'Node'], ...]
     line: int
@@ -28,20 +28,21 @@ class MappingNode(NamedTuple):
 
 Node: TypeAlias = ScalarNode | ListNode | MappingNode
 Path: TypeAlias = tuple[str | int, ...]
-# A node without lines; None for a missing key.
+# A value as Python containers, without the lines of its lists and mappings; None for a missing
+# key.
 Yaml: TypeAlias = ScalarNode | list['Yaml'] | dict[str, 'Yaml'] | None
 
 
 class Document:
     """
-    One YAML document and the file it came from.
+    One YAML document, with the line of each key and item.
 
     Attributes
     ----------
     data
-        Dicts and lists with `ScalarNode` at the leaves.
+        The document as dicts and lists, with a `ScalarNode` for each scalar.
     faults
-        Path, line and message of equal keys.
+        Path, line and message of each key that is twice in a mapping.
     """
 
     def __init__(self, file: str, root: Node) -> None:
@@ -75,7 +76,7 @@ class Document:
 
 
 def texts_in(data: Yaml) -> Iterator[str]:
-    """Yield all texts in a value, without keys."""
+    """Yield the text of every scalar in a value, except keys of mappings."""
     if isinstance(data, ScalarNode):
         yield data.text
     elif isinstance(data, (list, dict)):

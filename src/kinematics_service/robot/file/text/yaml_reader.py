@@ -13,30 +13,33 @@ from .fault_report import quoted
 from .yaml_document import ScalarNode
 
 MAX_REASON_LENGTH = 200  # characters
-# Texts up to this length (characters) with a syntax error are parsed again for a better message.
+# A text with a syntax error is parsed again for a better message, if it has at most this length
+# (characters).
 MAX_EXPLAINED_LENGTH = 256 * 1024
-# Characters that YAML does not accept, and three that end a line in YAML 1.1 only.
+# Refused characters: those that YAML does not accept, and three that end a line only in YAML 1.1,
+# so that line numbers would be ambiguous.
 UNACCEPTED = re.compile(
     '[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
 )
-# Without libyaml, PyYAML returns the same events but takes 20 times as long.
+# Use libyaml if PyYAML has it: PyYAML's own parser returns equal events, but takes 20 times as
+# long.
 LOADER: type[yaml.SafeLoader] = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 Scalar: TypeAlias = yaml.ScalarEvent
 SequenceStart: TypeAlias = yaml.SequenceStartEvent
 MappingStart: TypeAlias = yaml.MappingStartEvent
-Read = TypeVar('Read')  # the type of values
-# PyYAML raises these for some escapes, such as \UFFFFFFFF.
+Read = TypeVar('Read')  # the type of the values that a reader builds
+# PyYAML raises these errors, not a YAMLError, for some escapes such as \UFFFFFFFF.
 MALFORMED = (ValueError, OverflowError)
 
 
 class YamlError(Exception):
     """
-    A text that is not accepted; the message is `line: reason`.
+    The YAML text is not accepted; the message is `line: reason`.
 
     Attributes
     ----------
     line
-        Counted from 1; 0 if unknown.
+        The line of the fault, counted from 1; 0 if unknown.
     reason
     """
 
@@ -47,7 +50,7 @@ class YamlError(Exception):
 
 class YamlReader(Generic[Read]):
     """
-    A reader of the documents of one text; subclasses define the values.
+    A reader of the YAML documents of one text; subclasses define which values it builds.
 
     Parameters
     ----------
@@ -56,27 +59,28 @@ class YamlReader(Generic[Read]):
     advice
         The end of the message about too many values.
     second
-        The message that refuses a second document; empty: several are accepted.
+        The message that refuses a second document; '' if several documents are accepted.
     """
 
     def __init__(self, deepest: int, most_values: int, advice: str, second: str = '') -> None:
         self._deepest, self._most_values = deepest, most_values
         self._advice, self._second = advice, second
         self._documents: list[Read] = []
-        # Open lists and mappings, innermost last: the first event and the children of each.
+        # The lists and mappings that are not closed yet, innermost last: for each, its first
+        # event and its values so far.
         self._open: list[tuple[yaml.Event, list[Any]]] = [(None, self._documents)]
         self._values = 0
 
     def scalar(self, event: Scalar) -> Read:
-        """Return the value of a scalar that is not a key."""
+        """Build the value of a scalar that is not a key."""
         raise NotImplementedError
 
     def sequence(self, start: SequenceStart, items: list[Read]) -> Read:
-        """Return the value of a list that began with an event."""
+        """Build the value of a list from its first event and its items."""
         raise NotImplementedError
 
     def mapping(self, start: MappingStart, entries: list[tuple[ScalarNode, Read]]) -> Read:
-        """Return the value of a mapping that began with an event."""
+        """Build the value of a mapping from its first event and its keys and values."""
         raise NotImplementedError
 
     def documents(self, text: str) -> list[Read]:
@@ -86,7 +90,7 @@ class YamlReader(Generic[Read]):
         Raises
         ------
         YamlError
-            It is not YAML, or has anchors, aliases, tags, directives, keys that are lists or
+            The text is not YAML, or has anchors, aliases, tags, directives, keys that are lists or
             mappings, too many values, or too deep nesting.
         """
         if found := UNACCEPTED.search(text):
@@ -106,8 +110,9 @@ class YamlReader(Generic[Read]):
         return self._documents
 
     def _explained(self, error: yaml.MarkedYAMLError, text: str) -> tuple[int, str]:
-        # libyaml names the expected element, PyYAML's own parser also the actual one. At the end
-        # of a text libyaml may count one line more.
+        # Return the line and reason of a syntax error. libyaml names only the expected element, so
+        # parse again with PyYAML's own parser, which also names the actual one. At the end of a
+        # text, libyaml may count one line more.
         depth = 0
         try:
             for event in yaml.parse(
@@ -172,7 +177,7 @@ class YamlReader(Generic[Read]):
 
 
 def node_of(event: Scalar) -> ScalarNode:
-    """Return the text of an event as the user wrote it."""
+    """Return the scalar of an event as text, without conversion to a number."""
     return ScalarNode(event.value, event.start_mark.line + 1, bool(event.style))
 
 

@@ -1,1 +1,1 @@
-"""Robot files written: new ones, and sections set into those that are there."""
+"""Write robot files: new files, and new sections of existing files."""

@@ -1,5 +1,5 @@
 """
-The text of a new robot file: an example arm, with comments that explain each part.
+Write the text of a new robot file: an example arm, with comments that explain each part.
 """
 
 import math
@@ -11,7 +11,7 @@ from ..parts.description import AngleUnit
 from ..parts.quantities import Units
 
 MAX_JOINTS = 12
-CELL_WIDTH = 6  # characters
+CELL_WIDTH = 6  # characters of a number in the table
 
 
 class _Link(NamedTuple):
@@ -21,7 +21,8 @@ class _Link(NamedTuple):
     d: float
 
 
-# Arms with up to six joints: planar, anthropomorphic, with a wrist that bends and turns.
+# Example arms by number of joints, 1 to 6: one and two are planar, three is anthropomorphic, and
+# larger arms add wrist joints.
 PLANAR = (_Link(0.3, 0, 0), _Link(0.25, 0, 0))
 SHOULDER = (_Link(0, 1, 0.4), _Link(0.35, 0, 0))
 ELBOW, BEND, TURN = _Link(0.3, 0, 0), _Link(0, 1, 0), _Link(0, 0, 0.1)
@@ -36,7 +37,8 @@ SMALL: dict[int, tuple[_Link, ...]] = {
 
 
 def _holds(convention: Convention) -> bool:
-    # The example arm has theta, d, a and alpha in each link.
+    # Return whether a convention can describe the example arm, which has theta, d, a and alpha in
+    # each row.
     before, after = convention.before_joint, convention.after_joint
     return not convention.product or (
         {'a', 'alpha', 'd', 'theta'} <= set(convention.quantities) and not (before and after)
@@ -60,7 +62,7 @@ def new_robot_text(name: str, dof: int, convention: str, units: Units) -> str:
     dof
         Number of joints, 1 to MAX_JOINTS.
     convention
-        The convention of the table, one of NEW_CONVENTIONS; the arm is the same in each.
+        The convention of the table, one of NEW_CONVENTIONS. The arm does not depend on it.
     units
         The units of the numbers.
     """
@@ -111,7 +113,7 @@ PI: dict[AngleUnit, str] = {'rad': ', pi', 'deg': ''}
 def _links(dof: int) -> tuple[_Link, ...]:
     if dof in SMALL:
         return SMALL[dof]
-    # Axes along the arm and across it alternate.
+    # More than six joints: axes along the arm and perpendicular to it alternate.
     arm = [_Link(0, 1 if i % 4 else -1, 0.3 if i % 2 == 0 else 0) for i in range(dof - 1)]
     return (*arm, _Link(0, 0, 0.1))
 
@@ -138,7 +140,8 @@ def _angle(quarters: int, units: Units) -> str:
 
 
 def _quantities(links: Sequence[_Link], convention: Convention, units: Units) -> Iterator[str]:
-    # Quantities before the joint belong to the previous link.
+    # Yield the rows of a table with named quantities. In a convention such as Craig's, a and alpha
+    # come before the joint and belong to the previous link, so they move one row down.
     late = bool(convention.before_joint)
     before = _Link(0, 0, 0)
     for i, link in enumerate(links, 1):
@@ -174,7 +177,7 @@ def _elementary(links: Sequence[_Link], _: Convention, units: Units) -> Iterator
 
 
 def _shape(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
-    # The part of a standard row after the joint becomes `in` of the next row.
+    # Yield Sheth-Uicker rows: `in` has the d, a and alpha of the previous standard row.
     way = ''
     for i, link in enumerate(links, 1):
         yield f'{{{way}joint: Rz(q{i})}}'
@@ -191,7 +194,8 @@ WRITERS: dict[RowKind, Callable[[Sequence[_Link], Convention, Units], Iterator[s
 
 
 def _known_pose(links: Sequence[_Link], units: Units) -> str:
-    # If all joints are at 0, each frame is turned by whole quarters about x.
+    # Return the known pose with all joints at 0. Each frame is then rotated about x by a multiple
+    # of 90 degrees.
     x = y = z = 0.0
     quarters = 0
     for link in links:
@@ -201,7 +205,7 @@ def _known_pose(links: Sequence[_Link], units: Units) -> str:
         z += link.d * round(math.cos(turn))
         quarters += link.alpha
     xyz = ', '.join(_length(value + 0.0, units) for value in (x, y, z))
-    # A roll angle from -1 to 2 quarters.
+    # Reduce the roll angle to -90, 0, 90 or 180 degrees.
     quarters = (quarters + 1) % 4 - 1
     roll = {2: '180' if units.angle == 'deg' else 'pi'}.get(quarters) or _angle(quarters, units)
     zeros = ', '.join('0' for _ in links)

@@ -1,8 +1,8 @@
 """
 Write singular factors into a robot file without changing its comments and layout.
 
-The YAML is parsed only for the position of the section `singularity`; lines are inserted there.
-The caller reads and checks the result before it replaces the file.
+The YAML is parsed only to find the section `singularity`, into which lines are inserted. The
+caller checks the result before it replaces the file.
 """
 
 import re
@@ -27,7 +27,7 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
     factors
         Expressions by name, in the file's units.
     """
-    if text.startswith(BOM):  # libyaml does not count it
+    if text.startswith(BOM):  # libyaml does not count the BOM as a character of the text
         return BOM + with_factors(text.removeprefix(BOM), factors)
     root = yaml.compose(text, Loader=LOADER)
     assert isinstance(root, MappingNode)  # valid robot files are mappings
@@ -52,13 +52,14 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
 
 
 def entry_of(mapping: MappingNode, name: str) -> tuple[Node, Node] | None:
-    """Return key and value of an entry, or None."""
+    """Return the key and value of the entry with a name in a YAML mapping, or None."""
     return next((pair for pair in mapping.value if pair[0].value == name), None)
 
 
 def last_line(node: Node) -> int:
-    """Return the last line of a node of YAML."""
-    # The end mark of a block is behind comments and blank lines that follow it.
+    """Return the last line of a YAML node, counted from 0."""
+    # Use the last inner node of a block, because the end mark of the block is after the comments
+    # and blank lines that follow.
     if isinstance(node, MappingNode) and not node.flow_style and node.value:
         return last_line(node.value[-1][1])
     if isinstance(node.value, list) and not node.flow_style and node.value:
@@ -67,7 +68,10 @@ def last_line(node: Node) -> int:
 
 
 def written_entries(text: str, value: Node, without: Sequence[str]) -> dict[str, str]:
-    """Return the text of each entry of a mapping, by key; empty if it is not a mapping."""
+    """
+    Return the text of each entry of a YAML mapping by key, except keys in `without`. The result is
+    empty if the node is not a mapping.
+    """
     return {
         key.value: text[key.start_mark.index : item.end_mark.index].rstrip()
         for key, item in (value.value if isinstance(value, MappingNode) else ())
@@ -76,7 +80,8 @@ def written_entries(text: str, value: Node, without: Sequence[str]) -> dict[str,
 
 
 def _comments(lines: list[str]) -> dict[str, str]:
-    # The comment at the end of each line, by the name of its factor; '' for the line of the key.
+    # Return the comment at the end of each line, by the name of the factor in the line. The name
+    # is '' for the line of the key `factors`.
     found = {}
     for line in lines:
         comment = re.search(r'\s+#.*$', line.rstrip('\n'))
@@ -100,6 +105,6 @@ def _entry(name: str, expression: str) -> str:
 
 
 def scalar(text: str) -> str:
-    """Return a text in quotes if it needs them between braces."""
+    """Return a text as YAML, in quotes if YAML needs quotes for the text inside `{...}`."""
     plain = re.fullmatch(r'-?[\w./()+][\w .*/()+-]*', text)
     return text if plain else '"' + text.replace('\\', '\\\\').replace('"', '\\"') + '"'
