@@ -28,7 +28,7 @@ from .points import ending_at, moved_base
 from .relative_motion import relative_motion
 
 FLOOR = 'cell'
-MAX_ARMS = 128  # reading 128 arms takes half a second
+MAX_ARMS = 128  # bounds the reading time, which is half a second for 128 arms
 
 
 @dataclass(frozen=True)

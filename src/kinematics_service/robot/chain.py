@@ -119,7 +119,7 @@ def fold(
 
 def poses_and_jacobians(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
-    Return the poses of a chain's end (N, 4, 4) and J in base axes (N, 6, n) at variables (N, n).
+    Return the poses of a chain's end, (N, 4, 4), and J in base axes, (N, 6, n), at N positions q.
     """
     rows = _evaluated(chain, q, kernel.JACOBIAN)
     J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
@@ -128,8 +128,9 @@ def poses_and_jacobians(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
 def poses_and_frames(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
-    Return the poses of a chain's end (N, 4, 4), and frame 0 and the frame after each row of the
-    table (N, rows + 1, 4, 4), at variables (N, n).
+    Return the poses of a chain's end, (N, 4, 4), and of the frames of the table at N positions q.
+
+    The frames are frame 0 and the frame after each row, (N, rows + 1, 4, 4), in the base frame.
     """
     rows = _evaluated(chain, q, kernel.ALL_FRAMES)
     frames = rows[:, chain.widths[kernel.JACOBIAN] :]

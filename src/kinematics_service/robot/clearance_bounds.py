@@ -41,7 +41,12 @@ class ClearanceBounds(NamedTuple):
 
 
 class _Elements(NamedTuple):
-    """The elements of a chain at some joint positions, in the base frame."""
+    """
+    The d elements (screws) of a chain at one configuration, in the base frame.
+
+    For each element: whether it turns (d,), and the direction (d, 3) and a point (d, 3), m, of its
+    axis. For the tool: its position (3,), m, and its rotation (3, 3).
+    """
 
     turns: npt.NDArray[np.bool_]
     axis: Floats
@@ -73,8 +78,8 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
 
 def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
     # Return the reference point of J. For a task of six rows, J has the same rank at every point
-    # of the tool, so take the wrist centre: the point of the last axis nearest to the axis before
-    # it. If that point is farther from the tool than `farthest` (m), return the tool.
+    # of the tool. Therefore return the wrist centre, the point of the last axis nearest to the
+    # axis before. If this point is farther from the tool than `farthest` (m), return the tool.
     if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
         return elements.tool
     a, b = elements.axis[-1], elements.axis[-2]
@@ -183,10 +188,9 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
     # Return bounds of the derivatives of each column of J_t by `order` joints, shape (n, ..., n).
-    # The linear part is at most the product of the angular velocities of all entries except the
-    # last one in the chain, times the speed of the last. The angular part is at most the product
-    # of all angular velocities; it is zero unless all other entries are before the column in the
-    # chain.
+    # The linear part is at most the speed of the entry that is last in the chain, times the
+    # angular velocities of the other entries. The angular part is at most the product of all
+    # angular velocities. It is zero unless all other entries are before the column in the chain.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)

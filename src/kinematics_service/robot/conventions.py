@@ -48,7 +48,7 @@ def row_of(link: Link, convention: str) -> Row:
         argument = link.argument.affine
         theta, d = (argument, ZERO) if link.turns else (ZERO, argument)
         return Row(turn, theta, d, turn.T)
-    # T = S_in Phi inverse(S_out): Sheth and Uicker 1971.
+    # A row of Sheth and Uicker (1971) is T = S_in Phi inverse(S_out), where Phi is the joint.
     out = inverse(link.outer.matrix)
     if link.joint is None:
         return Row(link.inner.matrix, ZERO, ZERO, out)

@@ -20,15 +20,15 @@ from .file.parts.loop_groups import group_name, loop_groups, passive_of
 from .file.text.expression_syntax import ARGUMENTS_OF, evaluated, syntax_tree
 from .task import Task
 
-# The product of factors f to the powers k is the determinant up to a constant if
-# log|det| - sum(k log|f|) varies by less than this over the sampled joint positions. Away from its
-# zeros, a determinant has relative round-off below 1e-12.
+# If log|det| - sum(k log|f|) varies by less than this over the sampled joint positions, the
+# product of the f^k is the determinant up to a constant. Away from its zeros, a determinant has
+# relative round-off below 1e-12.
 LOG_DIFFERENCE_TOLERANCE = 1e-9
 # Joint positions with |det| below this fraction of the median are not compared: near a zero of the
 # determinant, its relative round-off is large.
 MIN_DETERMINANT_RATIO = 1e-3
-# A zero of a factor is accepted as a singular pose if the ratio of the smallest to the largest
-# singular value of J_t is at most this.
+# A zero of a factor counts as a singular pose if the smallest singular value of J_t is at most
+# this fraction of the largest one.
 SINGULAR_VALUE_RATIO = 1e-6
 # Largest ratio of singular values at a zero of an approximate factor, which belongs to the table
 # before calibration.
@@ -72,7 +72,7 @@ class Factors(FrozenArrays):
 
     @cached_property
     def tape(self) -> kernel.Tape:
-        """Return the tape as the kernel reads it."""
+        """Return the tape of the factors as an object of the kernel."""
         return kernel.Tape(self.operations, self.constants, self.ends)
 
     def __bool__(self) -> bool:

@@ -1,8 +1,8 @@
 """
 Describe the motion of one arm's tool relative to another arm's tool, as an arm.
 
-The way from one tool down its own arm and up the other arm is a chain like any other. The joints
-of the first arm come in reverse order and turn the other way.
+The path from one tool to its own base and up the other arm is an ordinary chain. In this chain,
+the joints of the first arm are in reverse order and have the opposite sign.
 """
 
 from collections.abc import Mapping, Sequence
@@ -147,8 +147,9 @@ def relative_motion(
 
 
 def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
-    # Join two chains. A joint that carries both arms is last in the first chain and first in the
-    # second, in opposite directions: leave it out, because it changes no relative motion.
+    # Join two chains. A joint that carries both arms is at the end of the first chain and, in the
+    # opposite direction, at the begin of the second. Leave such a joint out: it has no effect on
+    # the relative motion.
     motions = [*first.motions[:-1], first.motions[-1] @ second.motions[0], *second.motions[1:]]
     screws = [*first.screws, *second.screws]
     size = sum(float(np.linalg.norm(motion[:3, 3])) for motion in motions)

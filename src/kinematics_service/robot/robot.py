@@ -1,4 +1,4 @@
-"""Build a robot: one arm as its file describes it, with all numbers that do not depend on q."""
+"""Build a robot: the kernel's data of one arm, as far as these do not depend on q."""
 
 import os
 from contextlib import suppress
@@ -73,7 +73,7 @@ class Robot(FrozenArrays):
     description: RobotDescription
 
     def __post_init__(self) -> None:
-        """Check that the singularity model has the same chain."""
+        """Check that the singularity model has the chain of this robot."""
         super().__post_init__()
         if self.singularity.chain is not self.chain:
             raise TypeError('the chain of a robot is not that of its singularity model')
@@ -137,15 +137,15 @@ class Robot(FrozenArrays):
         Parameters
         ----------
         of
-            `tool`, a name of the robot file, or a row counted as `link_frames` does: 0 is the
-            table's frame 0, i the frame after row i.
+            `tool`, the name of a point in the robot file, or the number of a row: 0 is the table's
+            frame 0, i the frame after row i.
 
         Raises
         ------
         PointError
             The arm has no such point or row.
         """
-        # Only str and int: True and 1.0 are equal to 1.
+        # Use the stored points only for a str or int, because True and 1.0 are equal to 1.
         if type(of) is str or type(of) is int:
             found = self._found_points.get(of)
             if found is not None:
@@ -158,18 +158,18 @@ class Robot(FrozenArrays):
 
     def ending_at(self, of: str | int, at: npt.ArrayLike | None = None) -> 'Robot':
         """
-        Return the same arm with a point as its tool: for its measures, plots and audits.
+        Return the same arm with a point as its tool, for measures, plots and audits of the point.
 
-        Its name is that of the arm and the point, `puma560_elbow`. The joints that move the point
-        choose the task; the thresholds are the defaults. Joints after the point keep their columns
-        of the Jacobian, which are zero.
+        The name of the result has the arm and the point, such as `puma560_elbow`. The task is
+        chosen from the joints that move the point, and the thresholds are the defaults. The
+        Jacobian keeps columns for joints after the point; they are zero.
 
         Parameters
         ----------
         of
-            As in `point`.
+            The point, given as in `Robot.point`.
         at : shape (3,), m
-            Another origin of that frame, in its own coordinates.
+            Another origin of the tool, in the frame of the point.
 
         Raises
         ------
@@ -265,14 +265,14 @@ def _build_for_its_joints(description: RobotDescription) -> Robot:
 
 
 def with_chain(robot: Robot, chain: Chain) -> Robot:
-    """Return the same robot with another chain, and with the same task and thresholds."""
+    """Return a robot with another chain, but the task and thresholds of the given robot."""
     return replace(robot, chain=chain, singularity=replace(robot.singularity, chain=chain))
 
 
 def with_singularity(
     robot: Robot, length: float | None = None, thresholds: Thresholds | None = None
 ) -> Robot:
-    """Return the same robot with another characteristic length (m) or other thresholds."""
+    """Return a robot with another characteristic length (m) or other thresholds."""
     task = robot.singularity.task
     if length is not None and length != task.length:
         q = generic_poses(robot.chain, robot.limits, robot.prismatic)
@@ -336,16 +336,16 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     """
     Return the robot of a YAML file, a URDF or a cell, or a bundled robot by its name.
 
-    A bundled robot is read once, a file in every call.
+    A bundled robot is read only in the first call, another file in every call.
 
     Parameters
     ----------
     name
         A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`. For a URDF,
-        `arm.urdf` is the longest chain up to a hand, and `arm.urdf:BASE:TIP` the chain between two
-        links. For a cell, `cell.yaml` is the motion of the second arm's tool relative to the first
-        arm's tool. `cell.yaml:BASE:TIP` is the motion between two arms, or points of arms such as
-        `left/elbow`; if BASE is the frame of the cell, it is one arm.
+        `arm.urdf` means the longest chain up to a hand, and `arm.urdf:BASE:TIP` the chain between
+        two links. For a cell, `cell.yaml` means the motion of the second arm's tool relative to
+        the first arm's tool. `cell.yaml:BASE:TIP` means the motion between two arms, or points of
+        arms such as `left/elbow`. If BASE is the frame of the cell, it means one arm.
 
     Raises
     ------
@@ -362,20 +362,21 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     return build_robot(read_robot(source))
 
 
-# Every function of the library takes a robot, a bundled name or a file's path.
+# The type of the argument `robot` of all functions of the library: a Robot, a bundled name, or the
+# path of a file.
 AnyRobot: TypeAlias = Robot | str | os.PathLike[str]
 
 
 def as_robot(robot: AnyRobot) -> Robot:
     """
-    Return a robot that is given as a robot, by its bundled name or by a path.
+    Return the robot for an argument that is a Robot, a bundled name or a path.
 
     A file is read in the first call, and again after it has changed.
 
     Raises
     ------
     RobotNotFoundError, RobotFileError, UrdfError
-        As `load_robot`.
+        The errors that `load_robot` raises.
     """
     if isinstance(robot, Robot):
         return robot
@@ -386,11 +387,11 @@ def as_robot(robot: AnyRobot) -> Robot:
         parts = _robot_of(source, *state).description.parts
         return _robot_of(source, *state, *(k for part in parts for k in file_state(part)))
     except OSError:
-        return load_robot(robot)  # raises the error of the file
+        return load_robot(robot)  # raises an error that says why the file cannot be read
 
 
 def robot_in_letters(robot: AnyRobot) -> Robot:
-    """Return a robot as `as_robot` does, also if constants of its file have no value."""
+    """Return the robot for a Robot, name or path, even if constants of its file have no value."""
     if not isinstance(robot, str | os.PathLike) or os.fspath(robot) in bundled_robots():
         return as_robot(robot)
     return build_robot(read_robot(find_robot(robot)), in_letters=True)

@@ -19,14 +19,15 @@ ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A joint moves a row of J if an entry of the row exceeds this fraction of the largest entry among
-# all linear (or all angular) rows. For a linear row, the entry must also exceed `least_motion`.
+# A joint moves a row of J if an entry of the row exceeds this fraction of the largest entry. The
+# largest entry is that of all linear, or of all angular, rows. An entry of a linear row must also
+# exceed `least_motion`.
 MOVED_ROW_RATIO = 1e-9
 # Round-off of the tool's position, relative to the constant lengths before the first joint.
 ROUND_OFF_RATIO = 1e-14
 
-# If every entry of a row is below this fraction of the largest entry of J, the row probably moves
-# only because axes are not exactly parallel: 0.01 rad is 0.57 deg.
+# Rows whose entries are all below this fraction of the largest entry of J probably move only
+# because axes are not exactly parallel. The limit is an angle between axes of 0.57 deg.
 TILT_RATIO = 0.01
 
 # Number of joint positions at which the rank is computed first. Nearly all arms have full rank at
@@ -115,13 +116,13 @@ class Task(FrozenArrays):
 
 def seeded_poses(limits: Floats, prismatic: Iterable[bool]) -> Floats:
     """
-    Return random joint positions inside the limits, the same in every call.
+    Return random joint positions inside the limits; every call returns equal positions.
 
     Parameters
     ----------
     limits : shape (n, 2), rad or m
-        Infinite for no limit. A revolute joint without limits samples a full turn, a prismatic
-        joint without limits 0 to 1 m.
+        Limits, infinite for no limit. The range of a joint without limits is a full turn, or 0 to
+        1 m if the joint is prismatic.
     prismatic : n
         Whether each joint slides.
 

@@ -1,5 +1,5 @@
 """
-The node at work without a robot, and its output on a terminal: `demo`, `echo`.
+Run the node without a robot (`demo`), and show the messages of a node on a terminal (`echo`).
 
 `demo` starts a node, a simulated arm that publishes joint states, and a listener (`demo.py`,
 `virtual_arm.py`, `demo_listener.py`). The motion of the arm is in `motions/`. A live table or

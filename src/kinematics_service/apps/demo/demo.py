@@ -1,4 +1,4 @@
-"""The demo: one process with a simulated arm, the node, and a live table of its outputs."""
+"""Run the demo: one process with a simulated arm, the node, and a live table of its messages."""
 
 import os
 import time
@@ -46,7 +46,7 @@ RULES = (
 # table.
 QUIET = ('--ros-args', '--log-level', f'{NAMESPACE[1:]}.kinematics:=warn', '--')
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
-# Variables that extend discovery beyond this host in spite of `RANGE`.
+# Environment variables that extend ROS discovery beyond this host even if `RANGE` is `LOCALHOST`.
 REMOTE_DISCOVERY = ('ROS_STATIC_PEERS', 'ROS_DISCOVERY_SERVER')
 
 # Without a terminal: time between two lines about the arm, s.

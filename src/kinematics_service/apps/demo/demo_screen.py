@@ -40,7 +40,9 @@ QDOT = 'qdot'
 
 class ScreenSection(NamedTuple):
     """
-    Lines that are shown together or not at all; sections with a low rank are shown first.
+    Lines that are shown together or not at all.
+
+    If the terminal has too few lines, sections with a high rank are left out first.
     """
 
     rank: int

@@ -74,7 +74,7 @@ class EchoTopic:
 
     @property
     def is_rare(self) -> bool:
-        """Return whether a long silence after the first message is normal."""
+        """Return whether the node may publish nothing for long after the first message."""
         return self.qos is WARNING_QOS
 
     def subscribed_by(

@@ -16,7 +16,9 @@ WRENCH = VectorPair('wrench', {'force': ('x y z', 'N'), 'torque': ('x y z', 'N m
 
 
 class PoseReading(NamedTuple):
-    """A pose in a frame: position (3,) in m, quaternion x y z w, roll pitch yaw (3,) in rad."""
+    """
+    A pose in a frame: position (3,) in m, quaternion x y z w (4,), roll pitch yaw (3,) in rad.
+    """
 
     stamp: Stamp
     frame: str

@@ -16,7 +16,7 @@ OWN = {
 }
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # variables in column d; other names are lengths
-AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # pi/2 and 1.5708, not 1.57
+AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # matches pi/2 and 1.5708, not 1.57
 IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # a number that is probably a length, not an angle
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
@@ -49,8 +49,9 @@ class NumberedRow(NamedTuple):
 
 class MovingRow(NamedTuple):
     """
-    A row, its expressions d and theta, the variable that first occurs in it ('' if none), and the
-    place that moves: 'd', 'theta', or '' for a fixed row.
+    A row, its expressions d and theta, and its variable ('' if no variable first occurs in it).
+
+    `place` is the quantity that moves, 'd' or 'theta', or '' for a fixed row.
     """
 
     row: NumberedRow
@@ -131,9 +132,9 @@ def sum_of(variable: str, constant: str) -> str:
 def _lengths(
     rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
 ) -> set[str]:
-    # Return the names in column d that are constant lengths. A name is a length if the joint of
-    # its row turns, if it has the number of a joint that turns, or if only other names of the
-    # table have a star.
+    # Return the names in column d that are constant lengths. A name is a length in three cases:
+    # the joint of its row turns, a joint with its number turns, or only other names of the table
+    # have a star.
     turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
     found = set[str]()
@@ -174,8 +175,8 @@ def bare(name: str) -> str:
 
 
 def _place(row: NumberedRow, known: Collection[str], usual: str | None, named: bool) -> str | None:
-    # Return the quantity that contains the row's variable, 'd' or 'theta'; '' for a fixed row,
-    # None if the cell of the column `type` is not understood.
+    # Return the quantity that contains the row's variable: 'd', 'theta', or '' for a fixed row.
+    # Return None if the cell of the column `type` is not understood.
     if 'type' in row.cells:
         return TYPES.get(row.cells['type'].lower())
     if usual is not None:

@@ -81,8 +81,10 @@ def remark_heads(text: str) -> list[PastedRow]:
 
 def blocks_of(text: str) -> list[ScriptMatrix]:
     """
-    Return the matrices in a script: each row in brackets of its own, or one pair of brackets with
-    row ends (`;` or a new line) inside.
+    Return the matrices in a script.
+
+    Each row has brackets of its own, or row ends (`;` or a new line) are inside one pair of
+    brackets.
     """
     text = re.sub(r'\.\.\.[ \t]*\n', ' ', without_comments(text))
     blocks: list[ScriptMatrix] = []
@@ -124,8 +126,8 @@ def cells_of(text: str) -> list[str]:
 
 
 def _groups(text: str) -> Iterator[tuple[int, int, int]]:
-    # Yield each pair of brackets that is not a function call, inner pairs first: the index of its
-    # begin, of its end, and of the begin of the pair around it (-1 if there is none).
+    # Yield each pair of brackets that is not a function call, inner pairs first. A pair is yielded
+    # as the indices of its begin, its end, and the begin of the pair around it, or -1.
     opened: list[tuple[int, bool]] = []
     for k, sign in enumerate(text):
         if sign in OPENED:

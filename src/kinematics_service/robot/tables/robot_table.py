@@ -151,7 +151,7 @@ def _rows(text: str, columns: str | None, report: TableReport) -> Sequence[Paste
 def _headed(
     rows: Sequence[PastedRow], columns: str | None, report: TableReport
 ) -> tuple[Sequence[Head], Sequence[PastedRow]]:
-    # Return the heads of the columns, and the rows below them.
+    # Return the heads of the columns, and the rows below the heads.
     at = find_heads(rows)
     if at is None and columns and rows and not re.search(r'\d', ''.join(rows[0].cells)):
         at = 0  # the first row has no digits: its words are heads, which `columns` replaces

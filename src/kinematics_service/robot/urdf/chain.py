@@ -143,7 +143,8 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
         names.sort(key=order.index)
     motions, still = [], np.eye(4)
     for k, joint in enumerate(way):
-        # On the way up, the child frame of a joint comes first, and its motion is inverted.
+        # On the path up from the base, the path enters a joint at its child link, so its motion is
+        # inverted.
         before, after, sign = (
             (np.eye(4), inverse(joint.origin), -1.0) if k < up else (joint.origin, np.eye(4), 1.0)
         )

@@ -19,7 +19,7 @@ from ..file.translation import MAX_BYTES
 
 MAX_DEPTH = 64
 MAX_ELEMENTS = 200_000
-MAX_LISTED_NAMES = 30  # in a message
+MAX_LISTED_NAMES = 30  # largest number of names in a message
 MISPLACED = expat.errors.codes[expat.errors.XML_ERROR_MISPLACED_XML_PI]
 BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
 DECLARED = re.compile(rb'\A<\?xml\b[^>]*?\bencoding\s*=\s*["\']([\w.-]+)["\']')
@@ -153,7 +153,7 @@ class _XmlReader:
         except UrdfError:
             raise  # a handler refused the file; UrdfError is also a ValueError
         except (ValueError, LookupError) as error:
-            self._refuse(0, f'not valid XML: {error}')  # unknown encoding
+            self._refuse(0, f'not valid XML: {error}')  # expat does not know the encoding
         assert self.root is not None  # expat refuses a document without a root
         return self.root
 

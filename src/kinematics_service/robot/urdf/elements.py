@@ -8,7 +8,7 @@ from ..file.parts.quantities import LARGEST
 # The number that means no limit where URDF requires a number: the largest number that a robot file
 # accepts.
 UNLIMITED = LARGEST
-# The versions of URDF that urdfdom 6.0 reads; a file without a version has the first.
+# The versions of URDF that urdfdom 6.0 reads. A file without a version counts as the first one.
 VERSIONS = ('1.0', '1.1', '1.2')
 # Name of an element of the root that has the attribute joint_order. It is written if the robot
 # file has the joints in another order than the chain; other readers skip unknown elements.

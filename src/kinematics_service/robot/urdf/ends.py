@@ -83,7 +83,7 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
         way = _way(tree, tip, base)
         return ChainEnds(base or way.base, tip, () if base else tuple(_cuts(tree, [way])))
     if base:
-        tree.way(base, base)  # refuses a link that does not exist
+        tree.way(base, base)  # raises an error if the link does not exist
         base = base.removeprefix('/')
     joints = [one for one in tree.joints.values() if one.attributes.get('type') not in WHY_NOT]
     parents = {end_of(joint, 'parent') for joint in joints}

@@ -117,14 +117,14 @@ def urdf_as_robot_file(content: bytes, file: str, base: str, tip: str) -> RobotT
     Parameters
     ----------
     content, file
-        The bytes, and the name of their file for messages.
+        The bytes of the URDF, and the name of its file for messages.
     base, tip
-        As in `import_urdf`.
+        Links that become the base frame and the tool frame; '' if the import chooses them.
 
     Raises
     ------
     UrdfError
-        As in `import_urdf`.
+        The errors that `import_urdf` raises.
     """
     root = parse_urdf(content, file)
     found = _imported(root, f'URDF {PurePath(file).name}', base, tip)

@@ -23,8 +23,8 @@ PARALLEL_TOLERANCE = 1e-13
 # If the distance is larger, two rows lead to the next axis over a line that crosses it at a right
 # angle.
 MAX_NORMAL_DISTANCE = 2.0
-# If the angle from the last joint's axis to the tip's z axis is below this, rad, the pose of the
-# tool contains the angle; otherwise the last row contains it.
+# Limit, rad, of the angle from the last joint's axis to the tip's z axis. A smaller angle is
+# written into the pose of the tool, a larger one into the last row.
 TOOL_AXIS_TOLERANCE = 1e-3
 # A right angle plus a tolerance, so that round-off does not add pi to the theta of a row.
 RIGHT_ANGLE = math.pi / 2.0 + 1e-9
@@ -77,8 +77,10 @@ class ConstantPose:
 @dataclass(frozen=True)
 class UrdfTable:
     """
-    A table: its rows, the pose of frame 0 in the base link (`base`), and the pose of the tip in
-    the frame after the last row (`tool`).
+    The rows of a table, and the poses at its ends.
+
+    `base` is the pose of frame 0 in the base link, `tool` the pose of the tip in the frame after
+    the last row.
     """
 
     rows: tuple[UrdfRow, ...]
@@ -157,8 +159,8 @@ def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
 
 
 def _base(line: _Line) -> ConstantPose:
-    # Return the pose of frame 0: its z is the first axis, and its origin is the point of this axis
-    # nearest to the origin of the base link.
+    # Return the pose of frame 0 in the base link. Its z axis is the first joint axis, and its
+    # origin is the point of this axis nearest to the origin of the base link.
     theta, alpha = _turns(line.direction)
     nearest = line.point - (line.point @ line.direction) * line.direction
     zero = length_of(0.0)
@@ -222,8 +224,8 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
     row, away = _step(line)
     if _parallel(line.direction) or away <= MAX_NORMAL_DISTANCE * size:
         return [row]
-    # The axes are nearly parallel: return two rows, over a line that crosses the next axis at a
-    # right angle and is tangential to a circle around z.
+    # The axes are nearly parallel: return two rows, over an additional line. The line crosses the
+    # next axis at a right angle and is tangential to a circle around z.
     W = line.direction
     point = line.point - line.point[2] / W[2] * W
     distance = math.hypot(point[0], point[1])

@@ -1,4 +1,4 @@
-"""Read the tree of links and joints of a URDF, and find the way from one link to another."""
+"""Read the tree of links and joints of a URDF, and find the path from one link to another."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Write a robot as URDF, exactly: every frame of the table is a link."""
+"""Write a robot as URDF without loss: every frame of the table becomes a link."""
 
 import math
 from collections.abc import Iterable
@@ -16,7 +16,8 @@ from .elements import AS_IN_THE_FILE, EXTENSION, UNLIMITED, FrameNames, PlannedJ
 from .plan import plan_of
 from .shapes import Shape, shapes_of
 
-# Red, green, blue, alpha of Okabe and Ito (2008): colour-blind people can distinguish them.
+# Colours (red, green, blue, alpha) of Okabe and Ito (2008), which colour-blind people can
+# distinguish.
 COLOURS = {
     'rod': (0.6, 0.6, 0.6, 1.0),
     'turning': (0.0, 0.447, 0.698, 1.0),
@@ -102,8 +103,8 @@ def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
 
 
 def _comment(sentence: str) -> str:
-    # Separate two hyphens in a row, and add a space at the end: XML does not allow `--` in a
-    # comment, nor a hyphen at the end.
+    # Separate two hyphens in a row, and add a space at the end. XML allows neither `--` in a
+    # comment nor a hyphen at its end.
     return f' {sentence.replace("--", "- -").replace("--", "- -")} '
 
 

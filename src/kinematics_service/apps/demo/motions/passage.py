@@ -13,7 +13,7 @@ from ....robot.closed_poses import close_at
 from ....robot.robot import Robot
 from .motion import JointMotion, allowed_speeds, inside_limits
 
-# Largest distance of a joint from the middle of the path.
+# Largest distance of a joint position from the middle of the path.
 TURNING_REACH = 0.7  # rad
 SLIDING_REACH = 0.2  # m
 # Shortest period of the motion, s, so that a person can read each level on the table.

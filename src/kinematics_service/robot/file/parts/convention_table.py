@@ -1,4 +1,4 @@
-"""The conventions of a robot file: which quantities a row holds, and how its motions multiply."""
+"""Define the conventions of robot files: the quantities of a row, and the product of motions."""
 
 import re
 from dataclasses import dataclass

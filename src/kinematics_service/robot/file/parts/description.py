@@ -68,12 +68,12 @@ class JointDescription:
 @dataclass(frozen=True)
 class RigidMotion:
     """
-    A constant pose and its texts in the file; two poses are equal if their texts are equal.
+    A constant pose and its expressions in the file; poses with equal expressions are equal.
 
     Parameters
     ----------
     matrix : shape (4, 4), translation in m
-        Kept as a read-only copy.
+        The pose; the object has a read-only copy.
     texts : 6 or 16 expressions in the file's units
         x y z roll pitch yaw with R = Rz(yaw) Ry(pitch) Rx(roll), or the matrix row by row.
     """
@@ -82,7 +82,7 @@ class RigidMotion:
     texts: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        """Freeze a copy of the matrix."""
+        """Replace the matrix by a read-only copy."""
         matrix = np.array(self.matrix, dtype=np.float64)
         matrix.setflags(write=False)
         object.__setattr__(self, 'matrix', matrix)
@@ -152,8 +152,10 @@ Link: TypeAlias = DhRow | ElementaryMotion | ShapeRow
 @dataclass(frozen=True)
 class Placement:
     """
-    The base or the tool: the name of its frame, and a pose. The base has the pose of the table's
-    frame 0 in the base frame; the tool has the pose of the tool in the frame after the last row.
+    The base or the tool: the name of its frame, and a pose.
+
+    For the base, this is the pose of the table's frame 0 in the base frame. For the tool, it is
+    the pose of the tool in the frame after the last row.
     """
 
     frame: str
@@ -348,7 +350,8 @@ class Uncertainty:
         Return the standard deviations of the joint positions, rad or m, from noise, resolution and
         backlash.
         """
-        # The standard deviation of a uniform distribution of width w is w / sqrt(12).
+        # Errors of resolution and backlash are uniform. A uniform distribution of width w has the
+        # standard deviation w / sqrt(12).
         return tuple(
             math.sqrt(noise**2 + (step**2 + play**2) / 12.0)
             for noise, step, play in zip(self.noise, self.resolution, self.backlash)

@@ -72,8 +72,8 @@ def read_joint_heads(data: Yaml, constants: Sequence[str], at: Place) -> list[Jo
 
 
 def _words(given: dict[str, Yaml]) -> frozenset[str]:
-    # Return the values of an entry that may be the joint's name in expressions: if a key is
-    # misspelled, the name may be the value of any key.
+    # Return the values of an entry that may be the joint's name in expressions. If a key is
+    # misspelled, the value of any key may be the name.
     return frozenset(
         value.text
         for key, value in given.items()

@@ -1,4 +1,4 @@
-"""The table of the measures of singularity, and the rules of their thresholds."""
+"""Define the measures of singularity, and which thresholds are valid for each."""
 
 import math
 from dataclasses import dataclass
@@ -93,7 +93,7 @@ MEASURES = {
             '1 rad',
             kernel.DISTANCE,
             unit='rad',
-            warn=0.1,  # about 6 and 2 degrees
+            warn=0.1,  # 0.1 rad is about 6 degrees, and 0.03 rad about 2 degrees
             stop=0.03,
             most=kernel.FARTHEST,
             long='distance to a singular pose',

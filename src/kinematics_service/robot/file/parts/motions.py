@@ -15,7 +15,8 @@ ZEROS = ('0', '0', '0')
 # A rotation matrix is used unchanged if no entry of |R^T R - 1| exceeds this. Matrices of exact
 # expressions such as sqrt(2)/2 are accurate enough.
 EXACT_ROTATION_TOLERANCE = 1e-12
-# Largest entry of |R^T R - 1| of a rotation with six printed digits, which is projected.
+# If no entry of |R^T R - 1| exceeds this, R has six printed digits and is replaced by the nearest
+# rotation; otherwise R is refused.
 PRINTED_ROTATION_TOLERANCE = 1e-6
 
 
@@ -108,7 +109,8 @@ def _rigid(matrix: npt.NDArray[np.float64], at: Place) -> npt.NDArray[np.float64
     if error <= EXACT_ROTATION_TOLERANCE:
         return matrix
     at.remark(f'is {number(error)} from a rotation matrix: the nearest rotation is used instead')
-    # The nearest rotation in the Frobenius norm: the orthogonal factor of the polar decomposition.
+    # Return the nearest rotation in the Frobenius norm: the orthogonal factor of the polar
+    # decomposition.
     U, _, Vt = np.linalg.svd(R)
     result: npt.NDArray[np.float64] = matrix.copy()
     result[:3, :3] = U @ Vt

@@ -60,7 +60,7 @@ def check_finite(text: str) -> None:
 
 
 class Units(NamedTuple):
-    """The units of the numbers of a file."""
+    """The units of angles and lengths in a robot file."""
 
     angle: AngleUnit = 'rad'
     length: LengthUnit = 'm'
@@ -303,8 +303,9 @@ def unit_doubt(
 
 def rounded_quarters(text: str) -> Iterator[tuple[str, int]]:
     """
-    Yield the numbers in a text that are rounded or cut multiples k of pi/2 (1 to 4), such as 1.57
-    and 1.5708, each with its k.
+    Yield the numbers in a text that are k pi/2 for k from 1 to 4, rounded or cut, such as 1.57.
+
+    Each number is yielded as text with its k.
     """
     for digits, decimals in DECIMALS.findall(text):
         for k, quarter in enumerate(QUARTERS, 1):

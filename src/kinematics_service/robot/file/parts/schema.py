@@ -48,7 +48,7 @@ POSITIONS = 'joints angles positions'
 
 
 class RobotEntry(Entry):
-    """The keys of the file itself; other entries read its parts."""
+    """The keys at the top of a robot file; other entries have the keys of its parts."""
 
     noun = 'a robot file'
     required = ('robot', 'convention', 'joints', 'links')
@@ -157,7 +157,7 @@ class ShapeRowEntry(Entry):
 
 
 class PoseEntry(Entry):
-    """A pose instead of a matrix."""
+    """A pose given by `xyz` and `rpy`, not by a matrix."""
 
     noun = 'a pose'
     also = POSE_KEYS
@@ -315,7 +315,7 @@ class UncertaintyEntry(Entry):
 
 
 class FloorEntry(ToleranceEntry):
-    """Standard deviations of all other errors."""
+    """Standard deviations of position and rotation from causes that have no key of their own."""
 
     noun = 'a floor'
     also = POSE_KEYS

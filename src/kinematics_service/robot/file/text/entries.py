@@ -27,7 +27,7 @@ Check = Callable[[Yaml], Any]
 
 
 class WrongValue(Exception):
-    """A fault of a value: its reason, and the word that the user probably meant."""
+    """A value has a fault: the message is the reason; `meant` is the word probably meant."""
 
     def __init__(self, message: str, meant: str | None = None) -> None:
         super().__init__(message)
@@ -133,7 +133,7 @@ def called(**words: str) -> dict[str, str]:
 def meant_by(
     text: str, accepted: tuple[str, ...], also: Mapping[str, str] | None = None
 ) -> str | None:
-    """Return the accepted word that the user probably meant, or None."""
+    """Return the accepted word that a wrong word probably means, or None."""
     folded = text[:60].lower().replace('-', '_').replace(' ', '_')
     if folded in accepted:
         return folded

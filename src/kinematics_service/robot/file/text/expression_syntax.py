@@ -156,8 +156,8 @@ def evaluated(tree: ast.expr, worth: Callable[[float | str, list[Worth]], Worth]
     """
     Return the value of an expression, given its syntax tree.
 
-    `worth` computes the value of each node. Its arguments are a number or a name and no operands,
-    or an operation (+ - * / neg, or the name of a function) and the values of its operands.
+    `worth` computes the value of each node from a symbol and the values of the operands. The
+    symbol is a number, a name, an operator (+ - * / neg), or the name of a function.
     """
 
     def of_node(node: ast.expr, operands: list[Worth]) -> Worth:

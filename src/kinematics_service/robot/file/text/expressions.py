@@ -124,15 +124,16 @@ class _NotLinearError(ExpressionError):
 
 def parse_affine(text: str, scope: Scope) -> Affine:
     """
-    Return the value of an expression in the file's units.
+    Return the value of an expression that is linear in the joint variables, in the file's units.
 
     Raises
     ------
     ExpressionError
-        With the reason: syntax, unknown name, not linear in the joint variables, not finite.
+        The expression has wrong syntax, has an unknown name, is not linear in the joint variables,
+        or is not finite. The message has the reason.
     """
     value = _value(text, scope, must_be_linear=True)
-    assert value is not None  # only a nonlinear expression has no value
+    assert value is not None  # the value is None only for a nonlinear expression
     return value
 
 
@@ -143,7 +144,8 @@ def check_function(text: str, scope: Scope) -> None:
     Raises
     ------
     ExpressionError
-        With the reason: syntax, unknown name, or a constant part that is not finite.
+        The expression has wrong syntax, an unknown name, or a constant part that is not finite.
+        The message has the reason.
     """
     _value(text, scope, must_be_linear=False)
 

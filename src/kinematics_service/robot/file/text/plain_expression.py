@@ -77,7 +77,7 @@ def _in_a_function(before: str) -> bool:
 def _without_sign(found: re.Match[str], angle_unit: str) -> str:
     if angle_unit == 'deg':
         return found[1]
-    share = Fraction(found[1]) / 180  # of pi; exact for the derivation
+    share = Fraction(found[1]) / 180  # the angle divided by pi, exact for the derivation
     over = '' if share.denominator == 1 else f'/{share.denominator}'
     times = '' if share.numerator == 1 else f'{share.numerator}*'
     if not share:

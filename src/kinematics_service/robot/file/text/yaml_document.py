@@ -1,4 +1,4 @@
-"""A YAML document as a tree of texts with line numbers, without conversion to numbers."""
+"""Hold a YAML document as a tree of texts with line numbers, without conversion to numbers."""
 
 from collections.abc import Iterator
 from typing import NamedTuple, TypeAlias

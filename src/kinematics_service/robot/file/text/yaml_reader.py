@@ -12,7 +12,7 @@ import yaml
 from .fault_report import quoted
 from .yaml_document import ScalarNode
 
-MAX_REASON_LENGTH = 200  # characters
+MAX_REASON_LENGTH = 200  # characters of the parser's reason in a message
 # A text with a syntax error is parsed again for a better message, if it has at most this length
 # (characters).
 MAX_EXPLAINED_LENGTH = 256 * 1024
@@ -153,7 +153,7 @@ class YamlReader(Generic[Read]):
         elif kind is yaml.AliasEvent:
             raise _refusal(event, f'aliases are not accepted: {quoted("*" + event.anchor)}')
         elif kind is yaml.DocumentStartEvent:
-            line = event.end_mark.line + 1  # the line after its directives
+            line = event.end_mark.line + 1  # the first line after the document's directives
             if self._second and self._documents:
                 raise YamlError(line, self._second)
             if event.version or event.tags:

@@ -15,7 +15,7 @@ CELL_WIDTH = 6  # characters of a number in the table
 
 
 class _Link(NamedTuple):
-    # A row of the standard table: a (m), alpha (quarter turns), d (m).
+    # A row of a standard table: a in m, alpha in multiples of 90 degrees, d in m.
     a: float
     alpha: int
     d: float

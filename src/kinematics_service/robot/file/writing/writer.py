@@ -18,7 +18,7 @@ BOM = '\ufeff'
 
 def with_factors(text: str, factors: Mapping[str, str]) -> str:
     """
-    Return the text of a robot file with `singularity.factors` set, everything else unchanged.
+    Return the text of a robot file with new `singularity.factors`, and no other change.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
     if text.startswith(BOM):  # libyaml does not count the BOM as a character of the text
         return BOM + with_factors(text.removeprefix(BOM), factors)
     root = yaml.compose(text, Loader=LOADER)
-    assert isinstance(root, MappingNode)  # valid robot files are mappings
+    assert isinstance(root, MappingNode)  # the root of a valid robot file is a mapping
     section = entry_of(root, 'singularity')
     if section is None:
         ended = text if text.endswith('\n') else f'{text}\n'
