@@ -11,8 +11,8 @@ from typing import NamedTuple
 from ..errors import RobotNotFoundError
 from .file.translation import translator_of
 
-# Groups of bundled robots, in the order in which the command `robots` lists them: industrial
-# products first. Robots without a group are listed last.
+# Groups of bundled robots, in the order in which the command `robots` lists them. Machines that
+# can be bought are first; robots without a group are listed last.
 GROUPS: Mapping[str, tuple[str, ...]] = {
     title: tuple(names.split())
     for title, names in {

@@ -13,8 +13,9 @@ class MeasurePlaces(NamedTuple):
     Attributes
     ----------
     lost, motion, way, sigma
-        First column of the null direction of the tool, of the null motion of the joints, of the
-        joint motion away from the singular pose, and of the singular values.
+        First column of four quantities: the direction of the tool that is null at a singular pose,
+        the joint motion that belongs to it, the joint motion away from the nearest singular pose,
+        and the singular values.
     judged
         The column of kernel.WATCHED, followed by the columns up to kernel.FIRST_ORDER.
     distances, results

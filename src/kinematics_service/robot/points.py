@@ -117,8 +117,8 @@ def with_tool(
     xyz : shape (3,), m
         Origin of the tool in the frame after the last row; None: the origin in the file.
     rpy : shape (3,), rad
-        Orientation of the tool in that frame, R = Rz(yaw) Ry(pitch) Rx(roll); None: that of the
-        file.
+        Orientation of the tool in the frame after the last row, R = Rz(yaw) Ry(pitch) Rx(roll);
+        None: the orientation in the file.
     """
     tool = description.tool
     matrix, texts = tool.motion.matrix.copy(), tool.motion.texts
@@ -138,7 +138,7 @@ def with_tool(
 
 
 def moved_base(description: RobotDescription, motion: Floats, frame: str) -> RobotDescription:
-    """Return the same arm with its base frame placed at `motion`, (4, 4), m, in another frame."""
+    """Return the arm with its base frame placed at the pose `motion` (4, 4), m, in `frame`."""
     matrix = motion @ description.base.motion.matrix
     place, turn = _texts(matrix[:3, 3], description.metres), exact_rpy(matrix[:3, :3])
     texts = (*place, *_texts(turn, description.radians))
@@ -152,8 +152,8 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # Move the origin of a frame to `place`, (3,), m, in its own axes. The texts are those of xyz
-    # and rpy: write new texts for xyz and keep those of rpy.
+    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. The first three
+    # texts are xyz, which change, and the last three are rpy, which stay.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
     return RigidMotion(matrix, (*_texts(matrix[:3, 3], unit), *motion.texts[3:]))

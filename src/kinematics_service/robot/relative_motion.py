@@ -77,7 +77,7 @@ def relative_motion(
     first: RobotDescription, second: RobotDescription, names: tuple[str, str]
 ) -> RobotDescription:
     """
-    Return the arm whose base is the tool of the first arm, and whose tool is that of the second.
+    Return one arm from the tool of the first arm (its base) to the tool of the second arm.
 
     The result has the joints that change the relative motion: first those of the first arm, then
     those of the second. Its Jacobian is in the axes of the first tool.

@@ -301,8 +301,8 @@ def with_tool(
     xyz : m
         Origin of the tool in the frame after the last row; default: the origin in the file.
     rpy : rad
-        Orientation of the tool in that frame, R = Rz(yaw) Ry(pitch) Rx(roll); default: that of the
-        file.
+        Orientation of the tool in the frame after the last row, R = Rz(yaw) Ry(pitch) Rx(roll);
+        default: the orientation in the file.
 
     Raises
     ------

@@ -132,9 +132,9 @@ def sum_of(variable: str, constant: str) -> str:
 def _lengths(
     rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
 ) -> set[str]:
-    # Return the names in column d that are constant lengths. A name is a length in three cases:
-    # the joint of its row turns, a joint with its number turns, or only other names of the table
-    # have a star.
+    # Return the names in column d that are constant lengths. A name is a length if the joint of
+    # its row turns, or if a joint with its number turns. In a table with stars, names without a
+    # star are lengths.
     turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
     found = set[str]()

@@ -65,7 +65,7 @@ def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
 
 
 def certify(chain: UrdfChain, robot: Robot) -> Certificate:
-    """Compare the tool poses of a robot with those of the URDF chain that it was made from."""
+    """Compare the tool poses of a robot with the poses of the URDF chain it was made from."""
     q = configurations(chain)
     expected, found = chain.poses(q), poses_and_frames(robot.chain, q)[0]
     position = np.linalg.norm(found[:, :3, 3] - expected[:, :3, 3], axis=1)

@@ -136,8 +136,8 @@ class _XmlReader:
         self.elements = 0
 
     def read(self, content: bytes) -> XmlElement:
-        # Move blank lines from before to after the XML declaration: the parsers of ROS accept them
-        # before it, expat does not.
+        # Move blank lines before the XML declaration to after it. The parsers of ROS accept blank
+        # lines before the declaration; expat refuses them.
         content, encoding = self._in_utf_8(BLANK_BEGINNING.sub(rb'\2\1', content))
         self.parser = expat.ParserCreate(encoding)
         self.parser.StartDoctypeDeclHandler = self._doctype

@@ -135,7 +135,7 @@ def _way(tree: UrdfTree, link: str, base: str = '') -> _LinkWay:
 
 
 def _count(tree: UrdfTree, joints: Sequence[str]) -> int:
-    # Return the number of joints; those that mimic the same joint count as one.
+    # Return the number of joints; several joints that mimic one joint count as one.
     mimics = [(name, tree.joints[name].first('mimic')) for name in joints]
     return len({name if one is None else one.attributes.get('joint') for name, one in mimics})
 

@@ -48,11 +48,12 @@ class UrdfImport:
     certificate
         The largest difference between the poses of the robot and those of the URDF.
     doubts
-        Parts that are not read, numbers that are probably not in m or rad, and other tips.
+        Warnings about parts that are not read, numbers that are probably not in m or rad, and
+        other possible tips.
     mimics
         Joints of the chain that mimic others.
     remarks
-        Limits that a robot file does not have, and angles that look rounded.
+        Sentences about limits that a robot file cannot have, and about angles that look rounded.
     """
 
     text: str

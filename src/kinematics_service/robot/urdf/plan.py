@@ -2,9 +2,10 @@
 Lay out a robot's table as the links and joints of a URDF.
 
 Every frame of the table becomes a link. A variable's URDF joint is at its first term in the table,
-about z or -z. The other terms in `theta` and `d` become joints on the same axis that mimic it:
-`theta3 - theta2` turns by theta3 and by -1 times theta2, a helical joint turns and slides, and
-`q1/3` (a gear) is q1 and -2/3 times q1. Therefore a URDF can express every robot file.
+about z or -z. The other terms in `theta` and `d` become joints on the same axis that mimic it. For
+`theta3 - theta2`, two joints turn: by theta3, and by -1 times theta2. A helical joint becomes a
+joint that turns and one that slides. For `q1/3` (a gear), two joints turn: by q1, and by -2/3
+times q1. Therefore a URDF can express every robot file without loops.
 """
 
 import itertools

@@ -207,7 +207,7 @@ class LoopDescription:
     passive
         The joints that the loop moves.
     start, meets
-        The frame in which the second chain begins, and the frame with which its end coincides.
+        The frame in which the second chain begins, and the frame in which the chain ends.
     there
         The rows of the table from `start` to `meets`.
     links

@@ -144,8 +144,9 @@ def read_loops(
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:
-    # Report three faults: a passive joint moves no row of its loop; a loop needs passive joints of
-    # a later loop that is not in its group; a group moves neither the table nor a later loop.
+    # Report passive joints that move no row of their loop. Report loops that need passive joints
+    # of a later loop outside of their group. Report groups that move neither the table nor a later
+    # loop.
     places = {loop.name: k for k, loop in enumerate(loops)}
     used = names_in_rows(table)
     for group in reversed(loop_groups(loops)):

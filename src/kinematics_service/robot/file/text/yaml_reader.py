@@ -110,8 +110,8 @@ class YamlReader(Generic[Read]):
         return self._documents
 
     def _explained(self, error: yaml.MarkedYAMLError, text: str) -> tuple[int, str]:
-        # Return the line and reason of a syntax error. libyaml names only the expected element, so
-        # parse again with PyYAML's own parser, which also names the actual one. At the end of a
+        # Return the line and reason of a syntax error. libyaml names only the expected element.
+        # Parse again with PyYAML's own parser, which also names the element found. At the end of a
         # text, libyaml may count one line more.
         depth = 0
         try:
