@@ -1,4 +1,7 @@
-"""The links of closed loops in one pose, for pictures: corners and joints of the second chains."""
+"""
+Compute the links of closed loops at one configuration, for pictures: corners and joints of the
+second chain of each loop.
+"""
 
 from typing import NamedTuple
 
@@ -15,7 +18,10 @@ from .tool_state import ToolState
 
 
 class LoopJoint(NamedTuple):
-    """A joint of a loop: point (3,) and direction (3,) of its axis, and motors that move it."""
+    """
+    A joint of a loop: a point (3,), m, and the direction (3,) of the joint axis, and the names of
+    the motors that move the joint.
+    """
 
     point: Floats
     direction: Floats
@@ -30,10 +36,10 @@ class LoopLinks(NamedTuple):
     Attributes
     ----------
     corners : shape (k, 3), m
-        The first is the origin of the frame where the chain begins, the last that of the frame it
-        meets. Their number is the same in every pose.
+        The first corner is the origin of the frame where the chain begins, the last corner the
+        origin of the frame that the chain meets. The number k is the same at every configuration.
     slides : k - 1 flags
-        Which of the pieces between the corners change their length.
+        Whether each piece between two corners changes its length.
     joints
         The rows of the chain that move.
     """
@@ -45,9 +51,9 @@ class LoopLinks(NamedTuple):
 
 def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
     """
-    Return the links of every loop of one pose that was evaluated with all frames.
+    Return the links of every loop; `state` is one pose, evaluated with all frames.
 
-    A loop that meets a row behind the end of the arm is left out: the state has no such frame.
+    A loop that meets a row behind the end of the arm is left out: the state has no frame for it.
     """
     description, closure = state.robot.description, state.closure
     if closure is None:
@@ -62,9 +68,10 @@ def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
 
 def carried_rows(robot: Robot) -> tuple[bool, ...]:
     """
-    Return which rows of the table are not links: neighbouring slides that only loops move.
+    Return for each row of the table whether it is a coordinate of a platform, not a link.
 
-    Such rows are coordinates of a platform that the loops carry.
+    Neighbouring prismatic rows that only passive joints move are coordinates of a platform that
+    the loops carry.
     """
     passive = passive_names(robot.description)
     slides = [_slides_by(row) for row in table_rows(robot.description)]
@@ -74,7 +81,7 @@ def carried_rows(robot: Robot) -> tuple[bool, ...]:
 
 
 def linked_frames(robot: Robot) -> npt.NDArray[np.bool_]:
-    """Return which frames, frame 0 and those after each row, belong to a link."""
+    """Return for frame 0 and for the frame after each row whether the frame belongs to a link."""
     carried = np.array([*carried_rows(robot), False])
     return np.append(True, ~(carried[:-1] & carried[1:]))
 

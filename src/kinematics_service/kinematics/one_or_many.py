@@ -3,7 +3,8 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    # With defaults, which `typing` has from Python 3.13 on: a result without brackets is of one.
+    # A result type without brackets is for one pose. That needs type variables with defaults,
+    # which `typing` has from Python 3.13 on.
     from typing_extensions import TypeVar
 
     from ..kernel import Floats
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     Index = TypeVar('Index', default=int)
     Grade = TypeVar('Grade', default=Level)
     Text = TypeVar('Text', default=str)
-    Pose = TypeVar('Pose', default=Floats | None)  # None: there is none
+    Pose = TypeVar('Pose', default=Floats | None)  # None: no such pose
 else:
     from typing import TypeVar
 

@@ -1,4 +1,4 @@
-"""Measures of singularity: distance, lost direction, motion away, level and named factors."""
+"""Compute measures of singularity: distance, lost direction, way out, level and named factors."""
 
 import math
 from dataclasses import dataclass, fields
@@ -32,7 +32,8 @@ class FactorMeasures(Generic[Index]):
         F names, as in the robot file.
     estimates : shape (..., F)
         First-order joint motion to each factor's zero, rad, 0 to pi; not a distance. For a closed
-        loop the distance to its flat position, if one was found.
+        loop it is the distance to a position at which the loop equations are singular, if one was
+        found.
     results : shape (..., F, 1 + n)
         Value and gradient of each factor.
     column_scales : shape (..., n)
@@ -110,7 +111,8 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
     nearest_singular : shape (..., n), rad or m
         The nearest singular pose that was found, by Newton's method, and evaluated; None if none
         was found or searched for; NaN in a batch. Joint limits do not count. For an arm with
-        closed loops it may be a flat position of a loop (`flat_loop`).
+        closed loops it may be a position at which the equations of a loop are singular
+        (`flat_loop`).
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1, proved by bounds of
         the Jacobian's change. Computed at the first access. 0 for arms with closed loops: nothing
@@ -121,10 +123,11 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
     joint_motion : shape (..., n)
         The unit joint motion that moves the tool least, rad or m: joints work against each other.
     way_out : shape (..., n)
-        Joint motion that leads away fastest, rad or m. At a singular pose the opposite motion
-        leads away, too. Zero if the first-order estimate is zero. Near a flat position of a closed
-        loop (`flat_loop`) it leads away from that position. If no singular pose of an arm with
-        loops was found, it leads away from the nearest one by first-order estimates.
+        Joint motion that leads away from singular poses fastest, rad or m. At a singular pose the
+        opposite motion leads away as well. Zero if the first-order estimate is zero. Near a
+        position at which the equations of a loop are singular (`flat_loop`) it leads away from
+        that position. If no singular pose of an arm with loops was found, it leads away from the
+        nearest one by first-order estimates.
     rate
         Change of the watched measure along qdot, 1/s; None without qdot.
     time_to_warning
@@ -184,7 +187,7 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
 
 class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     """
-    Measures that are read from the kernel's rows at the first access.
+    Measures that are read from the rows of the kernel when an attribute is first accessed.
 
     Attributes
     ----------
@@ -211,7 +214,8 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
 
     @property
     def _watched(self) -> Floats:
-        # The rows with the level: with the distance of the search only if it is watched.
+        # Returns the rows from which the level is read. They need the search only if the distance
+        # is the measure with thresholds.
         by_distance = self._robot.singularity.thresholds.measure == 'distance'
         return self._found if by_distance else self._first
 
@@ -325,7 +329,10 @@ Singularities: TypeAlias = Singularity[Floats, Integers, Integers, Floats]
 
 
 def watched_value(robot: Robot, singularity: Singularity) -> float:
-    """Return the watched measure of one pose: |det| for the determinant."""
+    """
+    Return the measure of one pose to which the robot's thresholds apply; for the determinant its
+    absolute value.
+    """
     return abs(float(getattr(singularity, robot.singularity.thresholds.measure)))
 
 
@@ -339,7 +346,10 @@ def unsearched(singularity: Singularity) -> str:
 
 
 def none_found(singularity: Singularity) -> str:
-    """Return words for one pose without a singular pose nearby; empty if one was found."""
+    """
+    Return a text instead of the distance if no singular pose was found near one pose; empty if
+    one was found.
+    """
     none = MEASURES['distance'].farther(singularity.distance)
     reason = none and unsearched(singularity)
     return f'unknown: {reason}' if reason else none
@@ -347,7 +357,7 @@ def none_found(singularity: Singularity) -> str:
 
 def nearest_factor(robot: Robot, singularity: Singularity) -> int | None:
     """
-    Return the factor that is zero at the nearest singular pose of one pose; None if unknown.
+    Return the index of the factor that is zero at the nearest singular pose; None if unknown.
     """
     factors = singularity.factors
     if factors is None or singularity.nearest_singular is None:
@@ -359,11 +369,11 @@ def nearest_factor(robot: Robot, singularity: Singularity) -> int | None:
 
 def flat_loop(robot: Robot, singularity: Singularity) -> str:
     """
-    Return the closed loop that is flat at the nearest singular pose of one pose; empty if the arm
-    itself is singular there.
+    Return the name of the closed loop whose equations are singular at the nearest singular pose;
+    empty if the arm itself is singular.
 
-    At a flat position the branch of a loop ends or meets another one. The motors do not hold the
-    passive joints there; no direction of the tool is lost.
+    At such a flat position the branch of the loop ends or meets another branch. The motors do not
+    hold the passive joints; no direction of the tool is lost.
     """
     k = nearest_factor(robot, singularity)
     factors = robot.singularity.factors

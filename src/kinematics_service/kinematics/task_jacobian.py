@@ -1,4 +1,4 @@
-"""Rows of the Jacobian by name, scaled by the characteristic length."""
+"""Select the rows of the Jacobian that are the task, by name, in the axes of frame 0."""
 
 import functools
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from .arguments import rows_in_order
 
 def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> Task:
     """
-    Return the task of rows of a point of the arm; default: the rows of the arm's own task.
+    Return the task of a point of the arm for some rows; default: the rows of the arm's own task.
 
     Raises
     ------
@@ -27,7 +27,7 @@ def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> T
     if rows is None and type(of) is str and of == TOOL:
         return robot.singularity.task
     names = robot.singularity.task.rows if rows is None else rows_in_order(PointError, rows)
-    robot.point(of)  # refuses what is none
+    robot.point(of)  # raises PointError if the arm has no such point
     return _found(robot, names, of)
 
 
@@ -40,7 +40,7 @@ def _found(robot: Robot, rows: tuple[str, ...], of: str | int) -> Task:
 
 def task_jacobian(task: Task, J: Floats) -> Floats:
     """
-    Return J_t, unscaled, in the axes of frame 0, shape (..., m, n).
+    Return J_t, the task's rows of a Jacobian: unscaled, in the axes of frame 0, (..., m, n).
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ from .search import DistinctSolutions, refined, starts
 
 # Number of random starts inside the limits for the nearest pose.
 NEAREST_STARTS = 64
-# A joint stands still if its component of a unit motion is at most this.
+# A joint moves along a family if its component of a unit joint motion is larger than this.
 MIN_MOTION = 1e-6
 LEFT_FREE = 'the target leaves joints free to move: '
 
@@ -34,14 +34,14 @@ def answer(
     roots: tuple[int, int] | None = None,
     best: Floats | None = None,
 ) -> IkResult:
-    """Return the result of proved solutions, of which some may belong to families."""
+    """Return the result for proved solutions; some of the solutions may belong to families."""
     result = _result_of_found(problem, found, method, roots, best)
     nearest = result.nearest
     if nearest is None or result.status == 'family':
         return result
     if not problem.target.is_reached_at(nearest.q, nearest.residual):
         return result
-    # The search for the nearest pose met the target inside the limits.
+    # The search for the nearest pose found a solution inside the limits: add it to the solutions.
     more = DistinctSolutions(nearest.q[None], np.array([nearest.residual]))
     return _result_of_found(problem, found.joined(more), 'search', None, best)
 
@@ -70,7 +70,7 @@ def result_of(
     curves: tuple[IkFamily, ...] = (),
 ) -> IkResult:
     """
-    Return the result of isolated solutions, families, and families that are curves.
+    Return the result for isolated solutions, families, and families that are traced curves.
 
     `best` (n,) is an additional start of the search for the nearest pose.
     """
@@ -81,17 +81,17 @@ def result_of(
     nearest = None if inside else _nearest(problem, (*solutions, *continua), continua, best)
     if problem.respect_limits:
         solutions, continua = inside, tuple(one for one in continua if one.feasible)
-    # The search knows only some postures of a family.
+    # The result is not complete with families: the solver finds only some postures of a family.
     complete: Complete = 'found' if method == 'search' or families else 'proved'
     return IkResult(solutions, continua, status, reason, method, nearest, complete, roots)
 
 
 def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
-    """Return the sentence for a target out of reach; empty if it may be reachable."""
+    """Return a sentence if the target is out of reach; empty if the target may be reachable."""
     way = robot.singularity.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
     counted = [way[k] for k in range(3) if ROW_NAMES[k] in target.rows]
     away = math.hypot(*counted)
-    # A residual below `proved` is a solution.
+    # A tool within `proved` of the target is a solution, so add `proved` to the reach.
     if not away > reach.radius + target.proved:
         return ''
     return (
@@ -101,7 +101,7 @@ def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
 
 
 def inside_limits(solutions: int, families: int) -> str:
-    """Return the sentence of a result with solutions."""
+    """Return the reason of a result with solutions inside the limits, as a sentence."""
     sentence = f'{solutions} {"solution" if solutions == 1 else "solutions"} inside the limits'
     if families:
         sentence += f', and {families} continuous {"family" if families == 1 else "families"}'
@@ -110,7 +110,7 @@ def inside_limits(solutions: int, families: int) -> str:
 
 def not_exact(target: IkTarget, worst: float) -> str:
     """
-    Return the words for solutions that are only within the tolerance; empty for exact solutions.
+    Return a text for solutions that are only within the tolerance; empty for exact solutions.
 
     `worst` is the largest residual, m.
     """
@@ -169,7 +169,7 @@ def _solutions(problem: IkProblem, found: DistinctSolutions) -> tuple[IkSolution
 
 
 def moving_joints(robot: Robot, motions: Floats) -> tuple[str, ...]:
-    """Return the names of the joints that motions (k, n) move."""
+    """Return the names of the joints that at least one of the joint motions (k, n) moves."""
     columns = zip(robot.joint_names, *motions.tolist())
     return tuple(name for name, *moves in columns if any(abs(move) > MIN_MOTION for move in moves))
 
@@ -180,9 +180,10 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
 
 def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None = None) -> IkFamily:
     """
-    Return a family for the result, at a pose near `near`.
+    Return a family as part of the result, at joint positions near `near`.
 
-    `moved` (k, n) are the joint motions along it; default: its motions at that pose.
+    `moved` (k, n) are joint motions along the family, from which its moving joints are named;
+    default: the motions at these joint positions.
     """
     robot, plan = problem.robot, problem.plan
     if not plan.redundant:
@@ -236,21 +237,21 @@ def _nearest(
 
 
 def nearest_pose(problem: IkProblem, q: Floats, error: float) -> NearestPose:
-    """Return the distance of the tool from the target at joint positions (n,)."""
+    """Return joint positions (n,) with the errors of the tool's position and rotation there."""
     linear, angular = kernel.parts_of_error(problem.target.residual, np.array(q))
     return NearestPose(q.copy(), error, linear, angular)
 
 
 class Representatives(NamedTuple):
     """
-    Joint positions on chosen full turns.
+    Joint positions after full turns were added or removed.
 
     Attributes
     ----------
     q : shape (m, n), rad or m
-        Inside the limits if possible, and then nearest to `near`.
+        Inside the limits if possible; among those the nearest to `near`.
     outside : shape (m, n)
-        Which joints are beyond their limits.
+        Whether each joint is beyond its limits.
     margin : shape (m,)
         Distance to the nearest limit, rad or m; negative beyond one.
     """
@@ -261,7 +262,7 @@ class Representatives(NamedTuple):
 
 
 def representatives(plan: InversePlan, q: Floats, near: Floats) -> Representatives:
-    """Return the representatives of joint positions (m, n) nearest to `near` (n,)."""
+    """Return joint positions (m, n) on the full turns inside the limits and near `near` (n,)."""
     q = np.array(q, dtype=np.float64, order='C')
     kernel.representatives(plan.joints, near, q)
     room = np.minimum(q - plan.limits[:, 0], plan.limits[:, 1] - q)

@@ -1,4 +1,4 @@
-"""Solutions in closed form: one call of the kernel finds, proves and sorts them."""
+"""Solve inverse kinematics in closed form: the kernel finds, proves and sorts the solutions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .problem.problem import IkProblem
 from .result import IkSolution, Posture
 from .search import refinement
 
-# Words for the signs that the kernel returns, from -1 -1 -1 to 1 1 1.
+# Postures for the three signs that the kernel returns, from -1 -1 -1 to 1 1 1.
 POSTURES = tuple(
     Posture(shoulder, elbow, wrist)
     for shoulder in ('left', '', 'right')
@@ -21,7 +21,7 @@ NO_POSTURE = Posture()
 
 
 def room_for(count: int, problem: IkProblem) -> kernel.Solutions:
-    """Return room for `count` solutions."""
+    """Return an empty buffer of the kernel for `count` solutions."""
     q = np.empty((count, problem.robot.chain.dof))
     return kernel.Solutions(problem.plan.joints, problem.near, problem.target.proved, q)
 
@@ -46,7 +46,8 @@ def closed_solutions_of_each(
     """
     Return all solutions of many poses (N, 4, 4) in one array, pose by pose.
 
-    The second result (N, 2) has the number of solutions of each pose, and 1 if that is proved.
+    The second result (N, 2) has the number of solutions of each pose, and 1 if this number is
+    proved.
     """
     solutions = room_for(kernel.MOST_CANDIDATES * len(poses), problem)
     counts = np.zeros((len(poses), 2), dtype=np.int64)
@@ -60,9 +61,10 @@ def solutions_of(
     problem: IkProblem, proved: kernel.Solutions, only_feasible: bool, which: range
 ) -> tuple[IkSolution, ...]:
     """
-    Return some of the proved solutions for the result, all or those inside the limits, in order.
+    Return proved solutions with indices in `which` as `IkSolution`, in order; with
+    `only_feasible`, only solutions inside the limits.
     """
-    # Views of it are read-only, too.
+    # The solutions hold views of this array, which become read-only with it.
     proved.q.setflags(write=False)
     names, exact = problem.robot.joint_names, problem.target.exact
     found = proved.records(

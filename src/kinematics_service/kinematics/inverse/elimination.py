@@ -1,7 +1,8 @@
 """
 Solve general arms of six joints by elimination (Raghavan and Roth 1993).
 
-The number of complex solutions is known: if all are found, the real ones are proved complete.
+The largest possible number of complex solutions is known. If that many are found, the real
+solutions are proved complete.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from .problem.screws import Screws, screws_of
 from .problem.target import residual_of
 from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 
-# Distances of targets beside a degenerate one: relative to the length, and rad.
+# A degenerate target is also solved at targets displaced by these distances: relative to the
+# length, and rad.
 BESIDE = (1e-6, 1e-4)
 
 
@@ -35,7 +37,7 @@ class Eliminated(NamedTuple):
     roots
         Number of complex solutions found, and the largest possible number.
     real
-        Number of real roots: the number of solutions, unless some are double.
+        Number of real roots: the number of solutions, unless some roots are double.
     proved
         Whether every real root is found: the largest possible number is found, or every root of
         the determinant that may be real has led to a solution.
@@ -53,7 +55,7 @@ class Eliminated(NamedTuple):
 
 
 def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminated:
-    """Return the solutions of an arm of six joints by elimination."""
+    """Return the solutions of the problem by elimination for six joints."""
     solutions = room_for(kernel.MOST_CANDIDATES, problem)
     counts = np.zeros(3, dtype=np.int64)
     refining = refinement(problem.target, problem.plan)
@@ -64,10 +66,9 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
 
 def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSolutions | None:
     """
-    Return all solutions, with real ones from random starts that elimination missed.
+    Return all solutions by elimination, completed by real solutions found from random starts.
 
-    They are complete if the number of certified complex solutions is the largest possible number.
-    Otherwise None.
+    Returns None unless the number of certified complex solutions is the largest possible number.
     """
     robot, target, plan = problem.robot, problem.target, problem.plan
     screws = screws_of(robot.chain)
@@ -89,14 +90,14 @@ def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSo
 
 class Beside(NamedTuple):
     """
-    Solutions of a degenerate target, found from targets beside it.
+    Solutions of a degenerate target, found from displaced targets.
 
     Attributes
     ----------
     found
         The real solutions, refined.
     simple
-        Number of certified complex solutions, which are simple, and of the real ones among them.
+        Number of certified complex solutions, which are simple, and how many of them are real.
     """
 
     found: DistinctSolutions
@@ -105,10 +106,10 @@ class Beside(NamedTuple):
 
 def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     """
-    Return the solutions of a degenerate target, starting from those of targets beside it.
+    Return the solutions of a degenerate target, refined from the solutions of displaced targets.
 
-    Beside it the determinants do not all vanish, and coinciding solutions are apart. They are real
-    on one side.
+    At a displaced target the determinants do not all vanish, and coinciding solutions are apart.
+    These solutions are real for one sign of the displacement, so both signs are tried.
     """
     robot, target, plan = problem.robot, problem.target, problem.plan
     random, screws = problem.random(), screws_of(robot.chain)
@@ -135,12 +136,13 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
 
 
 def _positions(screws: Screws, psi: Floats) -> Floats:
-    # Joint positions (m, 6) of angles (m, 6) of the screws.
+    # Returns joint positions (m, 6) for positions (m, 6) of the screws.
     return np.asarray(np.linalg.solve(screws.coupling, psi.T).T, np.float64)
 
 
 def _real_ones(psi: Floats) -> Floats:
-    # The real ones (k, 6) of complex solutions (m, 6, 2): those without a conjugate among them.
+    # Returns the real solutions (k, 6) among complex solutions (m, 6, 2): a solution is real if
+    # its conjugate is not in the list.
     conjugate = psi * (1.0, -1.0)
     paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
     return np.asarray(psi[np.logical_not(paired), :, 0])

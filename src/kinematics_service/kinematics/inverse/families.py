@@ -1,4 +1,4 @@
-"""Tell isolated solutions from continua (families) by the null space of J and trial steps."""
+"""Separate isolated solutions from families (continua) by the null space of J and trial steps."""
 
 from typing import NamedTuple
 
@@ -13,19 +13,20 @@ from .problem.problem import IkProblem
 from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
 
-# A motion may be free if its singular value is below this ratio to the largest.
+# A joint motion may lead along a family if its singular value is below this ratio to the largest.
 FREE_SINGULAR_VALUE_RATIO = 1e-5
-# If the ratio of the last pivot to the largest is above this, no singular value is that small.
+# If the ratio of the last pivot to the largest is above this, no singular value is below
+# FREE_SINGULAR_VALUE_RATIO, and the singular values are not computed.
 SUSPECT_PIVOT_RATIO = 1e-3
-# Trial step along a motion that may be free, rad.
+# Trial step along a joint motion that may lead along a family, rad.
 TRIAL_STEP = 0.05
-# Least motion after the correction to the target, rad. At the border of the workspace J is
-# singular, too, but the correction leads back.
+# A solution belongs to a family if a trial step, corrected to the target, still moves the joints
+# by this, rad. At the border of the workspace J is singular, but the correction leads back.
 MIN_TRIAL_MOTION = 0.01
-# Residual of a family after the correction, relative to the length: round-off. So two solutions
-# beside a singular pose do not count as a family.
+# Largest residual of a family after the correction, relative to the length: round-off. A larger
+# bound would take two solutions beside a singular pose as a family.
 RESIDUAL_ROUND_OFF = 1e-13
-# Steps along a straight family at which it is checked, rad.
+# A family is straight if the tool is at the target after each of these steps along it, rad.
 CHECKED_STEPS = (-2.0, 0.7, 3.0)
 # Largest number of steps along a family toward `near`.
 MAX_STEPS = 6
@@ -40,7 +41,7 @@ class SolutionFamily(NamedTuple):
     q : shape (n,), rad or m
         The solution.
     error
-        Its residual, m.
+        Residual of the solution, m.
     motions : shape (k, n)
         Orthonormal, scaled.
     straight
@@ -62,9 +63,9 @@ class Sorted(NamedTuple):
     isolated
         The isolated solutions.
     singular : shape (m,)
-        Whether J has lost a motion at each isolated solution.
+        Whether J is singular at each isolated solution.
     families
-        The families of all other solutions.
+        The families to which the other solutions belong.
     """
 
     isolated: DistinctSolutions
@@ -73,7 +74,7 @@ class Sorted(NamedTuple):
 
 
 def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
-    """Return the isolated ones of proved solutions, and the families of all others."""
+    """Sort proved solutions into isolated solutions and families."""
     robot, target, plan, *_ = problem
     n = robot.dof
     none = np.zeros(len(found.q), dtype=np.bool_)
@@ -113,7 +114,7 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
     kept = (gone.errors < as_good) & (size > MIN_TRIAL_MOTION) & (size < 4 * TRIAL_STEP)
     if not np.any(kept):
         return np.empty((0, len(q)))
-    # The family bends a little; projections of the steps onto the null space are tangents.
+    # The family may be curved: project the steps onto the null space to get tangents.
     tangents = ways[kept] @ null.T @ null
     _, strength, right = np.linalg.svd(tangents, full_matrices=False)
     along = right[strength > 0.2 * TRIAL_STEP]
@@ -123,12 +124,12 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
 def _straight(problem: IkProblem, q: Floats, along: Floats) -> bool:
     robot, target, plan, *_ = problem
     out = np.concatenate([q + t * along * plan.scales for t in CHECKED_STEPS])
-    # The direction has about ten digits.
+    # The tolerance is not round-off because the directions `along` have only about ten digits.
     return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.singularity.task.length))
 
 
 def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionFamily]:
-    # Keeps one of straight families on the same line, and one of curved families at one pose.
+    # Keeps one straight family of each line, and one curved family of each configuration.
     kept: list[SolutionFamily] = []
     for family in families:
         for one in kept:
@@ -144,7 +145,7 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
 
 
 def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> SolutionFamily:
-    """Return the family at a pose nearer to `near`, by at most `MAX_STEPS` steps along it."""
+    """Return the family at a posture nearer to `near`, after at most `MAX_STEPS` steps."""
     _, target, plan, near, *_ = problem
     q, error, motions, _ = family
     for _ in range(MAX_STEPS):

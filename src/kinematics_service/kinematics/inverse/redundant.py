@@ -1,7 +1,8 @@
 """
-Solve arms with more joints than the target has equations: each target has a continuum.
+Solve arms with more joints than the target has equations: the solutions form continua.
 
-With one redundant joint the result has the solution curves; with more, one pose of the continuum.
+With one redundant joint the result has the solution curves. With more, it has one posture of the
+continuum.
 """
 
 import math
@@ -34,7 +35,7 @@ REPEATED_START_COUNT = 240
 
 
 def redundant_result(problem: IkProblem) -> IkResult:
-    """Return the result of a redundant arm: its curves, or one pose."""
+    """Return the result for a redundant arm: its solution curves, or one posture of a family."""
     robot, target, *_ = problem
     arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
     curves = () if arm is None else curves_of(problem, arm)
@@ -94,7 +95,7 @@ def _family_of_curve(
         arcs = tuple(_on_turns_of(near, arc, plan) for arc in arcs)
         q = _nearest(problem, arcs)
     else:
-        # The pose of the curve that is least beyond the limits.
+        # No posture of the curve is inside the limits: take the posture least beyond them.
         known = representatives(plan, curve.q, near)
         q = known.q[int(np.argmax(known.margin))]
     error = float(errors_at(target, plan, q[None])[0])
@@ -105,12 +106,13 @@ def _family_of_curve(
 
 
 def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
-    # The arc shifted by full turns inside the limits so that it passes nearest to `near`.
+    # Returns the arc shifted by full turns inside the limits so that it passes nearest to `near`.
     return min(shifted_past(arc, near, plan), key=lambda one: _away(near, one, plan), default=arc)
 
 
 def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
-    # The nearest posture is at most half a sample distance from the nearest sample.
+    # Compares samples first: the nearest posture of an arc is at most half a sample distance from
+    # its nearest sample. So arcs whose nearest sample is much farther than the best are skipped.
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
     nearest = [
@@ -125,7 +127,7 @@ def _away(near: Floats, arc: IkArc, plan: InversePlan) -> float:
 
 def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, Floats]:
     """
-    Return the family of a target at a pose near `near`, inside the limits if any is.
+    Return the family of solutions at a posture near `near`, inside the limits if one was found.
 
     The second result is the joint positions (n,) inside the limits with the least residual.
     """
@@ -158,7 +160,7 @@ def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, Floats]
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:
     """
-    Return starts (m, n) with joints outside their limits drawn again inside them.
+    Return joint positions (m, n) in which joints outside their limits are drawn again inside.
     """
     low, high = robot.limits.T
     bounded = np.isfinite(low) & np.isfinite(high)

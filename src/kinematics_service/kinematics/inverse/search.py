@@ -1,7 +1,7 @@
 """
-Search for solutions by multistart: refine random starts until every solution was met four times.
+Search for solutions by multistart: refine random starts until each solution was found four times.
 
-The rule follows Good (1953): solutions met once hint at solutions not met.
+The rule follows Good (1953): if some solutions were found only once, others are likely missing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .problem.target import IkTarget
 
 # Number of starts that are refined in one call.
 BATCH = 48
-# The search ends when every solution was met this often.
+# The search ends when every solution was found from at least this many starts.
 MIN_MEETINGS = 4
 # Largest number of starts.
 MAX_STARTS = 1920
@@ -29,7 +29,7 @@ MAX_FAILED_STARTS = 384
 
 class DistinctSolutions(NamedTuple):
     """
-    Distinct solutions.
+    Different solutions of one target.
 
     Attributes
     ----------
@@ -38,7 +38,7 @@ class DistinctSolutions(NamedTuple):
     errors : shape (m,), m
         Residual of each.
     multiplicities
-        Number of coinciding solutions at each; empty: 1 each.
+        Number of solutions that coincide at each q; empty if all are simple.
     """
 
     q: Floats
@@ -93,7 +93,7 @@ def refined(
     q : shape (m, n), rad or m
         Starts.
     far
-        Whether they are arbitrary starts (damped steps) instead of candidates near solutions.
+        Whether the starts are arbitrary (steps are damped) instead of candidates near solutions.
     limits : shape (n, 2), rad or m
         Range of the joints; default: no limits.
     held
@@ -116,7 +116,7 @@ def _refined(refinement: kernel.Refinement, q: Floats) -> DistinctSolutions:
 
 
 def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
-    """Return b - a (..., n) without full turns."""
+    """Return the joint differences b - a (..., n), full turns removed."""
     away = b - a
     turning = np.isfinite(plan.periods)
     if np.any(turning):
@@ -128,7 +128,7 @@ def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
 def distinct(
     target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
-    """Return the proved solutions, each once, and the number of times each was met."""
+    """Return each proved solution once, and the number of times it was found."""
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
@@ -167,8 +167,8 @@ def search(
     Return all solutions found, also outside the limits, and the joint positions (n,) of the least
     residual.
 
-    Each `known` solution counts as met once. If a solution is within `limits` (n, 2), only those
-    within the limits must be met often.
+    Each `known` solution counts as found once. If a solution is within `limits` (n, 2), only
+    solutions within the limits must be found `MIN_MEETINGS` times.
     """
     robot, target, plan, near, *_ = problem
     random, arrivals, best, least = problem.random(), known or no_solutions(robot), near, np.inf
@@ -185,7 +185,7 @@ def search(
             best, least = arrived.q[k], arrived.errors[k]
         arrivals = arrivals.joined(arrived)
         found, met = distinct(target, plan, arrivals)
-        # Many distinct solutions are points of a continuum.
+        # Stop at very many distinct solutions: they are points of a continuum.
         if (not len(met) and tried >= MAX_FAILED_STARTS) or len(met) > MAX_STARTS // 40:
             break
         inside = np.all((found.q >= limits[:, 0]) & (found.q <= limits[:, 1]), axis=1)

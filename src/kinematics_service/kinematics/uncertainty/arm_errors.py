@@ -1,5 +1,5 @@
 """
-Errors of an arm as screws, and the covariances of pose and twist that follow to first order.
+Compute first-order covariances of pose and twist from the errors of an arm, each as a screw.
 
 The robot file gives standard deviations of joint positions, velocities and table parameters.
 """
@@ -31,7 +31,7 @@ from ..tool_state import ToolState
 from .corrected_chain import CorrectedChain, error_screws, seen_from
 from .parameters import every_parameter_of, parameters_of, placement
 
-# Number of robots whose errors are cached: a node has one.
+# Number of robots whose errors are cached: a node needs one.
 CACHE_SIZE = 8
 
 
@@ -46,7 +46,8 @@ class TableErrors(NamedTuple):
     screws : shape (P, 6)
         The screw in that frame: linear velocity of the frame's origin, angular velocity.
     gears : shape (P,)
-        The joint whose motion the parameter, a gear error, multiplies; -1: none.
+        If the parameter is a gear error, the index of the joint whose motion it multiplies;
+        otherwise -1.
     factor : shape (P, causes)
         F of the covariance F F^T of the parameters, in rad, m and 1.
     """
@@ -61,7 +62,8 @@ class NamedErrors(NamedTuple):
     """
     The parameters of an arm by name, with screws as in `TableErrors`.
 
-    `of` (P,) is the parameter of each screw: a joint that moves several rows has several screws.
+    `of` (P,) is the index of the parameter of each screw. The gear ratio of a joint that moves
+    several rows has several screws.
     """
 
     parameters: tuple[ArmParameter, ...]
@@ -72,7 +74,7 @@ class NamedErrors(NamedTuple):
 
 
 def frames_of_elements(robot: Robot) -> Integers:
-    """Return for each number of joint screws the first frame of the table behind them."""
+    """Return for k = 0, 1, ... the index of the first frame of the table behind k joint screws."""
     parents = robot.chain.table.frame_parent
     return np.array([int(np.argmax(parents == k - 1)) for k in range(robot.chain.elements + 1)])
 
@@ -81,12 +83,13 @@ def screws_in_frames(
     robot: Robot, chain: CorrectedChain, values: Floats
 ) -> tuple[Integers, Floats]:
     """
-    Return frames of the table (P,) and the screws (P, 6) of a chain's corrections in them.
+    Return each correction of a chain as a screw: the index of a frame of the table, (P,), and the
+    screw in this frame, (P, 6).
 
     Parameters
     ----------
     robot
-        An arm with the poses of the chain at these corrections.
+        The arm whose poses are those of the chain with corrections `values`.
     """
     found = error_screws(chain, values)
     if len(found.starts) != robot.chain.elements + 1:
@@ -125,7 +128,11 @@ def named_errors(robot: Robot) -> NamedErrors:
 
 
 class JointScrews(NamedTuple):
-    """Screws of the chain's entries: joints (E,); frames and screws as in `TableErrors`."""
+    """
+    The screws of the joints, one for each pair of a joint and an element that it moves.
+
+    `joints` (E,) has indices of joints; `frames` and `screws` are as in `TableErrors`.
+    """
 
     joints: Integers
     frames: Integers
@@ -149,7 +156,7 @@ def joint_screws(robot: Robot) -> JointScrews:
 
 
 def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
-    # Standard deviations by parameter; groups are expanded.
+    # Returns the standard deviation of each parameter; groups of parameters are expanded.
     groups = {name: value for name, value in given.items() if name in GROUPS}
     found = {}
     if groups:
@@ -160,7 +167,7 @@ def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
 
 
 def table_errors_of(robot: Robot, uncertainty: Uncertainty | None) -> TableErrors:
-    """Return the uncertain parameters of a robot file's table."""
+    """Return the uncertain parameters of the robot file as arrays; empty without uncertainty."""
     rows = uncertainty.factor if uncertainty else ()
     deviations = _deviations(robot, dict(uncertainty.parameters) if uncertainty else {})
     names = [*deviations, *(name for name, _ in rows)]
@@ -187,7 +194,7 @@ def pose_errors(
     floor: tuple[float, float] = (0.0, 0.0),
 ) -> PoseErrors:
     """
-    Return the errors of an arm in the form of the kernel.
+    Return the errors of joints, table and pose as an object of the kernel.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """
-A chain with corrections of its constants, and the exact derivatives of poses by them.
+Compute the poses of a chain with corrected constants, and their exact derivatives by corrections.
 
 Each correction is a turn about, or a translation along, one axis of a frame between two joints. So
-the derivative of a pose by it is a screw about that axis, for all poses at once.
+the derivative of a pose by a correction is a screw about that axis.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,10 @@ from ...kernel import Floats, Integers
 
 
 class CorrectingMotion(NamedTuple):
-    """A turn (rad) about axis 0, 1 or 2 of the frame reached so far, or a translation (m)."""
+    """
+    A correction: a turn (rad) about, or a translation (m) along, axis 0, 1 or 2 of the frame at
+    its place in the product.
+    """
 
     turns: bool
     axis: int
@@ -36,9 +39,9 @@ Part: TypeAlias = Floats | CorrectingMotion
 
 class MovingScrews(NamedTuple):
     """
-    Screws Rz(theta) Tz(d) between still parts, theta = theta_0 + by_theta q, d = d_0 + by_d q.
+    Joint screws Rz(theta) Tz(d), with theta = theta_0 + by_theta q and d = d_0 + by_d q.
 
-    Shapes (elements,) and (elements, n).
+    `theta_0` and `d_0` have shape (elements,), `by_theta` and `by_d` shape (elements, n).
     """
 
     theta_0: Floats
@@ -48,8 +51,9 @@ class MovingScrews(NamedTuple):
 
 
 class _PartPlaces(NamedTuple):
-    # The products between the joints, side by side: constant parts (levels, elements + 1, 4, 4),
-    # and level, product, kind, axis and column of each correction.
+    # The products of parts between the joints, as arrays: `parts` has the constant parts,
+    # (levels, elements + 1, 4, 4). The other arrays have level, product, kind, axis and column of
+    # each correction.
     parts: Floats
     depths: Integers
     places: Integers
@@ -61,14 +65,14 @@ class _PartPlaces(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class CorrectedChain:
     """
-    The product of an arm: constant parts, a screw, constant parts, and so on.
+    The chain of an arm as a product: constant parts, a joint screw, constant parts, and so on.
 
     Attributes
     ----------
     still : elements + 1 sequences of parts
         Constant motions (4, 4) and corrections, from left to right.
     screws
-        The screws between them.
+        The joint screws between these sequences.
     gears
         Joints whose gear ratio has a correction.
     """
@@ -94,7 +98,7 @@ class CorrectedChain:
 
 class PoseChange(NamedTuple):
     """
-    Poses (N, 4, 4), and their Jacobian (N, 6, P) by the corrections.
+    Poses (N, 4, 4), and their Jacobian (N, 6, P) by P corrections.
 
     Rows: linear velocity of the tool's origin, angular velocity, in the axes of the poses.
     """
@@ -104,8 +108,9 @@ class PoseChange(NamedTuple):
 
 
 class _Stills(NamedTuple):
-    # The constant products (elements + 1, 4, 4), and product and column of each correction, with
-    # its axis and origin in the frame where the product begins.
+    # `motions`: the constant products between the joints, (elements + 1, 4, 4). The other arrays
+    # have product, column and kind of each correction, and its axis and origin in the frame where
+    # the product begins.
     motions: Floats
     places: Integers
     columns: Integers
@@ -115,12 +120,12 @@ class _Stills(NamedTuple):
 
 
 def small_motion(turns: bool, axis: int, value: float) -> Floats:
-    """Return the turn (rad) about, or the translation (m) along, axis 0, 1 or 2."""
+    """Return the matrix (4, 4) of a turn (rad) about, or a translation (m) along, an axis."""
     return rigid_motion.screw('xyz'[axis], *((value, 0.0) if turns else (0.0, value)))
 
 
 def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
-    # Multiplies all products side by side, level by level.
+    # Multiplies the parts of all products between the joints at once, level by level.
     parts, depths, places, turns, along, columns = chain._layout
     parts, by = parts.copy(), values[columns]
     parts[depths[~turns], places[~turns], along[~turns], 3] = by[~turns]
@@ -139,7 +144,7 @@ def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
 
 
 def _screws(chain: CorrectedChain, q: Floats) -> Floats:
-    # The motions (elements, N, 4, 4) of all screws.
+    # Returns the matrices (elements, N, 4, 4) of all joint screws at joint positions (N, n).
     theta_0, d_0, by_theta, by_d = chain.screws
     theta, d = theta_0[:, None] + by_theta @ q.T, d_0[:, None] + by_d @ q.T
     T = np.zeros((*theta.shape, 4, 4))
@@ -152,7 +157,7 @@ def _screws(chain: CorrectedChain, q: Floats) -> Floats:
 
 
 def _driven(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
-    # Joint positions (N, n) with the corrections of the gears.
+    # Returns joint positions (N, n) multiplied by the corrected gear ratios.
     if not chain.gears:
         return q
     driven = np.array(q)
@@ -215,7 +220,7 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
 
 class ErrorScrews(NamedTuple):
     """
-    Corrections as screws in frames in which they are constant.
+    Corrections as screws, each in a frame in which the screw is constant.
 
     Attributes
     ----------
@@ -225,7 +230,7 @@ class ErrorScrews(NamedTuple):
         Linear velocity of the frame's origin and angular velocity, in the frame behind these joint
         screws.
     starts : shape (elements + 1, 4, 4)
-        The frames with all joints at zero.
+        Poses of these frames, all joints at zero.
     """
 
     after: Integers
@@ -234,7 +239,7 @@ class ErrorScrews(NamedTuple):
 
 
 def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
-    """Return the screws of corrections (P,), rad and m, at these values."""
+    """Return the corrections of a chain as screws, at `values` (P,), rad and m."""
     count, still = len(values), _stills(chain, values)
     after, screws = np.zeros(count, dtype=np.int64), np.zeros((count, 6))
     after[still.columns], turns = still.places, still.turns[:, None]
@@ -248,6 +253,6 @@ def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
 
 
 def seen_from(T: Floats, screws: Floats) -> Floats:
-    """Return screws (P, 6) of a frame in another frame, where its pose is T (4, 4)."""
+    """Transform screws (P, 6) from a frame whose pose is T (4, 4) to the frame in which T is."""
     linear, angular = screws[:, :3] @ T[:3, :3].T, screws[:, 3:] @ T[:3, :3].T
     return np.concatenate([linear + np.cross(T[:3, 3], angular), angular], axis=1)

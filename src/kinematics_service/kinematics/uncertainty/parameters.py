@@ -1,8 +1,8 @@
 """
-The identifiable parameters of an arm, with its corrected chain.
+Choose the identifiable parameters of an arm, and build its chain with a correction for each.
 
-Extra angles and lengths are added only if, over random poses, they move the tool as no parameter
-of the table does (linear independence by projection).
+Extra angles and lengths are added only if their motion of the tool is linearly independent of the
+motions by all table parameters. Projection over random poses decides.
 """
 
 from collections.abc import Sequence
@@ -38,12 +38,13 @@ from .corrected_chain import (
 )
 from .triangle import triangle_of
 
-# An extra parameter is added if its component independent of all others moves the tool by at least
-# this times LENGTH.
+# An extra parameter is added if the part of its tool motion that no other parameter can make is
+# larger than this, relative to LENGTH.
 MIN_EXTRA_MOTION = 0.1
-# Singular directions that move the tool by less than 2 % of LENGTH are left out of the span.
+# Combinations of parameters that move the tool by less than 2 % of LENGTH are left out of the span
+# of known tool motions.
 MIN_SPAN_MOTION = 0.02
-# Number of random poses.
+# Number of random poses at which tool motions by parameters are compared.
 POSES = 60
 
 # Places of the extra corrections in a row of a table.
@@ -53,14 +54,15 @@ EXTRA_PLACES = ('Ry', 'Ty')
 @dataclass(frozen=True)
 class ArmParameters:
     """
-    The parameters of an arm, and its chain with them.
+    The parameters of an arm, and its chain with one correction for each parameter.
 
     Attributes
     ----------
     table
-        The parameters of the table and the extra ones.
+        The table's own parameters and the extra parameters.
     chain
-        The chain from frame 0 to the frame of the last row; its columns are those of `table`.
+        The chain from frame 0 to the frame of the last row. The columns of its Jacobian are in
+        the order of `table`.
     """
 
     table: tuple[ArmParameter, ...]
@@ -71,15 +73,17 @@ def placement(
     chain: CorrectedChain, base: Floats, tool: Floats, first: tuple[int, int]
 ) -> CorrectedChain:
     """
-    Return a chain between base and tool, with six corrections of each.
+    Return the chain extended to base and tool, each with six corrections of its placement.
 
     Parameters
     ----------
     base, tool : shape (4, 4)
-        Frame 0 in the frame of the poses; the tool in the frame of the last row.
+        Pose of frame 0 in the frame of the measured poses; pose of the tool in the frame of the
+        last row.
     first
-        Column of the first correction of the base, and of the tool. Each has six, x y z rx ry rz,
-        along and about the axes of frame 0, and of the frame of the last row.
+        Column of the first correction of the base, and of the tool. The six corrections
+        x y z rx ry rz are along and about the axes of frame 0 for the base, and of the frame of
+        the last row for the tool.
     """
     begin, end = (
         tuple(CorrectingMotion(k > 2, k % 3, index + k) for k in range(6)) for index in first
@@ -102,7 +106,7 @@ def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
     Parameters
     ----------
     gears
-        Whether the gear ratio of each joint that moves something is among them.
+        Whether the gear ratios of the joints are added as parameters.
     """
     arm = _of_rows(robot)
     if not gears:
@@ -149,10 +153,11 @@ def scaled_jacobian(
     positions: bool = False,
 ) -> Floats:
     """
-    Return the triangle (P, P) of the Jacobian of random poses by parameters, times usual errors.
+    Return R (P, P) of the QR factorisation of the Jacobian of random poses by P parameters.
 
-    Unit LENGTH, RMS over the poses. Angles of the tool are multiplied by the characteristic
-    length. With `positions` it is the Jacobian of the tool's origin only.
+    Each column is multiplied by the usual error of its parameter. The unit is LENGTH, RMS over
+    the poses. Angles of the tool are multiplied by the characteristic length. With `positions`,
+    only the rows of the tool's origin are used.
     """
     q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
     scales = np.array([one.scale for one in parameters])
@@ -202,7 +207,7 @@ def _arranged(
     kept: Sequence[PlacedParameter],
     motions: dict[str, CorrectingMotion],
 ) -> tuple[list[Part], list[Part]]:
-    # The parts of a row before its screw, and after it.
+    # Returns the parts of a row before its joint screw, and the parts after the screw.
     if isinstance(link, DhRow):
         at = {one.parameter.place: motions[one.parameter.name] for one in kept}
         product = CONVENTIONS[convention]
@@ -227,7 +232,7 @@ def _arranged(
 def _constant(
     motion: NamedMotion, link: DhRow, at: dict[str, CorrectingMotion]
 ) -> tuple[Part, Part]:
-    # A constant factor of a row's product, and its correction.
+    # Returns a constant factor of a row's matrix product, and the correction of this factor.
     value = link[motion.quantity].affine.constant
     still = small_motion(motion.axis[0] == 'R', AXES.index(motion.axis[1]), value)
     return still, at[motion.quantity]

@@ -4,8 +4,8 @@ import numpy as np
 
 from ...kernel import Floats
 
-# Rows of a block, in numbers of columns. For 45 columns OpenBLAS then uses one thread; several
-# threads wait for each other and take six times the processor time.
+# Rows of a block divided by its columns. With 45 columns OpenBLAS uses one thread for such small
+# blocks; several threads wait for each other and take six times the processor time.
 BLOCK = 2
 
 
@@ -13,7 +13,7 @@ def triangle_of(rows: Floats) -> Floats:
     """
     Return R (k, k) of the QR factorisation of rows (m, k), computed block by block.
 
-    R^T R is the product of the transposed rows and the rows.
+    R^T R equals rows^T rows.
     """
     width = rows.shape[1]
     block = BLOCK * width
