@@ -6,11 +6,13 @@ Each name is imported at its first use, so that the command line prints `--help`
 Ctrl-C, before the kernel is loaded.
 """
 
-# `signal` would create enumerations first; Ctrl-C must not raise a traceback in the meantime.
+# `_signal` loads at once. `signal` would first create enumerations, and Ctrl-C during that time
+# would print a traceback.
 import _signal
 import sys
 
-# A command runs this file before `__main__`: from here on Ctrl-C ends it without a traceback.
+# A command runs this file before `__main__`, so SIGINT gets its default action here: Ctrl-C ends
+# the command without a traceback.
 _program = sys.argv[0] if sys.argv else ''
 _is_command = (_program == '-m' and __name__ in sys.orig_argv) or _program.endswith(f'/{__name__}')
 if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
@@ -18,8 +20,8 @@ if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_hand
 
 from importlib import import_module  # noqa: E402
 
-# The stub is the only list of public names and their modules, also for type checkers. Each line is
-# `from .module import name as name`.
+# The public names and their modules are listed only in the stub, which type checkers read as well.
+# Each line is `from .module import name as name`.
 with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:
     _HOME = {_line.split()[-1]: _line.split()[1] for _line in _stub}
 

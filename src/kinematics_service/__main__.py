@@ -8,7 +8,7 @@ from .stop_signals import INTERRUPTED
 
 def main(argv: Sequence[str] | None = None) -> int:
     """
-    Run a command line and return its exit code: 0, 1 for a failure, 2 for wrong usage.
+    Run a command line and return the exit code: 0, 1 for a failure, 2 for wrong usage.
 
     Parameters
     ----------

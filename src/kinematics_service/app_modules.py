@@ -1,8 +1,8 @@
 """
-Find modules of apps by their task.
+Find modules of apps by the task that they do.
 
-The core does not import apps, and an app imports few others. They find commands by the table in
-`cli/commands.py`, and modules by the table here.
+The core does not import apps, and an app imports few other apps. Instead, commands are found by
+the table in `cli/commands.py`, and modules by `APP_MODULES`.
 """
 
 import os
@@ -16,7 +16,7 @@ APP_MODULES = {
     'second source': 'calibration.second_source_watch',
     'recording': 'recordings.readers.recording',
     'motions': 'demo.motions.trajectory',
-    # Representations of results in a notebook.
+    # Modules that show results in a notebook.
     'html': 'pictures.notebook',
     'latex': 'formulas.derive.output.notebook',
 }
@@ -24,7 +24,7 @@ APP_MODULES = {
 
 def has_app(name: str) -> bool:
     """Return whether an app is installed; deleting its folder removes it."""
-    # find_spec would import the package `apps`.
+    # Look for the file, because find_spec would import the package `apps`.
     return os.path.isfile(f'{os.path.dirname(__file__)}/apps/{name}/__init__.py')
 
 

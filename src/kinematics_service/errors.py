@@ -1,7 +1,7 @@
 """
 Define the errors of the package: each is a KinematicsError, and its text is a sentence.
 
-Errors with (V) are also ValueErrors. The words after a colon are further attributes of an error.
+Errors with (V) are also ValueErrors. The words after a colon are the attributes of an error.
 
     KinematicsError
     +-- RobotFileError (V): faults
@@ -74,7 +74,7 @@ class KinematicsError(Exception):
 
 
 class RobotFileError(KinematicsError, ValueError):
-    """A robot file that does not describe a robot; its text has one line per fault."""
+    """A robot file does not describe a robot; the text of the error has one line per fault."""
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
@@ -87,7 +87,7 @@ class RobotFileError(KinematicsError, ValueError):
 
 class RobotNotFoundError(KinematicsError, ValueError):
     """
-    A name that is neither a file nor a bundled robot.
+    A robot name is neither a file nor a bundled robot.
 
     Attributes
     ----------
@@ -101,29 +101,29 @@ class RobotNotFoundError(KinematicsError, ValueError):
 
 
 class RobotFileWriteError(KinematicsError):
-    """A robot file that cannot be changed without a change of its other content."""
+    """A part of a robot file cannot be changed without a change of other parts of the file."""
 
 
 class ExpressionError(KinematicsError, ValueError):
-    """A text that is not an accepted expression."""
+    """A text is not an accepted mathematical expression."""
 
 
-# A shape in words, or as dimensions, which may be letters: (6, 4), ('N', 6).
+# A shape as text, or as dimensions, which may be letters: (6, 4), ('N', 6).
 Shape = str | tuple[int | str, ...]
 
 
 class ArgumentError(KinematicsError, ValueError):
     """
-    An argument that a function of the library cannot take.
+    An argument of a function of the library has a wrong type, shape or value.
 
     Attributes
     ----------
     argument
         Name of the argument.
     expected
-        Accepted values: shapes without leading dimensions, or words.
+        Accepted values: shapes without leading dimensions, or texts.
     given
-        The given shape or words; None for a value without a shape.
+        The given shape or text; None for a value without a shape.
     """
 
     def __init__(
@@ -135,7 +135,7 @@ class ArgumentError(KinematicsError, ValueError):
 
 class JointVectorError(ArgumentError):
     """
-    Joint values of the wrong shape, or not finite.
+    Joint values have a wrong shape, or are not finite.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ class JointVectorError(ArgumentError):
 
 class LoopError(JointVectorError):
     """
-    Joint positions at which a closed loop of the arm does not close on its known branch.
+    A closed loop of the arm does not close, on its known branch, at the joint positions.
 
     Attributes
     ----------
@@ -161,39 +161,39 @@ class LoopError(JointVectorError):
 
 
 class PointError(ArgumentError):
-    """A point, row or axes that the arm does not have; a place that is not three numbers."""
+    """The arm does not have a point, row or axes; or a position is not three numbers."""
 
 
 class TargetError(ArgumentError):
-    """A target that is neither a pose nor a position, or not finite; rows that do not exist."""
+    """A target is neither a pose nor a position, or is not finite; or its rows do not exist."""
 
 
 class TwistError(ArgumentError):
-    """A twist that is not six finite numbers, or in axes that do not exist."""
+    """A twist is not six finite numbers, or is given in axes that do not exist."""
 
 
 class WrenchError(ArgumentError):
-    """A wrench that is not six finite numbers, or of other leading dimensions than the pose."""
+    """A wrench is not six finite numbers, or its leading dimensions do not fit the positions."""
 
 
 class PlanError(ArgumentError):
-    """A plan whose times do not increase, or a request about it without a meaning."""
+    """The times of a plan do not increase, or a setting for its check has no meaning."""
 
 
 class ServoSettingsError(ArgumentError):
-    """Settings of the servo that are outside their ranges."""
+    """A setting for joint velocities (servo, damping or scale) is outside its range."""
 
 
 class SweepError(KinematicsError):
-    """Workers that cannot be used."""
+    """The worker processes of a sweep cannot be used."""
 
 
 class DerivationError(KinematicsError, ValueError):
-    """A derivation that is not possible exactly; the message has the reason."""
+    """Formulas cannot be derived exactly; the message has the reason."""
 
 
 class FormulaError(KinematicsError, ValueError):
-    """A formula that cannot be read, with its place."""
+    """A formula cannot be read; the error has the line and column."""
 
     def __init__(self, message: str, line: int = 0, column: int = 0) -> None:
         self.message = message
@@ -203,24 +203,24 @@ class FormulaError(KinematicsError, ValueError):
 
 
 class UrdfError(KinematicsError, ValueError):
-    """A URDF that cannot be read, or that contains a chain without a robot file."""
+    """A URDF cannot be read, or its chain cannot be described by a robot file."""
 
 
 class RecordingError(KinematicsError, ValueError):
-    """A recording that cannot be read or judged; the message has the reason."""
+    """A recording cannot be read or judged; the message has the reason."""
 
 
 class FramesError(KinematicsError, ValueError):
-    """Poses or joint positions that cannot be compared."""
+    """Measured poses and joint positions cannot be compared with an arm."""
 
 
 class CalibrationError(KinematicsError, ValueError):
-    """Measured poses that do not identify a robot; the message has the reason."""
+    """Measured poses do not identify the parameters of a robot; the message has the reason."""
 
 
 class ParameterNotFoundError(CalibrationError):
     """
-    A name that is neither a parameter of an arm nor a group of parameters.
+    A name is neither a parameter of the arm nor a group of parameters.
 
     Attributes
     ----------
@@ -234,15 +234,15 @@ class ParameterNotFoundError(CalibrationError):
 
 
 class PlotError(KinematicsError, ValueError):
-    """A picture that cannot be made."""
+    """A picture cannot be drawn."""
 
 
 class ViewError(KinematicsError):
-    """A page that cannot be served, because of its address or viser."""
+    """The live page cannot be served, because of its address or because viser is missing."""
 
 
 class ArmsError(KinematicsError, ValueError):
-    """Arms that cannot run side by side: wrong usage."""
+    """Several arms cannot run together in one process: wrong usage."""
 
 
 class RobotConflictError(KinematicsError, ValueError):
@@ -250,20 +250,20 @@ class RobotConflictError(KinematicsError, ValueError):
 
 
 class SettingsError(KinematicsError, ValueError):
-    """A wrong value of a parameter; the message has the name, the value and accepted values."""
+    """A parameter has a wrong value; the message has the name, the value and accepted values."""
 
 
 class RefusedTargetError(KinematicsError, ValueError):
-    """A target that the node cannot read, or not now; the message has the reason."""
+    """The node cannot use a target, or cannot use it now; the message has the reason."""
 
 
 class LayoutError(KinematicsError, ValueError):
-    """A Float64MultiArray whose layout does not describe a matrix with labels."""
+    """The layout of a Float64MultiArray does not describe a matrix with labels."""
 
 
 class CdrError(KinematicsError, ValueError):
-    """Bytes with an encapsulation or with lengths that a message cannot have."""
+    """The encapsulation or the lengths in serialized bytes are not those of a message."""
 
 
 class WireError(KinematicsError, ValueError):
-    """Bytes that are not a message of their type; the official deserializer refuses them, too."""
+    """Bytes are not a message of their type; ROS's own deserializer refuses them as well."""

@@ -1,15 +1,15 @@
-"""Represent results in a notebook by modules of apps; None if the app was removed."""
+"""Show results of the library in a notebook, by modules of apps that may have been removed."""
 
 from .app_modules import app_module
 
 
 def as_html(result: object) -> str | None:
-    """Return a result as HTML; it is the result's `_repr_html_`."""
+    """Return a result as HTML, for its method `_repr_html_`; None if the app was removed."""
     pictures = app_module('html')
     return pictures.html_of(result) if pictures else None
 
 
 def as_latex(result: object) -> str | None:
-    """Return a result as formulas; it is the result's `_repr_latex_`."""
+    """Return a result as LaTeX, for its method `_repr_latex_`; None if the app was removed."""
     formulas = app_module('latex')
     return formulas.latex_of(result) if formulas else None

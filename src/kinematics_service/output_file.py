@@ -1,8 +1,9 @@
 """
 Write files completely or not at all.
 
-A complete new file replaces a regular file, and keeps its permissions and its owner. Other targets
-(a device, a named pipe, the standard output) are written to and not replaced. Links are followed.
+A complete new file replaces a regular file, with the permissions and the owner of the old file.
+Other targets (a device, a named pipe, the standard output) are written to and not replaced. Links
+are followed.
 """
 
 import errno
@@ -18,10 +19,10 @@ from typing import BinaryIO, TextIO
 
 from .errors import KinematicsError
 
-# Errors after which an existing file is overwritten instead of replaced: it has another owner, or
-# is itself a mount, as single files in containers are. EXDEV: the new file is on another disk.
+# Errors after which an existing file is overwritten instead of replaced: the file has another
+# owner, or is a mount, as single files in containers are. EXDEV: the new file is on another disk.
 OVERWRITE_ERRORS = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
-# Standard output and standard error.
+# File descriptors of standard output and standard error.
 STREAMS = (1, 2)
 
 
@@ -60,7 +61,7 @@ def new_file(path: Path) -> Iterator[Path]:
 
 
 def unwritable(path: Path) -> str | None:
-    """Return why a file probably cannot be written, or None, without trying it."""
+    """Return the reason if a file probably cannot be written, else None; nothing is written."""
     try:
         found = _found(path)
         folder = _target(path).parent
@@ -74,7 +75,8 @@ def unwritable(path: Path) -> str | None:
 
 
 def _found(path: Path) -> os.stat_result | None:
-    # Returns the status of the file of a path, or None if it does not exist (also behind a link).
+    # Returns the status of the file of a path, or None if the file, or the target of a link, does
+    # not exist.
     try:
         return path.stat()
     except FileNotFoundError:
@@ -86,7 +88,8 @@ def _target(path: Path) -> Path:
 
 
 def _folder(path: Path) -> Path | None:
-    # Returns the folder of the file, in which a rename replaces it; None for a temporary folder.
+    # Returns the folder for the new file: that of `path` if a rename can replace the old file;
+    # otherwise None, the system's folder for temporary files.
     found, folder = _found(path), _target(path).parent
     beside = found is None or (_may_be_replaced(path, found) and os.access(folder, os.W_OK))
     return folder if beside else None
@@ -95,7 +98,7 @@ def _folder(path: Path) -> Path | None:
 def _may_be_replaced(path: Path, found: os.stat_result) -> bool:
     if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1 or _stream(found) is not None:
         return False
-    # A link in /proc may lead to a file without a name.
+    # A link in /proc may lead to a file without a name, which cannot be replaced.
     there = _found(_target(path))
     return there is not None and os.path.samestat(found, there)
 
@@ -130,8 +133,9 @@ def _put(made: Path, path: Path) -> None:
 def _pour(made: Path, path: Path, found: os.stat_result) -> None:
     number = _stream(found)
     if number is not None:
-        sys.stdout.flush()  # earlier output comes first
-    # O_TRUNC would lose the old content; systems refuse O_CREAT for pipes of other users.
+        sys.stdout.flush()  # write earlier output before the content
+    # Open without O_TRUNC, which would lose the old content if the disk is full, and without
+    # O_CREAT, which systems refuse for pipes of other users.
     handle = os.open(path, os.O_WRONLY | os.O_NOCTTY) if number is None else os.dup(number)
     with made.open('rb') as content, os.fdopen(handle, 'wb') as stream:
         whole = number is None and stat.S_ISREG(found.st_mode)
@@ -146,7 +150,8 @@ def _pour(made: Path, path: Path, found: os.stat_result) -> None:
 
 
 def _reserve(stream: BinaryIO, size: int, before: int) -> None:
-    # Reserves disk space, so that the old content stays if the disk is full.
+    # Reserves disk space before the content is overwritten, so that the old content stays if the
+    # disk is full.
     if not size or not hasattr(os, 'posix_fallocate'):
         return
     try:
@@ -157,7 +162,7 @@ def _reserve(stream: BinaryIO, size: int, before: int) -> None:
 
 
 def say_written(file: Path, stream: TextIO | None = None) -> None:
-    """Print that a regular file was written; for a pipe the line would be in its content."""
+    """Print that a file was written, if it is a regular file; in a pipe the line would be data."""
     if file.is_file():
         print(f'wrote {file}', file=stream)
 
@@ -166,9 +171,9 @@ def write_documents(
     html: Path | None, page: str, json: Path | None, document: str, print_it: Callable[[], None]
 ) -> None:
     """
-    Write a report as page and document to the named files, and print it.
+    Write a report to files, as an HTML page and a JSON document, and print the report.
 
-    If the file of the document is `-`, the document is printed instead.
+    If the file `json` is `-`, the document is printed instead of the report.
     """
     printed = str(json) == '-'
     texts = {html: page, None if printed else json: f'{document}\n'}

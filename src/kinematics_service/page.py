@@ -1,8 +1,8 @@
 """
-Write an HTML page without other files: light, dark and printed, at any width.
+Write an HTML page that needs no other files: light, dark and printed, at any width.
 
-The style is page.css. Its colours are those of Okabe and Ito (2008), which people with any colour
-vision can distinguish; the dark page has lighter ones.
+The style is page.css. The colours are those of Okabe and Ito (2008), which people with any colour
+vision can distinguish; the dark page has lighter colours.
 """
 
 from collections.abc import Iterable, Sequence
@@ -12,16 +12,16 @@ from importlib import resources
 
 def document(title: str, body: Iterable[str], style: str = '', script: str = '') -> str:
     """
-    Return a whole page.
+    Return a whole HTML page as text.
 
     Parameters
     ----------
     title
-        Plain text.
+        Title of the page, plain text.
     body
-        Pieces of HTML, one after the other.
+        Pieces of HTML in their order.
     style, script
-        Style and script of this page, besides the shared style.
+        CSS and JavaScript of this page; the shared style is added.
     """
     shared = resource('kinematics_service', 'page.css')
     parts = [
@@ -36,19 +36,20 @@ def document(title: str, body: Iterable[str], style: str = '', script: str = '')
 
 
 def resource(package: str, name: str) -> str:
-    """Return the text of a style or script in the folder of a package."""
+    """Return the text of a file (a style or a script) in the folder of a package."""
     return resources.files(package).joinpath(name).read_text(encoding='utf-8')
 
 
 def facts(rows: Iterable[tuple[str, str]]) -> str:
-    """Return a list of names and values, both as HTML."""
+    """Return an HTML list of names and values, which are HTML."""
     cells = ''.join(f'<dt>{name}</dt><dd>{value}</dd>' for name, value in rows)
     return f'<dl class="origin">{cells}</dl>\n'
 
 
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:
     """
-    Return a table of cells in HTML; the columns `numbers` are aligned to the right.
+    Return an HTML table of cells, which are HTML; columns with indices in `numbers` are aligned
+    to the right.
     """
     styles = '', ' class="n"'
 

@@ -22,7 +22,7 @@ Json: TypeAlias = (
     None | bool | int | float | str | npt.NDArray[Any] | Sequence['Json'] | Mapping[str, 'Json']
 )
 
-# Width without a terminal: a program reads the output, so lines are not broken.
+# Characters of a line without a terminal: a program reads the output, so lines are not broken.
 UNBROKEN = 10_000
 TRAILING_BLANKS = re.compile(r' +$', re.MULTILINE)
 GAP = (0, 2, 0, 0)
@@ -66,7 +66,10 @@ def table(*headers: str) -> Table:
 
 
 def facts(rows: Iterable[tuple[str, str]]) -> Table:
-    """Return a list of labels and texts, without empty texts; further lines are indented."""
+    """
+    Return a list of labels and texts; rows with an empty text are left out, and further lines of
+    a text are indented.
+    """
     result = Table.grid(padding=GAP)
     result.add_column(style='bold', no_wrap=True)
     result.add_column(overflow='fold')
@@ -77,13 +80,15 @@ def facts(rows: Iterable[tuple[str, str]]) -> Table:
 
 
 def heading(text: str, style: str = 'bold') -> Text:
-    """Return a heading."""
+    """Return a text in the style of a heading."""
     return Text(plain(text), style=style)
 
 
 def broken_name(name: str, width: int) -> str:
     """
-    Return a joint name in lines of at most `width`, broken after separators; a longer part stays.
+    Return a joint name broken after `_`, `/`, `.` or `-` into lines of at most `width` characters.
+
+    A part between separators that is longer than `width` stays unbroken.
     """
     lines = ['']
     for part in BREAKS.findall(name):
@@ -103,7 +108,7 @@ def number(value: float, decimals: int = 6) -> str:
 
 
 def numbers(values: Floats, decimals: int = 6) -> str:
-    """Return numbers in a row, all with the width of the longest."""
+    """Return numbers as one line of text, each with the width of the longest number."""
     texts = [number(value, decimals) for value in values]
     width = max(map(len, texts))
     return '  '.join(text.rjust(width) for text in texts)
@@ -131,7 +136,7 @@ def _strict(value: Any) -> Any:
 
 
 def attributes(thing: object, *names: str) -> dict[str, Any]:
-    """Return attributes of an object by name."""
+    """Return the attributes `names` of an object as a dictionary."""
     return {name: getattr(thing, name) for name in names}
 
 

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-# Defined here because a robot file is read without the kernel.
+# Defined here, not imported from the kernel: a robot file is read without the kernel.
 Floats = npt.NDArray[np.float64]
 
-# Distance of pitch from +-pi/2 at which the yaw of `roll_pitch_yaw` is 0, rad: it is not unique.
+# If pitch is this near to +-pi/2, rad, `roll_pitch_yaw` sets yaw to 0, because yaw is not unique.
 ANGLE_TOLERANCE = 1e-9
-# The same for `exact_rpy`, rad: round-off of 1.
+# If pitch is this near to +-pi/2, rad, `exact_rpy` sets yaw to 0: about round-off.
 ANGLE_ROUND_OFF = 1e-15
 # Value of 2 cos(angle) below which R + R^T gives the axis: within 18 degrees of half a turn, where
 # R - R^T is small.
@@ -25,12 +25,12 @@ Z_INTO = {
 
 
 def screw_z(theta: float, d: float) -> Floats:
-    """Return Rz(theta) Tz(d), theta in rad, d in m."""
+    """Return the matrix (4, 4) of Rz(theta) Tz(d), theta in rad, d in m."""
     return screw('z', theta, d)
 
 
 def screw(axis: str, angle: float, length: float) -> Floats:
-    """Return the rotation about, and translation along, axis x, y or z, in rad and m."""
+    """Return the matrix (4, 4) of a rotation (rad) about and translation (m) along an axis."""
     k, T = 'xyz'.index(axis), np.eye(4)
     i, j = (k + 1) % 3, (k + 2) % 3
     T[i, i] = T[j, j] = math.cos(angle)
@@ -41,12 +41,12 @@ def screw(axis: str, angle: float, length: float) -> Floats:
 
 
 def screw_x(alpha: float, a: float) -> Floats:
-    """Return Tx(a) Rx(alpha) = Rx(alpha) Tx(a), alpha in rad, a in m."""
+    """Return the matrix (4, 4) of Tx(a) Rx(alpha) = Rx(alpha) Tx(a), alpha in rad, a in m."""
     return screw('x', alpha, a)
 
 
 def inverse(T: Floats) -> Floats:
-    """Return the inverse of a rigid motion, by its transpose."""
+    """Return the inverse of a rigid motion (4, 4), by the transpose of its rotation."""
     result = np.eye(4)
     result[:3, :3] = T[:3, :3].T
     result[:3, 3] = -T[:3, :3].T @ T[:3, 3]
@@ -54,7 +54,7 @@ def inverse(T: Floats) -> Floats:
 
 
 def inverses(T: Floats) -> Floats:
-    """Return the inverses of rigid motions (N, 4, 4), by their transposes."""
+    """Return the inverses of rigid motions (N, 4, 4), by the transposes of their rotations."""
     result = np.array(T)
     result[:, :3, :3] = np.swapaxes(T[:, :3, :3], 1, 2)
     result[:, :3, 3:] = -result[:, :3, :3] @ T[:, :3, 3:]
@@ -66,12 +66,12 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
     Return the rotations (..., 3, 3) of quaternions x y z w (..., 4) of any length but zero.
 
     The Euler-Rodrigues formula is R = I + s (w [v]x + [v]x [v]x) with v = (x, y, z). With
-    s = 2 / |q|^2 it needs no square root, so quarter turns about the axes are exact. The rotation
-    is NaN if q is zero or not finite.
+    s = 2 / |q|^2 the formula needs no square root, so quarter turns about the axes are exact. The
+    rotation is NaN if q is zero or not finite.
     """
     q = np.moveaxis(np.asarray(quaternion_xyzw, dtype=np.float64), -1, 0)
     with np.errstate(invalid='ignore'):
-        # Without this division the square of the length may overflow.
+        # Divide by the largest number, because the square of the length might overflow.
         x, y, z, w = q / np.max(np.abs(q), axis=0)
     s = 2.0 / (x * x + y * y + z * z + w * w)
     R = np.empty((*q.shape[1:], 3, 3))
@@ -100,7 +100,8 @@ def rotation_vector(R: Floats) -> Floats:
     """
     Return the rotation vectors (..., 3) of rotations (..., 3, 3), rad: axis times angle, <= pi.
 
-    The result is exact to round-off at every angle. For half a turn both axes are right.
+    The result is exact to round-off at every angle. For half a turn, where two opposite vectors
+    are right, one of them is returned.
     """
     skew = skew_part(R)
     sine = np.sqrt(np.einsum('...i,...i->...', skew, skew))
@@ -110,8 +111,8 @@ def rotation_vector(R: Floats) -> Floats:
     vectors: Floats = skew * ratio[..., None]
     half_turns = cosine < HALF_TURN_COSINE
     if np.any(half_turns):
-        # R + R^T = 2 cos I + 2 (1 - cos) axis axis^T: the column column gives the axis with the
-        # least error, and the skew part gives its sign.
+        # R + R^T = 2 cos I + 2 (1 - cos) axis axis^T: the column with the largest diagonal element
+        # gives the axis with the least error, and the skew part gives the sign of the axis.
         outer = (
             R[half_turns]
             + np.swapaxes(R[half_turns], -1, -2)
@@ -136,9 +137,9 @@ def roll_pitch_yaw(R: Floats, tolerance: float = ANGLE_TOLERANCE) -> Floats:
     Return (roll, pitch, yaw) of a rotation matrix, R = Rz(yaw) Ry(pitch) Rx(roll), in rad.
 
     If cos(pitch) is below `tolerance`, only roll -+ yaw is determined, and yaw is 0. Otherwise
-    the product of the angles' rotations is R within round-off, also half_turns pitch = +-pi/2. The
-    reason is that roll comes from Rz(-yaw) R, whose second row is (0, cos roll, -sin roll), so it
-    compensates the error of an ill-conditioned yaw.
+    the product of the angles' rotations is R within round-off, even near pitch = +-pi/2. The
+    reason is that roll comes from Rz(-yaw) R, whose second row is (0, cos roll, -sin roll). So
+    roll compensates the error of an ill-conditioned yaw.
     """
     yaw = math.atan2(R[1, 0], R[0, 0])
     if math.hypot(R[0, 0], R[1, 0]) < tolerance:
@@ -150,7 +151,7 @@ def roll_pitch_yaw(R: Floats, tolerance: float = ANGLE_TOLERANCE) -> Floats:
 
 
 def rotation_of_roll_pitch_yaw(rpy: npt.ArrayLike) -> Floats:
-    """Return Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), of angles (3,) in rad."""
+    """Return the rotation Rz(yaw) Ry(pitch) Rx(roll), shape (3, 3), of angles (3,) in rad."""
     roll, pitch, yaw = np.asarray(rpy, dtype=np.float64).tolist()
     cr, sr = math.cos(roll), math.sin(roll)
     cp, sp = math.cos(pitch), math.sin(pitch)
@@ -169,8 +170,8 @@ def exact_rpy(R: Floats) -> tuple[float, float, float]:
     """
     Return (roll, pitch, yaw) of a rotation, R = Rz(yaw) Ry(pitch) Rx(roll), in rad.
 
-    The product of the angles' rotations is R within round-off at every R, also at pitch = +-pi/2,
-    unlike for `roll_pitch_yaw`.
+    The product of the angles' rotations is R within round-off for every R, even at
+    pitch = +-pi/2. `roll_pitch_yaw` is less exact within `ANGLE_TOLERANCE` of +-pi/2.
     """
     roll, pitch, yaw = roll_pitch_yaw(R, ANGLE_ROUND_OFF).tolist()
     return roll, pitch, yaw
@@ -178,7 +179,7 @@ def exact_rpy(R: Floats) -> tuple[float, float, float]:
 
 def pose_of(xyz: npt.ArrayLike, rpy: tuple[float, float, float]) -> Floats:
     """
-    Return the pose (4, 4) of an `<origin>`: xyz in m, rpy in rad, Rz(yaw) Ry(pitch) Rx(roll).
+    Return the pose (4, 4) of a URDF `<origin>`: xyz in m, rpy in rad, Rz(yaw) Ry(pitch) Rx(roll).
     """
     T = np.eye(4)
     T[:3, :3] = rotation_of_roll_pitch_yaw(rpy)
@@ -188,7 +189,7 @@ def pose_of(xyz: npt.ArrayLike, rpy: tuple[float, float, float]) -> Floats:
 
 def turn_about(axis: Floats, angle: npt.ArrayLike) -> Floats:
     """
-    Return the rotation by angles (...) about a unit axis (3,), shape (..., 3, 3).
+    Return the rotations by angles (...), rad, about a unit axis (3,), shape (..., 3, 3).
 
     Rodrigues: R = cos I + sin [w]x + (1 - cos) w w^T.
     """

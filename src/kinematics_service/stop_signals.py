@@ -1,4 +1,7 @@
-"""Handle SIGINT and SIGTERM: the first requests the end, a second one or a time-out forces it."""
+"""
+Handle SIGINT and SIGTERM: the first signal requests the end of the process, a second signal or a
+time-out forces it.
+"""
 
 import math
 import os
@@ -11,15 +14,16 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 
 NUMBERS = (signal.SIGINT, signal.SIGTERM)
-# Shortest time for a clean-up after the first signal, s. One press of Ctrl-C can reach a process
-# twice, so a second signal does not end it earlier.
+# Shortest time for a clean-up after the first signal, s. A second signal does not end the process
+# earlier, because one press of Ctrl-C can reach a process twice.
 GRACE = 1.0
 # Period of the calls of `meanwhile`, s.
 CALL_PERIOD = 0.25
-# Time for the clean-up of an interrupted command, s: half-written files, processes, the cursor.
+# Time for the clean-up of an interrupted command, s: it removes half-written files, ends processes
+# and shows the cursor.
 CLEAN_UP_TIME = 0.8
 INTERRUPTED = 130  # exit code after SIGINT, as in shells
-# Time after a signal at which C ends the process if Python has not run, s.
+# If Python has not run for this time after a signal, s, C code ends the process.
 PYTHON_TIMEOUT = 3
 SHOW_CURSOR = b'\x1b[?25h'
 
@@ -33,9 +37,10 @@ class StopSignal:
     came
         Whether SIGINT or SIGTERM has come.
     then
-        Called at the first signal, from another thread.
+        Function that is called at the first signal, from the thread of `follow`.
     meanwhile
-        Called every CALL_PERIOD until the first signal, from that thread.
+        Function that is called every CALL_PERIOD until the first signal, from the thread of
+        `follow`.
     time_out
         Time for a clean-up after the first signal, s; then the process ends. None: no limit.
     last_words
@@ -52,13 +57,14 @@ class StopSignal:
 
     def follow(self, signals: int) -> None:
         """
-        Wait for stop signals on a file descriptor until its end. After the first signal, a second
-        one or the time-out ends the process.
+        Wait for stop signals on a pipe until the pipe is closed.
+
+        After the first signal, a second signal or the time-out ends the process.
 
         Parameters
         ----------
         signals
-            Descriptor of the file.
+            File descriptor of the pipe, which gets one byte for each signal.
         """
         while not select.select([signals], [], [], CALL_PERIOD)[0]:
             with suppress(Exception):  # an error must not end this thread
@@ -66,7 +72,8 @@ class StopSignal:
         if not os.read(signals, 1):
             return
         first = time.monotonic()
-        # The alarm lets C end the process if the clean-up keeps the interpreter's lock.
+        # SIGALRM ends the process even if the clean-up holds the interpreter lock, which would
+        # stop this thread.
         signal.alarm(0 if self.time_out is None else math.ceil(self.time_out + GRACE))
         self.came = True
         self.then()
@@ -82,14 +89,14 @@ class StopSignal:
 @contextmanager
 def stop_signals() -> Iterator[StopSignal]:
     """
-    Handle SIGINT and SIGTERM inside the block, and ignore both from its end on.
+    Handle SIGINT and SIGTERM inside the block, and ignore both signals after the block.
 
     rclpy's own handlers often end a busy node with a traceback. Here a thread follows the signals,
-    so that they also work while the main thread is inside a library. After the block the process
-    ignores both signals, because the interpreter ends then.
+    so that they also work while the main thread is inside a library. After the block the
+    interpreter ends, so the process ignores both signals.
     """
     stop = StopSignal()
-    # The handlers do nothing; the descriptor reports the signals.
+    # The Python handlers do nothing; the signals arrive as bytes in a pipe.
     descriptor = _watched(NUMBERS, lambda number, frame: None, stop.follow)
     try:
         yield stop
@@ -98,19 +105,19 @@ def stop_signals() -> Iterator[StopSignal]:
             signal.signal(number, signal.SIG_IGN)
         signal.set_wakeup_fd(-1)
         signal.alarm(0)
-        os.close(descriptor)  # which ends the thread
+        os.close(descriptor)  # ends the thread
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
     """
-    Raise KeyboardInterrupt at Ctrl-C, and end the process if that takes too long.
+    Raise KeyboardInterrupt at Ctrl-C, and end the process if it does not stop soon.
 
-    The exception waits until a library returns, and a library that calls Python may lose it. A
-    second Ctrl-C ends the process at once.
+    The exception is raised only after a running library function returns, and a library that
+    calls Python may lose the exception. A second Ctrl-C ends the process at once.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        # A shell starts background processes with SIGINT ignored.
+        # SIGINT stays ignored, as in background processes of a shell.
         yield
         return
     _watched((signal.SIGINT,), signal.default_int_handler, _end_in_time)
@@ -125,8 +132,8 @@ def _watched(
     handler: Callable[[int, FrameType | None], object],
     follow: Callable[[int], None],
 ) -> int:
-    # Handles signals, follows them in a thread, and returns the descriptor to which they are
-    # written.
+    # Installs the handler for the signals, starts a thread with `follow` on a pipe, and returns
+    # the end of the pipe to which Python writes the signals.
     from .kernel import end_in_time
 
     signals, descriptor = os.pipe()

@@ -1,4 +1,4 @@
-"""Replace signs of PDF files and word processors by plain ones; write nouns and numbers."""
+"""Replace typographic signs, as in PDF files, by plain signs; write nouns with numbers as text."""
 
 import re
 import unicodedata
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 DEGREE = '°'
 _MINUS = '−‐‑‒–﹣－'
-_TIMES = '×·⋅∙∗\u2062'  # the last one is invisible; formulas of web pages contain it
+_TIMES = '×·⋅∙∗\u2062'  # the last sign is invisible; web formulas contain it
 _DIVIDED = '⁄∕÷'
 _SPACES = ('\u00a0', '\u202f', '\u205f', '\u3000', *map(chr, range(0x2000, 0x200B)))
 _NO_WIDTH = '\u200b\u200c\u200d\u2060\ufeff'
@@ -27,7 +27,7 @@ GREEK = {
     **dict(zip('αβγδεζηθικλμνξοπρστυφχψω', _NAMES.split(), strict=True)),
     **dict(zip('ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ', _NAMES.title().split(), strict=True)),
     'ϑ': 'theta', 'ϕ': 'phi', 'ϖ': 'pi', 'ϵ': 'epsilon', 'µ': 'mu',
-    '⍺': 'alpha',  # of APL; tables of programs contain it
+    '⍺': 'alpha',  # the sign of APL, which tables of some programs contain
 }  # fmt: skip
 _LETTERS = str.maketrans(GREEK)
 _STYLED = re.compile('[\U0001d400-\U0001d7ff]')  # letters of formulas, such as an italic theta
@@ -58,11 +58,11 @@ def counted(number: int, noun: str) -> str:
 
 
 def number_text(value: float) -> str:
-    """Return a number exactly, without a final `.0`: 2 for 2.0, 0 for -0.0."""
+    """Return a number as exact text, without a final `.0`: 2 for 2.0, 0 for -0.0."""
     return repr(float(value) + 0.0).removesuffix('.0')
 
 
 def listed(names: Sequence[str], most: int, between: str = ', ') -> str:
-    """Return at most `most` names one after another, and the number of further names."""
+    """Return the first `most` names and the number of further names, as `a, b and 3 more`."""
     more = len(names) - most
     return between.join(names[:most]) + (f' and {more} more' if more > 0 else '')

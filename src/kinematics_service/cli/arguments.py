@@ -1,4 +1,4 @@
-"""Prepare the command line before typer reads it."""
+"""Prepare the arguments of the command line before typer reads them."""
 
 import re
 from collections.abc import Sequence
@@ -14,19 +14,20 @@ TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 
 class Arguments(NamedTuple):
-    """A command line in two parts: arguments of the command, and of ROS."""
+    """A command line in two parts: arguments of the command, and arguments of ROS."""
 
     ours: list[str]
     ros: list[str]
 
 
 class WrongArguments(Exception):
-    """Options that exclude each other; the text is the sentence for the user."""
+    """Options exclude each other, or an option lacks a value; the text tells the user which."""
 
 
 def split_ros_arguments(argv: Sequence[str]) -> Arguments:
     """
-    Return the arguments for typer and for rclpy: from each `--ros-args` to a `--` or the end.
+    Return the arguments for typer, and those for rclpy: from each `--ros-args` to a `--` or the
+    end.
     """
     ours: list[str] = []
     ros: list[str] = []
@@ -44,7 +45,7 @@ def split_ros_arguments(argv: Sequence[str]) -> Arguments:
 
 def join_numbers(argv: Sequence[str]) -> list[str]:
     """
-    Return the arguments with the numbers after --q, --xyz and the like joined into one.
+    Return the arguments with the numbers after each option of `TAKES_NUMBERS` joined into one.
 
     `--q 0.1, -0.2 0.3` becomes `--q`, `0.1, -0.2 0.3`.
     """
@@ -64,7 +65,7 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
 
 def name_robots(argv: Sequence[str]) -> list[str]:
     """
-    Return the arguments with topic and links of a robot in its name, as `--robot` takes it.
+    Write the topic or the links of a robot into its name, which is the value of `--robot`.
 
     `--robot-description` becomes `--robot topic:/robot_description`, and with `--base a --tip b`
     the URDF or topic among the arguments becomes `arm.urdf:a:b`.

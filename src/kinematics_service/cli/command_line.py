@@ -15,10 +15,10 @@ from .node import plain_options, start_node
 from .ros_variables import RosVariableError
 from .standard_output import checked_output
 
-# Exit code if the reader of the output has ended: 128 + SIGPIPE, as in a shell.
+# Exit code if the process that reads the output has ended: 128 + SIGPIPE, as in a shell.
 READER_GONE = 141
-# Name of the installed program. A shell requests completions by the variable; the options install
-# or print them.
+# Name of the installed program. A shell sets the variable to request completions; the options
+# install or print its completion script.
 PROGRAM = 'kinematics_service'
 COMPLETION_OPTIONS = ('--install-completion', '--show-completion')
 COMPLETION_VARIABLE = f'_{PROGRAM.upper()}_COMPLETE'
@@ -26,7 +26,7 @@ COMPLETION_VARIABLE = f'_{PROGRAM.upper()}_COMPLETE'
 
 def run(argv: Sequence[str] | None = None) -> int:
     """
-    Run a command line and return its exit code: 0, 1 for a failure, 2 for wrong usage, 141 if the
+    Run a command line and return the exit code: 0, 1 for a failure, 2 for wrong usage, 141 if the
     reader of its output has gone.
 
     Parameters
@@ -63,7 +63,8 @@ def _code_of(argv: Sequence[str] | None) -> int:
         options = None if completion else plain_options(ours)
         if options is not None:
             return start_node(options, ros)  # the node handles signals itself
-        # Imported here: the node does not need it, and Ctrl-C still has its default action.
+        # Imported late: the node does not need typer, and Ctrl-C has its default action during
+        # the import.
         from .commands import command_group
 
         with nullcontext() if argv is not None else interruptible():

@@ -18,9 +18,10 @@ from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, named, option
 
-# The commands by their use, in the order of the help. Each has a file in this folder or in the
-# folder `commands` of an app, with a function of the same name (_ for -). The parameters of the
-# function are the arguments and options of the command, and its docstring is the help.
+# The commands by their use, in the order of the help. Each command has a file in this folder or in
+# the folder `commands` of an app. The file has a function with the command's name (_ for -). The
+# parameters of the function are the arguments and options of the command; the docstring of the
+# function is the help.
 GROUPS = {
     'Start': {
         'demo': 'Show the node at work without a robot.',
@@ -70,7 +71,7 @@ RARE_OPTIONS = {
     '--show-completion', '--speed-of', '--stop', '--tolerance', '--velocity-source',
     '--verbose', '--warn', '--workers',
 }  # fmt: skip
-# The app of a command; the other commands belong to the core.
+# Folder in `apps` of each command that belongs to an app; the other commands belong to the core.
 APPS = {
     'check': 'checking',
     'compare': 'formulas',
@@ -87,18 +88,18 @@ for _command, _app in APPS.items():
         del COMMANDS[_command]
 # Largest width of a help text, in columns.
 WIDE = {'max_content_width': 100}
-# Function names of commands that cannot have their own: `import` is a keyword, `set` a type.
+# Function names of two commands whose names Python reserves: `import` is a keyword, `set` a type.
 RENAMED = {'import': 'import_urdf', 'set': 'set_parameter'}
 # Commands that take ROS arguments.
 WITH_ROS = ('calibrate-live', 'demo', 'echo', 'reload', 'set', 'view')
-# Commands whose first argument is a robot; they also take it by --robot.
+# Commands whose first argument is a robot; they accept the robot by --robot as well.
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
-# The option of a first argument without its option, by command.
+# If the first argument of these commands is not an option, it is the value of this option.
 FIRST_OPTION = {
     **dict.fromkeys(('demo', 'fk', 'ik', 'jacobian', 'view'), ROBOT),
     'import': '--urdf',
 }
-# Texts of typer about a value, and plain words for them.
+# Replacements for typer's messages about wrong values.
 TYPER_WORDS = {
     'Value error, ': '',
     'Input should be a valid integer, unable to parse string as an integer': 'not a whole number',
@@ -111,14 +112,17 @@ typer.core.rich = None  # type: ignore[attr-defined]
 
 
 def short_help(words: str) -> str:
-    """Return a help up to its first paragraph of examples; all of it if there is none."""
+    """
+    Return the help of a command up to the first paragraph of examples; the whole help without
+    examples.
+    """
     parts = words.split('\n\n')
     examples = (k for k, part in enumerate(parts) if part.lstrip('\b\n').startswith('Example'))
     return '\n\n'.join(parts[: next(examples, len(parts)) + 1])
 
 
 def show_everything(command: Any) -> None:
-    """Let the help of a command, or of the group, have its details and rare options, too."""
+    """Make the help of a command, or of the group, show details and rare options as well."""
     command.help = command.whole_help
     for parameter in command.params:
         parameter.hidden = False
@@ -143,7 +147,7 @@ def _with_help_all(
         ),
     ] = False,
 ) -> None:
-    """Have the option of every command; typer offers no other way to make one."""
+    """Hold the option `--help-all`: typer makes options only from parameters of a function."""
 
 
 def with_short_help(command: Any) -> Any:
@@ -158,7 +162,7 @@ def with_short_help(command: Any) -> Any:
     return command
 
 
-# typer has copies of click's classes in some versions: they are Any here.
+# Some versions of typer have copies of click's classes, so these classes are annotated as Any.
 class CommandGroup(typer.core.TyperGroup):
     """
     The commands, with the same behaviour in every version of typer.
@@ -198,7 +202,7 @@ class CommandGroup(typer.core.TyperGroup):
                     formatter.write_dl(rows)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command of the first argument, its name and the other arguments."""
+        """Return the command that the first argument names, its name, and the other arguments."""
         name, others = args[0], args[1:]
         if name not in COMMANDS and not name.startswith('-'):
             near = difflib.get_close_matches(name, COMMANDS, n=1)
@@ -211,7 +215,7 @@ class CommandGroup(typer.core.TyperGroup):
         return super().resolve_command(ctx, [name, *others])
 
     def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
-        """Run the command."""
+        """Run the command; Ctrl-C becomes exit code 130, and typer's messages become plain."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
@@ -219,19 +223,19 @@ class CommandGroup(typer.core.TyperGroup):
         except typer.BadParameter as error:
             for typers, plain in TYPER_WORDS.items():
                 error.message = error.message.replace(typers, plain)
-            # For a missing argument typer has only the name.
+            # For a missing argument typer has no message, only the name: use the help text.
             error.message = error.message or getattr(error.param, 'help', None) or ''
             raise
 
 
 def home_of(command: str) -> str:
-    """Return the package with the file of a command."""
+    """Return the name of the package that contains the file of a command."""
     root = __package__.partition('.')[0]
     return f'{root}.apps.{APPS[command]}.commands' if command in APPS else f'{root}.cli'
 
 
 def robot_first(arguments: Sequence[str]) -> list[str]:
-    """Return the arguments with the robots of `--robot` before all others."""
+    """Return the arguments with the values of `--robot` moved before all other arguments."""
     robots, others = list[str](), list[str]()
     words = iter(arguments)
     for word in words:
@@ -313,7 +317,8 @@ def _node(
         raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
-    # The node logs the notice itself, and a user who has set the variable knows it.
+    # The notice says that the kernel is not compiled. The node logs the notice itself, and a user
+    # who has set the variable knows about it.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)
 

@@ -32,7 +32,7 @@ from .options import (
 )
 from .singularity_report import DEGREES, arm_json
 
-# Methods of the solver, in words.
+# Texts for the methods of the solver.
 HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search': 'by search'}
 
 RpyOption = Annotated[

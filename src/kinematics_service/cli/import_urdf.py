@@ -1,4 +1,4 @@
-"""The command `import`: make a robot file from the formats of other programs."""
+"""The command `import`: make a robot file from a URDF or a factory calibration."""
 
 import re
 import sys
@@ -17,7 +17,7 @@ from .options import ROBOT, WrongUsage, doubt_text, flag, given_robot, option
 
 
 class ImportedConvention(str, Enum):
-    """Conventions of a table."""
+    """Denavit-Hartenberg conventions that an imported table can have."""
 
     standard = 'standard'
     modified = 'modified'
@@ -95,7 +95,7 @@ def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
 
 def _write(out: str, text: str, message: str) -> None:
     write_document(out, text)
-    # If the robot file goes to standard output, the message must not be in it.
+    # If the robot file goes to standard output, the message must not be part of that output.
     if out == '-':
         print(message, file=sys.stderr)
     else:

@@ -36,7 +36,7 @@ from .singularity_report import (
 )
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-# Width of a column of the matrix: a number, or a part of a joint name, in characters.
+# Width of a column of the matrix, characters; longer joint names are broken.
 CELL = 9
 
 # End of the help: the keys of the object `singularity`.

@@ -1,4 +1,4 @@
-"""Import modules that need ROS, with a sentence if ROS is missing."""
+"""Import modules that need ROS; if ROS is missing, raise an error that says how to install it."""
 
 from importlib import import_module
 from types import ModuleType
@@ -19,13 +19,17 @@ class RosMissingError(Exception):
 
 
 def is_ours(error: ImportError) -> bool:
-    """Return whether an import of this package failed: a mistake that must not be hidden."""
+    """
+    Return whether the module that could not be imported belongs to this package.
+
+    Such an error is a mistake in the package, not missing ROS, so it must not be hidden.
+    """
     return (error.name or '').startswith(__package__.partition('.')[0])
 
 
 def ros_module(name: str) -> ModuleType:
     """
-    Return a module that needs ROS, by its name in the package.
+    Import a module that needs ROS, by its name in the package.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """
 Start the node: the command without a name.
 
-typer with all commands takes longer to load than the rest of the node. This module reads plain
-starts of the node itself, without typer.
+typer with all commands takes longer to load than the rest of the node. So this module reads the
+arguments of a plain start of the node without typer.
 """
 
 import gc
@@ -14,8 +14,9 @@ from .missing_ros import ros_module
 
 ROBOT, MANAGED = '--robot', '--managed'
 UNSECURED, MIXED_ROS = '--allow-unsecured', '--allow-mixed-ros'
-# numpy's matrix library starts a thread that waits at full speed after each call: 50 ms of
-# processor time at a start. The matrices of an arm are too small to need it.
+# Environment variable and value for one thread in OpenBLAS, numpy's matrix library. Its further
+# threads wait actively after each call: 50 ms of processor time at a start. The matrices of an arm
+# are too small to need more threads.
 ONE_THREAD = ('OPENBLAS_NUM_THREADS', '1')
 
 
@@ -30,9 +31,9 @@ class NodeOptions(NamedTuple):
 
 def plain_options(arguments: Sequence[str]) -> NodeOptions | None:
     """
-    Return the options if the arguments only start the node.
+    Return the options of the node if the arguments only start the node.
 
-    None for a command, help, the version, and wrong arguments, which typer reads.
+    Returns None for a command, help, the version, and wrong arguments: typer reads these.
     """
     robots = []
     flags = set()
@@ -63,7 +64,7 @@ def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
         ROS cannot start with its environment variables.
     """
     os.environ.setdefault(*ONE_THREAD)
-    # Garbage collections during the start take 25 ms and free nothing.
+    # Garbage collections during the start take 25 ms and free no memory.
     gc.disable()
     try:
         code: int = ros_module('node.process.runner').run_node(

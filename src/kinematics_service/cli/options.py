@@ -1,4 +1,4 @@
-"""Define the options of several commands, and read their values."""
+"""Define options that several commands share, and read the values of options."""
 
 import math
 import re
@@ -26,8 +26,8 @@ from ..typography import counted, plain_names
 WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
-MAX_BYTES = 256 * 1024  # of a text file or of standard input
-UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # first bytes of Unicode text of spreadsheets
+MAX_BYTES = 256 * 1024  # largest size of a text file or of standard input
+UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # first bytes of UTF-16 text, which spreadsheets write
 ROBOT = 'FILE|NAME'
 NODE = '/kinematics'  # default full name of the node
 ROBOT_WORDS = 'A robot file, a URDF (with --base and --tip LINK), or a bundled robot.'
@@ -39,7 +39,7 @@ def robots_like(incomplete: str) -> list[str]:
 
 
 def named(name: str, words: str, metavar: str | None = None, **others: Any) -> Any:
-    """Return an option for the annotation of a parameter, which has the default."""
+    """Return an option for the annotation of a parameter; its default is the parameter's."""
     return typer.Option(name, help=words, metavar=metavar, **others)
 
 
@@ -86,15 +86,15 @@ def option(
     Parameters
     ----------
     words, metavar
-        Help of the option, and the word for its value in the help.
+        Help text of the option, and the word that stands for its value in the help.
     default
         Value if the option is missing; `...` if the option is required.
     name
         `--name` if it differs from the name of the parameter.
     shown
-        The default in the help, in words.
+        Text of the default in the help; True: the value itself.
     least, most
-        The bounds of a number.
+        The smallest and the largest number that the option accepts.
     """
     names = () if name is None else (name,)
     return typer.Option(
@@ -110,7 +110,7 @@ def option(
 
 
 def flag(name: str, words: str) -> Any:
-    """Return an option without a value."""
+    """Return an option without a value, which is off by default."""
     return typer.Option(False, name, help=words)
 
 
@@ -118,7 +118,7 @@ class WrongUsage(typer.BadParameter):
     """Wrong usage of the command line: exit code 2, with its text as the message."""
 
     def format_message(self) -> str:
-        """Return the sentence without typer's preface."""
+        """Return only the message; typer would write a preface before it."""
         return self.message
 
 
@@ -151,9 +151,9 @@ def refuse_unknown_robot(name: str) -> None:
 
 def given_robot(name: str, in_letters: bool = False) -> Robot:
     """
-    Return the robot of a name, and print the doubts about a URDF.
+    Return the robot of a name or file; for a URDF, print what is probably a mistake in it.
 
-    With `in_letters` the constants of its file need no values.
+    With `in_letters` the constants of the robot file need no values.
 
     Raises
     ------
@@ -162,24 +162,24 @@ def given_robot(name: str, in_letters: bool = False) -> Robot:
     """
     refuse_unknown_robot(name)
     robot = robot_in_letters(name) if in_letters else load_robot(name)
-    if translator_of(robot.description.file):  # the author of a robot file has checked it
+    if translator_of(robot.description.file):  # for a robot file, `check` prints them
         for doubt in robot.description.warnings:
             print(doubt_text(doubt), file=sys.stderr)
     return robot
 
 
 def doubt_text(doubt: Fault) -> str:
-    """Return a doubt, which is allowed but probably a mistake, as a line for the user."""
+    """Return a doubt (a part of a file that is allowed but probably wrong) as one line."""
     return str(replace(doubt, where=f'WARN {doubt.where}'))
 
 
 def given_point(text: str) -> str | int:
-    """Return the point of `--of` or `--axes`: a row if it is a whole number."""
+    """Return the value of `--of` or `--axes`: the int of a row, or the name of a point."""
     return int(text) if re.fullmatch('[0-9]{1,6}', text) else text
 
 
 def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
-    """Return the robot with the point of `--of` and `--at` as its tool, or the robot itself."""
+    """Return the robot with the point of `--of` and `--at` as tool; without both, the robot."""
     if of is None and at is None:
         return robot
     try:
@@ -212,7 +212,7 @@ def given_text(file: str) -> str:
 def given_numbers(
     option: str, text: str, count: int, angles: bool = False, degrees: bool = False
 ) -> Floats:
-    """Return the `count` numbers of an option, shape (count,), angles in rad."""
+    """Read the `count` numbers of an option, shape (count,); with `degrees`, convert to rad."""
     words = _words(text)
     values = [_value(option, word, angles, degrees) for word in words]
     if len(words) != count or None in values:
@@ -227,7 +227,7 @@ def _words(text: str) -> list[str]:
 
 
 def _value(option: str, word: str, angle: bool, degrees: bool) -> float | None:
-    # Returns a number in SI units, also of 90° and pi/2; None for another word.
+    # Returns the number of a word in SI units. 90° and pi/2 are numbers; other words give None.
     if NUMBER.fullmatch(word):
         return math.radians(float(word)) if angle and degrees else float(word)
     if not WITH_PI.fullmatch(word):
@@ -241,7 +241,10 @@ def _value(option: str, word: str, angle: bool, degrees: bool) -> float | None:
 
 
 def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
-    """Return the joint positions of `--q`, shape (n,), rad or m; ask if they are degrees."""
+    """
+    Return the joint positions of `--q`, shape (n,), rad or m. If they look like degrees, print a
+    question on standard error.
+    """
     q = joint_values(robot, text, '--q', degrees)
     if not degrees and _look_like_degrees(robot, q):
         print('--q is read in radians, and is far out: did you mean --deg?', file=sys.stderr)
@@ -267,7 +270,7 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
     Commas or spaces separate the numbers; brackets around all numbers are allowed.
     """
     words = _words(text)
-    turning = [*~robot.prismatic, *(True for _ in words)]  # angles, if there are too many numbers
+    turning = [*~robot.prismatic, *(True for _ in words)]  # surplus numbers count as angles
     values = []
     for word, turns in zip(words, turning):
         value = _value(option, word, turns, degrees)
@@ -278,7 +281,7 @@ def joint_values(robot: Robot, text: str, option: str, degrees: bool) -> Floats:
             )
         values.append(value)
     if len(words) != robot.dof:
-        # 0,1,0,2 for two joints
+        # Decimal commas: 0,1,0,2 for two joints is most likely 0.1,0.2.
         halves = len(words) == 2 * robot.dof and '.' not in text
         points = ','.join(map('.'.join, zip(words[::2], words[1::2])))
         raise WrongUsage(

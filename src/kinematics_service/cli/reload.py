@@ -1,4 +1,4 @@
-"""The command `reload`: a running node reads its robot file again."""
+"""The command `reload`: make a running node read its robot file again."""
 
 from typing import Annotated
 

@@ -67,14 +67,15 @@ def _entry(title: str, name: str, file: Path, about: RobotDescription) -> dict[s
 
 
 def _row(name: str, about: RobotDescription) -> tuple[str, ...]:
-    # The first part of a source names the origin of the numbers; the other parts are history.
+    # Show only the first part of a source, which names the origin of the numbers; other parts are
+    # history.
     letters = joint_letters(about.joints)
     return name, str(len(about.joints)), letters, about.convention, about.source.partition(';')[0]
 
 
 def _line(row: tuple[str, ...], widths: list[int], width: int) -> str:
     *cells, source = row
-    # A long source is cut at its last comma that fits, or else anywhere.
+    # A source that is too long is cut at the last comma that fits, or at the width of the column.
     room = max(width - sum(widths[:-1]) - 2 * len(cells), len(HEADER[-1]))
     line = ''.join(plain(cell).ljust(wide + 2) for cell, wide in zip(cells, widths))
     if len(source) > room:

@@ -1,7 +1,8 @@
 """
 Check the environment variables of ROS before ROS is imported.
 
-Some wrong values would end the process during the import of rclpy, with a message of that library.
+Some wrong values would end the process while rclpy is imported, with a message that users do not
+understand.
 """
 
 import importlib.util
@@ -9,26 +10,27 @@ import os
 import re
 from pathlib import Path
 
-# Largest domain: the ports of DDS, 7400 + 250 * domain and a few more, must be below 65536.
+# Largest ROS_DOMAIN_ID: DDS uses ports from 7400 + 250 * domain on, which must be below 65536.
 MAX_DOMAIN = 232
 DOMAIN = re.compile(r'0|[1-9][0-9]{0,2}')
-# Folder in which a ROS installation lists its middlewares, and the layer that chooses one.
+# Folder in which a ROS installation lists its middlewares. CHOOSER is also in this folder; it is
+# the layer that loads a middleware.
 INDEX = Path('share/ament_index/resource_index/rmw_typesupport')
 CHOOSER = 'rmw_implementation'
 
 
 class RosVariableError(Exception):
-    """A value of an environment variable with which ROS cannot start: exit code 2."""
+    """An environment variable has a value with which ROS cannot start: exit code 2."""
 
 
 def refuse_ros_variables() -> None:
     """
-    Raise an error if a variable has a wrong value.
+    Raise an error if ROS_DOMAIN_ID or RMW_IMPLEMENTATION has a wrong value.
 
     Raises
     ------
     RosVariableError
-        ROS could not start.
+        ROS could not start with this value.
     """
     sentence = _wrong_domain() or _wrong_middleware()
     if sentence is not None:
@@ -36,7 +38,7 @@ def refuse_ros_variables() -> None:
 
 
 def _wrong_domain() -> str | None:
-    # ROS itself reads 5x as 5, -1 as 0 and 010 as 8.
+    # Checked here because ROS itself reads 5x as 5, -1 as 0 and 010 as 8.
     value = os.environ.get('ROS_DOMAIN_ID', '')
     number = value.strip()
     if not value or (DOMAIN.fullmatch(number) and int(number) <= MAX_DOMAIN):
@@ -58,7 +60,7 @@ def _wrong_middleware() -> str | None:
 
 
 def _middlewares() -> list[str]:
-    # Returns the middlewares of the ROS installation of rclpy; empty without a list.
+    # Returns the middlewares of the ROS installation that contains rclpy; empty if it has no list.
     spec = importlib.util.find_spec('rclpy')
     if spec is None or spec.origin is None:
         return []

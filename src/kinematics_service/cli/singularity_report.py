@@ -23,9 +23,9 @@ from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
 DEGREES = 180.0 / math.pi
-# Largest rate that is shown as 0, 1/s: a smaller rate is round-off of its difference.
+# Rates below this are shown as 0, 1/s: they are round-off of a difference.
 RATE_TOLERANCE = 1e-8
-# Time to the threshold beyond which the pose is not approaching it, s.
+# If the time to the WARN threshold is longer, s, the motion does not approach the threshold.
 MAX_TIME = 1e5
 
 NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
@@ -44,12 +44,12 @@ JSON_KEYS = f"""\
 
 
 def in_degrees(angle: float) -> str:
-    """Return an angle in rad as degrees in words, to three digits."""
+    """Return an angle, given in rad, as text in degrees with three digits."""
     return f'{angle * DEGREES:.3g} deg'
 
 
 def threshold_words(thresholds: Thresholds) -> str:
-    """Return the thresholds in words, `distance: WARN below 0.1 rad (5.73 deg), ...`."""
+    """Return the thresholds as text, `distance: WARN below 0.1 rad (5.73 deg), ...`."""
     measure = MEASURES[thresholds.measure]
     side = 'below' if measure.small_is_bad else 'above'
 
@@ -69,18 +69,18 @@ def beyond_limits(robot: Robot, q: Floats) -> list[str]:
 
 
 def arm_json(robot: Robot) -> dict[str, Json]:
-    """Return the first keys of a document about poses of an arm."""
+    """Return the JSON keys of an arm: its name, frames and joint names."""
     return {'robot': robot.name, **attributes(robot, 'base_frame', 'tool_frame', 'joint_names')}
 
 
 def state_json(state: ToolState) -> dict[str, Json]:
-    """Return the arm, its joint positions, and the joints beyond their limits."""
+    """Return the JSON keys of an arm, its joint positions, and the joints beyond their limits."""
     beyond = beyond_limits(state.robot, state.q)
     return {**arm_json(state.robot), 'q': state.q, 'beyond_limits': beyond}
 
 
 def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Json]:
-    """Return the measures under the keys of `JSON_KEYS`."""
+    """Return the singularity measures with the JSON keys that `JSON_KEYS` lists."""
     moving = ('lost_direction', 'joint_motion', 'way_out', 'rate', 'time_to_warning')
     return {
         'level': singularity.level.name,
@@ -95,7 +95,10 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Json]:
 
 
 def short_measures(state: ToolState, singularity: Singularity) -> Iterator[tuple[str, str]]:
-    """Yield the level with its measure, the determinant, the worst direction, and limits."""
+    """
+    Yield labels and texts: the level with its measure, the determinant, the worst direction of
+    the tool, and the joints beyond their limits.
+    """
     robot = state.robot
     thresholds = robot.singularity.thresholds
     measure = MEASURES[thresholds.measure]
@@ -200,14 +203,15 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
 
 
 def _degree(robot: Robot, singularity: Singularity) -> str:
-    # Whether a direction is lost here, or is only the one that takes the largest joint motion.
+    # Returns `lost` if a direction of the tool is lost at this pose or near it, or `weakest` if
+    # the direction only needs the largest joint motion.
     at_pose = singularity.rank < singularity.generic_rank
     near = singularity.level != Level.OK and not flat_loop(robot, singularity)
     return 'lost' if at_pose or near else 'weakest'
 
 
 def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
-    # The factors contain those of the file, then the closed loops.
+    # Yields the determinant of each closed loop: `factors` has those of the file, then the loops.
     factors, loops = singularity.factors, robot.loop_names
     if factors is None:
         return

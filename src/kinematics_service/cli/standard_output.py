@@ -1,4 +1,4 @@
-"""Write all bytes to standard output, or fail."""
+"""Write all bytes of a text to standard output, or raise an error."""
 
 import io
 from typing import Any, TextIO
@@ -7,7 +7,8 @@ from ..errors import KinematicsError
 
 
 class _CheckedFile(io.FileIO):
-    # Only the first failure raises; the rest of the buffer must not raise again at the end.
+    # Whether a write has failed. Only the first failure raises an error; the rest of the buffer
+    # must not raise again at exit.
     failed = False
 
     def write(self, data: Any, /) -> int:
@@ -26,10 +27,11 @@ class _CheckedFile(io.FileIO):
 
 def checked_output(stream: TextIO) -> TextIO:
     """
-    Return a stream to the same file that raises KinematicsError.
+    Return a stream to the file of `stream` that raises KinematicsError if a write fails.
 
-    With PYTHONUNBUFFERED, which containers set, Python's own stream drops the rest of a text
-    silently if a full disk has taken a part of it. The buffer of this stream writes the rest, too.
+    Containers often set PYTHONUNBUFFERED. With it Python's own stream writes a part of a text to a
+    full disk and silently drops the rest. The buffer of the returned stream writes the rest as
+    well, so that the failure is seen.
 
     Raises
     ------

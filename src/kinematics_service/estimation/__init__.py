@@ -1,1 +1,1 @@
-"""The one memory: from joint states to states of the tool, and warnings."""
+"""Keep joint states in memory, and turn them into states of the tool and warnings."""

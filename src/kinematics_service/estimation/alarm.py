@@ -1,4 +1,4 @@
-"""When to publish a singularity warning: at changes, and repeatedly while it lasts."""
+"""Decide when to publish a singularity warning: at changes, and repeatedly while it lasts."""
 
 import math
 from typing import NamedTuple
@@ -6,12 +6,12 @@ from typing import NamedTuple
 from ..kernel import Floats
 from ..robot.measures import Level
 
-# Turn of the lost direction after which the warning is repeated, rad.
+# The warning is repeated if the lost direction has turned by more than this, rad.
 TURNED = math.radians(30.0)
 # Cosine between two lost directions below which the warning is repeated.
 TURNED_COSINE = math.cos(TURNED)
-# Smallest time between two repetitions for turns, ns. If two directions are lost at once, the lost
-# direction is arbitrary and turns with every message.
+# Smallest time between two repetitions because of turns, ns. If two directions are lost at once,
+# the lost direction is arbitrary and turns with every message.
 MIN_TURN_PERIOD = 50_000_000
 # Period of the warning while the level is WARN or ERROR, ns.
 REPEAT_PERIOD = 1_000_000_000
@@ -25,11 +25,11 @@ class Alarm(NamedTuple):
     Attributes
     ----------
     level
-        Level now; None before the first.
+        Level of the last published warning.
     direction : shape (6,)
         The lost direction of the last warning.
     last : ns
-        Time of the last warning, steady clock.
+        Time of the last warning, steady clock; None before the first warning.
     factor
         Index of the nearest named factor of the last warning; None if there are no factors.
     """
@@ -41,7 +41,8 @@ class Alarm(NamedTuple):
 
     def is_settled(self, level: Level, arrival: int) -> bool:
         """
-        Return whether `step` would publish and change nothing for any direction and factor.
+        Return whether `step` would neither publish nor change anything, for any direction and
+        factor.
         """
         if self.last is None or level is not self.level:
             return False
@@ -58,8 +59,8 @@ class Alarm(NamedTuple):
         Return the alarm after a state of this level, and whether to publish a warning.
 
         A warning is published for the first state, for each change of level, for each turn of the
-        lost direction and change of the nearest factor while the level is not OK, and once a
-        second while it is WARN or ERROR.
+        lost direction and change of the nearest factor while the level is WARN or ERROR, and once
+        a second while the level is WARN or ERROR.
         """
         if self.last is None or level != self.level:
             say = True
@@ -77,5 +78,5 @@ class Alarm(NamedTuple):
     def _turned(self, direction: Floats | None) -> bool:
         if direction is None or self.direction is None:
             return direction is not self.direction
-        # A lost direction is a line: its sign is arbitrary.
+        # The sign of a lost direction is arbitrary.
         return bool(abs(direction.dot(self.direction)) < TURNED_COSINE)

@@ -2,9 +2,9 @@
 Read and write plain CDR, the encoding of ROS 2 messages (OMG, Common Data Representation).
 
 Four bytes of encapsulation name the byte order; the body follows. A number begins at a multiple of
-its size, counted from the start of the body. A text is its length, including the zero at its end,
-and its bytes. A sequence is its length and its members. Bytes skipped for alignment have no
-meaning; serializers leave them undefined.
+its size, counted from the start of the body. A text is encoded as its length, which includes the
+zero at the end, and its bytes. A sequence is encoded as its length and its members. Bytes skipped
+for alignment have no meaning; serializers leave them undefined.
 """
 
 import struct
@@ -12,11 +12,11 @@ import struct
 from ..errors import CdrError
 
 BODY = 4
-# The second byte of the encapsulation names the encoding; its lowest bit is set for little-endian
-# bytes. In the newer encodings doubles begin at multiples of four.
+# The first two bytes of plain little-endian CDR. The second byte names the encoding; its lowest
+# bit is set for little-endian bytes. In the newer encodings doubles begin at multiples of four.
 PLAIN = b'\0\1'
-# The last two bits of the encapsulation are the number of padding bytes at the end. Serializers of
-# these messages leave them 0; only newer deserializers, since Kilted, read them.
+# Mask of the last two bits of the encapsulation: the number of padding bytes at the end of the
+# message. Serializers leave these bits 0; only newer deserializers, since Kilted, read the bits.
 PADDING = 3
 ENCAPSULATION_SAYS = bytes((255, 255, 0, PADDING))
 OLD_ENCODINGS, NEW_ENCODINGS = (0, 1, 2, 3), (6, 7, 8, 9, 10, 11)
@@ -24,7 +24,7 @@ OLD_ENCODINGS, NEW_ENCODINGS = (0, 1, 2, 3), (6, 7, 8, 9, 10, 11)
 WHOLE = 4
 DOUBLE = 8
 LITTLE, BIG = struct.Struct('<I'), struct.Struct('>I')
-# A stamp: seconds, which may be negative, and nanoseconds.
+# Format of a stamp: seconds (signed), nanoseconds (unsigned).
 STAMP = struct.Struct('<iI')
 SECOND = 1_000_000_000  # ns
 STAMP_AT = BODY
@@ -32,14 +32,14 @@ STAMP_AT = BODY
 
 class CdrWriter:
     """
-    Writes one message, field by field, with room for numbers that are filled in later.
+    Writes one message field by field; numbers can be filled in later.
 
     Attributes
     ----------
     data
-        The bytes so far.
+        The bytes written so far.
     written
-        The bits of each byte that have a meaning: 255, or 0 for a byte skipped for alignment.
+        A mask for each byte: 255 if its bits have a meaning, 0 for a byte skipped for alignment.
     """
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ class CdrWriter:
         self.written = bytearray(ENCAPSULATION_SAYS)
 
     def room(self, size: int, count: int = 1) -> int:
-        """Leave room for numbers of `size` bytes each, and return its offset."""
+        """Reserve `count` numbers of `size` bytes each, aligned, and return their offset."""
         skipped = -(len(self.data) - BODY) % size if count else 0
         self.data += bytes(skipped + count * size)
         self.written += bytes(skipped) + b'\xff' * (count * size)
@@ -59,7 +59,7 @@ class CdrWriter:
         LITTLE.pack_into(self.data, at, number)
 
     def text(self, text: str) -> None:
-        """Write a text."""
+        """Write a text with its length and a final zero."""
         encoded = text.encode() + b'\0'
         self.whole(len(encoded))
         at = self.room(1, len(encoded))
@@ -68,7 +68,7 @@ class CdrWriter:
 
 class CdrReader:
     """
-    Walks over a message field by field, in either byte order, and reads only its lengths.
+    Finds the byte ranges of the fields of a message, in either byte order; reads only lengths.
 
     Parameters
     ----------
@@ -81,12 +81,12 @@ class CdrReader:
         Whether the message is little-endian, with doubles at multiples of eight, and claims no
         padding.
     shape
-        Ranges of the lengths and texts that were passed.
+        Byte ranges of the lengths and texts that were read so far.
 
     Raises
     ------
     CdrError
-        The encapsulation is not one of CDR, or a field goes beyond the end.
+        The encapsulation is not that of CDR, or a field goes beyond the end of the message.
     """
 
     def __init__(self, data: bytes) -> None:
@@ -103,11 +103,11 @@ class CdrReader:
 
     @property
     def is_at_end(self) -> bool:
-        """Return whether nothing is left."""
+        """Return whether all bytes of the message have been read."""
         return self._at == len(self._data)
 
     def skip(self, size: int) -> slice:
-        """Return the range of the next `size` bytes, and move behind it."""
+        """Return the range of the next `size` bytes, and move behind these bytes."""
         at = self._at
         self._at += size
         if self._at > len(self._data):
@@ -122,7 +122,7 @@ class CdrReader:
         return int(length)
 
     def text(self) -> slice:
-        """Return the range of a text, with the zero at its end."""
+        """Return the range of a text, including the zero at the end."""
         place = self.skip(self._length())
         self.shape.append(place)
         return place
@@ -143,7 +143,7 @@ class CdrReader:
 
 class Ros1Reader(CdrReader):
     """
-    Walks over a message of ROS 1.
+    Finds the byte ranges of the fields of a serialized ROS 1 message.
 
     The sequence number of the message replaces the encapsulation of CDR. Fields are not aligned,
     and texts do not end with a zero.

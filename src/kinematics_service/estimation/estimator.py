@@ -1,7 +1,7 @@
 """
-The estimator merges joint states by name and time, and evaluates the arm in the kernel.
+Merge joint states by name and time, and evaluate the arm in the kernel: the estimator.
 
-It is the only object with memory between a JointState message and the state of the tool.
+The estimator is the only object with memory between JointState messages and the tool's state.
 """
 
 import array
@@ -42,21 +42,23 @@ VELOCITY_SOURCES = ('auto', 'message', 'difference')
 @dataclass(frozen=True)
 class EstimatorSettings:
     """
-    Settings of the step from messages to states.
+    Settings of the estimator.
 
     Attributes
     ----------
     joint_prefix
         Prefix of the joint names of the robot file.
     velocity_source
-        `auto` (velocities of the message, or differences if it has none), `message`, `difference`.
+        `message`: velocities of messages. `difference`: differences of positions. `auto`:
+        velocities of the message, or differences if the message has none.
     timeout : ns
-        A joint without a new position for longer is stale. If stamps step back by more, all joints
-        are forgotten.
+        A joint is stale if its last position is older than this. If stamps step back by more, all
+        joints are forgotten.
     acceleration_window : ns
         Time over which a line is fitted to velocities; its slope is the acceleration.
     integrate_velocities
-        Whether velocities of messages without positions are integrated from the last positions.
+        Whether the velocities of messages without positions are integrated from the last
+        positions.
     """
 
     joint_prefix: str = ''
@@ -75,11 +77,11 @@ class EstimatorOutput(NamedTuple):
     state
         Pose, Jacobian, frames, and the twist if the velocities are known.
     stamp : ns
-        Stamp of the message that made it; time of its receipt if it has no stamp.
+        Stamp of the message that led to this state, or its time of receipt without a stamp.
     velocity_source
-        `message`, `difference`, or `none`.
+        Where the velocities are from: `message`, `difference`, or `none`.
     quantities
-        The requested quantities; None for an unknown one.
+        The requested quantities; None for a quantity that is unknown.
     """
 
     state: ToolState
@@ -90,14 +92,14 @@ class EstimatorOutput(NamedTuple):
     @property
     def quaternion_xyzw(self) -> Floats:
         """
-        Return the orientation, with unit length and a sign that is continuous between answers.
+        Return the orientation as unit quaternion, with a sign that is continuous over time.
         """
         return self.state.continuous_quaternion_xyzw
 
 
 class StreamQuantity(ABC):
     """
-    Numbers for a topic that depend on several messages, not on one state alone.
+    Numbers for a topic that depend on several messages, not only on the newest state.
 
     Parameters
     ----------
@@ -111,7 +113,7 @@ class StreamQuantity(ABC):
         self.robot, self.settings = robot, settings
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """Apply other settings, or another arm whose joints have the same names."""
+        """Apply new settings, or another arm with equal joint names."""
         self.robot, self.settings = robot, settings
 
     @abstractmethod
@@ -119,14 +121,14 @@ class StreamQuantity(ABC):
         self, answer: EstimatorOutput, message: 'JointMessage', joints: NamedJoints
     ) -> Floats | None:
         """
-        Return the numbers after a message; None if they are not known.
+        Return the numbers of this quantity after a message; None if they are not known.
 
         Parameters
         ----------
         answer
             The new state after the message.
         message
-            The message.
+            The message that led to this state.
         joints
             The memory of all joints.
         """
@@ -143,7 +145,7 @@ class AcceptedMessage(NamedTuple):
     qdot : shape (n,), rad/s or m/s, or None
         Joint velocities; None if one is unknown.
     stamp : ns
-        Stamp of the message; time of its receipt if it has no stamp.
+        Stamp of the message, or its time of receipt without a stamp.
     velocity_source
         `message`, `difference`, or `none`.
     """
@@ -160,14 +162,14 @@ _StreamQuantity = TypeVar('_StreamQuantity', bound=StreamQuantity)
 
 class RefusedMessage(NamedTuple):
     """
-    A message without a new state.
+    The result for a message that did not lead to a new state.
 
     Attributes
     ----------
     reason
-        Key of its count in `Estimator.counts`.
+        Key in `Estimator.counts` under which the message is counted.
     sentence
-        A message for the user, or empty.
+        The reason as a sentence for the user, or empty.
     """
 
     reason: str
@@ -190,7 +192,7 @@ ACCEPTED = 'accepted'
 NOT_STAMPED = 'not stamped'
 RESETS = 'resets'
 
-# Number of disagreements within joint_memory.DISPUTE_WINDOW that make a joint disputed.
+# Number of jumps within joint_memory.DISPUTE_WINDOW after which a joint is disputed.
 JUMPS = 4
 
 
@@ -201,9 +203,10 @@ class MessageOutcome(NamedTuple):
     Attributes
     ----------
     velocity_source
-        `message`, `difference` or `none` with a new state; otherwise empty.
+        `message`, `difference` or `none` if there is a new state; otherwise empty.
     refusal
-        The reason without a new state; None also for bytes that another reader must read.
+        The reason if there is no new state. None with a new state, and for bytes that another
+        reader must read.
     starts_anew
         Whether all joints were forgotten, because the stamp stepped back by more than the timeout.
     """
@@ -217,7 +220,7 @@ _UNREAD = MessageOutcome()
 _NOT_COMPUTABLE = RefusedMessage(
     TOO_LARGE, 'positions or velocities are too large to compute with'
 )
-# The keys are what `kernel.observe` returns.
+# Outcome of a message for each code that `kernel.observe` returns.
 _OUTCOMES = {
     kernel.WITHOUT_VELOCITIES: MessageOutcome('none'),
     kernel.WITH_VELOCITIES: MessageOutcome('message'),
@@ -231,10 +234,10 @@ _OUTCOMES |= {
     kernel.STARTED_ANEW + code: outcome._replace(starts_anew=True)
     for code, outcome in _OUTCOMES.items()
 }
-# These bytes are read once more, into a sample: then a sentence names the fault.
+# Bytes with these codes are read again into a sample, for which a sentence can name the fault.
 _OUTCOMES |= {kernel.NOT_THIS_FORM: _UNREAD, kernel.BAD_POSITION: _UNREAD}
 _NOTHING = np.empty(0)
-# Largest number of forms in memory.
+# Largest number of message forms in memory.
 MAX_FORMS = 16
 
 
@@ -242,21 +245,21 @@ class Estimator:
     """
     Merges joint samples by name and time, and evaluates the arm in the kernel.
 
-    Its memory does not grow with time, and no sample raises an exception.
+    The memory does not grow with time, and no sample raises an exception.
 
     Parameters
     ----------
     robot
         The arm.
     settings
-        Settings of the step from messages to states.
+        Settings of the estimator.
 
     Attributes
     ----------
     counts
-        Number of messages by outcome.
+        Number of messages by outcome, with the keys above.
     integration
-        Positions integrated from velocities.
+        The integration of velocities to positions.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -269,7 +272,7 @@ class Estimator:
         self._is_open = False
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """Apply another arm or other settings; joints that keep their names keep their states."""
+        """Apply another arm or new settings; joints that keep their names keep their states."""
         former = self._joints
         if robot is not self.robot:
             self._search = NearestSearch(robot.singularity.arm)
@@ -291,7 +294,7 @@ class Estimator:
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
         """
-        Return the last answer, evaluated for the present arm; None if a joint is unknown.
+        Return the last output, evaluated again for the present arm; None if a joint is unknown.
         """
         known = self._joints.joint_vectors()
         if known is None:
@@ -308,7 +311,7 @@ class Estimator:
 
     def _new_joints(self) -> NamedJoints:
         settings = self.settings
-        # Forms for the kernel; None for a form whose messages need the other reader.
+        # The kernel's form for each message form; None if its messages must be read as samples.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
         self._quantities: dict[type[StreamQuantity], StreamQuantity] = {}
         self.integration = Integration(self.robot)
@@ -320,7 +323,7 @@ class Estimator:
         return self._joints.names
 
     def reset(self) -> None:
-        """Forget all joints: the clock or the recording started again."""
+        """Forget all joints, because the clock or the recording started again."""
         self.counts[RESETS] += 1
         kernel.forget(self._joints)
         self.integration.forget()
@@ -328,12 +331,13 @@ class Estimator:
 
     def clock_stepped_back(self, now: int, back: int) -> bool:
         """
-        Return whether the ROS clock's step back by `back` to `now` (ns) needed a reset.
+        Reset if the ROS clock stepped back by `back` to `now` (ns); return whether it reset.
 
-        If messages of the new time came before the clock's step, they have caused the reset.
+        If messages with new stamps came before the clock's step, they have caused the reset
+        already.
         """
         latest = self._joints.newest()
-        # A stamp belongs to the time to which it is nearer.
+        # The latest stamp is from before the step if it is nearer to the old than to the new time.
         if latest is None or latest <= now + back // 2:
             return False
         self.reset()
@@ -347,7 +351,7 @@ class Estimator:
         return self._joints.missing(arrival, self.settings.timeout)
 
     def unmatched(self) -> tuple[tuple[str, ...], ...]:
-        """Return the lists of names in messages, if none of them has a joint of the arm."""
+        """Return the lists of names in messages if no list has a joint of the arm; else empty."""
         return self._joints.unmatched()
 
     def age(self, arrival: int) -> float:
@@ -359,13 +363,13 @@ class Estimator:
         return self._joints.beyond(self.robot.limits)
 
     def disputed(self, arrival: int) -> tuple[str, ...]:
-        """Return the names of joints whose messages have disagreed several times lately."""
+        """Return the names of joints whose positions have jumped several times lately."""
         return self._joints.disputed(arrival, JUMPS)
 
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
-        Return whether `judge` would publish and change nothing, by the kernel's level alone. False
-        if `judge` must be called.
+        Return whether `judge` would neither publish nor change anything, decided only by the level
+        that the kernel computed. If False, call `judge`.
         """
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
@@ -374,13 +378,13 @@ class Estimator:
         return level == 0.0 and alarm.is_settled(Level.OK, arrival)
 
     def judge(self, singularity: Singularity, arrival: int) -> tuple[Level, bool]:
-        """Return the level of a new state, with hysteresis, and whether to publish it."""
+        """Return the level of a new state, with hysteresis, and whether to publish a warning."""
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
             level: Level = singularity.level  # no hysteresis
         else:
             value = watched_value(self.robot, singularity)
-            # The level of the pose is higher if the pose is nearly singular.
+            # The level without hysteresis may be higher: nearly singular poses are at least WARN.
             level = max(
                 self.robot.singularity.thresholds.level(value, alarm.level), singularity.level
             )
@@ -396,7 +400,7 @@ class Estimator:
         return level, say
 
     def go_stale(self, arrival: int) -> bool:
-        """Return whether to publish that the state is stale: once each time it goes stale."""
+        """Mark the state as stale; return True if a warning of this must be published."""
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
 
@@ -408,10 +412,10 @@ class Estimator:
         quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
-        Return the new state after a message, with its measures, or the reason without one.
+        Return the new state after a message, with its measures, or the reason for no new state.
 
-        None for bytes that must be read into a sample: bytes of another form, without a stamp, or
-        that a sentence must refuse. Then nothing has changed.
+        Returns None for bytes that must be read into a sample: bytes of another form, without a
+        stamp, or with a fault that a sentence must name. Then the memory has not changed.
 
         Parameters
         ----------
@@ -420,9 +424,9 @@ class Estimator:
         depth
             `kernel.JACOBIAN`, or `kernel.ALL_FRAMES` if the link frames are needed.
         answers
-            Outgoing messages that the kernel fills with the answer to bytes.
+            Outgoing messages that the kernel fills if `message` is bytes.
         quantities
-            The kinds of quantities in the answer.
+            The kinds of quantities that the result must have.
         """
         robot = self.robot
         row = np.empty(robot.chain.single_widths[depth])
@@ -441,13 +445,13 @@ class Estimator:
 
     def accept(self, sample: JointSample) -> AcceptedMessage | RefusedMessage:
         """
-        Return the joints after a sample, or the reason without a new state.
+        Return the joint positions and velocities after a sample, or the reason for no new state.
 
-        This is the part of `take` with memory. Recordings call it for each message, and evaluate
-        the arm in one batch.
+        This is the part of `take` that uses the memory. Recordings call it for each message, and
+        then evaluate the arm in one batch.
         """
         chain = self.robot.chain
-        # A row without a pose, unless the kernel must close loops.
+        # The row has no place for a pose, unless the kernel must close loops.
         pose = 0 if chain.loops else chain.widths[kernel.POSE]
         row = np.empty(chain.single_widths[kernel.POSE] - pose)
         outcome = self._observe(sample, row)
@@ -530,7 +534,7 @@ class Estimator:
         return incoming
 
     def quantity(self, kind: type[_StreamQuantity]) -> _StreamQuantity:
-        """Return a quantity with its memory, which begins at the first call."""
+        """Return the quantity of a kind; the first call creates it with an empty memory."""
         if kind not in self._quantities:
             self._quantities[kind] = kind(self.robot, self.settings)
         return cast(_StreamQuantity, self._quantities[kind])
@@ -549,12 +553,13 @@ class Estimator:
 
     def _explained(self, refusal: RefusedMessage) -> RefusedMessage:
         if refusal is _NOT_COMPUTABLE:
-            # The lengths of an arm made in Python can overflow: forget the position.
+            # Forget all joints: positions that overflow in the kernel must not stay in memory.
             kernel.forget(self._joints)
         return self._not_closed() if refusal.reason == NOT_CLOSED else refusal
 
     def _not_closed(self) -> RefusedMessage:
-        # Explained once: the explanation takes 100 times as long as a message.
+        # Only the first message gets a sentence, until the loops close again: making the sentence
+        # takes 100 times as long as a message.
         if self._is_open:
             return RefusedMessage(NOT_CLOSED)
         self._is_open = True

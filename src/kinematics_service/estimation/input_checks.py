@@ -22,19 +22,19 @@ from .motion_checks import POSITION_TOLERANCE, SAMPLE_MINIMUM
 MESSAGE_LIMIT = 1000
 # Largest size of a message, bytes: 8 MB in total.
 SIZE_LIMIT = 8192
-# Time whose messages are checked, ns: ten messages of a driver with 2 Hz.
+# Messages of this time are checked, ns: ten messages of a driver with 2 Hz.
 WINDOW = 5 * SECOND
 # Largest number of lists of joint names that are checked: a topic has few drivers.
 FORM_LIMIT = 8
-# Largest ratio of time by stamps to time of arrival, and of its inverse.
+# The ratio of time by stamps to time of arrival is wrong if it or its inverse is above this.
 PACE = 3.0
 MICROSECONDS = 'nanosec most likely holds microseconds; write nanoseconds'
 MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
 # Causes of a wrong pace, by the ratio of time by stamps to time of arrival.
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
-# Largest relative error of the ratio: jitter in half a second.
+# A cause is named if the ratio differs by less than this, relative: jitter in half a second.
 PACE_TOLERANCE = 0.1
-# Causes of a nanosec that stays below these bounds for more than a second.
+# Causes by bounds: the cause applies if nanosec stays below the bound for more than a second.
 NANOSEC_CAUSES = {
     1: 'their stamps are whole seconds; fill nanosec',
     SECOND // 1_000_000: MILLISECONDS,
@@ -42,7 +42,7 @@ NANOSEC_CAUSES = {
     SECOND // 100: 'nanosec most likely counts steps of 100 ns; write nanoseconds',
     SECOND // 10: 'nanosec most likely counts steps of 10 ns; write nanoseconds',
 }
-# Largest ratio of a speed to its limit: jitter of stamps adds 10 % over the baseline.
+# Largest ratio of a speed to its limit: jitter of stamps adds 10 % over SPEED_BASELINE.
 SPEED_TOLERANCE = 1.1
 # Lags at which a mimic joint is compared with its leader, s. At 1 rad/s the nearest lag is at most
 # 0.01 rad off, half of the tolerance.
@@ -56,7 +56,7 @@ class JointMessages(NamedTuple):
     Attributes
     ----------
     arrivals, seconds, nanoseconds : shape (N,)
-        Time of arrival, steady clock, ns; the two fields of the stamp.
+        Time of arrival (steady clock), ns; the two fields of the stamp, s and ns.
     q, qdot : shape (N, k), rad or m, rad/s or m/s
         NaN in `qdot` if the messages report no velocities.
     """
@@ -75,7 +75,7 @@ class JointMessages(NamedTuple):
 
     @property
     def duration(self) -> str:
-        """Return the time between the first and the last arrival, in words."""
+        """Return the time between the first and the last arrival as text, with its unit."""
         return f'{1e-9 * float(self.arrivals[-1] - self.arrivals[0]):.2g} s'
 
     def taken(self, rows: slice | Flags) -> 'JointMessages':
@@ -83,12 +83,16 @@ class JointMessages(NamedTuple):
         return JointMessages._make([self.names, *(column[rows] for column in self[1:])])
 
     def newest(self, timeout: int) -> 'JointMessages':
-        """Return the messages after the last step back of stamps beyond the timeout (ns)."""
+        """Return the messages after the last step of stamps back by more than `timeout` (ns)."""
         return self.taken(slice(_last(np.diff(self.stamps) < -timeout), None))
 
 
 def messages_of(recent: Sequence[tuple[int, bytes]], now: int) -> list[JointMessages]:
-    """Return the messages of the last `WINDOW`, given as times of arrival (ns) and bytes."""
+    """
+    Read the messages of the last `WINDOW`, grouped by joint names.
+
+    `recent` has the time of arrival (ns) and the bytes of each message.
+    """
     found, waiting = list[JointMessages](), [one for one in recent if now - one[0] <= WINDOW]
     for _ in range(FORM_LIMIT):
         if not waiting:
@@ -124,7 +128,7 @@ def input_faults(
     groups
         Messages of some seconds, grouped by joint names.
     robot, names
-        The arm, and the names in messages of the joints to be checked, including mimic joints.
+        The arm, and for each joint to check, including mimic joints, its name in messages.
     timeout : ns
         After a larger step back of stamps, earlier messages are ignored.
     simulated
@@ -134,7 +138,7 @@ def input_faults(
     """
     faults, offsets = list[str](), dict[str, float]()
     ours = {names[name]: j for j, name in enumerate(robot.joint_names) if name in names}
-    with np.errstate(all='ignore'):  # numbers as large as doubles can be
+    with np.errstate(all='ignore'):  # huge numbers in messages may overflow
         for group in groups:
             group = group.newest(timeout)
             if ours.keys().isdisjoint(group.names) or len(group.q) < SAMPLE_MINIMUM:
@@ -154,11 +158,12 @@ def input_faults(
 
 
 def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str:
-    """Return the error of speeds by times of arrival instead of stamps, in words."""
+    """Return a text about the error of speeds that use times of arrival instead of stamps."""
     text = 'no stamps: speeds are differences over times of arrival'
     for group in groups:
         if len(group.q) >= SAMPLE_MINIMUM and not set(names).isdisjoint(group.names):
-            # Half the range of the middle 68 % of all intervals: one standard deviation if normal.
+            # Half the range of the middle 68 % of all intervals is one standard deviation of a
+            # normal distribution.
             low, middle, high = np.percentile(np.diff(group.arrivals) * 1e-6, (16, 50, 84))
             jitter = 0.5 * float(high - low)
             text += f'; an arrival jitter of {jitter:.2g} ms in {middle:.3g} ms '
@@ -167,7 +172,10 @@ def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str
 
 
 def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int, int]:
-    """Return the number of messages that report 0 for all their joints, and of all messages."""
+    """
+    Return the number of messages in which all joints of `names` are 0, and the number of all
+    messages with such joints.
+    """
     values = [group.q[:, np.isin(group.names, names)] for group in groups]
     values = [one for one in values if one.shape[1]]
     return sum(int(np.sum(np.all(one == 0.0, axis=1))) for one in values), sum(map(len, values))
@@ -178,7 +186,7 @@ def _last(where: Flags) -> int:
     return int(np.flatnonzero(np.append(True, where))[-1])
 
 
-# Stamps
+# Checks of stamps
 
 
 def _stamp_fault(group: JointMessages, simulated: bool) -> str:
@@ -192,7 +200,7 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
         return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
     total, largest = f'{len(group.q)} messages in {group.duration}', int(group.nanoseconds.max())
     dropped, cause = ~_advances(group.stamps), _cause_of_nanosec(group)
-    # Without messages that came twice, the fraction of dropped messages is smaller.
+    # If most messages are dropped, leave out messages that a relay sent twice, and count again.
     if 2 * np.sum(dropped & late) > np.sum(late):
         late &= ~(dropped & _came_twice(group))
     if 2 * np.sum(dropped & late) > np.sum(late):
@@ -220,7 +228,8 @@ def _advances(stamps: Integers) -> Flags:
 
 
 def _came_twice(group: JointMessages) -> Flags:
-    # Returns whether exactly one other message has the same stamp and numbers (from a relay).
+    # Returns for each message whether exactly one other message has its stamp and numbers, as from
+    # a relay.
     columns = zip(group.stamps, group.q, group.qdot)
     messages = [b''.join(one.tobytes() for one in row) for row in columns]
     counts = Counter(messages)
@@ -238,8 +247,9 @@ def _cause_of_nanosec(group: JointMessages) -> str:
 
 
 def _pace(group: JointMessages) -> float:
-    # Returns the ratio of time by stamps to time of arrival if it is beyond PACE in both halves of
-    # the time, else 1. A burst after a stall, or a step of a clock, changes only one half.
+    # Returns the ratio of time by stamps to time of arrival if this ratio or its inverse is above
+    # PACE in both halves of the time; otherwise 1. A burst after a stall, or a step of a clock,
+    # changes only one half.
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))
@@ -251,7 +261,7 @@ def _pace(group: JointMessages) -> float:
     return float((s[-1] - s[0]) / (t[-1] - t[0])) if off else 1.0
 
 
-# Motion
+# Checks of motions
 
 
 def _motion_faults(
@@ -284,7 +294,7 @@ def _motion_faults(
         name, j, q, qdot = list(places)[k], joints[k], every_q[:, k], every_qdot[:, k]
         unit, limit, speed = robot.units[j], float(limits[k]), float(speeds[k])
         text = motion_checks.contradiction(t, q, qdot, float(tolerances[k]), unit)
-        # Velocities that contradict the positions do not explain a step.
+        # Do not use velocities that contradict the positions to explain a step.
         found = motion_checks.jumps(robot, j, t, q, np.nan * qdot if text else qdot)
         if len(found):
             steps[name] = np.diff(q)[found]
@@ -307,7 +317,7 @@ def _motion_faults(
         yield f'beyond the velocity limit: {", ".join(fast)}; check units and robot file'
 
 
-# Mimic joints
+# Checks of mimic joints
 
 
 def _mimic_faults(
@@ -320,7 +330,7 @@ def _mimic_faults(
                 continue
             q, driven = (group.q[:, group.names.index(one)] for one in pair)
             formula, t = multiplier * driven + offset, 1e-9 * (group.arrivals - group.arrivals[0])
-            # A joint that lags has an earlier value of the formula.
+            # A mimic joint that lags has an earlier value of its formula.
             past = [np.interp(t - lag, t, formula) for lag in MIMIC_LAGS]
             if min(np.median(np.abs(q - one)) for one in past) > POSITION_TOLERANCE[slides]:
                 unit = 'm' if slides else 'rad'

@@ -1,4 +1,4 @@
-"""Integrate velocities of messages without positions, by the trapezoidal rule."""
+"""Integrate the velocities of messages that have no positions, by the trapezoidal rule."""
 
 import math
 from collections.abc import Sequence
@@ -11,13 +11,13 @@ from ..robot.robot import Robot
 from .joint_memory import NamedJoints
 from .joint_sample import JointSample
 
-# Largest ratio of a reported velocity to the joint's limit: encoders are noisy.
+# Velocities above this times the joint's limit are refused: encoder noise may exceed the limit.
 LIMIT_MARGIN = 1.1
 
 
 class Integration:
     """
-    Integrates from the last reported positions of the joints by the trapezoidal rule.
+    Integrates velocities from the last reported joint positions by the trapezoidal rule.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Integration:
 
     def __init__(self, robot: Robot) -> None:
         self._seconds = np.zeros(robot.dof)
-        self._squares = np.zeros(robot.dof)  # of the steps of time, summed
+        self._squares = np.zeros(robot.dof)  # sum of squared time steps, s^2
         limits = robot.velocity_limits
         self._fastest = np.where(np.isfinite(limits), LIMIT_MARGIN * limits, FASTEST_JOINT)
 
@@ -44,19 +44,19 @@ class Integration:
         said = robot.description.uncertainty
         if said is None or said.velocity_noise is None:
             return None
-        # Errors of messages are taken as independent, each over its time step.
+        # The velocity errors of messages are taken as independent, so their variances add up.
         return float(np.max(np.array(said.velocity_noise) * np.sqrt(self._squares)))
 
     def forget(self, joints: slice | Integers = slice(None)) -> None:
-        """Start again at positions that a message has reported."""
+        """Start the integration of joints again, because a message has reported positions."""
         self._seconds[joints] = self._squares[joints] = 0.0
 
     def too_fast(self, velocities: Floats, names: Sequence[str], ours: OurJoints) -> str:
         """
-        Return a sentence if a joint moves faster than its limit; empty otherwise, and for NaN.
+        Return a sentence if a velocity is above the joint's limit; empty otherwise, and for NaN.
 
-        The limit of a joint without one in the robot file is `FASTEST_JOINT`. `names` are the
-        names of the arm's joints.
+        If the robot file has no limit for a joint, `FASTEST_JOINT` is used. `names` are the names
+        of the arm's joints.
         """
         for j, place in zip(*ours.table):
             if place < len(velocities) and abs(velocities[place]) > self._fastest[j]:
@@ -70,19 +70,19 @@ class Integration:
         self, sample: JointSample, velocities: Floats, memory: NamedJoints, ours: OurJoints
     ) -> Floats | None:
         """
-        Return positions for a message without positions, one for each of its names.
+        Return integrated positions for a message without positions, one for each of its names.
 
-        None if a joint of the arm in it has no position yet, or a stale one; if a velocity is not
-        finite; or if its stamp is missing or does not advance.
+        Returns None if a joint of the arm in the message has no position yet or a stale one, if a
+        velocity is not finite, or if the stamp is missing or does not advance.
 
         Parameters
         ----------
         sample, velocities
-            The message and its velocities.
+            The message, and its velocities as an array, rad/s or m/s.
         memory
-            The memory of the joints.
+            The memory of the arm's joints.
         ours
-            The arm's joints in the message.
+            Indices of the arm's joints in the message.
         """
         columns, (joints, places) = memory.columns, ours.table
         steps = (sample.stamp - columns.stamp[joints]) * 1e-9

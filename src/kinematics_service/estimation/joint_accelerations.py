@@ -1,4 +1,4 @@
-"""Joint accelerations by a straight line through the last velocities (least squares)."""
+"""Estimate joint accelerations: fit a straight line to the last velocities (least squares)."""
 
 import numpy as np
 
@@ -7,26 +7,26 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity
 from .joint_memory import NamedJoints
 
-# Number of velocities in memory for each joint: a window with more is shortened.
+# Number of velocities in memory for each joint. If a window contains more, it is shortened.
 SAMPLE_COUNT = 64
 
 
 class JointAccelerations(StreamQuantity):
     """
-    The slopes of straight lines through the last velocities of each joint, by least squares.
+    The slope of a straight line through the last velocities of each joint, by least squares.
 
-    A slope is the acceleration half a window ago. It is exact if the acceleration changes at a
-    constant rate and messages come at equal intervals. Noise s (rad/s) of N velocities in a window
-    of T seconds gives an error of about 3.5 s / (T sqrt(N)).
+    The slope is the acceleration half a window ago. It is exact if the acceleration changes at a
+    constant rate and messages come at equal intervals. If N velocities in a window of T seconds
+    have the standard deviation s (rad/s), that of the slope is about 3.5 s / (T sqrt(N)).
 
     Only reported velocities are used: differences of positions would divide their noise by the
-    square of the time step. Velocities older than the window are left out, except the last two. A
-    joint starts again after a gap between stamps longer than the timeout, or a step back.
+    square of the time step. Velocities older than the window are left out, except the last two. If
+    stamps have a gap longer than the timeout or step back, the joint starts again.
 
     Attributes
     ----------
     delay
-        Mean age of the velocities of the last slope, the largest of all joints, s.
+        Mean age of the velocities behind the last slope, s; the largest of all joints.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -77,7 +77,7 @@ class JointAccelerations(StreamQuantity):
         count = np.sum(used, axis=0)
         mean = np.sum(ages, axis=0, where=used) / count
         since = np.where(used, mean - ages, 0.0)
-        # Velocities relative to the last one: a common offset would only add round-off.
+        # Subtract the last velocity: a common offset would only add round-off.
         with np.errstate(over='ignore', invalid='ignore'):
             changes = self._velocities - qdot
             slope = np.sum(since * changes, axis=0) / np.sum(since * since, axis=0)

@@ -1,4 +1,4 @@
-"""Joint efforts of messages minus a bias, the mean of the last efforts on request."""
+"""Subtract a bias from the joint efforts of messages; on request the bias is their last mean."""
 
 from collections import deque
 
@@ -10,7 +10,7 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity, doubles
 from .joint_memory import NamedJoints
 
-# Number of messages whose mean is the bias.
+# Number of messages whose mean effort becomes the bias.
 AVERAGED = 100
 
 
@@ -21,9 +21,9 @@ class JointEfforts(StreamQuantity):
     Attributes
     ----------
     efforts : shape (n,)
-        Last efforts; NaN if the joint's last message has none, or one that is not finite.
+        Last efforts, N m or N; NaN if the joint's last message has no finite effort.
     bias : shape (n,)
-        The bias; None until `take_bias`.
+        The bias, N m or N; None until `take_bias`.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -35,7 +35,7 @@ class JointEfforts(StreamQuantity):
     def take(
         self, answer: EstimatorOutput, message: JointMessage, joints: NamedJoints
     ) -> Floats | None:
-        """Return the efforts minus the bias, shape (n,); None if one is unknown."""
+        """Return the efforts minus the bias, shape (n,); None if an effort is unknown."""
         ours = joints.joints_in(message.names).ours
         self.note(ours, len(message.names), doubles(message.efforts))
         if np.isnan(self.efforts).any():
@@ -46,7 +46,7 @@ class JointEfforts(StreamQuantity):
         """Store the efforts of a message with `names` names and the arm's joints `ours`."""
         joints, places = ours.table
         new = efforts[places] if len(efforts) == names else np.full(len(joints), np.nan)
-        # A copy: callers keep the former array.
+        # Change a copy, because callers keep the former array.
         self.efforts = self.efforts.copy()
         self.efforts[joints] = np.where(np.abs(new) <= kernel.LARGEST, new, np.nan)
         if np.isnan(self.efforts).any():

@@ -1,4 +1,4 @@
-"""The memory of each joint: position, velocity, stamps, and times of arrival."""
+"""Keep the last position, velocity, stamp and time of arrival of each joint, by joint name."""
 
 import math
 from collections.abc import Sequence
@@ -9,16 +9,16 @@ import numpy as np
 from ..kernel import Floats, JointMemory, OurJoints
 from ..robot.robot import Robot
 
-# Largest number of lists of names in memory: a topic has few drivers.
+# Largest number of lists of joint names in memory, one list per driver: a topic has few drivers.
 MAX_LISTS = 16
 
-# Time after which a disagreement is forgotten, ns.
+# Jumps of a joint's position within this time count as a dispute of drivers, ns.
 DISPUTE_WINDOW = 2_000_000_000
 
-# Tolerance of limits, rad or m: encoders round, and a joint at its stop is not beyond it.
+# Tolerance of joint limits, rad or m: encoders round, so a joint at its limit may seem beyond it.
 LIMIT_TOLERANCE = 1e-6
 
-# Columns of the memory that follow a joint to another arm.
+# Columns of the memory that are copied if another arm has a joint of the same name.
 JOINT_COLUMNS = (
     *('position', 'before', 'velocity', 'differenced', 'known', 'stamped', 'stamp', 'arrival'),
     *('jump_count', 'jumps'),
@@ -27,14 +27,14 @@ JOINT_COLUMNS = (
 
 class MessageJoints(NamedTuple):
     """
-    The arm's joints in a message with certain names.
+    The arm's joints in a message with a given list of names.
 
     Attributes
     ----------
     ours
         Indices of the joints in the arm and in the message, for the kernel.
     duplicates
-        Names of joints that occur twice in the message.
+        Names of the arm's joints that occur more than once in the message.
     """
 
     ours: OurJoints
@@ -42,7 +42,7 @@ class MessageJoints(NamedTuple):
 
 
 def joint_names(robot: Robot, prefix: str) -> tuple[str, ...]:
-    """Return the names of the joints in messages."""
+    """Return the names of the joints as messages have them: prefix and name of the robot file."""
     return tuple(prefix + name for name in robot.joint_names)
 
 
@@ -64,8 +64,8 @@ class NamedJoints(JointMemory):
     source
         Source of velocities: kernel.AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     timeout : ns
-        A joint without a position for longer is missing. If stamps step back by more, all joints
-        are forgotten.
+        A joint is missing if its last position is older than this. If stamps step back by more,
+        all joints are forgotten.
     """
 
     def __init__(self, robot: Robot, prefix: str, source: int, timeout: int) -> None:
@@ -76,7 +76,7 @@ class NamedJoints(JointMemory):
         self.configure(robot, source, timeout)
 
     def configure(self, robot: Robot, source: int, timeout: int) -> None:
-        """Apply other settings and keep the states of the joints."""
+        """Apply new settings and keep the states of the joints."""
         self.velocity_source = source
         # Stamps are far below 2^62 ns (146 years); differences must not overflow.
         self.timeout = min(timeout, 2**62)
@@ -93,8 +93,9 @@ class NamedJoints(JointMemory):
 
     def joint_vectors(self) -> tuple[Floats, Floats | None] | None:
         """
-        Return positions (n,) and velocities (n,), or None without all positions. The velocities
-        are None if one is unknown.
+        Return positions (n,) and velocities (n,) of the joints, or None if a position is unknown.
+
+        The velocities are None if one of them is unknown.
         """
         if not self.columns.known.all():
             return None
@@ -102,15 +103,15 @@ class NamedJoints(JointMemory):
         return self.columns.position.copy(), None if np.isnan(qdot).any() else qdot
 
     def positions(self) -> Floats:
-        """Return the joint positions, shape (n,); NaN for unknown ones."""
+        """Return the joint positions, shape (n,), rad or m; NaN for unknown positions."""
         return self.columns.position.copy()
 
     def fits(self, robot: Robot) -> bool:
-        """Return whether the memory has the size of this arm's closed loops."""
+        """Return whether the memory has the size that the closed loops of an arm need."""
         return self.closure == _closure_width(robot)
 
     def joints_in(self, names: Sequence[str]) -> MessageJoints:
-        """Return the joints of the arm in a message with these names."""
+        """Return the arm's joints in a message with the joint names `names`."""
         key = tuple(names)
         found = self._lists.get(key)
         if found is not None:
@@ -123,17 +124,17 @@ class NamedJoints(JointMemory):
         found = MessageJoints(ours, tuple(duplicates))
         if len(self._lists) >= MAX_LISTS:
             self._lists.pop(next(iter(self._lists)))
-        if len(key) <= 8 * len(self.names) + 256:  # a hostile list of names is not worth keeping
+        if len(key) <= 8 * len(self.names) + 256:  # huge lists are not cached
             self._lists[key] = found
         return found
 
     def unmatched(self) -> tuple[tuple[str, ...], ...]:
-        """Return the lists of names in messages if none of them has a joint of the arm."""
+        """Return the lists of names in messages if no list has a joint of the arm; else empty."""
         has_ours = any(found.ours.count for found in self._lists.values())
         return () if has_ours else tuple(self._lists)
 
     def newest(self) -> int | None:
-        """Return the latest stamp (ns) of a joint; None without a known joint."""
+        """Return the latest stamp (ns) of all joints; None if no joint position is known."""
         known = self.columns.known != 0
         return int(self.columns.stamp[known].max()) if known.any() else None
 

@@ -8,8 +8,7 @@ from ..kernel import Floats
 
 class JointSample(NamedTuple):
     """
-    Joint names with their positions and velocities, and the times of their measurement and
-    receipt.
+    One JointState message: joint names, positions, velocities, efforts, and its times.
 
     Attributes
     ----------

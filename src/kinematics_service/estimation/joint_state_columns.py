@@ -1,7 +1,7 @@
 """
-Read many serialized JointState messages at once, if only stamps and numbers differ.
+Read many serialized JointState messages at once if they differ only in stamps and numbers.
 
-Messages of another form than the first one need the reader of single messages.
+Messages of another form than the first message need the reader of single messages.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,11 @@ Flags: TypeAlias = npt.NDArray[np.bool_]
 
 
 class MessageColumns(NamedTuple):
-    """Messages in columns, with both fields of the stamps; `alike` marks the valid rows."""
+    """
+    Messages as columns, one row per message: both fields of the stamps (s, ns), and numbers.
+
+    `alike` marks the rows of messages with the form of the first message; other rows are invalid.
+    """
 
     alike: Flags
     names: tuple[str, ...]
@@ -34,7 +38,7 @@ class MessageColumns(NamedTuple):
 
 
 def columns_of(raws: Sequence[bytes], ros1: bool = False) -> MessageColumns | None:
-    """Return messages of equal length in columns; None if the first has no form."""
+    """Return messages of equal length as columns; None if the first message has no form."""
     form = form_of(raws[0], ros1)
     if form is None:
         return None

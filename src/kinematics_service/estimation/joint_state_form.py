@@ -1,8 +1,8 @@
 """
-The form of a stream of serialized JointState messages: the offsets of its numbers.
+Find the form of serialized JointState messages: the offsets of their numbers.
 
-A driver sends the same names in every message. So its messages differ only in stamps, numbers and
-bytes without a meaning.
+A driver sends the same names in every message. So the messages of a driver differ only in stamps,
+numbers and bytes without a meaning.
 """
 
 import sys
@@ -22,7 +22,7 @@ _EMPTY.setflags(write=False)
 @dataclass(frozen=True, eq=False)  # arrays have no single truth value
 class JointStateForm:
     """
-    Messages in plain CDR with the same names, frame and lengths.
+    The form of messages in plain CDR with equal names, frame and lengths.
 
     Attributes
     ----------
@@ -31,11 +31,12 @@ class JointStateForm:
     size
         Bytes of a message.
     positions, velocities, efforts
-        Their ranges of bytes, as doubles of this machine; the stamp is at `cdr.STAMP_AT`.
+        Byte ranges of these numbers, which are doubles of this machine. The stamp is at
+        `cdr.STAMP_AT`.
     fixed : shape (size,)
-        Mask of the bits that are equal in all messages: 255 for a fixed byte, 0 for another.
+        Mask of the bits that are equal in all messages: 255 for a fixed byte, 0 for other bytes.
     same : shape (size,)
-        The fixed bytes; 0 elsewhere.
+        The values of the fixed bits; 0 for other bits.
     """
 
     names: tuple[str, ...]
@@ -61,7 +62,7 @@ class JointStateForm:
         )
 
     def for_joints(self, ours: OurJoints) -> IncomingForm:
-        """Return the form for the kernel, for messages with these joints of the arm."""
+        """Return the kernel's form of these messages; `ours` are the arm's joints in them."""
         return IncomingForm(self.fixed, self.same, STAMP_AT, self.positions, self.velocities, ours)
 
 
@@ -72,7 +73,7 @@ def doubles_of(data: bytes) -> Floats:
 
 class SerializedSample(NamedTuple):
     """
-    A serialized JointState that probably has a certain form.
+    A serialized JointState message, with the form that it is expected to have.
 
     Attributes
     ----------
@@ -104,7 +105,7 @@ class SerializedSample(NamedTuple):
 
 
 class JointStateFields(NamedTuple):
-    """Ranges of the fields of a serialized JointState."""
+    """Byte ranges of the fields of a serialized JointState."""
 
     frame: slice
     names: tuple[slice, ...]
@@ -115,12 +116,12 @@ class JointStateFields(NamedTuple):
 
 def fields_of(reader: CdrReader) -> JointStateFields:
     """
-    Return the ranges of the fields of a JointState, in any encoding.
+    Return the byte ranges of the fields of a JointState, in the encoding of the reader.
 
     Raises
     ------
     CdrError
-        The bytes are not a message of this type.
+        The bytes are not a JointState.
     """
     reader.skip(STAMP.size)
     frame = reader.text()
@@ -135,8 +136,8 @@ def form_of(data: bytes, ros1: bool = False) -> JointStateForm | None:
     """
     Return the form of a message; `ros1` for a message of ROS 1.
 
-    None if it is not a whole JointState in plain CDR, if a text is not plain, or on a machine with
-    another byte order. Such messages need the general reader.
+    Returns None if the message is not a whole JointState in plain CDR, if a text has a zero
+    elsewhere than at its end, or on a big-endian machine. Such messages need the general reader.
     """
     try:
         reader = Ros1Reader(data) if ros1 else CdrReader(data)
@@ -165,7 +166,8 @@ def form_of(data: bytes, ros1: bool = False) -> JointStateForm | None:
 
 
 def _plain_text(data: bytes) -> str:
-    # Readers treat a text without its zero, and one with zeros within, differently.
+    # Returns a text without its final zero. Other texts are refused, because readers of ROS treat
+    # a text without a final zero, or with a zero inside, differently.
     if data.find(0) != len(data) - 1:
         raise CdrError('a text that does not end with its only zero')
     return data[:-1].decode()

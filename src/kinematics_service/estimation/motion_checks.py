@@ -14,7 +14,7 @@ from ..kernel import Floats, Integers
 from ..robot.robot import Robot
 from .joint_state_columns import Flags
 
-# Smaller differences of positions are not faults, rad, m: encoders, rounding, play.
+# Smaller differences of positions are not faults, rad, m: encoders, rounding, backlash.
 POSITION_TOLERANCE = (0.02, 0.005)
 # A step is a jump above this times the motion at the larger reported speed.
 SPEED_MARGIN = 3.0  # by trial: filters of drivers report accelerations late
@@ -22,7 +22,8 @@ SPEED_MARGIN = 3.0  # by trial: filters of drivers report accelerations late
 LIMIT_MARGIN = 2.0  # by trial: jitter of stamps halves an interval
 # Speed of a joint without a velocity limit, rad/s, m/s: above that of industrial arms.
 FREE_SPEED = (10.0, 2.0)
-# In a longer interval a joint can start and stop, s: reported speeds at its ends are not used.
+# A joint can start and stop within a longer interval, s, so reported speeds at both ends of such
+# an interval are not used.
 START_AND_STOP = 0.05
 # Time over which a speed is averaged, s: jitter of stamps adds 10 %.
 SPEED_BASELINE = 0.2
@@ -32,24 +33,28 @@ VELOCITY_WINDOW = 1.0
 INTERVAL_LIMIT = 0.15
 # Largest delay of velocities by filters, and largest lead of commanded velocities, s.
 LAG_LIMIT = 0.1
-# Largest difference of integral and position, relative to the larger one: filters also smooth.
+# Largest difference of the integrated and the reported motion, relative to the larger motion:
+# filters of drivers smooth velocities.
 VELOCITY_SHARE = 0.3
-# Smallest number of positions in a comparison: two intervals in each half of the time.
+# Smallest number of positions in a check: two intervals in each half of the time.
 SAMPLE_MINIMUM = 5
 
 
 def joint_steps(q: Floats, wraps: bool) -> Floats:
-    """Return the steps between positions, shape (N - 1,), shorter than half a turn if it wraps."""
+    """
+    Return the steps between positions, shape (N - 1,), rad or m; with `wraps` at most half a turn.
+    """
     steps = np.diff(q)
     return np.asarray(np.mod(steps + math.pi, math.tau) - math.pi if wraps else steps)
 
 
 def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     """
-    Return the intervals in which joint j jumps: its step is too large for speeds in `LAG_LIMIT`.
+    Return the indices of intervals in which the step of joint j is too large for its speed.
 
-    Intervals shorter than the median count as the median: pairs of messages with nearly equal
-    stamps were not measured in pairs.
+    The speed is the largest reported one within `LAG_LIMIT` of the interval. Intervals shorter
+    than the median count as the median: two messages may have nearly equal stamps although their
+    measurements are apart.
 
     Parameters
     ----------
@@ -79,7 +84,9 @@ def integral(t: Floats, qdot: Floats) -> Floats:
 
 
 def largest_speed(t: Floats, q: Floats) -> Floats:
-    """Return the largest mean speed over `SPEED_BASELINE` of positions (N,) or (N, k)."""
+    """
+    Return the largest mean speed over `SPEED_BASELINE`, for positions (N,) or (N, k) at times t.
+    """
     ends = np.searchsorted(t, t + SPEED_BASELINE)
     begins = np.flatnonzero(ends < len(t))
     ends = ends[begins]
@@ -89,16 +96,16 @@ def largest_speed(t: Floats, q: Floats) -> Floats:
 
 def path_errors(t: Floats, q: Floats, qdot: Floats, lags: Floats) -> Floats:
     """
-    Return the integrals of velocities delayed by L lags (s) minus the positions.
+    Return the integrated velocities, shifted by each of L lags (s), minus the positions.
 
-    Shape (L, N), rad or m, up to a constant; NaN if the time is beyond the ends.
+    Shape (L, N), rad or m, up to a constant. NaN if the shifted time is outside of `t`.
     """
     path, nan = integral(t, qdot), math.nan
     return np.stack([np.interp(t + lag, t, path, left=nan, right=nan) - q for lag in lags])
 
 
 def scale_in_words(scale: float) -> str:
-    """Return the likely cause of a ratio of reported velocities to those by the positions."""
+    """Return a text with the ratio of integrated to reported motion, and its likely cause."""
     degrees, flipped = abs(scale - math.degrees(1.0)) < 2.0, abs(scale + 1.0) < 0.1
     cause = ': degrees?' if degrees else ': wrong sign' if flipped else ''
     return f'{scale:.3g} times the change of its position{cause}'
@@ -106,9 +113,10 @@ def scale_in_words(scale: float) -> str:
 
 def suspects(t: Floats, q: Floats, qdot: Floats, tolerances: Floats) -> Flags:
     """
-    Return whether `jumps` or `contradiction` may find a fault of each of k joints, shape (k,).
+    Return for each of k joints whether `jumps` or `contradiction` may find a fault, shape (k,).
 
-    It takes few operations for all joints together; these two take thirty for each joint.
+    This test takes few array operations for all joints; `jumps` and `contradiction` take thirty
+    for each joint.
     """
     late = t >= t[-1] - VELOCITY_WINDOW
     agree = np.ptp(integral(t[late], qdot[late]) - q[late], axis=0) <= tolerances
@@ -133,7 +141,7 @@ def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: st
         return ''
     if moved <= tolerance:
         return f'up to {fastest:.3g} {unit}/s, but its position moves by {moved:.1g} {unit}'
-    # Only the second half may show the cause.
+    # Fit the ratio to the second half of the time: the first half may be from before the fault.
     x, y = (half - np.mean(half) for half in (q[len(q) // 2 :], path[len(q) // 2 :]))
     scale = float(np.dot(x, y) / max(np.dot(x, x), np.finfo(float).tiny))
     if np.ptp(y - scale * x) > VELOCITY_SHARE * np.ptp(y):

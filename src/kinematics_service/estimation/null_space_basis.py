@@ -1,4 +1,4 @@
-"""The null space of the task at each state, by a basis that is continuous over time."""
+"""Compute a basis of the task's null space after each message, continuous over time."""
 
 from ..kernel import Floats
 from ..kinematics.null_space import basis_of
@@ -9,14 +9,14 @@ from .joint_memory import NamedJoints
 
 class NullSpaceBasis(StreamQuantity):
     """
-    The joint motions that leave the task's rows at rest, shape (n, k): the nearest basis to the
-    last one.
+    A basis of the joint motions that leave the task's rows at rest, shape (n, k): at each message
+    the basis nearest to the one before.
     """
 
     _last: Floats | None = None
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """Apply other settings; a new chain starts with a new basis."""
+        """Apply new settings; another chain starts with a new basis."""
         if robot.chain is not self.robot.chain:
             self._last = None
         super().configure(robot, settings)
@@ -24,7 +24,7 @@ class NullSpaceBasis(StreamQuantity):
     def take(
         self, answer: EstimatorOutput, message: JointMessage, joints: NamedJoints
     ) -> Floats | None:
-        """Return the basis."""
+        """Return the basis (n, k) at a new state."""
         state = answer.state
         self._last = basis_of(state.robot.singularity.task, state.jacobian, self._last)
         return self._last

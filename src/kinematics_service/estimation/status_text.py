@@ -1,4 +1,4 @@
-"""The singularity warning in words: a level, a sentence, and keys with values."""
+"""Write the singularity warning as text: a level, a sentence, and keys with values."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -20,10 +20,11 @@ from ..robot.file.parts.loop_groups import closed_together, group_in_words, grou
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
 
-# Components below this ratio to the largest are left out of the words.
+# Components below this ratio to the largest component are left out of texts.
 NEGLIGIBLE_RATIO = 0.1
 
-# Largest length of an expression in the sentence, characters; longer ones are in the values only.
+# Largest length of an expression in the sentence, characters. Longer expressions are only in the
+# values.
 MAX_EXPRESSION_LENGTH = 24
 
 
@@ -39,7 +40,7 @@ class StatusText:
 def direction_in_words(
     direction: Floats, kinds: tuple[str, str] = ('motion along', 'rotation about')
 ) -> str:
-    """Return a direction (6,) in words: motion along, or rotation about, an axis."""
+    """Return a direction (6,) as text: motion along an axis, rotation about an axis, or both."""
     linear, angular = direction[:3], direction[3:]
     parts = []
     strongest = max(float(np.linalg.norm(linear)), float(np.linalg.norm(angular)))
@@ -54,13 +55,13 @@ def _axis_in_words(axis: Floats) -> str:
     for k, name in enumerate('xyz'):
         if abs(axis[k]) > math.cos(math.radians(2.0)):
             return name
-    # A lost direction is a line: show it with its largest component positive.
+    # The sign of a lost direction is arbitrary: show it with its largest component positive.
     axis = axis * np.sign(axis[int(np.argmax(np.abs(axis)))])
     return '(' + ', '.join(f'{x + 0.0:.2f}' for x in axis) + ')'
 
 
 def joints_in_words(names: Sequence[str], motion: Floats) -> str:
-    """Return the joints of a joint motion with signs: `q2 + q4 - q6`."""
+    """Return the joints that a joint motion (n,) moves most, with signs, as `q2 + q4 - q6`."""
     largest = float(np.max(np.abs(motion)))
     if largest == 0.0:
         return 'no joint'
@@ -94,7 +95,7 @@ def singularity_status(
     robot: Robot, singularity: Singularity, level: Level, base_frame: str, joint_prefix: str = ''
 ) -> StatusText:
     """
-    Return the warning of a pose.
+    Return the singularity status of a pose as text.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def singularity_status(
     level
         OK, WARN or ERROR, after hysteresis.
     base_frame
-        Name of the frame of the lost direction.
+        Name of the frame in which the lost direction is given.
     joint_prefix
         Prefix of the joint names of the robot file.
     """
@@ -154,18 +155,19 @@ def singularity_status(
 
 
 def flat_position(loop: str) -> str:
-    """Return the flat position of a closed loop, or of loops closed together, in words."""
+    """Return the text for a flat position (singular loop equations) of one or several loops."""
     return f'a flat position of the {group_in_words(loop)}'
 
 
 def lost_hold(loop: str) -> str:
-    """Return the effect of a flat position of a closed loop, in words."""
+    """Return a text about the effect of a flat position (singular equations) of a closed loop."""
     moves = 'move' if closed_together(loop) else 'moves'
     return f'there the motors do not hold what the {group_in_words(loop)} {moves}'
 
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
-    # Names the nearest singularity: a singular pose of the arm, or a flat position of a loop.
+    # Returns the name of the nearest singularity: a singular pose of the arm, or a flat position
+    # (singular equations) of a loop.
     thresholds, condition = robot.singularity.thresholds, singularity.condition_number
     none_near = thresholds.measure == 'distance' and singularity.distance > thresholds.warn
     if none_near and level == Level.WARN and condition > kernel.NEARLY_SINGULAR:
@@ -238,7 +240,7 @@ def _seconds(time: float | None) -> str:
 
 
 def structure_in_words(robot: Robot) -> str:
-    """Return the rank that an arm lacks at every pose, in words; empty for full rank."""
+    """Return a text about the missing rank of an arm at every pose; empty for full rank."""
     task = robot.singularity.task
     if not task.structurally_deficient:
         return ''

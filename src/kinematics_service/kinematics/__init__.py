@@ -1,1 +1,1 @@
-"""Pose, Jacobian, twist, singularity and inverse of an arm, as functions of joint positions."""
+"""Compute pose, Jacobian, twist, singularity and inverse kinematics of an arm."""

@@ -1,13 +1,14 @@
 """
-The exact time derivative of the Jacobian by its screws, and the acceleration of the tool.
+Compute the exact time derivative of the Jacobian by its screws, and the acceleration of the tool.
 
 The Jacobian is a sum of screws, which the kernel computes with the pose. The elements before an
-element carry its screw (s, w) along: they move the reference point with V and turn with W. So
-dw/dt = W x w and ds/dt = W x s + w x (V_all - V). V_all is the velocity of the reference point.
+element carry its screw (s, w) along: they move the reference point with the velocity V and turn
+with the angular velocity W. So dw/dt = W x w and ds/dt = W x s + w x (V_all - V), where V_all is
+the velocity of the reference point by all elements.
 
 In an arm with closed loops, J = J_open [1; C]. The passive joints follow so that Phi_x [1; C] = 0
-at all times: Phi_psi dC/dt = -dPhi_x/dt [1; C]. The slopes Phi_x of a loop's residual are screws
-too.
+at all times: Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are
+screws as well.
 """
 
 import numpy as np
@@ -43,8 +44,8 @@ def jacobian_rate(
     q, qdot : shape (..., n), rad or m, rad/s or m/s
         Joint positions and velocities.
     axes, of, at
-        As `jacobian` takes them. The derivative is that in the base frame; `axes` are those its
-        numbers are in.
+        As `jacobian` takes them. The derivative is taken in the base frame, and then expressed in
+        `axes`.
 
     Raises
     ------
@@ -92,7 +93,7 @@ def acceleration(
 
     Examples
     --------
-    An arm of 1 m that turns by 2 rad/s: its end is drawn inwards by 4 m/s^2.
+    The end of an arm of 1 m that turns by 2 rad/s has the centripetal acceleration 4 m/s^2:
 
     >>> import kinematics_service as ks
     >>> robot = ks.load_robot('planar_2r')
@@ -112,7 +113,7 @@ def acceleration_of(
     state: ToolState, point: Point, qddot: Floats, at: npt.ArrayLike | None = None
 ) -> Floats:
     """
-    Return the acceleration of a point, of its state with known velocities, in base axes, (..., 6).
+    Return the acceleration (..., 6) of a point in base axes; its state must have velocities.
     """
     J, qdot = state.jacobian, velocities_of(state)
     if at is not None:
@@ -121,7 +122,7 @@ def acceleration_of(
 
 
 def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
-    # The derivative of J in base axes, shape (..., 6, n).
+    # Returns the time derivative of J in base axes, shape (..., 6, n).
     chain, qdot = point.chain, velocities_of(state)
     n, entries = chain.dof, chain.entries
     screws = state.row[..., chain.screws_at : chain.screws_at + 6 * entries]
@@ -143,11 +144,13 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
 
 
 def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -> Floats:
-    # The derivatives of the screws (..., 6, entries) of a chain by the rates of its variables.
+    # Returns the time derivatives of the screws (..., 6, entries) of a chain, for the velocities
+    # `rates` of its variables.
     entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
-    # The motion of all elements before each entry. Entries of one element share an axis.
+    # The twist by all elements before the element of each entry: entries of one element share an
+    # axis, so they do not move each other.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)
@@ -157,7 +160,7 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
 
 
 def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
-    # Sums the entries of each joint and passive joint.
+    # Sums the columns of entries to columns of joints and passive joints.
     result = np.zeros((*six_rows.shape[:-1], chain.variables))
     for k, j in enumerate(chain.table.joint):
         result[..., j] += six_rows[..., k]
@@ -165,7 +168,7 @@ def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
 
 
 def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tuple[Floats, Floats]:
-    # C and dC/dt, shape (..., P, n), by the rates of all variables.
+    # Returns C and dC/dt, shape (..., P, n), for the velocities of all variables.
     n, P = closure.dof, closure.passive
     leading = section.shape[:-1]
     coupling = section[..., closure.coupling_at : closure.status_at].reshape(*leading, P, n)

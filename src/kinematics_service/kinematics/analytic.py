@@ -1,8 +1,8 @@
 """
-Analytic Jacobians: rates of orientation coordinates instead of the angular velocity.
+Compute analytic Jacobians: rates of orientation coordinates instead of the angular velocity.
 
-Coordinates of a rotation have singularities of their own. At pitch = +-90 degrees roll and yaw
-turn about one axis. A rotation vector jumps at half a turn.
+Such coordinates have singularities of their own. At pitch = +-90 degrees roll and yaw turn about
+one axis. A rotation vector jumps at half a turn.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ from ..robot.points import TOOL
 from ..robot.robot import AnyRobot, as_robot
 from .forward import BASE, chosen, state_of
 
-# Names of the rows of the orientation.
+# Names of the rows of the orientation, by the kind of coordinates.
 COORDINATES = {
     'rpy': ('roll', 'pitch', 'yaw'),
     'quaternion': ('qx', 'qy', 'qz', 'qw'),
@@ -36,8 +36,8 @@ class AnalyticJacobian(FrozenArrays):
     rows
         Names of the rows: x y z, then the coordinates.
     jacobian : shape (..., 6 or 7, n)
-        In m and rad, base axes. Roll and yaw have no rates at pitch = +-90 degrees: the rows of
-        the orientation are NaN there.
+        In m and rad, base axes. At pitch = +-90 degrees roll and yaw have no rates, so the rows
+        of the orientation are NaN.
     coordinates : shape (..., 3 or 4)
         Roll, pitch and yaw, R = Rz(yaw) Ry(pitch) Rx(roll); the unit quaternion x y z w, w >= 0;
         or the rotation vector, of length up to pi.
@@ -46,9 +46,9 @@ class AnalyticJacobian(FrozenArrays):
         sqrt(1 + |sin(pitch)|) / cos(pitch), infinite at pitch = +-90 degrees. Quaternions: 0.5.
         Rotation vectors: at most pi / 2.
     singular : shape (...)
-        Whether the coordinates are singular: at pitch = +-90 degrees, and at half a turn. A
-        rotation vector jumps to its opposite there, so the rates hold on one side only. Never for
-        quaternions.
+        Whether the coordinates are singular: roll, pitch and yaw at pitch = +-90 degrees, a
+        rotation vector at half a turn; quaternions never. At half a turn the rotation vector jumps
+        to its opposite, so the rates hold on one side only.
     """
 
     rows: tuple[str, ...]
@@ -85,8 +85,7 @@ def analytic_jacobian(
     JointVectorError
         The last dimension of `q` is not n, or a number is not finite.
     PointError
-        The arm has no such point or row, `at` is not three finite numbers, or `rates` is another
-        word.
+        The arm has no such point or row, `at` is not three finite numbers, or `rates` is unknown.
 
     Examples
     --------
@@ -120,7 +119,8 @@ def analytic_jacobian(
     )
 
 
-# Coordinates, the matrix from angular velocity to their rates, its norm, and whether singular.
+# Coordinates, the matrix from angular velocity to their rates, the norm of this matrix, and
+# whether the coordinates are singular.
 _Map = tuple[Floats, Floats, Floats, npt.NDArray[np.bool_]]
 
 
@@ -137,7 +137,8 @@ def _of_rpy(R: Floats) -> _Map:
     by_turn = _stacked(
         [c / by, s / by, zero], [-s, c, zero], [c * tangent, s * tangent, zero + 1.0]
     )
-    # The smallest singular value of that sum is sqrt(1 - |sin|) = cos / sqrt(1 + |sin|).
+    # The smallest singular value of the matrix [Rz Ry x, Rz y, z] is
+    # sqrt(1 - |sin(pitch)|) = cos(pitch) / sqrt(1 + |sin(pitch)|).
     growth = np.sqrt(1.0 + np.abs(R[..., 2, 0]))
     amplification = np.where(singular, np.inf, growth / np.where(singular, 1.0, cos_pitch))
     return coordinates, by_turn, amplification, singular
@@ -145,7 +146,7 @@ def _of_rpy(R: Floats) -> _Map:
 
 def _of_quaternion(quaternion_xyzw: Floats) -> _Map:
     x, y, z, w = np.moveaxis(quaternion_xyzw, -1, 0)
-    # Half the product of the angular velocity, as a quaternion, with this one.
+    # The rate of a quaternion q is half the product of the quaternion (w, 0) and q.
     by_turn = 0.5 * _stacked([w, z, -y], [-z, w, x], [y, -x, w], [-x, -y, -z])
     return (
         quaternion_xyzw.copy(),
@@ -162,7 +163,7 @@ def _of_rotation_vector(R: Floats) -> _Map:
     half = 0.5 * angle
     small = angle < 1e-3
     safe = np.where(small, 1.0, angle)
-    # (1 - half cot(half)) / angle^2, by its series near zero.
+    # The factor (1 - half cot(half)) / angle^2, by its series near zero.
     share = np.where(
         small,
         1.0 / 12.0 + angle * angle / 720.0,

@@ -1,4 +1,4 @@
-"""Checks of arguments: numbers of a shape, seeds, rows, and shapes that broadcast together."""
+"""Check arguments: numbers of a shape, seeds, rows, and shapes that broadcast together."""
 
 import contextlib
 import math
@@ -22,9 +22,9 @@ def numbers_of(
     shapes: str = '',
 ) -> Floats:
     """
-    Return an argument as a new array of numbers, or raise an ArgumentError of a type.
+    Return an argument as a new array of numbers, or raise an error of the type `refusal`.
 
-    `shapes`: the expected shapes in words, if leading dimensions are accepted, too.
+    `shapes` is the text of the expected shapes if leading dimensions are accepted.
     """
     try:
         return np.array(given, dtype=np.float64, order='C')
@@ -37,19 +37,19 @@ def numbers_of(
 def refused(
     name: str, expected: str, given: object, refusal: type[ArgumentError] = ArgumentError
 ) -> ArgumentError:
-    """Return the error of an argument that is not what is expected."""
+    """Return an error that names an argument, the expected value and the given value."""
     return refusal(f'{name} must be {expected}, not {given!r:.80}', name, [expected], given)
 
 
 def seed_of(seed: SupportsIndex) -> int:
-    """Return a seed of random numbers, or raise an ArgumentError."""
+    """Return a random seed as an int, or raise an ArgumentError if it is not a whole number."""
     if not isinstance(seed, Integral) or seed < 0:
         raise refused('seed', 'a whole number from 0 on', seed)
     return int(seed)
 
 
 def random_from(seed: SupportsIndex) -> np.random.Generator:
-    """Return the random numbers of a seed, or raise an ArgumentError."""
+    """Return a generator of random numbers with a seed, or raise an ArgumentError."""
     return np.random.default_rng(seed_of(seed))
 
 
@@ -57,12 +57,13 @@ def finite_rows(
     refusal: type[ArgumentError], name: str, given: npt.ArrayLike, count: int
 ) -> Floats:
     """
-    Return an argument, shape (..., count).
+    Return an argument as an array of finite numbers, shape (..., count).
 
     Raises
     ------
     ArgumentError
-        It has another shape, or a number is not finite. The type is `refusal`.
+        The argument has another shape, or a number is not finite. The error is of the type
+        `refusal`.
     """
     array = np.empty(0)
     with contextlib.suppress(TypeError, ValueError, OverflowError):
@@ -88,7 +89,7 @@ def shape_together(
     """
     Return the leading dimensions of two arguments, broadcast together.
 
-    The first is (..., n). The second has `own` dimensions behind the leading ones, the last of
+    The shape `one` is (..., n). The shape `other` ends with the last `own` dimensions of
     `expected`. Shapes that do not fit raise an ArgumentError of the type `refusal`.
     """
     if other[-own:] == expected[-own:]:
@@ -99,7 +100,7 @@ def shape_together(
 
 
 def number_or_nan(value: SupportsFloat) -> float:
-    """Return a number, or NaN, which is in no range, for anything else."""
+    """Return a number as a float, or NaN for any other value: NaN is outside of all ranges."""
     if isinstance(value, float):  # the usual case; `isinstance(value, Real)` takes longer
         return value
     try:

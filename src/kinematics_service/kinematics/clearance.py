@@ -1,4 +1,4 @@
-"""Proved radii around poses in which no pose is singular, by bounds of the Jacobian's change."""
+"""Prove radii around poses in which no pose is singular, by bounds of the Jacobian's change."""
 
 import functools
 
@@ -26,12 +26,12 @@ def clearances(robot: Robot, q: Floats) -> Floats:
     q : shape (N, n), rad or m
         Joint positions, in C order.
     """
-    # The bounds do not cover loops, and take 2 s for 128 joints.
+    # The bounds do not cover loops, and take too long for many joints: 2 s for 128.
     if robot.chain.loops or robot.dof > kernel.MAX_SEARCHED_JOINTS:
         return np.zeros(len(q))
     sizes = _sizes(robot, q)
     radii = np.empty(len(q))
-    # Not by np.unique: it imports numpy.ma, 10 ms of the first pose.
+    # A set instead of np.unique, which imports numpy.ma: 10 ms at the first pose.
     for size in set(sizes.tolist()):
         chosen = sizes == size
         radii[chosen] = _radii(robot, _bounds(robot, size), q[chosen])
@@ -39,9 +39,9 @@ def clearances(robot: Robot, q: Floats) -> Floats:
 
 
 def _sizes(robot: Robot, q: Floats) -> Floats:
-    # The largest position of sliding joints beyond their limits, or without limits. It is rounded
-    # up to a power of two times the characteristic length, so that few bounds serve many poses.
-    # 0 if all sliding joints are inside their limits.
+    # Returns for each pose the largest position of prismatic joints beyond their limits or without
+    # limits; 0 if all are inside their limits. The position is rounded up to a power of two times
+    # the characteristic length, so that few bounds serve many poses.
     strokes = _strokes(robot)
     slides = strokes != 0.0
     if not slides.any():

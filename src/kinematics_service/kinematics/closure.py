@@ -1,4 +1,4 @@
-"""The closed loops of an arm at joint positions: passive joints and determinants."""
+"""The state of the closed loops of an arm at joint positions: passive joints and determinants."""
 
 from dataclasses import dataclass
 
@@ -25,10 +25,10 @@ class LoopClosure:
     coupling : shape (..., P, n)
         The velocities of the passive joints per joint velocity, -(d Phi / d psi)^-1 d Phi / d q.
     determinants : shape (..., L)
-        det(d Phi / d psi) of each loop, in SI units. If it is 0 the loop is flat: its branch ends
-        or meets another one.
+        det(d Phi / d psi) of each loop, in SI units. If it is 0, the loop equations are singular:
+        the branch of the loop ends or meets another branch.
     residuals : shape (..., L)
-        The largest component of Phi: relative to the loop's size, or in rad.
+        The largest component of the loop equations Phi: relative to the loop's size, or in rad.
     steps : shape (..., L)
         Number of Newton's steps of each loop from the assembled position of the robot file.
     """
@@ -43,7 +43,7 @@ class LoopClosure:
 
 
 def closure_in(robot: Robot, section: Floats) -> LoopClosure:
-    """Return the loops of an arm from the kernel's numbers (..., width)."""
+    """Read the state of the loops from the kernel's numbers `section`, shape (..., width)."""
     n, closure = robot.dof, robot.chain.closure
     P, variables = closure.passive, closure.variables
     leading = section.shape[:-1]
@@ -62,7 +62,8 @@ def closure_in(robot: Robot, section: Floats) -> LoopClosure:
 
 def why_not_closed(robot: Robot, q: Floats) -> tuple[str, str]:
     """
-    Return the loop that does not close at joint positions (n,), and a sentence; '' if all close.
+    Return the name of a loop that does not close at joint positions (n,), and the reason as a
+    sentence; two empty texts if all loops close.
     """
     sections, failed = close_at(robot.chain, q[None])
     if failed[0] == 0.0:

@@ -1,5 +1,5 @@
 """
-Forward kinematics, Jacobian and twist of an arm, in one pass of the kernel.
+Compute forward kinematics, Jacobian and twist of an arm, in one pass of the kernel.
 
 Frames and orders are those of KDL, MoveIt's `getJacobian`, the Robotics Toolbox's `jacob0` and
 Pinocchio's LOCAL_WORLD_ALIGNED: base axes, reference point the tool's origin, linear rows first.
@@ -39,12 +39,12 @@ def forward_kinematics(
     q : shape (..., n), rad or m
         Joint positions.
     axes
-        The frame the pose is in: `base`, or as `of`.
+        The frame in which the pose is expressed: `base`, or a frame named as for `of`.
     of
-        The frame whose pose it is: `tool`, a point of the robot file, or a row of the table
+        The frame whose pose is returned: `tool`, a point of the robot file, or a row of the table
         counted as `link_frames` does.
     at : shape (3,), m
-        Another origin of that frame, in its own coordinates.
+        Another origin for the frame `of`, in the coordinates of this frame.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def link_frames(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
 
 def in_axes_of(pose: Floats, six_rows: Floats) -> Floats:
     """
-    Return a Jacobian (..., 6, k), turned from base axes to those of a pose (..., 4, 4).
+    Return a Jacobian (..., 6, k) turned from base axes to the axes of a pose (..., 4, 4).
     """
     to_axes = np.swapaxes(pose[..., None, :3, :3], -1, -2)
     halves = six_rows.reshape(*six_rows.shape[:-2], 2, 3, six_rows.shape[-1])
@@ -134,7 +134,7 @@ def jacobian(
     robot, q
         As in `forward_kinematics`, which raises the same errors.
     axes
-        Axes of the rows: `base`, or as `of`. They count as at rest.
+        Axes of the rows: `base`, or a frame named as for `of`. The axes count as at rest.
     of
         The frame that moves: `tool`, a point of the robot file, or a row of the table counted as
         `link_frames` does.
@@ -185,7 +185,7 @@ def twist(
 
 def twist_at(twist: npt.ArrayLike, r: npt.ArrayLike) -> Floats:
     """
-    Return the twist of another point of the same body, v + w x r; shape (..., 6).
+    Return the twist of another point of a body, v + w x r; shape (..., 6).
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def state_of(
     depth: int = kernel.JACOBIAN,
 ) -> ToolState:
     """
-    Return the state of a point of the arm; only its pose, Jacobian and twist are of that point.
+    Return the state of an arm whose pose, Jacobian and twist are those of the point `of`.
 
     Raises
     ------
@@ -242,7 +242,8 @@ def chosen(
     axes: str | int,
 ) -> Floats:
     """
-    Return six rows (..., 6, k) of the frame `of`, moved to the point `at` and turned to `axes`.
+    Return Jacobian columns (..., 6, k) of the frame `of`, moved to the point `at` and turned to
+    `axes`.
 
     Raises
     ------
@@ -259,7 +260,7 @@ def chosen(
 
 def with_point_at(six_rows: Floats, r: Floats) -> Floats:
     """
-    Return six rows (..., 6, k) of a point at a distance r (..., 3), in the same axes: v + w x r.
+    Return Jacobian columns (..., 6, k) of a point displaced by r (..., 3), v + w x r; axes stay.
     """
     result = six_rows.copy()
     result[..., :3, :] += cross(six_rows[..., 3:, :], r[..., None])
@@ -268,7 +269,7 @@ def with_point_at(six_rows: Floats, r: Floats) -> Floats:
 
 def cross(a: Floats, b: Floats) -> Floats:
     """
-    Return the cross products a x b of columns (..., 3, k), five times as fast as `np.cross`.
+    Return the cross products a x b of columns (..., 3, k); five times as fast as `np.cross`.
     """
     return np.asarray(
         a.take(_NEXT, axis=-2) * b.take(_LAST, axis=-2)

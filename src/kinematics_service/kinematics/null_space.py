@@ -1,4 +1,4 @@
-"""Null space of the task's Jacobian by singular values, and self-motion away from singularity."""
+"""Compute the null space of the task's Jacobian by SVD, and self-motion away from singularity."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,7 @@ def null_space(
     near: npt.ArrayLike | None = None,
 ) -> Floats:
     """
-    Return an orthonormal basis of the joint motions that leave J_t at rest, shape (..., n, k).
+    Return an orthonormal basis of the null space of J_t, shape (..., n, k).
 
     k is n minus the rank of J_t at most poses: 1 for seven joints, 0 for six. At a singular pose
     more motions leave the tool at rest; k of them are returned.
@@ -43,7 +43,7 @@ def null_space(
     of
         The frame that stays at rest, as `jacobian` takes it.
     near : shape (..., n, k)
-        The basis of an earlier pose. The nearest basis to it is returned, so that signs and
+        The basis of an earlier pose. The basis nearest to `near` is returned, so that signs and
         directions are continuous along a motion.
 
     Raises
@@ -77,7 +77,7 @@ def null_space(
 
 def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     """
-    Return what `null_space` returns, of the Jacobian (..., 6, n) in base axes.
+    Return the basis that `null_space` returns, for a Jacobian (..., 6, n) in base axes.
 
     Parameters
     ----------
@@ -103,7 +103,8 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
         # Make the largest number of each column positive.
         largest = np.argmax(np.abs(basis), axis=-2)[..., None, :]
         return np.asarray(basis * np.sign(np.take_along_axis(basis, largest, axis=-2)))
-    # The nearest basis of the same motions to the earlier one (orthogonal Procrustes problem).
+    # Turn the basis within the null space so that it is nearest to `before` (orthogonal Procrustes
+    # problem).
     U, _, Wt = np.linalg.svd(np.swapaxes(basis, -1, -2) @ before)
     return np.asarray(basis @ (U @ Wt))
 
@@ -112,9 +113,9 @@ def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
     """
     Return the joint motion that raises `distance` fastest while the task's rows rest, (..., n).
 
-    It is the projection g of the gradient of `distance` onto the null space. Joint velocities of
-    s g raise the distance by s |g|^2 per second. It is zero at a singular pose, if no singular
-    pose was found within 1 rad, and for an arm without self-motion.
+    The motion is the projection g of the gradient of `distance` onto the null space. Joint
+    velocities of s g raise the distance by s |g|^2 per second. The motion is zero at a singular
+    pose, if no singular pose was found within 1 rad, and for an arm without self-motion.
 
     Parameters
     ----------
@@ -134,7 +135,7 @@ def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
 
 
 def self_motion_of(state: ToolState, basis: Floats) -> Floats:
-    """Return what `self_motion` returns, of an evaluated state and a basis of its null space."""
+    """Return the motion that `self_motion` returns, for a state and a basis of its null space."""
     found = singularity_of(state)
     if found.nearest_singular is None:
         return np.zeros(state.q.shape)

@@ -1,8 +1,8 @@
 """
-The pseudo-inverse of the task's Jacobian by singular values, plain and damped.
+Compute the pseudo-inverse of the task's Jacobian by singular values, plain and damped.
 
 Only singular values below a bound are damped, so other directions stay exact (Nakamura and
-Hanafusa 1986; Maciejewski and Klein 1988). `joint_velocity` damps alike.
+Hanafusa 1986; Maciejewski and Klein 1988). `joint_velocity` uses this damping.
 """
 
 from collections.abc import Sequence
@@ -30,8 +30,8 @@ class PseudoInverse(FrozenArrays):
     """
     A pseudo-inverse of J_t, its rank and its damping.
 
-    It gives the smallest of the joint motions that make a twist best; angular rows and prismatic
-    columns count by the characteristic length.
+    `matrix` gives the smallest joint motion among those that make a twist with the least error.
+    Angular rows and prismatic columns are scaled by the characteristic length in both norms.
 
     Attributes
     ----------
@@ -57,8 +57,8 @@ class PseudoInverse(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class Inverted(FrozenArrays):
     """
-    Inverted singular values: `gains` (..., k), `rank` (...), and the `damping` (..., k) of each,
-    relative to the length.
+    Inverted singular values `gains` (..., k), 1/m, the `rank` (...), and the `damping` (..., k) of
+    each singular value, relative to the length.
     """
 
     gains: Floats
@@ -68,7 +68,10 @@ class Inverted(FrozenArrays):
 
 def inverted(sigma: Floats, length: float, damping: float, damped_below: float) -> Inverted:
     """
-    Return s / (s^2 + d^2) of singular values (..., k), d^2 = damping^2 (1 - (s / below)^2).
+    Return damped inverses s / (s^2 + d^2) of singular values s below the bound, 1 / s above it.
+
+    With s and d relative to the length: d^2 = damping^2 (1 - (s / damped_below)^2). Singular
+    values below the rank tolerance give 0.
 
     Parameters
     ----------

@@ -1,12 +1,12 @@
 """
-The factor of a joint motion that still stops before singular poses and limits: 0 to 1.
+Compute the factor, 0 to 1, with which a joint motion still stops before singular poses and limits.
 
-A cause at a distance m, its margin, allows a speed v such that v T + v^2 / (2 a) = m: the distance
-of a reaction time T and of a stop with the deceleration a. So the scaled motion stops at the
-margin and never brakes harder than a. All joints are slowed by one factor, which keeps the path.
-The joint that brakes slowest determines the time of a stop.
+A constraint at a distance m, its margin, allows a speed v such that v T + v^2 / (2 a) = m: the
+distance of a reaction time T and of a stop with the deceleration a. So the scaled motion stops at
+the margin and never brakes harder than a. All joints are slowed by one factor, which keeps the
+path. The joint that brakes slowest determines the time of a stop.
 
-It is not a safety function: it depends on the reported positions and speeds.
+The factor is not a safety function: it depends on the reported positions and speeds.
 """
 
 from dataclasses import dataclass
@@ -34,9 +34,9 @@ SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity lim
 SPEED, TURNING = 'speed limit', 'turning limit'
 # MoveIt Servo's rule also slows motion away from a singular pose.
 LEAVING = 'leaving a singularity'
-# Largest number of poses on the way of a stop at which the distance is computed.
+# Largest number of poses during a stop at which the distance to a singular pose is computed.
 MAX_SEARCHES = 16
-# Tolerance of the distance along the way, rad.
+# Tolerance of the distance along the motion, rad.
 DISTANCE_TOLERANCE = 1e-3
 
 
@@ -61,14 +61,14 @@ class Constraint(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Return the constraint in words: `position limit of elbow`."""
+        """Return the constraint as text, for example `position limit of elbow`."""
         return f'{self.cause} of {self.of}' if self.of else self.cause
 
 
 @dataclass(frozen=True, eq=False)
 class MotionScale(FrozenArrays, Generic[Number, Text]):
     """
-    The factor of a joint motion, and the constraint that causes it; not a safety function.
+    The factor of a joint motion, and the constraint that determines it; not a safety function.
 
     Numbers and texts for one motion, arrays for a batch. The scale is the smallest of `values`;
     the first constraint with this value is the cause.
@@ -90,8 +90,9 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     values, margins, times : shape (..., K)
         Factor, margin and time of each constraint.
     proved : shape (...)
-        Whether the clearance proves that no singular pose is on the way of a stop. If False, the
-        search may have missed one. Always False for arms with closed loops.
+        Whether it is proved, by radii without singular poses, that the motion meets no singular
+        pose during a stop. If False, the search may have missed one. Always False for arms with
+        closed loops.
     """
 
     value: Number
@@ -106,7 +107,7 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     proved: npt.NDArray[np.bool_]
 
 
-# The result of a batch.
+# The factors of a batch of motions.
 MotionScales: TypeAlias = MotionScale[Floats, npt.NDArray[np.str_]]
 
 
@@ -121,8 +122,9 @@ class _Shares(NamedTuple):
 
 class _Braking(NamedTuple):
     """
-    Reaction time (s), durations (...) of a stop of the full motion (s), and the time (N,) in which
-    the full motion covers the distance of a stop (s).
+    Times of a stop: `horizon` is the reaction time (s), `stopping` (...) the duration of a stop of
+    the full motion (s), and `due` (N,) the time in which the full motion covers the distance of a
+    stop (s).
     """
 
     horizon: float
@@ -145,7 +147,7 @@ def scale(
     The causes are the singularity ahead (`distance`, down to the threshold `stop`), limits of
     joint positions, limits of joint velocities, and `speed_limits` of the tool and of points.
     Stops use `acceleration` of the robot file. Motion away from a singular pose or a limit is not
-    slowed. It is not a safety function.
+    slowed. The factor is not a safety function.
 
     Parameters
     ----------
@@ -225,8 +227,9 @@ def _scale(found: list[_Shares], proved: npt.NDArray[np.bool_]) -> MotionScale[A
 def _braked(
     constraints: tuple[Constraint, ...], margins: Floats, times: Floats, braking: _Braking
 ) -> _Shares:
-    # The motion scaled by s stops within the time t of the margin: s T + s^2 S / 2 = t. S is the
-    # duration of a stop of the full motion. Solved for s without cancellation.
+    # The motion scaled by s stops at the margin if s T + s^2 S / 2 = t. t is the time in which the
+    # full motion uses up the margin, and S the duration of a stop of the full motion. The formula
+    # is solved for s without cancellation.
     T, stopping = braking.horizon, braking.stopping[..., None]
     kept = 2.0 * times / (T + np.sqrt(T * T + 2.0 * times * stopping))
     values = np.where(np.isfinite(times), np.minimum(kept, 1.0), 1.0)
@@ -234,13 +237,14 @@ def _braked(
 
 
 def _times(margins: Floats, speeds: Floats) -> Floats:
-    # Times until margins are used up; infinite at rest and for motion away.
+    # Returns the times in which motions at these speeds use up the margins; infinite at rest and
+    # for motion away.
     used = (speeds > AT_REST) & np.isfinite(margins)
     return np.where(used, np.maximum(margins, 0.0) / np.where(used, speeds, 1.0), np.inf)
 
 
 def _bounded(constraints: tuple[Constraint, ...], limits: Floats, speeds: Floats) -> _Shares:
-    # Factors of speeds with limits of their own.
+    # Returns the factors of speeds that have limits (not distances).
     values = np.minimum(limits / np.maximum(speeds, np.finfo(float).tiny), 1.0)
     times = np.where(speeds > limits, 0.0, np.inf)
     return _Shares(constraints, values, limits - speeds, times)
@@ -283,12 +287,12 @@ def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
 
 
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Shares:
-    # No singular pose is nearer than the distance, so the motion may advance by the distance
-    # before the next search, up to the distance of a stop (sphere tracing). At the last pose the
-    # singular surface is taken as a plane at right angles to the way to the nearest singular pose.
+    # Sphere tracing: no singular pose is nearer than the distance, so the motion advances by the
+    # distance before the next search, up to the distance of a stop. At the last pose the singular
+    # surface is taken as a plane normal to the direction of the nearest singular pose.
     thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
-    assert stop is not None  # the distance has thresholds of its own
+    assert stop is not None  # the measure `distance` has default thresholds
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / scales, axis=-1)
     passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)
@@ -318,7 +322,7 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 def _proved(
     robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 ) -> npt.NDArray[np.bool_]:
-    # Whether successive balls without a singular pose cover the way of a stop.
+    # Returns whether successive balls without a singular pose cover the motion during a stop.
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / robot.singularity.task.column_scales, axis=-1)
     passed = np.where(speeds > AT_REST, 0.0, braking.due)
@@ -333,8 +337,9 @@ def _proved(
 
 
 def _seen_from(robot: Robot, q: Floats) -> tuple[Singularities, npt.NDArray[np.bool_]]:
-    # The measures of the poses (N, n) at which all closed loops close, and which poses these are.
-    # Loops do not close if the search missed a flat position and the motion advanced beyond it.
+    # Returns the measures of the poses (N, n) at which all closed loops close, and a mask of these
+    # poses. Loops do not close beyond a position at which the loop equations are singular, if the
+    # search missed this position and the motion advanced beyond it.
     closes = np.ones(len(q), bool)
     while True:
         try:

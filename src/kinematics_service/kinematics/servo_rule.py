@@ -1,10 +1,10 @@
 """
-MoveIt Servo's rule: the factor of a tool motion by the condition number of the Jacobian.
+Compute MoveIt Servo's factor of a tool motion from the condition number of the Jacobian.
 
-It is `velocityScalingFactorForSingularity` (moveit_servo/src/utils/common.cpp of MoveIt 2), with
-the same names and defaults of the settings. J has all six rows, in m and rad. For an arm with n <
-6 joints the last of the n singular values counts, as proposed in moveit2#3750. Servo itself reads
-a sixth singular value, which does not exist, and halts.
+The rule is `velocityScalingFactorForSingularity` (moveit_servo/src/utils/common.cpp of MoveIt 2).
+Its settings have the names and defaults of MoveIt. J has all six rows, in m and rad. For an arm
+with n < 6 joints the smallest of the n singular values counts, as proposed in moveit2#3750. Servo
+itself reads a sixth singular value, which does not exist, and halts.
 """
 
 from dataclasses import dataclass, fields
@@ -31,9 +31,10 @@ class ServoRule:
     lower_singularity_threshold, hard_stop_singularity_threshold
         Condition numbers above which the arm is slowed, and stopped.
     leaving_singularity_threshold_multiplier
-        Factor of the range of condition numbers for motion away from a singular pose.
+        Factor by which the range between both thresholds is wider for motion away from a singular
+        pose.
     singularity_step_scale
-        Step, m and rad, that shows in which direction the condition number grows.
+        Step, m and rad, by which the rule tests in which direction the condition number grows.
 
     Raises
     ------
@@ -59,7 +60,7 @@ class ServoRule:
             )
 
     def check(self, robot: Robot) -> None:
-        """Raise ServoSettingsError for an arm with closed loops, of which MoveIt knows none."""
+        """Raise ServoSettingsError for an arm with closed loops, which MoveIt does not support."""
         if robot.chain.loops:
             raise ServoSettingsError(
                 f"{robot.name} has closed loops, for which MoveIt Servo's rule is not made: take "
@@ -70,7 +71,7 @@ class ServoRule:
 
 class ServoShares(NamedTuple):
     """
-    Results of the rule for motions.
+    Results of MoveIt Servo's rule, for one motion or many.
 
     Attributes
     ----------
@@ -79,7 +80,7 @@ class ServoShares(NamedTuple):
     condition, rate : shape (...), 1 and 1/s
         The condition number, and its rate along the motion.
     leaving : shape (...)
-        Whether the rule takes the motion as one away from a singular pose.
+        Whether the motion leads away from a singular pose, according to the rule.
     """
 
     values: Floats
@@ -89,13 +90,13 @@ class ServoShares(NamedTuple):
 
 
 def servo_shares(state: ToolState, rule: ServoRule) -> ServoShares:
-    """Return the results of the rule for states with known velocities."""
+    """Return the results of MoveIt Servo's rule for states with known velocities."""
     U, sigma, Vt = np.linalg.svd(state.jacobian, full_matrices=False)
     condition = sigma[..., 0] / sigma[..., -1]
     lower, stop = rule.lower_singularity_threshold, rule.hard_stop_singularity_threshold
     stopped = ~(condition < stop)
-    # The inverse moves the joints by v / sigma along the tool's hardest direction u. Its sign is
-    # arbitrary: a step shows whether +u or -u leads to larger condition numbers.
+    # The tool direction u of the smallest singular value needs the joint motion v / sigma. The
+    # sign of u is arbitrary: a step shows whether +u or -u leads to larger condition numbers.
     u, v, least = U[..., -1], Vt[..., -1, :], np.where(stopped, np.inf, sigma[..., -1])
     step = v * (rule.singularity_step_scale / least)[..., None]
     next_jacobian = evaluate(state.robot, state.q + step).jacobian
@@ -105,7 +106,7 @@ def servo_shares(state: ToolState, rule: ServoRule) -> ServoShares:
     towards = np.where(grows, along, -along) > 0.0
     span = (stop - lower) * np.where(towards, 1.0, rule.leaving_singularity_threshold_multiplier)
     values = np.clip(1.0 - (condition - lower) / span, 0.0, 1.0)
-    assert state.qdot is not None  # it has been given
+    assert state.qdot is not None  # callers pass states with velocities
     rates = jacobian_rate(state.robot, state.q, state.qdot)
     largest, smallest = (
         np.einsum('...i,...ij,...j->...', U[..., k], rates, Vt[..., k, :]) for k in (0, -1)

@@ -7,19 +7,22 @@ from ..robot.robot import Robot
 from ..robot.task import seeded_poses
 from .singularity import singularity
 
-# Number of seeded poses.
+# Number of seeded poses from which Newton's method starts.
 STARTS = 200
-# Number of steps. Each step about squares the error; a pose that does not converge is at a limit.
+# Number of steps of Newton's method. Each step about squares the error; a pose that does not
+# converge is at a limit.
 STEPS = 25
 # Longest step of the fastest joint, rad (prismatic joints divided by the length).
 MAX_STEP = 0.3
-# Largest distance of a singular pose, rad: far below the resolution of encoders.
+# A pose counts as singular if its distance is below this, rad: far below encoder resolution.
 SINGULAR_DISTANCE = 1e-6
 
 
 def singular_poses(robot: Robot, inside: Floats) -> Floats:
     """
-    Return singular poses (k, n) in rad or m, the same each time; k is 0 if none was found.
+    Return joint positions (k, n) of singular poses, rad or m; k is 0 if none was found.
+
+    Equal arguments give equal results.
 
     For an arm with closed loops k is always 0.
 
@@ -28,10 +31,10 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
     robot
         The arm; its task defines singular poses.
     inside : shape (n, 2), rad or m
-        Limits the poses stay inside; infinite if there are none.
+        Joint limits inside which the poses are; infinite for joints without limits.
     """
     if robot.chain.loops:
-        return np.empty((0, robot.dof))  # a loop might not close at some step
+        return np.empty((0, robot.dof))  # loops might not close after a step of Newton's method
     q = seeded_poses(inside, robot.prismatic)[:STARTS]
     scale = np.where(robot.prismatic, robot.singularity.task.length, 1.0)
     for _ in range(STEPS):

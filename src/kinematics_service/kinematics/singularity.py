@@ -73,7 +73,7 @@ class FactorMeasures(Generic[Index]):
 
 
 def _same_values(one: Any, other: Any) -> bool:
-    """Return whether the fields of two results hold the same values; NaN is the same as NaN."""
+    """Return whether the fields of two results hold equal values; NaN equals NaN."""
 
     def same(a: Any, b: Any) -> bool:
         if isinstance(a, np.ndarray | float) and isinstance(b, np.ndarray | float):
@@ -115,13 +115,14 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         (`flat_loop`).
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1, proved by bounds of
-        the Jacobian's change. Computed at the first access. 0 for arms with closed loops: nothing
-        is proved.
+        the Jacobian's change. It is computed at the first access. For arms with closed loops
+        nothing is proved, and the radius is 0.
     lost_direction : shape (..., 6)
         Unit vector of the tool motion that needs the largest joint motion, in base axes: linear,
         then angular times the length.
     joint_motion : shape (..., n)
-        The unit joint motion that moves the tool least, rad or m: joints work against each other.
+        The unit joint motion that moves the tool least, rad or m. At a singular pose, its joints
+        work against each other.
     way_out : shape (..., n)
         Joint motion that leads away from singular poses fastest, rad or m. At a singular pose the
         opposite motion leads away as well. Zero if the first-order estimate is zero. Near a
@@ -129,16 +130,17 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         that position. If no singular pose of an arm with loops was found, it leads away from the
         nearest one by first-order estimates.
     rate
-        Change of the watched measure along qdot, 1/s; None without qdot.
-    time_to_warning
-        Seconds to the threshold `warn` along qdot: 0 beyond it, inf if it is not approached; None
+        Change per second, along qdot, of the measure to which the robot's thresholds apply; None
         without qdot.
+    time_to_warning
+        Seconds until this measure reaches the threshold `warn` along qdot: 0 beyond the threshold,
+        inf if it is not approached; None without qdot.
     level
         OK, WARN or ERROR by the robot's thresholds, without hysteresis. Also WARN if the condition
         number exceeds 1e4 and the distance is above `warn`.
     factors
-        The named factors of the robot file, then the closed loops, by the determinants of their
-        closure; None without factors and loops.
+        The named factors of the robot file, then the closed loops with the determinants of their
+        loop equations; None without factors and loops.
     """
 
     determinant: Number | None
@@ -324,7 +326,7 @@ def _read_only(vector: Floats) -> Floats:
     return vector
 
 
-# The result of a batch.
+# The measures of a batch of poses.
 Singularities: TypeAlias = Singularity[Floats, Integers, Integers, Floats]
 
 
@@ -381,7 +383,7 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
 
 
 def measured(state: ToolState) -> ToolState:
-    """Return the state of one pose with its measures."""
+    """Return the state of one pose completed by its singularity measures, if it lacks them."""
     return state if state.measures is not None else state._replace(measures=_measure(state))
 
 
@@ -392,7 +394,7 @@ def _measure(state: ToolState) -> Floats:
 
 
 def singularity_of(state: ToolState) -> Singularity[Any, Any, Any, Any]:
-    """Return the measures of an evaluated state (depth JACOBIAN or more)."""
+    """Return the measures of singularity of an evaluated state (depth JACOBIAN or more)."""
     alone, rows = state.joints is None, state.measures
     if rows is None:
         first = _measure(state) if alone else measure_rates.measures_of(state)

@@ -1,5 +1,6 @@
 """
-Measures of batches and motions, the rate of the watched measure, and the time to its threshold.
+Compute measures of many poses, the rate of the measure that has thresholds, and the time until it
+reaches the threshold `warn`.
 """
 
 import numpy as np
@@ -10,15 +11,15 @@ from ..robot.robot import Robot
 from .threads import in_parts
 from .tool_state import ToolState, evaluate
 
-# Step of the forward difference along qdot, rad of the fastest joint. Near a singular pose the
-# measures have noise of 1e-10 and change over 1e-2: the step is between both.
+# Step of the forward difference along qdot, rad of the fastest joint. It is between the noise of
+# the measures near a singular pose, 1e-10, and the joint motion over which they change, 1e-2.
 STEP = 1e-5
 
-# Smallest number of rows for one thread of the search: about 30 ms.
+# Smallest number of rows that one thread searches: about 30 ms of work.
 ROWS_PER_THREAD = 100
 
-# Largest speed of an arm at rest, rad/s or m/s. It covers encoder noise, and denormal numbers
-# whose step would be infinite.
+# Largest speed that counts as rest, rad/s or m/s. It excludes encoder noise, and denormal speeds
+# whose step of time would be infinite.
 AT_REST = 1e-9
 
 
@@ -41,7 +42,7 @@ def measures_of(state: ToolState) -> Floats:
 
 
 def searched(state: ToolState, measures: Floats) -> Floats:
-    """Return the rows of `measures_of` with the nearest singular poses, found by search."""
+    """Return the rows of `measures_of` completed by a search for the nearest singular poses."""
     rows, q = _rows(state)
     found = measures.copy()
 
@@ -56,7 +57,9 @@ def searched(state: ToolState, measures: Floats) -> Floats:
 
 def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolState:
     """
-    Return the poses of a motion with their measures; `search` continues from the poses before.
+    Return a state with the measures of the poses of a motion, in order of time.
+
+    `search` holds the memory of earlier poses, from which the search continues.
     """
     measures = measures_of(state)
     kernel.find_nearest(search, *_rows(state), measures, True)
@@ -65,9 +68,9 @@ def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolSta
 
 def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
     """
-    Return poses with their measures, given distances (N,) and singular poses (N, n) of a search.
+    Return a state with its measures, from known distances (N,) and nearest singular poses (N, n).
 
-    The level is by the first-order distance.
+    The level is that of the first-order distance.
     """
     measures, judged = measures_of(state), state.robot.singularity
     measures[:, kernel.DISTANCE] = distance
@@ -85,14 +88,15 @@ def _rows(state: ToolState) -> tuple[Floats, Floats]:
 
 def watched(robot: Robot, measures: Floats) -> Floats:
     """
-    Return the measure of the robot's thresholds, shape (N,): |det| for the determinant.
+    Return the measure to which the robot's thresholds apply, shape (N,); for the determinant its
+    absolute value.
     """
     return measures[:, robot.singularity.measure_places.judged + kernel.WATCHED]
 
 
 def rates(state: ToolState, measures: Floats) -> Floats:
     """
-    Return the change of the watched measure along qdot, shape (N,), 1/s.
+    Return the rate, along qdot, of the measure that has thresholds, shape (N,), 1/s.
 
     The rate of the distance is its exact derivative, by the nearest singular pose that was found;
     0 if none was found. The rate of other measures is a forward difference.
@@ -122,7 +126,7 @@ def rates(state: ToolState, measures: Floats) -> Floats:
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
     """
-    Return the seconds to the threshold `warn`, shape (N,): 0 beyond it, inf if never.
+    Return the seconds until the measure reaches `warn`, shape (N,): 0 beyond it, inf if never.
     """
     thresholds = robot.singularity.thresholds
     worsening = np.sign(thresholds.stop - thresholds.warn) * rates

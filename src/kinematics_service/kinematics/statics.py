@@ -1,5 +1,5 @@
 """
-Statics: joint torques J^T F of a wrench, and the wrench of torques by least squares.
+Compute the joint torques J^T F of a wrench, and estimate the wrench of torques by least squares.
 
 A wrench is a force and then a torque at a reference point, in N and N m; a joint's torque is in
 N m, or the force of a prismatic joint in N. Power is the same on both sides, so tau = J^T F.
@@ -23,25 +23,25 @@ from .pseudo_inverse import DAMPED_BELOW, inverted
 @dataclass(frozen=True, eq=False)
 class WrenchEstimate(FrozenArrays):
     """
-    A wrench estimated from joint torques, and the directions that the pose hides.
+    A wrench estimated from joint torques, and the directions without an effect on the joints.
 
     Attributes
     ----------
     wrench : shape (..., 6), N and N m
-        The smallest wrench of the least squares.
+        The smallest wrench among the solutions of the least squares.
     residual : shape (..., n), N m or N
-        The torques minus J^T times the wrench: not explained by any wrench.
+        The torques minus J^T times `wrench`.
     rank : shape (...)
         Number of independent directions of wrench that act on the joints.
     damping : shape (...)
         The largest damping in use, relative to the characteristic length.
     damped : shape (..., 6, 6)
-        Nonzero rows are directions of wrench that act weakly on the joints: the estimate along
-        them is too small. Unit vectors as in `hidden`.
+        Nonzero rows are directions of wrench that act weakly on the joints, so that the estimate
+        along these directions is too small. They are unit vectors as in `hidden`.
     hidden : shape (..., 6, 6)
         Rows 0 to rank - 1 are zero. Each other row is a direction of wrench that does not act on
-        any joint: any multiple may be added. Orthonormal vectors of force, and torque divided by
-        the characteristic length.
+        any joint: any multiple may be added to `wrench`. The rows are orthonormal vectors of
+        force, and torque divided by the characteristic length.
     """
 
     wrench: Floats
@@ -62,7 +62,7 @@ def joint_torques(
     at: npt.ArrayLike | None = None,
 ) -> Floats:
     """
-    Return the joint torques J^T F that exert a wrench, shape (..., n), N m or N.
+    Return the joint torques J^T F with which the arm exerts a wrench, shape (..., n), N m or N.
 
     Gravity and friction are not included.
 
@@ -115,9 +115,9 @@ def wrench_from_torques(
     damped_below: float = DAMPED_BELOW,
 ) -> WrenchEstimate:
     """
-    Return the wrench of joint torques by least squares, and the directions that the pose hides.
+    Return the wrench that joint torques exert, by least squares, and the undetermined directions.
 
-    Torques count as forces times the characteristic length, in the wrench and at the joints.
+    In the norms of the least squares, a torque counts as a force times the characteristic length.
 
     Parameters
     ----------
@@ -154,11 +154,12 @@ def wrench_of(
     robot: Robot, J: Floats, torques: Floats, damping: float, damped_below: float
 ) -> WrenchEstimate:
     """
-    Return the result of `wrench_from_torques` for a Jacobian (..., 6, n), in its axes and at its
-    point.
+    Return the result of `wrench_from_torques` for a Jacobian (..., 6, n). The wrench is in the
+    axes, and at the reference point, of the Jacobian.
     """
     length = robot.singularity.task.length
-    # F' = (force, torque / length) and tau' = tau times the scale of each joint: tau' = J'^T F'.
+    # Scale F to F' = (force, torque / length), and tau to tau' by the scale of each joint. Then
+    # tau' = J'^T F' with the scaled Jacobian J'.
     row_scales = np.array([1.0, 1.0, 1.0, length, length, length])
     column_scales = robot.singularity.task.column_scales
     U, sigma, Vt = np.linalg.svd(row_scales[:, None] * J * column_scales)

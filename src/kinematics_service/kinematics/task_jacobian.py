@@ -45,7 +45,7 @@ def task_jacobian(task: Task, J: Floats) -> Floats:
     Parameters
     ----------
     task
-        The rows.
+        The task, which names the rows.
     J : shape (..., 6, n)
         The Jacobian, in base axes.
     """

@@ -1,9 +1,9 @@
-"""Run parts of a batch in threads: compiled functions release the interpreter."""
+"""Run parts of a batch in threads: compiled functions release the interpreter lock."""
 
 import os
 from collections.abc import Callable
 
-# Smallest number of rows of a part: milliseconds of work, while a thread starts in 50 us.
+# Smallest number of rows in a part. It takes milliseconds, while a thread starts in 50 us.
 MIN_PART = 10_000
 
 
@@ -19,7 +19,7 @@ def in_parts(count: int, work: Callable[[int, int], int], least: int = 0) -> int
     """
     Call `work(begin, end)` for parts of `count` rows, on all cores if that is faster.
 
-    Returns the smallest row that a part returned as failed, or -1.
+    Returns the smallest index of a row that failed, or -1 if no row failed.
 
     Parameters
     ----------
@@ -34,10 +34,10 @@ def in_parts(count: int, work: Callable[[int, int], int], least: int = 0) -> int
     workers = min(cores(), parts)
     if workers < 2:
         return work(0, count)
-    from concurrent.futures import ThreadPoolExecutor  # 10 ms of the first large batch
+    from concurrent.futures import ThreadPoolExecutor  # the import takes 10 ms
 
     bounds = [count * k // parts for k in range(parts + 1)]
-    # A thread that is done takes the next part: a busy core does not hold up the others.
+    # A thread that has finished takes the next part, so a busy core does not delay the others.
     with ThreadPoolExecutor(workers) as pool:
         rows = list(pool.map(work, bounds[:-1], bounds[1:]))
     return min((row for row in rows if row >= 0), default=-1)

@@ -1,5 +1,5 @@
 """
-The state of the tool: the results of one pass of the kernel for joint positions and velocities.
+Evaluate an arm at joint positions and velocities, by one pass of the kernel: the tool's state.
 """
 
 from typing import NamedTuple, TypeGuard
@@ -27,8 +27,8 @@ class ToolState(NamedTuple):
     robot
         The arm.
     row : shape (..., width)
-        The results, from which the properties are read. The row of one pose ends with q, qdot and
-        a second quaternion, whose sign is continuous.
+        The results of the kernel, from which the properties are read. The row of one pose ends
+        with q, qdot and a second quaternion, whose sign is continuous over time.
     moving
         Whether the joint velocities are known.
     joints
@@ -77,7 +77,7 @@ class ToolState(NamedTuple):
 
     @property
     def pose(self) -> Floats:
-        """Return the tool in the base frame, shape (..., 4, 4)."""
+        """Return the pose of the tool in the base frame, shape (..., 4, 4), translation in m."""
         return self.row[..., :16].reshape(*self.row.shape[:-1], 4, 4)
 
     @property
@@ -95,7 +95,8 @@ class ToolState(NamedTuple):
     @property
     def continuous_quaternion_xyzw(self) -> Floats:
         """
-        Return the orientation of one pose with the sign that continues its motion, shape (4,).
+        Return the orientation of one pose as unit quaternion, with the sign that is continuous
+        along a motion, shape (4,).
         """
         return self.row[-kernel.ROW_TAIL :]
 
@@ -134,7 +135,7 @@ class ToolState(NamedTuple):
         """
         Return frame 0 and the frame after each row in the base frame, shape (..., rows + 1, 4, 4).
 
-        They exist only if the state was evaluated with them.
+        The frames exist only if the state was evaluated at depth `kernel.ALL_FRAMES`.
         """
         chain = self.robot.chain
         at, end = chain.widths[kernel.JACOBIAN], chain.widths[kernel.ALL_FRAMES]
@@ -142,12 +143,13 @@ class ToolState(NamedTuple):
 
 
 _DOUBLE = np.dtype(np.float64)
-# tuple.__new__ directly: the constructor of a NamedTuple adds 0.18 us to the 1.0 us of `evaluate`.
+# ToolStates are made by tuple.__new__: the constructor of a NamedTuple would add 0.18 us to the
+# 1.0 us of `evaluate`.
 _new = tuple.__new__
 
 
 def as_the_kernel_takes_it(vector: npt.ArrayLike) -> TypeGuard[Floats]:
-    """Return whether it is one vector of doubles in C order, aligned."""
+    """Return whether the argument is one vector of doubles in C order, aligned."""
     return (
         type(vector) is np.ndarray
         and vector.dtype is _DOUBLE
@@ -157,7 +159,7 @@ def as_the_kernel_takes_it(vector: npt.ArrayLike) -> TypeGuard[Floats]:
 
 
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
-    # A copy in the kernel's layout: the caller cannot change the numbers of the state.
+    # Copies joint values into the kernel's layout, so that the caller cannot change the state.
     array = numbers_of(name, q, JointVectorError, [(robot.dof,)], f'(..., {robot.dof})')
     if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
         raise JointVectorError(
@@ -171,7 +173,7 @@ def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
 
 
 def velocities_of(state: ToolState) -> Floats:
-    """Return the joint velocities (..., n) of a state, or raise JointVectorError without them."""
+    """Return the joint velocities (..., n) of a state; raise JointVectorError if it has none."""
     if state.qdot is None:
         raise refused('qdot', f'numbers, shape (..., {state.robot.dof})', None, JointVectorError)
     return state.qdot
@@ -200,7 +202,8 @@ def evaluate(
     depth
         `kernel.POSE`, `kernel.JACOBIAN` (with the twist) or `kernel.ALL_FRAMES`.
     measured
-        Whether to compute also the measures of one pose in the same call (depth JACOBIAN or more).
+        Whether to compute the singularity measures of one pose in the same call (depth JACOBIAN or
+        more).
     point
         A point of the arm instead of the tool, at depth POSE or JACOBIAN: only pose, Jacobian and
         twist are of this point.
@@ -210,12 +213,12 @@ def evaluate(
     JointVectorError
         The last dimension is not n, or a number is not finite.
     LoopError
-        A closed loop of the arm does not close there.
+        A closed loop of the arm does not close at q.
     """
-    if type(robot) is not Robot:  # the call takes longer than the check
+    if type(robot) is not Robot:  # calling as_robot takes longer than this check
         robot = as_robot(robot)
     chain = robot.chain if point is None else point.chain
-    # `as_the_kernel_takes_it` twice, inlined: a call takes longer than the check.
+    # The checks of `as_the_kernel_takes_it`, inlined: a function call takes longer than a check.
     if type(q) is np.ndarray and q.dtype is _DOUBLE and q.ndim == 1 and q.flags.carray:
         positions = q
     else:
@@ -243,7 +246,7 @@ def evaluate(
     else:
         bad = kernel.evaluate_one(chain, positions, rates, row)
     if bad != -1:
-        # These raise an error if q or qdot is not n numbers.
+        # Both calls raise an error if q or qdot is not n numbers.
         _joint_vector(robot, positions, 'q')
         _joint_vector(robot, rates, 'qdot')
         raise _refusal(robot, chain, 0, positions, rates, positions.shape)
@@ -253,7 +256,7 @@ def evaluate(
 def _evaluate_batch(
     robot: Robot, chain: Chain, q: Floats, qdot: Floats | None, depth: int
 ) -> ToolState:
-    # An array with more dimensions is a copy already.
+    # Copies vectors (n,); `evaluate` has already copied arrays with more dimensions.
     if q.ndim == 1:
         q = _joint_vector(robot, q, 'q')
     if qdot is not None:
@@ -262,7 +265,7 @@ def _evaluate_batch(
         if qdot.shape != q.shape:
             names = 'q', 'qdot'
             leading = shape_together(JointVectorError, names, q.shape, qdot.shape, q.shape)
-            # Copies in C order: by itself numpy would keep the order of the repeated axis.
+            # Copy in C order: by default np.array would keep the memory order of broadcast axes.
             shape = *leading, q.shape[-1]
             q, qdot = (np.array(np.broadcast_to(x, shape), order='C') for x in (q, qdot))
     flat = q.reshape(-1, chain.dof)
@@ -290,14 +293,14 @@ def _evaluate_batch(
 def _refusal(
     robot: Robot, chain: Chain, row: int, q: Floats, qdot: Floats, shape: tuple[int, ...]
 ) -> JointVectorError:
-    # The error for a pose without results of the kernel.
+    # Returns the error for a pose for which the kernel has no results.
     if chain.loops and np.isfinite(q).all() and np.isfinite(qdot).all():
         loop, sentence = why_not_closed(robot, q)
         if loop:
             closed = LoopError(sentence, 'q', [shape], shape)
             closed.row, closed.loop = row, loop
             return closed
-    # If both are finite but their results are not, none is named.
+    # If q and qdot are finite but the results are not, the error names neither argument.
     named = [name for name, given in (('q', q), ('qdot', qdot)) if not np.isfinite(given).all()]
     error = JointVectorError(
         f'joint positions and velocities must be finite, and what follows too: row {row} is '

@@ -1,1 +1,1 @@
-"""Inverse kinematics: all joint positions that bring the tool to a target, each of them proved."""
+"""Solve inverse kinematics: find and prove all joint positions that bring the tool to a target."""

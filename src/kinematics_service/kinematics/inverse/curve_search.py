@@ -21,7 +21,7 @@ SLICES = 8
 FIRST_SLICE = 0.05
 # Number of random starts.
 STARTS = 96
-# Step of the central differences of J, rad or m: the cube root of the round-off of a double.
+# Step of the central differences of J, rad or m: about the cube root of round-off.
 DIFFERENCE = 1e-5
 # Step from a crossing to a seed on a curve, rad: half the first step of a curve that is traced.
 STEP_TO_SEED = 0.01
@@ -30,11 +30,12 @@ MAX_CURVES = 64
 
 
 def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
-    """Return the curves of solutions of a target that are found, each once."""
+    """Return each solution curve of a target that was found, once."""
     point = point_of(problem)
     curves: list[SolutionCurve] = []
     seeds = _seeds(problem, arm)
-    # The list grows: at the end of a curve, others may cross it.
+    # The list grows in the loop: other curves may cross at the end of a curve, so seeds near the
+    # crossing are added.
     for q in seeds:
         if any(kernel.passes(point, curve.samples, q) for curve in curves):
             continue
@@ -50,7 +51,7 @@ def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
 
 
 def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
-    # Solutions (n,): from `near`, random starts and slices.
+    # Returns solutions (n,) found from `near`, random starts and slices.
     robot, target, plan, near, *_ = problem
     q = starts(robot, plan, problem.random(), STARTS)
     q[0] = near
@@ -60,7 +61,7 @@ def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
 
 
 def _solutions(problem: IkProblem, q: Floats) -> list[Floats]:
-    # Solutions (n,) that joint positions (m, n) lead to.
+    # Returns the solutions (n,) to which refinement of joint positions (m, n) converges.
     arrived = refined(problem.target, problem.plan, q, far=True)
     reached = zip(arrived.q, arrived.errors)
     return [q for q, error in reached if problem.target.is_reached_at(q, error)]

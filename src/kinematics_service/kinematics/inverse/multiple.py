@@ -1,10 +1,11 @@
 """
 Positions and multiplicities of multiple solutions, by the Lyapunov-Schmidt reduction.
 
-At a multiple solution J has lost one motion v, and w is the lost direction of the tool. Solve all
-other equations along q + s v: the error along w is then a function g(s), the reduced equation. Its
-roots are the solutions nearby, and a root of order m is m solutions. Refinement of q stops at a
-distance of the m-th root of round-off. The root of a polynomial through g is exact to round-off.
+At a multiple solution J has a null vector v, and w is the lost direction of the tool. Solve all
+other equations along q + s v: the error along w is then a function g(s), the reduced equation. The
+roots of g are the solutions nearby, and a root of multiplicity m is m solutions. Refinement of q
+stops at a distance of the m-th root of round-off, but the root of a polynomial through g is exact
+to round-off.
 """
 
 import itertools
@@ -25,13 +26,13 @@ SAMPLED_SPAN = 0.02
 SAMPLE_COUNT = 13
 # Degree of the polynomial through the samples.
 POLYNOMIAL_DEGREE = 9
-# Simple roots within this distance of 0 are other solutions, relative to SAMPLED_SPAN.
+# Simple roots of g within this distance of 0 are separate solutions, relative to SAMPLED_SPAN.
 SIMPLE_ROOT_RANGE = 0.05
-# Largest order of a root.
+# Largest multiplicity of a root that is tried.
 MAX_ORDER = 6
 # Round-off of g and its derivatives, relative to the length: about 5 machine epsilons.
 REDUCED_ROUND_OFF = 1e-15
-# Largest number of Newton's steps for the equations that are not lost.
+# Largest number of Newton's steps for the equations of full rank.
 MAX_NEWTON_STEPS = 12
 # Solutions within this distance are one, rad (prismatic joints divided by the length).
 SAME_SOLUTION_DISTANCE = 1e-7
@@ -48,8 +49,8 @@ class Multiple(NamedTuple):
     error
         Residual, m.
     multiplicity
-        Number of solutions that coincide here; 0 if unknown, for example if J has lost two
-        motions.
+        Number of solutions that coincide at `q`; 0 if unknown, for example if J has two null
+        vectors.
     """
 
     q: Floats
@@ -61,9 +62,9 @@ def with_multiplicities(
     problem: IkProblem, found: DistinctSolutions, singular: npt.NDArray[np.bool_]
 ) -> DistinctSolutions:
     """
-    Return isolated solutions, coinciding ones merged, with the multiplicity of each.
+    Return isolated solutions with their multiplicities; coinciding solutions are merged.
 
-    `singular` marks solutions at which J has lost a motion; all others are simple.
+    `singular` marks solutions at which J is singular; all other solutions are simple.
     """
     if not np.any(singular):
         return found
@@ -79,7 +80,7 @@ def with_multiplicities(
 
 
 def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
-    # Returns the solutions at a singular one: one multiple solution, or several beside each other.
+    # Returns the solutions at a singular solution q: one multiple solution, or several neighbours.
     robot, target, plan, *_ = problem
     unknown, n = [Multiple(q, error, 0)], robot.dof
     if n > target.equations:
@@ -116,7 +117,8 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
 
 
 def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
-    # Orders and positions of the roots near 0: the root of the highest order, or all simple roots.
+    # Returns multiplicities and positions of the roots near 0: one multiple root, or all simple
+    # roots.
     order, at = _root(coefficients, nothing)
     if order != 1:
         return [(order, at)] if order else []
@@ -135,7 +137,7 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
         root: complex = min(derivatives[order - 1].roots().tolist(), key=abs, default=math.inf)
         if abs(root) > 0.5 or abs(root.imag) > 1e-3:
             continue
-        # Taylor coefficients at the root: all below the order must be round-off.
+        # All Taylor coefficients at the root below the order must be round-off.
         at_root = (abs(one(root.real)) for one in derivatives[: order + 1])
         sizes = [size / math.factorial(k) for k, size in enumerate(at_root)]
         if max(sizes[:order]) <= nothing < sizes[order]:
@@ -164,7 +166,7 @@ def _way(
 
 
 def _linearised(problem: IkProblem, q: Floats) -> tuple[Floats, Floats]:
-    # The weighted error (6,) at q, and its Jacobian (6, n); rows that do not count are 0.
+    # Returns the weighted error (6,) at q, and its Jacobian (6, n); rows that do not count are 0.
     error, columns = np.empty(6), np.empty((len(q), 6))
     kernel.linearise(problem.target.residual, problem.plan.scales, q, error, columns)
     return error, columns.T

@@ -1,4 +1,4 @@
-"""The result of inverse kinematics: solutions, families of them, or the nearest pose."""
+"""The result of inverse kinematics: isolated solutions, families, and the nearest pose."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,14 +14,14 @@ from .self_motion.arcs import IkArc
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
 Complete = Literal['proved', 'found', 'partial']
-# Words about missing solutions.
+# Texts for `Complete`: whether other solutions may exist.
 OTHERS: dict[Complete, str] = {
     'proved': 'there are no others',
     'found': 'there may be others',
     'partial': 'others were not looked for',
 }
 
-# Largest distance of joint positions on a family, rad.
+# Joint positions are on a family if their distance from it is at most this, rad.
 FAMILY_TOLERANCE = 1e-6
 
 
@@ -67,11 +67,12 @@ class IkSolution(FrozenArrays):
     beyond
         Names of the joints outside their limits.
     margin
-        Distance to the nearest limit, rad or m; negative beyond one; infinite without any.
+        Distance to the nearest joint limit, rad or m; negative beyond a limit; infinite without
+        limits.
     posture
         The arm's posture.
     multiplicity
-        Number of solutions that coincide here: 1 unless the position is singular; 0 if unknown.
+        Number of solutions that coincide at `q`: 1 unless J is singular; 0 if unknown.
     exact
         Whether the target is met to round-off, not only within the tolerance.
     """
@@ -94,7 +95,7 @@ class IkFamily(FrozenArrays):
     Attributes
     ----------
     q : shape (n,), rad or m
-        The nearest posture to `near`, or to the middle of the limits, that was found.
+        The posture found nearest to `near`, or to the middle of the limits.
     motions : shape (k, n)
         Orthonormal joint motions (prismatic ones divided by the arm's length) along the family at
         `q`; k is its dimension there.
@@ -102,15 +103,15 @@ class IkFamily(FrozenArrays):
         Whether q + any multiple of the motions is in the family, as for two joints on one axis
         (`theta1 + theta2` constant).
     joints
-        Names of the joints that move along it.
+        Names of the joints that move along the family.
     residual, feasible, beyond, margin, posture
         Properties of `q`, as in `IkSolution`.
     intervals
         The arcs of the family inside the limits, for an arm with one joint more than the target
         has equations. Otherwise empty.
     closed
-        Whether the family without limits is a closed curve. False if it passes a pose where it
-        could not be followed.
+        Whether the family, without joint limits, is a closed curve. False if the curve passes a
+        pose at which it could not be followed.
     """
 
     q: Floats
@@ -131,7 +132,7 @@ class IkFamily(FrozenArrays):
         """
         Return whether joint positions (n,) lie on a straight family, modulo full turns.
 
-        Only `q` of a curved family counts as on it.
+        For a curved family only its own `q` counts.
         """
         return self.distance(q) < FAMILY_TOLERANCE
 
@@ -145,9 +146,9 @@ class IkFamily(FrozenArrays):
 
 def off_motions(away: Floats, motions: Floats) -> Floats:
     """
-    Return a difference (n,) minus multiples of motions (k, n), such that k joints are 0 in it.
+    Subtract multiples of motions (k, n) from a joint difference (n,) so that k joints become 0.
 
-    Full turns of these k joints then change nothing.
+    Full turns of these k joints then do not change the result.
     """
     left = motions.copy()
     for i in range(len(left)):
@@ -200,28 +201,27 @@ class IkResult(Sequence[IkSolution]):
         whole curve, listed once, with its `intervals` inside the limits.
     status
         `solved`: an isolated solution, or an interval of a family, is inside the limits. `family`:
-        only poses of families are. `outside_limits`: the target can be reached only outside the
-        limits. `unreachable`.
+        only poses of families are inside the limits. `outside_limits`: the target can be reached
+        only outside the limits. `unreachable`: no solution was found.
     reason
-        The status in a sentence.
+        The status as a sentence.
     method
         `closed form`, `algebraic` or `search`. `algebraic` counts the complex solutions of six
-        joints; an arm with a closed form is solved so if the closed form is in doubt. `search`
+        joints; it also solves an arm with a closed form if the closed form is in doubt. `search`
         refines many starts. Five joints are solved as six whose added turn is held at 0.
     nearest
         The nearest pose if no solution is inside the limits; for a family, its `q`.
     complete
-        Whether other solutions may exist (with `respect_limits`, inside the limits). `proved`: no.
-        Each step of the solution was farther from singular than its error bound. `found`: a search
-        may have missed some, above all for six joints within 1e-6 rad of a singular pose.
+        Whether other solutions may exist (with `respect_limits`, inside the limits). `proved`: no,
+        because each step of the solution was farther from singular than its error bound. `found`:
+        a search may have missed some, above all for six joints within 1e-6 rad of a singular pose.
         `partial`: others were not searched for, as with `all_solutions=False`, `curves=False`, and
         for arms with two redundant joints or more. Curves are found by search, so they are never
-        `proved`. The search does not follow a
-        surface of postures.
+        `proved`. The search does not follow a surface of postures.
     roots
         The number of certified complex solutions and the largest possible number, both with
-        multiplicity; None if they were not counted. A smaller number is a proof, too, if every
-        root that may be real has led to a solution: the missing ones may be at infinity.
+        multiplicity; None if they were not counted. Even a smaller number is a proof if every root
+        that may be real has led to a solution: the missing roots may be at infinity.
     """
 
     solutions: tuple[IkSolution, ...]

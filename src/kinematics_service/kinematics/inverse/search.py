@@ -23,7 +23,7 @@ BATCH = 48
 MIN_MEETINGS = 4
 # Largest number of starts.
 MAX_STARTS = 1920
-# Number of starts after which the search ends if none led to a solution.
+# The search ends after this number of starts if no start has led to a solution.
 MAX_FAILED_STARTS = 384
 
 
@@ -63,7 +63,7 @@ def refinement(
     limits: Floats | None = None,
     held: bool = False,
 ) -> kernel.Refinement:
-    """Return the refinement toward a target: see `refined`."""
+    """Return the kernel's settings of a refinement; arguments as in `refined`."""
     damping = kernel.SEARCH_DAMPING if far else 0.0
     steps = kernel.MAX_SEARCH_STEPS if far else kernel.MAX_CANDIDATE_STEPS
     return kernel.Refinement(
@@ -147,8 +147,8 @@ def starts(robot: Robot, plan: InversePlan, random: np.random.Generator, count: 
     """
     Return random joint positions (count, n) within a full period of each joint.
 
-    Joints without a period are drawn inside their limits; without limits, from -pi to pi, or
-    within twice the arm's reach.
+    Joints without a period are drawn inside their limits. Without limits, they are drawn from -pi
+    to pi, or, if prismatic, from minus to plus twice the arm's reach.
     """
     lower, upper = robot.limits.T
     span = np.where(robot.prismatic, 2.0 * max(robot.singularity.task.reach, 1e-6), np.pi)

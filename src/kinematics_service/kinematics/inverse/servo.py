@@ -1,7 +1,8 @@
 """
-Joint velocities for a wanted twist of the tool, by damped least squares with limits.
+Compute joint velocities for a wanted twist of the tool, by damped least squares with limits.
 
-It solves J_t qdot = twist, with the rows of the arm's task scaled by its characteristic length.
+The step solves J_t qdot = twist, with the rows of the arm's task scaled by the characteristic
+length.
 Only small singular values are damped, the smaller the more, so all other directions stay exact
 (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Then all velocities are scaled down by
 one factor until none exceeds its limit. Joints near a position limit are slowed, and the other
@@ -27,7 +28,7 @@ from ..arguments import check_positive, numbers_of, refused, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
-# A twist is lost if the arm makes at most 5 % of it.
+# A twist is lost if the arm makes less than 5 % of it.
 LOST_FRACTION = 0.05
 # A twist is followed if at most this fraction of it is missing: round-off of the least squares.
 FOLLOWED_ROUND_OFF = 1e-9
@@ -86,9 +87,9 @@ class ServoStep(FrozenArrays):
     twist : shape (6,), m/s and rad/s
         The tool's twist J qdot: vx vy vz wx wy wz in base axes; read-only.
     scale
-        Factor of the velocities for the velocity limits, in (0, 1].
+        Factor that brings all velocities inside the velocity limits, in (0, 1].
     slowest
-        Name of the joint whose velocity limit gave the factor; empty if `scale` is 1.
+        Name of the joint whose velocity limit gave `scale`; empty if `scale` is 1.
     held
         Names of the joints slowed or stopped by a position limit.
     damping
@@ -96,8 +97,9 @@ class ServoStep(FrozenArrays):
     smallest_singular_value
         Smallest singular value of the scaled J_t, relative to the length.
     followed
-        Component of the made twist along the wanted one, relative to it, in the rows of the task
-        and before limits: 1 unless directions are damped, or lost at every pose.
+        Component of the resulting twist along the wanted twist, relative to the wanted twist, in
+        the rows of the task and before limits. It is 1 unless directions are damped, or lost at
+        every pose.
     """
 
     qdot: Floats
@@ -116,7 +118,7 @@ class ServoStep(FrozenArrays):
 
     @property
     def limited_by(self) -> tuple[str, ...]:
-        """Return the causes of a limit, some of `singularity`, `velocity`, `position`."""
+        """Return which causes limited the velocities: `singularity`, `velocity`, `position`."""
         causes = (
             ('singularity', self.damping > 0.0),
             ('velocity', bool(self.slowest)),
@@ -165,7 +167,7 @@ def joint_velocity(
     settings
         Damping, limits, rows.
     axes
-        The axes `twist` is in: `base` or `tool`.
+        The axes in which `twist` is given: `base` or `tool`.
 
     Raises
     ------

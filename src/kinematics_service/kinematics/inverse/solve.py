@@ -1,7 +1,7 @@
 """
-Inverse kinematics by closed form, elimination or search.
+Solve inverse kinematics by closed form, elimination or search.
 
-Forward kinematics proves each candidate. Solutions are isolated, or belong to families.
+Forward kinematics proves each candidate. Solutions are isolated, or belong to families (continua).
 """
 
 from __future__ import annotations
@@ -64,12 +64,12 @@ from .search import (
 
 # Default tolerance of a target, m and rad: typed numbers have seven digits.
 TOLERANCE = 1e-6
-# Number of starts for one solution before the search for all.
+# Number of starts for a single solution. If none of them finds one, all solutions are searched.
 STARTS = 256
 # Within this distance of a solution (rad) refinement converges to it, as in
 # kernel/inverse/solving.py.
 CANDIDATE_ERROR = 1e-2
-# Methods for five joints, in this order.
+# Methods that are tried for five joints, in this order.
 FIVE_JOINTS: tuple[Method, ...] = ('closed form', 'algebraic')
 
 
@@ -98,9 +98,9 @@ def inverse_kinematics(
     target : shape (4, 4) or (3,)
         Pose of the tool, or its position (m), in the base frame.
     near : shape (n,), rad or m
-        Preferred joint positions. Solutions are on the full turns nearest to it, and the nearest
-        solution is first (root of the sum of squares, prismatic joints divided by the arm's
-        length). Default: the middle of the limits, 0 without limits.
+        Preferred joint positions. Solutions are on the full turns nearest to `near`, and the
+        nearest solution is first (root of the sum of squares, prismatic joints divided by the
+        arm's length). Default: the middle of the limits, 0 without limits.
     respect_limits
         Whether to leave out solutions outside the limits.
     rows
@@ -111,17 +111,17 @@ def inverse_kinematics(
         seeds give equal results.
     all_solutions
         False: return one solution inside the limits, in a fraction of the time. With a closed form
-        it is the nearest to `near`, otherwise the result of refinement from `near`. For a
-        redundant arm it is a posture of a family (`families[0].q`). If no start leads inside the
+        the solution is the nearest to `near`, otherwise the result of refinement from `near`. For
+        a redundant arm it is a posture of a family (`families[0].q`). If no start leads inside the
         limits, all solutions are searched for.
     axis
         The axis x, y or z of the tool whose direction counts instead of the whole rotation, for a
-        pose as target: the tool may turn about it. `rows` are some of x y z then.
+        pose as target: the tool may turn about this axis. With `axis`, `rows` are some of x y z.
     tolerance
         Largest position error (m) and rotation error (rad). Inexact solutions are searched for
-        only if no exact one is inside the limits. An arm with fewer independent rows than count
-        does not meet a rounded target exactly: all its solutions within the tolerance are
-        returned, each with the least residual. 0: only exact solutions (to 1e-10 m; for arms
+        only if no exact solution is inside the limits. An arm whose J has fewer independent rows
+        than the target does not meet a rounded target exactly: all solutions within the tolerance
+        are returned, each with the least residual. 0: only exact solutions (to 1e-10 m; for arms
         smaller than 1 mm, to 1e-7 of their reach).
 
     Raises
@@ -137,7 +137,7 @@ def inverse_kinematics(
     plan = plan_for(robot, checked.rows, checked.axis)
     if plan.overdetermined:
         checked = checked.within_tolerance()
-    seed_of(seed)  # refuses what is none
+    seed_of(seed)  # raises ArgumentError for an invalid seed
     near = near_or_middle(robot, plan, near)
     problem = IkProblem(robot, checked, plan, near, seed, curves, respect_limits)
     if all_solutions:
@@ -206,12 +206,12 @@ def _exact_or_near(problem: IkProblem) -> IkResult:
     result = _all(problem)
     nearest = result.nearest
     if nearest is not None and result.status != 'family' and target.is_near_at(nearest.q):
-        # The target is just out of reach, or just out of reach inside the limits.
+        # The nearest pose is within the tolerance: look for inexact solutions.
         near = problem._replace(target=target.within_tolerance())
         result = (_all if plan.redundant else _searched)(near)
     if result.status != 'unreachable':
         return result
-    # Joints that slide reach less far inside their limits.
+    # Limits of prismatic joints bound the reach, so a ball inside the limits may be smaller.
     reach = plan.reach_inside if problem.respect_limits else plan.reach
     sentence = beyond(target, robot, reach)
     return replace(result, reason=sentence, complete='proved') if sentence else result
@@ -240,8 +240,8 @@ def _all(problem: IkProblem) -> IkResult:
 
 
 def _result_of_five(problem: IkProblem) -> IkResult | None:
-    # Five joints are solved as six whose added turn is held at 0. The target is replaced by the
-    # nearest pose of the arm, for which the number of solutions is proved. None without a proof.
+    # Solves five joints as six whose added turn is held at 0. The nearest pose of the arm replaces
+    # the target; its number of solutions is proved. Returns None without a proof.
     robot, target, plan, *_ = problem
     known = target.rows == ROW_NAMES and not plan.redundant and not len(plan.idle)
     if not known or target.tolerance > CANDIDATE_ERROR**2:
@@ -263,8 +263,8 @@ def _result_of_five(problem: IkProblem) -> IkResult | None:
 
 
 def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
-    # If the number of solutions changes within the tolerance in some direction, it changes within
-    # sqrt(6) times the tolerance along one of six axes.
+    # Yields 12 poses beside a pose. If the number of solutions changes within the tolerance in
+    # some direction, it changes within sqrt(6) times the tolerance along one of six axes.
     for way in np.vstack([np.eye(6), -np.eye(6)]) * math.sqrt(6.0) * tolerance:
         moved = pose.copy()
         moved[:3, 3] += way[:3]
@@ -280,7 +280,8 @@ def _method_of(roots: tuple[int, int] | None) -> Method:
 def _proved(
     problem: IkProblem, proved: kernel.Solutions, roots: tuple[int, int] | None = None
 ) -> IkResult:
-    # These are all solutions, unless some nearly singular ones belong to families.
+    # Returns the result if `proved` has all solutions. Nearly singular solutions may belong to
+    # families, so `answer` sorts them.
     which = range(proved.count)
     simple = proved.sure or all(proved.share(k) >= SUSPECT_PIVOT_RATIO for k in which)
     solved = _solved(problem, proved, which, roots) if simple else None
@@ -293,7 +294,8 @@ def _solved(
     which: range,
     roots: tuple[int, int] | None = None,
 ) -> IkResult | None:
-    # The result of simple solutions that are complete; None if all are outside the limits.
+    # Returns the result for simple solutions that are complete; None if no wanted solution is
+    # inside the limits.
     wanted = solutions_of(problem, proved, problem.respect_limits, which)
     inside = sum(one.feasible for one in wanted)
     if not inside:
@@ -315,7 +317,7 @@ def _solved(
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
     # Solutions may be missing: a step of the closed form is nearly singular, or its errors are
-    # large. Elimination may be regular there.
+    # large. Elimination may be regular at this target, so it is tried next.
     known = _found(closed)
     if closed.count:
         result = answer(problem, known, 'closed form')
@@ -331,7 +333,7 @@ def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
 
 
 def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated) -> IkResult:
-    # At this target solutions coincide, or every determinant of the elimination vanishes.
+    # Solves a target at which solutions coincide, or every determinant of elimination vanishes.
     every = arm.bound, arm.bound
     completed = completed_solutions(problem, arm)
     if completed is not None:
@@ -343,7 +345,8 @@ def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminate
     isolated, singular, families = isolated_or_not(problem, known)
     if not families and np.count_nonzero(~singular) == real:
         found = with_multiplicities(problem, isolated, singular)
-        # A multiplicity of 0 is unknown. A singular solution of multiplicity 1 may be certified.
+        # Multiplicity 0 is unknown, and a singular solution of multiplicity 1 may already be
+        # counted in `certified`: both prevent a proof.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
             return result_of(problem, found, (), _method_of(every), every)
@@ -355,15 +358,15 @@ def _searched(problem: IkProblem, known: DistinctSolutions | None = None) -> IkR
     out = _beyond_reach(problem)
     if out is not None:
         return out
-    # Beyond the limits of an arm with loops, loops seldom close, and full turns are not periods. A
-    # solution there would be met once in many slow starts.
+    # Only solutions inside the limits of an arm with loops must be found often. Beyond the limits
+    # loops seldom close, so a solution beyond would be found once in many slow starts.
     inside = plan.limits if problem.respect_limits and robot.chain.loops else plan.unlimited
     found, best = search(problem, inside, known)
     return answer(problem, reached(checked, found), 'search', best=best)
 
 
 def _beyond_reach(problem: IkProblem) -> IkResult | None:
-    # The result of a target beyond the arm's reach; None if the target is within reach.
+    # Returns the result if the target is beyond the arm's reach; None if it is within reach.
     if not beyond(problem.target, problem.robot, problem.plan.reach):
         return None
     return result_of(problem, no_solutions(problem.robot), (), 'closed form')
@@ -398,7 +401,7 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         reason = LEFT_FREE + ', '.join(continuum.joints) + not_exact(target, error)
         return IkResult((), (continuum,), 'family', reason, method, nearest, 'partial')
     if proved.share(0) < SUSPECT_PIVOT_RATIO:
-        # The solution may not be isolated.
+        # J is nearly singular: the solution may not be isolated, so `answer` checks it.
         inside = problem._replace(respect_limits=True)
         return replace(answer(inside, _found(proved), method), complete='partial')
     reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
@@ -407,7 +410,7 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
 
 
 def _first_solution(problem: IkProblem) -> kernel.Solutions:
-    # The first solution inside the limits that was found, or none. With a closed form it is the
+    # Returns the first solution found inside the limits, or none. With a closed form it is the
     # nearest to `near`, otherwise the result of refinement from `near` or from seeded starts.
     plan = problem.plan
     if plan.closed is not None:

@@ -1,1 +1,1 @@
-"""Uncertainty of an arm's parameters, and the covariances of pose and twist that follow."""
+"""Compute covariances of pose and twist from the uncertainty of an arm's parameters."""

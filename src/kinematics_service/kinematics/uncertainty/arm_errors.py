@@ -49,7 +49,7 @@ class TableErrors(NamedTuple):
         If the parameter is a gear error, the index of the joint whose motion it multiplies;
         otherwise -1.
     factor : shape (P, causes)
-        F of the covariance F F^T of the parameters, in rad, m and 1.
+        The factor F of the covariance F F^T of the parameters, in rad, m and 1.
     """
 
     frames: Integers
@@ -103,7 +103,7 @@ def screws_in_frames(
 
 
 def named_errors(robot: Robot) -> NamedErrors:
-    """Return all parameters that a robot file may name; gears come last."""
+    """Return all parameters that a robot file may name, with their screws; gear ratios last."""
     arm = every_parameter_of(robot.description)
     description, count = robot.description, len(arm.table)
     base, tool = description.base.motion.matrix, description.tool.motion.matrix
@@ -140,7 +140,7 @@ class JointScrews(NamedTuple):
 
 
 def joint_screws(robot: Robot) -> JointScrews:
-    """Return the screws of the joints of an arm."""
+    """Return the screws of all joints of an arm, in the frames of the table."""
     chain = robot.chain.table
     offsets = np.tile(np.eye(4), (robot.chain.frames, 1, 1))
     offsets[:, :3] = chain.frame_offset
@@ -227,7 +227,7 @@ def pose_errors(
 
 @lru_cache(maxsize=CACHE_SIZE)
 def errors_of_file(robot: Robot) -> PoseErrors | None:
-    """Return the errors that a robot file gives; None if it has no uncertainty."""
+    """Return the errors that the robot file gives; None if the file has no uncertainty."""
     said = robot.description.uncertainty
     if said is None:
         return None

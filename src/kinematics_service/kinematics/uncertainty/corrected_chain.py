@@ -157,7 +157,7 @@ def _screws(chain: CorrectedChain, q: Floats) -> Floats:
 
 
 def _driven(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
-    # Returns joint positions (N, n) multiplied by the corrected gear ratios.
+    # Returns joint positions (N, n) with the corrections of the gear ratios applied.
     if not chain.gears:
         return q
     driven = np.array(q)

@@ -95,13 +95,13 @@ def placement(
 
 
 def every_parameter_of(description: RobotDescription) -> ArmParameters:
-    """Return the parameters of an arm, with all extra ones, needed or not."""
+    """Return the parameters of an arm with all extra parameters, even dependent ones."""
     return _built(description, None)
 
 
 def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
     """
-    Return the parameters of an arm, with the extra ones that it needs.
+    Return the parameters of an arm, with the extra parameters that are independent of them.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Reduce many linear equations to as many as there are unknowns, by QR in blocks."""
+"""Reduce m linear equations with k unknowns to k equations, by QR factorisation in blocks."""
 
 import numpy as np
 

@@ -1,1 +1,1 @@
-"""A problem of inverse kinematics: what is known of the arm and the target before it is solved."""
+"""Prepare a problem of inverse kinematics: properties of the arm, and the checked target."""

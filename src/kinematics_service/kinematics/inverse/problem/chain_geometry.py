@@ -13,7 +13,7 @@ from .screws import Screws
 GEOMETRY_TOLERANCE = 1e-9
 # Size of an arm without lengths, m: not 0, because distances are divided by it.
 MIN_SIZE = 1e-300
-# Tolerance of equal sums of ratios: 45 machine epsilons.
+# Tolerance of equal turns per joint motion: 45 machine epsilons.
 RATIO_TOLERANCE = 1e-14
 
 
@@ -41,13 +41,13 @@ def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
     """
     Return the point (3,) where rotation axes meet at rest, m; None if they do not.
 
-    Neighbours must not be parallel: parallel axes are one axis, or do not meet.
+    Neighbouring axes must not be parallel: parallel axes coincide or do not meet.
     """
     if any(screws.slides[k] for k in which):
         return None
     if any(parallel(screws.axes[i], screws.axes[j]) for i, j in zip(which, which[1:])):
         return None
-    # The point with the least sum of squared distances from the axes.
+    # Computes the point with the least sum of squared distances from the axes.
     across = [np.eye(3) - np.outer(screws.axes[k], screws.axes[k]) for k in which]
     rows = np.vstack(across)
     right = np.concatenate([P @ screws.points[k] for P, k in zip(across, which)])
@@ -67,8 +67,8 @@ def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
     Return six screws with parallel axes 2 to 4, made exactly so, and the point (3,) where axes 5
     and 6 meet, m.
 
-    None if a neighbour is parallel to axes 2 to 4 too, a screw slides, or axes 5 and 6 do not
-    meet.
+    None if axis 1 or 5 is parallel to axes 2 to 4, a screw is a translation, or axes 5 and 6 do
+    not meet.
     """
     point = meeting_point(screws, (4, 5))
     neighbours = any(parallel(screws.axes[1], screws.axes[k]) for k in (0, 4))
@@ -98,7 +98,7 @@ def with_feet(screws: Screws) -> Screws:
     """
     Return the screws with the points of axes 1 and 2 at the feet of their common perpendicular.
 
-    Axes that nearly are parallel, or nearly meet, do so exactly in the result.
+    Axes that are parallel or meet within the tolerance do so exactly in the result.
     """
     if parallel(*screws.axes[:2]):
         screws = in_one_direction(screws, (0, 1))
@@ -119,7 +119,11 @@ def with_feet(screws: Screws) -> Screws:
 
 
 def reversed_screws(screws: Screws) -> Screws:
-    """Return the screws from tool to base: the inverse of a product is that of the inverses."""
+    """
+    Return the screws in the order from tool to base, with opposite joint motions.
+
+    The inverse of the product of motions is the product of the inverse motions in this order.
+    """
     return replace(
         screws,
         axes=screws.axes[::-1].copy(),
@@ -145,11 +149,11 @@ def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
 
 def with_links_merged(screws: Screws) -> Screws:
     """
-    Return screws with the same motion of the tool's origin and only two last parallel rotations.
+    Merge the last parallel rotations to two, so that the tool's origin moves as before.
 
     In a plane each link is a vector that turns by the sum of the angles before it. Links that turn
-    together, as in a parallelogram, are merged. Links that never turn are moved to the front. If
-    more than two rotations remain, the screws are returned unchanged.
+    together, as in a parallelogram, are merged. Links that never turn are moved to the front.
+    Unless exactly two rotations remain, the screws are returned unchanged.
     """
     k = len(screws.axes)
     start = k

@@ -1,5 +1,5 @@
 """
-The plan of an arm's inverse: how to solve it, recognised once from its screws.
+Choose how to solve the inverse kinematics of an arm, once for all targets, from its screws.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ WHOLE_TOLERANCE = 1e-12
 CLOSED_FORM_ROUND_OFF = 2e-15
 # A complex solution with imaginary parts below this may be real, rad or m; refinement proves it.
 IMAGINARY_TOLERANCE = 1e-6
-# Largest number of turns after which the screws that a joint moves may all be back.
+# Largest number of turns that are tried as the period of a joint that moves several screws.
 MAX_TURNS = 1000
 # Axes of the turn added to five joints: unit vectors parallel to no axis of usual arms. If the six
 # joints are singular with one axis, they are regular with the other.
@@ -55,7 +55,7 @@ ADDED_AXES = np.array([[0.48, 0.6, 0.64], [0.64, -0.48, 0.6]])
 @dataclass(frozen=True, eq=False)
 class InversePlan(FrozenArrays):
     """
-    Properties of an arm and the wanted rows, the same for every target.
+    Properties of an arm and the wanted rows that do not depend on the target.
 
     Attributes
     ----------
@@ -68,17 +68,18 @@ class InversePlan(FrozenArrays):
     scales : shape (n,)
         Weight of a unit of each joint (the length for prismatic ones).
     held : shape (n,)
-        The scales, but 0 for joints that are held so that solutions are isolated.
+        The scales, with 0 for joints that are held so that solutions are isolated.
     idle : shape (k, n)
-        Scaled joint motions that never move the rows; two joints on one axis have one.
+        Scaled joint motions that never move the rows. Two joints on one axis have one such motion.
     redundant
-        Whether solutions form families even if the joints of `held` stay.
+        Whether solutions form families even if the joints with `held` 0 do not move.
     freedom
-        Dimension of the null space of the rows at most poses, and so of a family.
+        Dimension of the null space of the rows of J at most poses, which is that of a family.
     overdetermined
-        Whether J has fewer independent rows than count: rounded targets are not met exactly.
+        Whether J has fewer independent rows than the target has equations, so that rounded targets
+        are not met exactly.
     periods : shape (n,)
-        Motion after which a joint is back: 2 pi, another number behind a gear, or infinite.
+        Joint motion after which the tool is back: 2 pi, another number with a gear, or infinite.
     middle : shape (n,), rad or m
         The middle of the limits, 0 without limits.
     limits, unlimited : shape (n, 2), rad or m
@@ -160,7 +161,8 @@ def _idle_motions(
     # If the joints do not move the rows at all, J is round-off.
     least = least_motion(robot.chain)
     rank = int(np.max(np.sum(sigma > np.maximum(RANK_RATIO * sigma[:, :1], least), axis=1)))
-    # The rows of sigma V are a root of J^T J: their null space is common to all poses.
+    # sigma V^T is a root of J^T J at each pose. The null space of all these rows together is the
+    # null space common to all poses.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
     _, size, right = np.linalg.svd(moving, full_matrices=False)
     return signed(right[size <= max(RANK_RATIO * size[0], least)]), rank
@@ -168,16 +170,17 @@ def _idle_motions(
 
 def signed(motions: Floats) -> Floats:
     """
-    Return unit motions (k, n), the first large number of each positive, without negative zeros.
+    Return unit motions (k, n) with the first large number of each positive, and no negative zeros.
 
-    So they are the same on every machine.
+    So the motions are the same on every machine.
     """
     signs = np.sign(motions[np.arange(len(motions)), np.argmax(np.abs(motions) > 0.1, axis=1)])
     return np.asarray(np.where(np.abs(motions) < 1e-9, 0.0, motions) * signs[:, None])
 
 
 def _pivots(idle: Floats) -> list[int]:
-    # Returns a joint to hold for each idle motion, the last of those it moves most (elimination).
+    # Returns the index of a joint to hold for each idle motion: the last of the joints that it
+    # moves most (Gaussian elimination).
     left, pivots = idle.copy(), []
     for k in range(len(left)):
         j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
@@ -213,11 +216,11 @@ def _periods_by(robot: Robot, ratios: Iterable[Floats], periodic: npt.NDArray[np
 
 
 def _turns(ratios: Floats) -> float:
-    # The least number of turns of a joint after which all its screws have made whole turns.
+    # Returns the least number of turns of a joint after which all its screws made whole turns.
     moving = np.abs(ratios[ratios != 0.0])
     if not len(moving):
         return 1.0
-    # Try whole turns of the slowest screw: all others must make whole turns, too.
+    # Try 1, 2, ... turns of the slowest screw until all other screws make whole turns as well.
     slowest = float(np.min(moving))
     for turns in range(1, MAX_TURNS + 1):
         if _whole(turns * moving / slowest):
@@ -230,7 +233,7 @@ def _whole(numbers: Floats) -> bool:
 
 
 def one_to_one(screws: Screws, robot: Robot) -> bool:
-    """Return whether positions of the screws, modulo full turns, are positions of the joints."""
+    """Return whether screw and joint positions, modulo full turns, correspond one to one."""
     C = screws.coupling
     if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE_TOLERANCE:
         return False
@@ -259,14 +262,14 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
 
 class SixSolver(NamedTuple):
     """
-    Six screws, and how all their solutions are found.
+    A solver that finds all solutions of six screws.
 
     Attributes
     ----------
     form
         The closed form, or the elimination.
     to_joints : shape (6, 6)
-        Joint positions from those of the screws.
+        Matrix from positions of the screws to joint positions.
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
     backwards
@@ -279,7 +282,10 @@ class SixSolver(NamedTuple):
     backwards: bool = False
 
     def candidates(self, pose: Floats) -> tuple[Floats, float]:
-        """Return candidates (m, 6) for a pose (4, 4), and their distance from solutions, rad."""
+        """
+        Return candidates (m, 6) for a pose (4, 4), and a bound of their distance from solutions,
+        rad; infinite without a proof.
+        """
         motion = pose @ self.home_inverse
         motion = np.ascontiguousarray(inverse(motion) if self.backwards else motion)
         if isinstance(self.form, kernel.SixJoints):
@@ -293,7 +299,7 @@ class SixSolver(NamedTuple):
 
 
 def closed_solvers(screws: Screws) -> Iterator[SixSolver]:
-    """Yield the closed forms of six screws, from base to tool and from tool to base."""
+    """Yield the closed forms of six screws, in the order from base to tool, then reversed."""
     ways = _closed_solver(screws, False), _closed_solver(reversed_screws(screws), True)
     return (solver for solver in ways if solver is not None)
 
@@ -310,7 +316,10 @@ def _closed_solver(given: Screws, backwards: bool) -> SixSolver | None:
 
 
 def eliminating_solver(screws: Screws, poses: Floats) -> SixSolver | None:
-    """Return the elimination of six screws, ranked at poses (m, 4, 4) that they can have."""
+    """
+    Return the elimination for six screws, or None. Its options are ranked at reachable poses
+    (m, 4, 4).
+    """
     form = six_joints_of(screws, poses)
     return None if form is None else _solver(form, screws, False)
 
@@ -325,10 +334,10 @@ def _solver(
 @functools.lru_cache(maxsize=128)
 def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
     """
-    Return five joints as six: an added turn is the last, and the caller holds it at 0.
+    Return solvers for five joints and an added last turn, which the caller holds at 0.
 
     The turn makes a closed form (Pieper 1968): it completes a spherical wrist, or it is the last
-    joint behind three parallel axes. `eliminated`: by elimination instead.
+    joint behind three parallel axes. With `eliminated` the solver is the elimination instead.
     """
     if robot.chain.loops or robot.dof != 5:
         return ()
@@ -361,8 +370,8 @@ def elimination_of(robot: Robot) -> kernel.SixJoints | None:
 
 
 def _solvable(screws: Screws) -> bool:
-    # Three joints have a closed form for a position, unless the first two share an axis, or slide
-    # alike, or all three are parallel. The search solves these cases.
+    # Three joints have a closed form for a position, unless the first two share an axis or slide
+    # in one direction, or all three are parallel. The search solves these cases.
     first = with_feet(screws)
     z1, z2, z3 = first.axes[:3]
     both_turn = not first.slides[0] and not first.slides[1]

@@ -22,11 +22,12 @@ class IkProblem(NamedTuple):
     robot, target, plan
         The arm, its target, and the plan for the wanted rows.
     near : shape (n,), rad or m
-        Joint positions; solutions are sorted by their distance from it.
+        Joint positions; solutions are sorted by their distance from `near`.
     seed
-        Seed of the starts of a search.
+        Seed of the random starts of a search.
     curves
-        Whether all solutions of an arm with one joint more than the target asks for are wanted.
+        Whether solution curves are traced if the arm has one joint more than the target has
+        equations.
     respect_limits
         Whether solutions outside the limits are left out.
     """

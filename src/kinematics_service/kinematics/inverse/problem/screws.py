@@ -1,8 +1,8 @@
 """
-An arm as screws: the axis of each moving element while all joints are at zero, and the tool there.
+Describe an arm by screws: the axis of each moving element, and the tool, with all joints at zero.
 
 The tool's pose is exp(s_1 psi_1) ... exp(s_k psi_k) home, psi = coupling q: the product of
-exponentials (Brockett 1984), in which a geometry can be recognised for any convention.
+exponentials (Brockett 1984). Its geometry does not depend on the convention of the table.
 """
 
 from dataclasses import dataclass
@@ -22,16 +22,16 @@ class Screws(FrozenArrays):
     Attributes
     ----------
     axes, points : shape (k, 3), m
-        Unit vectors; points on them.
+        Directions of the axes (unit vectors), and a point on each axis, m.
     slides : shape (k,)
         Whether a screw is a translation; otherwise it is a rotation.
     coupling : shape (k, n)
-        Motion of each screw per joint.
+        Motion of each screw per unit of motion of each joint.
     home : shape (4, 4)
         The tool's pose with every joint at zero.
     off
-        Largest difference from the arm's own screws: rad, or relative to the arm's size. It is
-        above round-off if nearly parallel or meeting axes were made exactly so.
+        Bound of the difference from the arm's own screws: rad, or relative to the arm's size. It
+        is not 0 if nearly parallel or nearly meeting axes were made exactly so.
     """
 
     axes: Floats
@@ -51,7 +51,7 @@ def screws_of(chain: Chain) -> Screws:
     """
     Return the screws of a chain.
 
-    An element that turns and slides is two screws on the same axis.
+    An element that turns and slides becomes two screws on one axis.
     """
     table = chain.table
     axes, points, slides, coupling = [], [], [], []

@@ -11,12 +11,12 @@ from ....kernel import Floats, Integers
 from ....rigid_motion import inverse
 from .screws import Screws
 
-# Isolated complex solutions a target has at most, by the number of prismatic joints (Raghavan and
-# Roth 1993; with two or three of them kernel/six_joints/spherical_linkage.py has the reason).
+# Largest number of isolated complex solutions, by the number of prismatic joints (Raghavan and
+# Roth 1993; for two or three see kernel/six_joints/spherical_linkage.py).
 BOUNDS = {0: 16, 1: 16, 2: 8, 3: 2}
-# Number of poses at which the options are tried.
+# Number of poses at which the options of the elimination are tried.
 POSE_COUNT = 4
-# Number of options that are kept.
+# Number of best options that are kept.
 OPTION_COUNT = 4
 
 
@@ -25,12 +25,12 @@ Option: TypeAlias = tuple[int, int, int]
 
 def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
     """
-    Return the form of six joints with the best options first, or None if every option fails.
+    Return the elimination with the best options first, or None if every option fails.
 
     Parameters
     ----------
     screws
-        Six screws, their positions one to one with those of six joints.
+        Six screws, whose positions correspond one to one to those of six joints.
     targets : shape (m, 4, 4)
         Poses of the tool that the arm can have; the options are tried at the first four.
     """
@@ -51,8 +51,8 @@ def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
 def _rank_of(
     form: kernel.SixJoints, motions: list[Floats], option: Option
 ) -> tuple[int, int, float, Option] | None:
-    # Returns the number of poses without a proof, the number of missing solutions, and the largest
-    # error of a candidate: the smaller the better. None if the option is singular at a target.
+    # Returns the rank of an option, smaller is better: the number of poses without a proof, the
+    # number of missing solutions, and the largest error of a candidate. None if it is singular.
     psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     unproved, missing, worst = 0, 0, 0.0
     for T in motions:

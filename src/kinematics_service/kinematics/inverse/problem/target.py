@@ -23,15 +23,17 @@ SHAPES = ((4, 4), (3,))
 TOOL_AXES = ('x', 'y', 'z')
 # Largest residual of an exact solution, m: round-off of forward kinematics for usual arms.
 EXACT_ERROR = 1e-10
-# The residual is at most this times the reach (arms smaller than 1 mm) ...
+# The largest residual of an exact solution is at most this times the reach (it applies to arms
+# smaller than 1 mm).
 SMALL_ARM_ERROR_RATIO = 1e-7
-# ... and at least this times the reach (arms larger than 1 km).
+# The largest residual of an exact solution is at least this times the reach (it applies to arms
+# larger than 1 km).
 LARGE_ARM_ERROR_RATIO = 1e-13
 
 
 class IkTarget(NamedTuple):
     """
-    A target.
+    A checked target of inverse kinematics.
 
     Attributes
     ----------
@@ -46,11 +48,11 @@ class IkTarget(NamedTuple):
     tolerance
         Largest position error (m) and largest rotation error (rad).
     bound
-        The residual of a tool with both errors equal to the tolerance, m.
+        The residual if both errors equal the tolerance, m.
     exact
-        Largest residual of a solution that is exact, m.
+        Largest residual of an exact solution, m.
     proved
-        Largest residual of a solution, m.
+        Largest residual of an accepted solution, m: `exact`, or more with `within_tolerance`.
     """
 
     rows: tuple[str, ...]
@@ -69,7 +71,7 @@ class IkTarget(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Return the rows that count, as `x y z, direction of tool axis z`."""
+        """Return the rows that count as text: `x y z, direction of tool axis z`."""
         return ' '.join(self.rows) + (f', direction of tool axis {self.axis}' if self.axis else '')
 
     def is_reached_at(self, q: Floats, residual: float) -> bool:
@@ -83,7 +85,7 @@ class IkTarget(NamedTuple):
         return max(kernel.parts_of_error(self.residual, np.array(q))) <= self.tolerance
 
     def within_tolerance(self) -> 'IkTarget':
-        """Return the target with solutions that meet it within the tolerance."""
+        """Return the target with `proved` raised, so that inexact solutions are accepted."""
         return self._replace(proved=max(self.bound, self.exact))
 
 
@@ -104,7 +106,7 @@ def ik_target_of(
     target : shape (4, 4) or (3,)
         Pose, or position (m), of the tool in the base frame.
     rows
-        Which rows count; default: all of a pose, x y z of a position and beside an axis.
+        The rows that count; default: all for a pose, x y z for a position or with an axis.
     axis
         The axis of the tool, x, y or z, whose direction counts instead of the whole rotation.
     tolerance
@@ -150,7 +152,7 @@ def ik_target_of(
 
 def poses_of(targets: npt.ArrayLike) -> Floats:
     """
-    Return poses (N, 4, 4) of the tool, each rotation to round-off.
+    Return poses (N, 4, 4) of the tool, checked, each with a rotation that is orthogonal.
 
     Raises
     ------
@@ -169,7 +171,7 @@ def poses_of(targets: npt.ArrayLike) -> Floats:
 
 
 def _rigid(given: Floats) -> Floats:
-    # The pose (4, 4) of a target, its rotation to round-off.
+    # Returns the pose (4, 4) of a target, with a rotation that is orthogonal to round-off.
     pose = IDENTITY.copy()
     state = kernel.take_target(given, pose)
     if state == kernel.FINE:
@@ -186,8 +188,9 @@ def _rigid(given: Floats) -> Floats:
 
 
 class _Counted(NamedTuple):
-    # Weights of the rows, axis of the tool or -1, and reach: arguments of the residual. Then the
-    # residual of errors of 1 m and 1 rad, and the largest residual of an exact solution, m.
+    # Arguments of the residual: weights of the rows, index of the tool's axis or -1, and reach.
+    # `off_by_one` is the residual if the errors are 1 m and 1 rad. `exact` is the largest residual
+    # of an exact solution, m.
     weights: Floats
     tool_axis: int
     reach: float
@@ -197,7 +200,7 @@ class _Counted(NamedTuple):
 
 @functools.lru_cache(maxsize=128)
 def _counted(robot: Robot, rows: tuple[str, ...], axis: str) -> _Counted:
-    # If the tool never leaves frame 0, its reach is 0 and the length takes its place.
+    # If the tool never leaves frame 0, its reach is 0, and the length is used instead.
     length = robot.singularity.task.length
     reach = max(robot.singularity.task.reach, length)
     names = rows + ROW_NAMES[3:] if axis else rows
@@ -214,7 +217,7 @@ def _counted(robot: Robot, rows: tuple[str, ...], axis: str) -> _Counted:
 def residual_of(
     robot: Robot, pose: Floats, rows: tuple[str, ...], axis: str = ''
 ) -> kernel.Residual:
-    """Return the residual of the tool against a pose (4, 4) in the rows that count."""
+    """Return the kernel's residual, the error of the tool from a pose (4, 4), for given rows."""
     return _residual(robot, pose, _counted(robot, rows, axis))
 
 

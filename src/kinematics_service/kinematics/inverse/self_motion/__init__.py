@@ -1,1 +1,1 @@
-"""The curves of an arm with one joint more than its target asks for."""
+"""Solution curves of an arm that has one joint more than its target has equations."""

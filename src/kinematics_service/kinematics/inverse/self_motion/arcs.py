@@ -1,4 +1,4 @@
-"""An arc: the part of a solution curve inside the joint limits, on certain full turns."""
+"""Arcs: the parts of a solution curve inside the joint limits, with certain full turns added."""
 
 import math
 from collections.abc import Callable
@@ -46,15 +46,17 @@ class IkArc(FrozenArrays):
     q : shape (m, n), rad or m
         Samples along the arc, at most 0.1 rad apart, among them every reversal of a joint.
     s : shape (m,), rad
-        Length of the arc up to each sample, prismatic joints divided by the arm's length.
+        Length of the arc from its beginning to each sample, prismatic joints divided by the arm's
+        length.
     closed
         Whether the last sample is the first one, except for full turns.
     ends
         Beginning and end of an arc that is not closed.
     windings
-        Number of arcs inside the limits that differ from this one only by full turns, with it.
+        Number of arcs inside the limits that differ from this arc only by full turns, including
+        this arc.
     curve
-        The curve of which it is a part.
+        The solution curve of which the arc is a part.
     places : shape (m,)
         Places of the samples on the curve.
     turn_offset : shape (n,), rad or m
@@ -82,7 +84,7 @@ class IkArc(FrozenArrays):
 
     @property
     def length(self) -> float:
-        """Return its length in rad: prismatic joints divided by the arm's length."""
+        """Return the length of the arc in rad: prismatic joints divided by the arm's length."""
         return float(self.s[-1])
 
     @property
@@ -108,7 +110,7 @@ class IkArc(FrozenArrays):
         return replace(self, q=self.q + turn_offset, turn_offset=self.turn_offset + turn_offset)
 
     def margins(self) -> Floats:
-        """Return the distance of each of `q` to the nearest limit, shape (m,), rad or m."""
+        """Return the distance of each sample to the nearest limit, shape (m,), rad or m."""
         return self.margin(self.q)
 
     def margin(self, q: Floats) -> Floats:
@@ -122,7 +124,7 @@ class IkArc(FrozenArrays):
         return np.array(rows[int(np.argmax(self.margin(rows)))])
 
     def nearest_to(self, q: Floats) -> Floats:
-        """Return the joint positions (n,) nearest to others: root of the sum of squares."""
+        """Return the joint positions (n,) on the arc nearest to q (n,), by the scaled 2-norm."""
         k = int(squares_of((self.q - q) / self.scales).argmin())
         places, local = self._with_neighbours(self.places), q - self.turn_offset
         ends = zip(places[k : k + 2].tolist(), places[k + 1 : k + 3].tolist())
@@ -130,7 +132,8 @@ class IkArc(FrozenArrays):
         return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
     def _with_neighbours(self, values: Floats) -> Floats:
-        # Values at the samples, and at one more sample before and behind them on a closed arc.
+        # Returns the values at the samples, extended by one value at each end. On a closed arc the
+        # added values are those of the neighbouring laps; otherwise the end values are repeated.
         before, behind = values[:1], values[-1:]
         if self.closed:
             lap = behind - before
@@ -142,7 +145,10 @@ class IkArc(FrozenArrays):
         return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
 
     def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
-        """Return the length (rad) at which positions (..., n) cost least, by golden sections."""
+        """
+        Return the length (rad) along the arc at which a cost of joint positions is least, by
+        golden section search beside the best sample.
+        """
         k = int(np.argmin(cost(self.q)))
         a, at_sample, b = self._with_neighbours(self.s)[k : k + 3].tolist()
         for _ in range(SECTION_COUNT):
@@ -152,5 +158,5 @@ class IkArc(FrozenArrays):
 
 
 def squares_of(ways: Floats) -> Floats:
-    """Return the squared norms of rows (m, n), in a third of the time of norms."""
+    """Return the squared norms of rows (m, n), in a third of the time of `np.linalg.norm`."""
     return np.asarray(np.einsum('ij,ij->i', ways, ways))

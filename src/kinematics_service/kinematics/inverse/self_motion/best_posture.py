@@ -1,4 +1,7 @@
-"""Find the best posture on the arc of a redundant arm's posture: largest margin or clearance."""
+"""
+Find the best posture on the arc through a posture of a redundant arm: the one with the largest
+margin from the joint limits, or the largest clearance from singular poses.
+"""
 
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
@@ -20,12 +23,12 @@ Cost = Callable[[Floats], Floats]
 
 # Largest distance between samples of an arc, rad (prismatic joints divided by the arm's length).
 SAMPLE_DISTANCE = 0.2
-# Largest distance of a posture that is on an arc, rad.
+# A posture is on an arc if its distance from the arc is less than this, rad.
 ON_ARC = 1e-6
 # Number of samples whose clearance is computed first, 0.1 ms each.
 CLEARANCE_SAMPLES = 48
-# A posture 1 rad farther away must be better by this, rad: otherwise the result jumps between
-# equally good postures.
+# The cost of 1 rad of distance from the present posture, rad. Without it the result would jump
+# between equally good postures.
 COST_OF_DISTANCE = 1e-3
 # Number of corrections of a step that is 0.1 % too long: each divides the error by 1000.
 CORRECTIONS = 3
@@ -38,11 +41,11 @@ class BestPosture(NamedTuple):
     Attributes
     ----------
     q : shape (n,), rad or m
-        The posture.
+        The posture that was reached.
     arc
-        The arc inside the limits, on the turns of the other posture.
+        The arc inside the limits, with the full turns of the posture it starts from.
     left : rad
-        Distance along the arc from this posture to the best one.
+        Distance along the arc from this posture to the best posture.
     """
 
     q: Floats
@@ -51,7 +54,7 @@ class BestPosture(NamedTuple):
 
 
 def _of_largest_clearance(arc: IkArc, robot: Robot, away: Cost) -> float:
-    # Searches 48 samples, and then all samples beside the best one.
+    # Evaluates about CLEARANCE_SAMPLES samples, and then all samples beside the best one.
     ways = COST_OF_DISTANCE * away(arc.q)
 
     def best(places: Integers) -> int:
@@ -75,15 +78,15 @@ def best_posture(
     robot: Robot, target: IkTarget, q: Floats, criterion: str, farthest: float
 ) -> BestPosture | None:
     """
-    Return the best posture on the arc through q, or the nearest posture to it within a distance.
+    Return the best posture on the arc through q, or a posture on the way to it, `farthest` from q.
 
-    None without an arc: the posture is singular or not a solution, or the arm does not have one
+    Returns None without an arc: q is singular or not a solution, or the arm does not have one
     joint more than the target has equations.
 
     Parameters
     ----------
     q : shape (n,), rad or m
-        Inside the limits; the tool is at the target.
+        Joint positions inside the limits, with the tool at the target.
     criterion
         One of `CRITERIA`.
     farthest : rad
@@ -106,12 +109,12 @@ def best_posture(
 
 
 def has_arcs(robot: Robot, rows: tuple[str, ...], axis: str) -> bool:
-    """Return whether an arm has one joint more than targets of these rows and axis need."""
+    """Return whether an arm has one joint more than a target with these rows and axis needs."""
     return sliced_arm_of(robot, rows, axis) is not None
 
 
 class ArcPlace(NamedTuple):
-    """An arc inside the limits, and the length (rad) up to a place on it."""
+    """An arc inside the limits, and a place on it: the length (rad) from the arc's beginning."""
 
     arc: IkArc
     s: float
@@ -139,7 +142,7 @@ def shifted_past(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     """
     Yield copies of an arc, shifted by full turns, that are inside the limits and pass near q (n,).
 
-    Joints at whose limits the arc ends are not shifted: the arc would end elsewhere.
+    If the arc ends at a limit of a joint, this joint is not shifted: the arc would end elsewhere.
     """
     turns = np.round((q - arc.q) / plan.periods)
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)

@@ -1,8 +1,8 @@
 """
-A solution curve of an arm with one redundant joint, traced by numerical continuation.
+Trace a solution curve of an arm with one redundant joint, by numerical continuation.
 
 Continuation (Allgower and Georg; `kernel.trace`) gives samples. Newton's method gives the
-solutions between them (`kernel.CurvePath`).
+solutions between samples (`kernel.CurvePath`).
 """
 
 import math
@@ -17,26 +17,26 @@ from ..problem.target import TOOL_AXES
 # Largest number of samples of a curve, 6 times that of the longest curve seen. A curve may not end
 # if the arm's lengths are very different, or if all postures are singular.
 MAX_SAMPLES = 1 << 12
-# Period of a joint without one, rad or m: more than a joint moves.
+# Period that stands for no period, rad or m: more than any joint moves.
 NO_PERIOD = 1e12
 
 
 class SolutionCurve:
     """
-    A curve of solutions.
+    A solution curve: the tool stays at the target along it.
 
-    Places are numbers of samples, with fractions between them. On a closed curve they continue
-    beyond the last sample, lap after lap.
+    A place on the curve is the index of a sample; places between samples are fractions. On a
+    closed curve places continue beyond the last sample, lap after lap.
 
     Parameters
     ----------
     problem, point
         The arm, plan and target.
     samples : shape (m, 2 n), rad or m
-        Joint positions, and the unit tangents there. The last sample of a closed curve is the
-        first one, full turns added.
+        Joint positions, and the unit tangents of the curve. The last sample of a closed curve is
+        the first sample with full turns added.
     closed
-        Whether it is closed; otherwise it ends at singular poses.
+        Whether the curve is closed; otherwise it ends at singular poses.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class SolutionCurve:
     last
         The place of the last sample.
     lap : shape (n,), rad or m
-        Motion of the joints of a closed curve in a lap.
+        Motion of the joints in one lap of a closed curve.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class SolutionCurve:
         return np.asarray(q + laps[:, None] * self.lap)
 
     def nearest(self, begin: float, end: float, q: Floats) -> float:
-        """Return the place nearest to joint positions (n,) between two neighbouring places."""
+        """Return the place between `begin` and `end` that is nearest to joint positions (n,)."""
         laps = math.floor(0.5 * (begin + end) / self.last) * self.closed
         goal, before = np.array([q - laps * self.lap, self.plan.scales**-2]), laps * self.last
         return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
@@ -76,7 +76,8 @@ def point_of(problem: IkProblem) -> kernel.CurvePoint:
     robot, target, plan, *_ = problem
     residual = target.residual
     if target.axis:
-        # In axes of the target, the turn about the tool's axis is one row. Its weight is 0.
+        # In the axes of the target, the turn about the tool's axis is one row. It does not count,
+        # so its weight is 0.
         k = TOOL_AXES.index(target.axis)
         weights = np.array([1.0] * 3 + [robot.singularity.task.length] * 3)
         weights[3 + k] = 0.0
@@ -94,7 +95,7 @@ def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> Solut
     if count < 0:
         return SolutionCurve(problem, point, samples[0, :-count].copy(), True)
     behind = kernel.trace(point, -1.0, samples[1])
-    # The samples backwards; their tangents point the other way.
+    # Samples in the other direction, in reverse order; their tangents change sign.
     rows = samples[1, : abs(behind)][::-1] * np.repeat([1.0, -1.0], n)
     if behind < 0:
         # Near a singular pose a closed curve may be followed in one direction only.

@@ -3,8 +3,8 @@ Cut a solution curve into arcs at the joint limits.
 
 Samples and reversals of joints divide the curve into steps. In each step every joint rises or
 falls, so it passes a limit at most once. These passages divide the curve into pieces. The posture
-in the middle of a piece shows with which full turns the piece is inside. Runs of pieces inside are
-arcs (`turns.py`).
+in the middle of a piece shows with which full turns the piece is inside the limits. Runs of pieces
+inside the limits are arcs (`turns.py`).
 
 Steps with a joint far beyond its limits are skipped: an arc ends where one joint passes a limit
 while all others are inside, so no arc ends in such a step.
@@ -42,8 +42,8 @@ NO_SIDE = len(SIDES)
 
 @functools.lru_cache(maxsize=128)
 def _counted(plan: InversePlan) -> tuple[Floats, Floats, Floats]:
-    # Limits (2, n), periods (n,) and turns (n,) of joints with two limits and a period. The turn
-    # of any other joint is 0.
+    # Returns limits (2, n), periods (n,) and full turns (n,). The turn is 0 if a joint lacks a
+    # limit or a period.
     limited = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
     limits = np.clip(plan.limits.T, -NO_LIMIT, NO_LIMIT)
     periods = np.where(limited, plan.periods, NO_PERIOD)
@@ -60,8 +60,8 @@ def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
 
 
 def _is_near(curve: SolutionCurve) -> Flags:
-    # Whether no joint is far beyond its limits, for each step between samples. A joint that is
-    # farther beyond than all joints move in the step cannot come inside in it.
+    # Returns for each step between samples whether no joint is far beyond its limits. A joint that
+    # is farther beyond than all joints move in the step cannot come inside during the step.
     q, ((low, high), periods, _) = curve.q, _counted(curve.plan)
     turned = q - periods * np.floor((q - low) / periods)
     away = np.minimum(turned - high, low + periods - turned) / curve.plan.scales
@@ -70,10 +70,11 @@ def _is_near(curve: SolutionCurve) -> Flags:
 
 
 class _CutCurve:
-    # `table`: one row for each sample, passage of a limit, and reversal of a joint, sorted by
-    # places. A row is place, joint positions (n), length up to there (rad), and joint and side of
-    # the limit. `lap` is the increment of a row in a lap of a closed curve. `begins` are the first
-    # rows of the pieces, and the last row of a curve that is not closed.
+    # A solution curve cut into pieces at the limits. `table` has one row for each sample, passage
+    # of a limit, and reversal of a joint, sorted by place: place, joint positions (n), length up
+    # to this place (rad), and joint and side of the limit. `lap` is the increment of a row in one
+    # lap of a closed curve. `begins` has the first row of each piece, and the last row of a curve
+    # that is not closed.
 
     def __init__(self, curve: SolutionCurve, near: Flags) -> None:
         self.curve, self.near = curve, near
@@ -102,7 +103,8 @@ class _CutCurve:
         self._add(k, (joint, none, slopes[k, joint], slopes[k + 1, joint]), NO_SIDE)
 
     def _add_limits(self) -> None:
-        # Number of turns (rows, 2, n) beyond each limit. If it changes, a limit is passed.
+        # A joint passes a limit where its number of full turns (rows, 2, n) beyond the limit
+        # changes.
         places, q = self.table[:, 0], self.table[:, 1:-3]
         beyond = self.limits + [[-EXIT_MARGIN], [EXIT_MARGIN]]
         turns = np.floor((q[:, None] - beyond) / self.periods)
@@ -110,7 +112,8 @@ class _CutCurve:
         k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
         turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
         before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
-        # A joint within EXIT_MARGIN of the limit at an end of the step passes it at that end.
+        # If a joint is within EXIT_MARGIN of the limit at an end of the step, it passes the limit
+        # at that end.
         level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
         self._add(k, (joint, level, before - level, after - level), side)
 
@@ -126,12 +129,13 @@ class _CutCurve:
         self.table = table[table[:, 0].argsort(kind='stable')]
 
     def _rows(self, rows: Integers) -> Floats:
-        # Rows of the table; their numbers continue lap after lap.
+        # Returns rows of the table by index; on a closed curve the indices continue lap after lap.
         laps, k = np.divmod(rows, len(self.table))
         return np.asarray(self.table[k] + laps[:, None] * self.lap)
 
     def _begin(self, piece: int) -> int:
-        # First row of a piece; the numbers of pieces and rows continue lap after lap.
+        # Returns the index of the first row of a piece. On a closed curve the indices of pieces
+        # and rows continue lap after lap.
         laps, k = divmod(piece, len(self.begins))
         return self.begins[k] + laps * len(self.table)
 
@@ -164,8 +168,8 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # On other turns the joint of this row may be inside its limits, and another joint at a
-        # limit in the same place ends the arc.
+        # With other full turns the joint of this row may be inside its limits. Then another joint
+        # that is at a limit in the same place ends the arc.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())

@@ -1,5 +1,5 @@
 """
-Slices of an arm with one redundant joint: hold a joint at an end and solve the other six.
+Solve slices of an arm with one redundant joint: hold the first or last joint, solve the other six.
 
 The geometry of the six joints does not depend on the held joint: only their target moves. If only
 the direction of a tool axis counts, a joint about that axis is added. If only the position counts,
@@ -23,7 +23,8 @@ from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to
 from ..problem.screws import Screws, screws_of
 from ..problem.target import TOOL_AXES
 
-# The tool's rotation in slices for a position: any at which the three added joints are regular.
+# The tool's rotation in slices for a position: any rotation at which the three added joints are
+# not singular.
 ADDED_ROTATION = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
 
@@ -36,15 +37,16 @@ class SlicedArm(NamedTuple):
     robot
         The arm.
     screws
-        Screws of the arm, and of the added joint for a direction.
+        Screws of the arm, and of the joint that is added if only a direction counts.
     to_joints : shape (k, joints)
         Matrix from positions of the screws to positions of the joints (row vectors).
     whole
-        Whether the rotation counts.
+        Whether the target has a rotation or a direction, not only a position.
     held
         Index of the screw that is held.
     six
-        Solver of the other screws, for a position with three more; None if not available.
+        Solver of the other screws, with three added joints for a position; None if there is no
+        solver.
     """
 
     robot: Robot
@@ -64,7 +66,10 @@ class SlicedArm(NamedTuple):
         return np.asarray(psi @ self.to_joints)
 
     def motion_of_six(self, pose: Floats, position: float) -> Floats:
-        """Return the motion (4, 4) from rest of six screws, with the held screw at a position."""
+        """
+        Return the motion (4, 4) from rest that the other six screws must make for a pose (4, 4)
+        of the tool, with the held screw at a position.
+        """
         screws, turn = self.screws, np.eye(4)
         turn[:3, :3] = turn_about(screws.axes[self.held], -position)
         turn[:3, 3] = screws.points[self.held] - turn[:3, :3] @ screws.points[self.held]
@@ -79,7 +84,11 @@ class SlicedArm(NamedTuple):
 
 @functools.lru_cache(maxsize=128)
 def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm | None:
-    """Return the arm for the rows that count; None without exactly one redundant joint."""
+    """
+    Return the arm with the solver of its slices, for the rows that count.
+
+    Returns None unless the arm has exactly one redundant joint.
+    """
     screws = None if robot.chain.loops else screws_of(robot.chain)
     position, whole = rows == ROW_NAMES[:3], bool(axis) or rows == ROW_NAMES
     if screws is None or not one_to_one(screws, robot) or not (position or rows == ROW_NAMES):
@@ -98,7 +107,11 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
 
 
 def sliced(arm: SlicedArm, held: int) -> SlicedArm:
-    """Return an arm with a screw at an end held, if it turns, and the solver of the others."""
+    """
+    Return the arm with its first or last screw `held`, and a solver for the other screws.
+
+    If this screw is a translation, the arm is returned unchanged.
+    """
     robot, screws = arm.robot, arm.screws
     if screws.slides[held]:
         return arm

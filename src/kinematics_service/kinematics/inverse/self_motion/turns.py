@@ -2,10 +2,9 @@
 Find maximal runs of pieces of a curve inside the joint limits, by intersection of boxes.
 
 The full turns with which a piece is inside all limits are a box of integers: one interval for each
-joint. A run of pieces is inside with every vector of turns in the intersection of its boxes. With
-some vectors the piece before the run is inside, too, with some the piece after it, with some both.
-Inclusion and exclusion of these four boxes gives the number of vectors with which the run is
-maximal.
+joint. A run of pieces is inside with every vector of turns in the intersection of its boxes. The
+run is maximal with a vector if neither the piece before nor the piece after is inside with it.
+Inclusion and exclusion of four boxes gives the number of such vectors.
 """
 
 import functools
@@ -15,7 +14,8 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 Turns = tuple[int, ...]
-# The least and the largest number of turns of each joint; empty if one interval is.
+# The least and the largest number of turns of each joint. The box is empty if one interval is
+# empty.
 Box = list[list[int]]
 
 
@@ -87,8 +87,8 @@ def _size(box: Box) -> int:
 
 
 def _outside(box: Box, *others: Box) -> Turns:
-    # A vector of a box that is in none of the others. Each of its numbers is the smallest of the
-    # box, or the first number beyond another box.
+    # Returns a vector of `box` that is in none of `others`. Each of its numbers is the smallest of
+    # the box, or the first number beyond another box.
     ways = [
         sorted({low, *(end + 1 for _, end in beside if low <= end < high)})
         for (low, high), *beside in zip(box, *others)
