@@ -306,8 +306,8 @@ def _node(
       kinematics_service COMMAND --help
 
     --robot-description [TOPIC] takes the URDF that the robot itself publishes, usually on
-    /robot_description, and each newer one. --base LINK and --tip LINK choose the arm of a URDF;
-    without them it is the longest chain up to a hand.
+    /robot_description, and each newer URDF. --base LINK and --tip LINK choose the arm of a URDF;
+    without both options the arm is the longest chain up to a hand.
     """
     command = context.invoked_subcommand
     if command is None:

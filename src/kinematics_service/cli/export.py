@@ -23,9 +23,9 @@ def export(
       kinematics_service export my_arm.yaml --urdf - | check_urdf /dev/stdin
 
     Every frame of the table and every point is a link, exact to 1e-12. Coupled and helical joints
-    become joints that mimic. The shapes only mark joints and links, so that there is something to
-    see; inertia and collision shapes are not known and not written. Closed loops, which URDF does
-    not have, are left out, and a sentence on standard error says so.
+    become mimic joints. The shapes only mark joints and links, so that you can see the arm.
+    Inertia and collision shapes are not known and not written. Closed loops, which URDF does not
+    have, are left out, and a sentence on standard error says so.
     """
     arm = given_robot(robot)
     refuse_robot_file('--urdf', Path(urdf), robot)

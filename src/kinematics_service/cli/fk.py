@@ -40,7 +40,7 @@ def fk(
     json: JsonOption = False,
 ) -> None:
     """
-    Print the pose of the tool at joint positions, and how near it is to a singular one.
+    Print the pose of the tool at joint positions, and how near the pose is to a singular pose.
 
     \b
     Examples:
@@ -48,8 +48,8 @@ def fk(
       kinematics_service fk --robot ur5e --q=-0.1,-1.57,1.2,0,0.4,0 --json
       kinematics_service fk --robot puma560 --of 3 --q 0,0.8,3.1,0,0.8,0 --all
 
-    Positions may be negative, and separated by commas, spaces or both. Those of
-    prismatic joints are in metres, also with --deg. With --of and --at the pose and its
+    Positions may be negative, and separated by commas, spaces or both. Positions of prismatic
+    joints are in metres, even with --deg. With --of and --at the pose and the measures of
     singularity are those of another point of the arm instead of the tool.
 
     \b

@@ -90,8 +90,8 @@ def ik(
     json: JsonOption = False,
 ) -> None:
     """
-    Print the joint positions that bring the tool to a pose, or to a position alone, and whether
-    they are proved to be all.
+    Print the joint positions that bring the tool to a pose, or only to a position, and whether it
+    is proved that no others exist.
 
     \b
     Examples:
@@ -101,20 +101,21 @@ def ik(
       kinematics_service ik --robot scara_hsr065 --xyz 0.4,0.1,0.2 --rows x,y --one
       kinematics_service ik --robot ur5e --xyz 0.3,-0.2,0.4 --rpy 180,0,0 --deg --axis z
 
-    Positions that differ by full turns are one solution: the one inside the limits nearest
-    to --near (default: the middle of the limits) is printed. Each was checked by forward
-    kinematics. If the arm can move without moving the tool, the solution is a family,
-    printed at one of its positions. The exit code is 1 if nothing is inside the limits;
-    then the nearest pose is printed.
+    Positions that differ by full turns are one solution. The command prints the positions inside
+    the limits that are nearest to --near (default: the middle of the limits). Each solution was
+    checked by forward kinematics. If the arm can move without moving the tool, the solution is a
+    family, printed at one of its positions. If no solution is inside the limits, the nearest pose
+    is printed, and the exit code is 1.
 
-    --axis is for arms of five joints: only the direction of that axis of the tool counts, not the
-    whole orientation. A target that is not met exactly counts as reached within --tolerance,
-    because typed numbers are rounded; the residual says how well.
+    --axis is for arms of five joints: only the direction of this axis of the tool counts, not the
+    whole orientation. Typed numbers are rounded, so a target counts as reached if both errors are
+    within --tolerance; the residual shows the error.
 
-    --family: an arm with one joint more than the target asks for, as seven for a pose, holds its
-    tool still and moves. Each arc of such a motion inside the limits is printed: the joints and
-    limits that end it, its length, the range of each joint, and the positions farthest from
-    the limits. complete is found: a search may miss arcs.
+    --family: an arm with one joint more than the target needs, for example seven for a pose, can
+    move while the tool rests. Each arc of such a motion inside the limits is printed: the joints
+    and limits at which the arc ends, its length, the range of each joint, and the positions
+    farthest from the limits. The key `complete` has the value found, because a search may miss
+    arcs.
 
     --one: the first solution found inside the limits, or the nearest one if the arm has a
     closed form. Without a closed form the search starts at --near; --seed gives other starts.

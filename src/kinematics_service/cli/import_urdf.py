@@ -46,7 +46,7 @@ def import_urdf(
     ),
 ) -> None:
     """
-    Make a robot file from a chain of a URDF, or from a factory calibration, and prove it.
+    Make a robot file from a chain of a URDF, or from a factory calibration, and check the file.
 
     \b
     Examples:
@@ -56,14 +56,14 @@ def import_urdf(
       kinematics_service import --urdf a.urdf --base b --tip t --name my_arm
       kinematics_service import --ur-calibration calibration.conf --robot ur5e --out my_ur5e.yaml
 
-    Names, limits, velocities, accelerations and joints that mimic are kept. The robot file is
-    compared with the plain product of the URDF's joints over 1000 random configurations; the worst
-    error is printed and written into the file. xacro files are expanded first: xacro FILE >
-    arm.urdf
+    Names, limits, velocities, accelerations and mimic joints are kept. The robot file is compared
+    with the product of the URDF's joint transforms over 1000 random configurations; the largest
+    error is printed and written into the file. Expand a xacro file first: xacro FILE > arm.urdf
 
-    --ur-calibration is the controller's calibration.conf, or the YAML of ur_calibration; --robot
-    the nominal arm. Its numbers get corrections of millimetres and an extra angle between parallel
-    axes, instead of lengths of hundreds of metres that cancel. It is the same arm to 1e-9.
+    --ur-calibration is the controller's calibration.conf, or the YAML file of ur_calibration, and
+    --robot is the nominal arm. The numbers of the nominal arm get corrections of millimetres, and
+    an extra angle between parallel axes. The calibration has lengths of hundreds of metres
+    instead, which cancel. Both describe one arm to 1e-9.
     """
     if name and not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'--name: {name!r} is not a name of letters, digits and underscores')

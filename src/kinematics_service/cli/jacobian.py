@@ -63,17 +63,17 @@ def jacobian(
 ) -> None:
     """
     Print the Jacobian at joint positions, the twist of the tool at joint velocities, and how near
-    the pose is to a singular one.
+    the pose is to a singular pose.
 
     \b
     Examples:
       kinematics_service jacobian --robot puma560 --q 0,0.8,3.1,0,0.8,0
       kinematics_service jacobian --robot planar_2r --deg --q 20,30 --qdot 5,-2
 
-    The Jacobian is the geometric one, rows vx vy vz wx wy wz, a column a joint in the order of the
-    robot; its reference point is the tool's origin, its axes are those of --axes. The twist is
-    J qdot in the same axes. With --of and --at all that is printed is of another point of the arm
-    instead of the tool.
+    The command prints the geometric Jacobian J with the rows vx vy vz wx wy wz and one column for
+    each joint, in the order of the robot. The reference point is the tool's origin, and --axes
+    gives the axes. The twist is J qdot in these axes. With --of and --at all results are those of
+    another point of the arm instead of the tool.
 
     \b
     The keys of --json, in m, rad, s; null: infinite, undefined, not asked for:

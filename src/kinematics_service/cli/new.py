@@ -67,16 +67,16 @@ def new(
       kinematics_service new my_arm --table dh.csv
       kinematics_service new my_arm --table - --columns a,alpha,d,theta --units deg,mm
 
-    The file is NAME.yaml in this folder, or that of --out; an existing file is kept unless
-    --force is given. With --from it is a copy of the file of a bundled robot, comments included,
-    for you to change.
+    The command writes NAME.yaml in this folder, or the file of --out; an existing file is kept
+    unless you give --force. With --from the file is a copy of a bundled robot's file, with its
+    comments, which you can change.
 
-    With --table it is the robot of a table: rows of a spreadsheet (commas, semicolons or tabs), of
-    a text, of Markdown or LaTeX, a matrix of MATLAB or Python, named numbers of YAML, JSON or
-    TOML, or the links of Corke's toolbox. The heads of the columns say what they hold, in any
-    order; without heads --columns does. Theta or d moves: the one with the variable, or the empty
-    one. A letter becomes a constant without a value. The command says how it read the table,
-    refuses a table with two readings, and checks the result.
+    With --table the robot comes from a table: rows of a spreadsheet (commas, semicolons or tabs),
+    of a text, of Markdown or LaTeX, a matrix of MATLAB or Python, named numbers of YAML, JSON or
+    TOML, or the links of Corke's toolbox. The heads of the columns, in any order, say what the
+    columns hold; without heads use --columns. The joint moves theta or d: the cell that has the
+    variable or is empty. A letter becomes a constant without a value. The command prints how it
+    read the table, refuses an ambiguous table, and checks the result.
     """
     if not re.fullmatch(r'[A-Za-z0-9_]+', name):
         raise WrongUsage(f'NAME: {name!r} is not a name of letters, digits and underscores')

@@ -15,8 +15,8 @@ def reload(
     """
     Let a running node read its robot file again, without any other ROS tool installed.
 
-    It prints what is in force. The exit code is 1 if the file has faults: then the robot of before
-    stays in force.
+    The command prints the robot that the node now uses. The exit code is 1 if the file has faults:
+    then the node keeps the robot that it used before.
 
     \b
     Examples:

@@ -21,8 +21,8 @@ def robots(
     json: JsonOption = False,
 ) -> None:
     """
-    List the robots that come with the package, one per line. Every command takes their names, and
-    'new NAME --from ROBOT' makes a file of one.
+    List the robots that come with the package, one per line. Every command accepts these names,
+    and 'new NAME --from ROBOT' copies the file of a robot.
 
     \b
     Joints: R revolute, P prismatic, H helical, base to tool.

@@ -31,7 +31,7 @@ class Alarm(NamedTuple):
     last : ns
         Time of the last warning, steady clock; None before the first warning.
     factor
-        Index of the nearest named factor of the last warning; None if there are no factors.
+        Index of the nearest named factor at the last warning; None for an arm without factors.
     """
 
     level: Level = Level.OK

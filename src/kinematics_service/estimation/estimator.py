@@ -79,7 +79,7 @@ class EstimatorOutput(NamedTuple):
     stamp : ns
         Stamp of the message that led to this state, or its time of receipt without a stamp.
     velocity_source
-        Where the velocities are from: `message`, `difference`, or `none`.
+        Source of the velocities: `message`, `difference`, or `none`.
     quantities
         The requested quantities; None for a quantity that is unknown.
     """
@@ -205,8 +205,8 @@ class MessageOutcome(NamedTuple):
     velocity_source
         `message`, `difference` or `none` if there is a new state; otherwise empty.
     refusal
-        The reason if there is no new state. None with a new state, and for bytes that another
-        reader must read.
+        The reason why the message gave no new state. None with a new state, and for bytes that
+        another reader must read.
     starts_anew
         Whether all joints were forgotten, because the stamp stepped back by more than the timeout.
     """

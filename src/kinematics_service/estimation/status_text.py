@@ -183,7 +183,8 @@ def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> st
 
 
 def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:
-    # The determinants of the closure, and the nearest loop.
+    # Yields the name of the loop at which the nearest singularity is (`arm` if none), and the
+    # determinant of each loop.
     factors, names = singularity.factors, robot.loop_names
     if factors is None or not names:
         return
