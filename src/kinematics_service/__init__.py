@@ -1,7 +1,9 @@
 """
 Kinematics of any arm given by its Denavit-Hartenberg table: a library and a ROS 2 node.
 
-The library needs no ROS: `load_robot`, `forward_kinematics`, `jacobian`, `twist`, `singularity`.
+The library does not need ROS. Its main functions are `load_robot`, `forward_kinematics`,
+`jacobian`, `twist` and `singularity`.
+
 Each name is imported at its first use, so that the command line prints `--help`, and reacts to
 Ctrl-C, before the kernel is loaded.
 """
@@ -31,7 +33,7 @@ from .robot.file.translation import TRANSLATORS, RobotText  # noqa: E402
 
 
 def _translate_urdf(content: bytes, file: str, base: str, tip: str) -> RobotText:
-    from .robot.urdf.importer import urdf_as_robot_file  # loaded for the first URDF
+    from .robot.urdf.importer import urdf_as_robot_file  # loaded at the first URDF
 
     return urdf_as_robot_file(content, file, base, tip)
 

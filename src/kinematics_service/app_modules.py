@@ -9,7 +9,7 @@ import os
 from importlib import import_module
 from typing import Any
 
-# Modules in `apps/` by task.
+# Module in the folder `apps` for each task.
 APP_MODULES = {
     'check': 'checking.commands.check',
     'factory calibration': 'calibration.factory',

@@ -105,7 +105,7 @@ def _may_be_replaced(path: Path, found: os.stat_result) -> bool:
 
 def _stream(found: os.stat_result) -> int | None:
     for number in STREAMS:
-        with suppress(OSError):  # a closed stream
+        with suppress(OSError):  # the stream may be closed
             if os.path.samestat(found, os.fstat(number)):
                 return number
     return None

@@ -27,7 +27,7 @@ COMPLETION_VARIABLE = f'_{PROGRAM.upper()}_COMPLETE'
 def run(argv: Sequence[str] | None = None) -> int:
     """
     Run a command line and return the exit code: 0, 1 for a failure, 2 for wrong usage, 141 if the
-    reader of its output has gone.
+    process that reads the output has ended.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def run(argv: Sequence[str] | None = None) -> int:
 def _code_of(argv: Sequence[str] | None) -> int:
     ours, ros = split_ros_arguments(sys.argv[1:] if argv is None else argv)
     try:
-        if ours[:1] != ['import']:  # it has --base and --tip itself
+        if ours[:1] != ['import']:  # `import` has its own --base and --tip
             ours = name_robots(ours)
         completion = COMPLETION_VARIABLE in os.environ or any(
             word.startswith(COMPLETION_OPTIONS) for word in ours
@@ -71,7 +71,8 @@ def _code_of(argv: Sequence[str] | None) -> int:
             command_group()(join_numbers(ours), obj=ros, prog_name=PROGRAM if completion else None)
         return 0
     except SystemExit as end:
-        if isinstance(end.__context__, BrokenPipeError):  # click turns it into exit code 1
+        # click turns a BrokenPipeError into exit code 1.
+        if isinstance(end.__context__, BrokenPipeError):
             return READER_GONE
         return end.code if isinstance(end.code, int) else 0
     except (RobotConflictError, ArmsError) as error:

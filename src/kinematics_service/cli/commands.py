@@ -62,7 +62,7 @@ GROUPS = {
 COMMANDS = {name: words for group in GROUPS.values() for name, words in group.items()}
 # Width of the longest name of a command, so that all groups are aligned.
 NAME_WIDTH = max(map(len, COMMANDS))
-# Options that only --help-all shows.
+# Options that --help hides and --help-all shows.
 RARE_OPTIONS = {
     '--allow-host', '--allow-mixed-ros', '--allow-unsecured', '--anyway', '--axis',
     '--clearance', '--fix', '--frames', '--gravity', '--install-completion',

@@ -1,4 +1,4 @@
-"""The command `export`: write a robot in the formats of other programs."""
+"""The command `export`: write a robot as URDF for other programs."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""The command `fk`: the pose of the tool at joint positions."""
+"""The command `fk`: print the pose of the tool at joint positions."""
 
 from ..kernel import Floats
 from ..kinematics.singularity import Singularity, singularity_of
@@ -26,7 +26,7 @@ from .singularity_report import (
     state_json,
 )
 
-# End of the help: the keys of the object `singularity`.
+# Text at the end of the help: the keys of the JSON object `singularity`.
 HELP_ENDS = JSON_KEYS
 
 

@@ -1,4 +1,4 @@
-"""The command `ik`: joint positions that bring the tool to a pose or a position."""
+"""The command `ik`: print joint positions that bring the tool to a pose or a position."""
 
 import math
 import re
@@ -170,7 +170,7 @@ def ik(
 
 def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool) -> Floats:
     """
-    Return the target of the options: a position (3,), or a pose (4, 4).
+    Return the target that the options give: a position (3,), m, or a pose (4, 4).
 
     Raises
     ------

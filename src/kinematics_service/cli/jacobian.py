@@ -1,4 +1,4 @@
-"""The command `jacobian`: the Jacobian and the twist of the tool at joint positions."""
+"""The command `jacobian`: print the Jacobian and the twist of the tool at joint positions."""
 
 from typing import Annotated, Optional
 
@@ -39,7 +39,7 @@ ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
 # Width of a column of the matrix, characters; longer joint names are broken.
 CELL = 9
 
-# End of the help: the keys of the object `singularity`.
+# Text at the end of the help: the keys of the JSON object `singularity`.
 HELP_ENDS = JSON_KEYS
 
 
@@ -129,7 +129,8 @@ def _place(robot: Robot, at: str | None) -> str:
 def _print_jacobian(out: Output, robot: Robot, at: str | None, axes: str, J: Floats) -> None:
     out.print(heading(f'{robot.name}: Jacobian of {_place(robot, at)}, axes of {axes}'))
     names = [plain(name) for name in robot.joint_names]
-    # Names are broken if they do not fit on one line. Columns that do not fit follow below.
+    # Break joint names if the table does not fit the line. Columns that still do not fit are
+    # printed below.
     room = out.width - len('  vx  ')
     longest = max(CELL, *map(len, names))
     cell = longest if robot.dof * (longest + 2) <= room else CELL

@@ -1,4 +1,4 @@
-"""The command `new`: write a robot file to begin with."""
+"""The command `new`: write a robot file from an example, a bundled robot or a table."""
 
 import re
 import sys
@@ -24,7 +24,7 @@ DEFAULT_CONVENTION = 'standard'
 ROBOT_LINE = re.compile(r'^robot:.*$', re.MULTILINE)
 
 
-# typer takes the choices of an option as an enumeration.
+# typer reads the choices of an option from an enumeration.
 NewConvention = Enum(  # type: ignore[misc]
     'NewConvention', {name: name for name in NEW_CONVENTIONS}, type=str
 )

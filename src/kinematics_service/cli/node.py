@@ -14,9 +14,9 @@ from .missing_ros import ros_module
 
 ROBOT, MANAGED = '--robot', '--managed'
 UNSECURED, MIXED_ROS = '--allow-unsecured', '--allow-mixed-ros'
-# Environment variable and value for one thread in OpenBLAS, numpy's matrix library. Its further
-# threads wait actively after each call: 50 ms of processor time at a start. The matrices of an arm
-# are too small to need more threads.
+# Environment variable that limits OpenBLAS, numpy's matrix library, to one thread. Further threads
+# wait actively after each call: 50 ms of processor time at a start. The matrices of an arm are too
+# small for several threads.
 ONE_THREAD = ('OPENBLAS_NUM_THREADS', '1')
 
 
@@ -54,7 +54,7 @@ def plain_options(arguments: Sequence[str]) -> NodeOptions | None:
 
 def start_node(options: NodeOptions, ros_arguments: Sequence[str]) -> int:
     """
-    Run the node until a signal, and return its exit code.
+    Run the node until a stop signal, and return the exit code.
 
     Raises
     ------

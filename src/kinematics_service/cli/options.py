@@ -34,7 +34,7 @@ ROBOT_WORDS = 'A robot file, a URDF (with --base and --tip LINK), or a bundled r
 
 
 def robots_like(incomplete: str) -> list[str]:
-    """Return the bundled robots whose names begin with a text, for completion by a shell."""
+    """Return the names of bundled robots that begin with a text, for completion in a shell."""
     return [name for name in bundled_robots() if name.startswith(incomplete)]
 
 
@@ -252,8 +252,8 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
 
 
 def _look_like_degrees(robot: Robot, q: Floats) -> bool:
-    # Returns whether an angle is more than a turn and beyond its limits in radians, and all angles
-    # are inside their limits in degrees.
+    # Returns whether an angle, read in radians, is more than a turn and beyond its limits, while
+    # all angles, read in degrees, are inside their limits.
     turning = ~robot.prismatic
     low, high = robot.limits.T
     bounded = np.isfinite(high - low)

@@ -1,8 +1,7 @@
 """
 Check the environment variables of ROS before ROS is imported.
 
-Some wrong values would end the process while rclpy is imported, with a message that users do not
-understand.
+Some wrong values would end the process while rclpy is imported, with a message of a ROS library.
 """
 
 import importlib.util

@@ -135,7 +135,8 @@ def print_singularity(out: Output, state: ToolState, singularity: Singularity) -
 
 
 def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> None:
-    # Prints one line for each joint: its position, and its motions at the singularity.
+    # Prints one line for each joint: its position, its position at the nearest singular pose, and
+    # its components of `way_out` and `joint_motion`.
     robot = state.robot
     outside = beyond_limits(robot, state.q)
     nearest = singularity.nearest_singular

@@ -141,7 +141,8 @@ def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: st
         return ''
     if moved <= tolerance:
         return f'up to {fastest:.3g} {unit}/s, but its position moves by {moved:.1g} {unit}'
-    # Fit the ratio to the second half of the time: the first half may be from before the fault.
+    # Fit the ratio to the second half of the time, because the first half may be from before the
+    # fault.
     x, y = (half - np.mean(half) for half in (q[len(q) // 2 :], path[len(q) // 2 :]))
     scale = float(np.dot(x, y) / max(np.dot(x, x), np.finfo(float).tiny))
     if np.ptp(y - scale * x) > VELOCITY_SHARE * np.ptp(y):

@@ -31,7 +31,7 @@ class LoopJoint(NamedTuple):
 
 class LoopLinks(NamedTuple):
     """
-    The second chain of a loop in one pose, in the base frame.
+    The second chain of a loop at one configuration, in the base frame.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class LoopLinks(NamedTuple):
     slides : k - 1 flags
         Whether each piece between two corners changes its length.
     joints
-        The rows of the chain that move.
+        A `LoopJoint` for each row of the chain that moves.
     """
 
     corners: Floats

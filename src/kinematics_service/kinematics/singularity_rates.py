@@ -18,8 +18,8 @@ STEP = 1e-5
 # Smallest number of rows that one thread searches: about 30 ms of work.
 ROWS_PER_THREAD = 100
 
-# Largest speed that counts as rest, rad/s or m/s. It excludes encoder noise, and denormal speeds
-# whose step of time would be infinite.
+# Largest speed that counts as rest, rad/s or m/s. Noise of encoders counts as rest, and denormal
+# speeds, whose step of time would be infinite.
 AT_REST = 1e-9
 
 

@@ -50,7 +50,7 @@ class Eliminated(NamedTuple):
 
     @property
     def all_found(self) -> bool:
-        """Return whether the solutions are all there are."""
+        """Return whether `solutions` is proved to have all solutions."""
         return self.proved and self.real == self.solutions.count
 
 

@@ -129,7 +129,7 @@ def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, Floats]
     """
     Return the family of solutions at a posture near `near`, inside the limits if one was found.
 
-    The second result is the joint positions (n,) inside the limits with the least residual.
+    The second result is the joint positions (n,) inside the limits with the least residual found.
     """
     robot, target, plan, near, *_ = problem
     random, best, least = problem.random(), near, np.inf

@@ -120,7 +120,7 @@ class _Stills(NamedTuple):
 
 
 def small_motion(turns: bool, axis: int, value: float) -> Floats:
-    """Return the matrix (4, 4) of a turn (rad) about, or a translation (m) along, an axis."""
+    """Return the matrix of a turn (rad) about, or a translation (m) along, axis 0, 1 or 2."""
     return rigid_motion.screw('xyz'[axis], *((value, 0.0) if turns else (0.0, value)))
 
 

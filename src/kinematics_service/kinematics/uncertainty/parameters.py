@@ -78,7 +78,7 @@ def placement(
     Parameters
     ----------
     base, tool : shape (4, 4)
-        Pose of frame 0 in the frame of the measured poses; pose of the tool in the frame of the
+        Pose of frame 0 in the frame in which poses are given; pose of the tool in the frame of the
         last row.
     first
         Column of the first correction of the base, and of the tool. The six corrections

@@ -24,7 +24,7 @@ def size_of(screws: Screws) -> float:
 
 
 def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
-    """Return the screws with axes, points and coupling replaced; the change is added to `off`."""
+    """Return the screws with new axes, points and coupling; twice the change is added to `off`."""
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
     ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
     ways[np.array(screws.slides)] = 0.0
@@ -134,7 +134,7 @@ def reversed_screws(screws: Screws) -> Screws:
 
 
 def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
-    """Return the screws with one more at the end: a joint that turns about an axis (3,)."""
+    """Return the screws with one more at the end: a rotation about an axis (3,) at a point (3,)."""
     n = len(screws.axes)
     coupling = np.eye(n + 1)
     coupling[:n, :n] = screws.coupling

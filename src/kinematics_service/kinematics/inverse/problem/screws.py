@@ -43,7 +43,7 @@ class Screws(FrozenArrays):
 
     @property
     def tool(self) -> Floats:
-        """Return the tool's origin where every joint is zero, shape (3,), m."""
+        """Return the tool's origin with every joint at zero, shape (3,), m."""
         return self.home[:3, 3]
 
 

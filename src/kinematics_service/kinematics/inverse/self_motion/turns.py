@@ -26,7 +26,7 @@ class PieceRun(NamedTuple):
     Attributes
     ----------
     first, pieces
-        The first piece, and the number of pieces, lap after lap.
+        Index of the first piece, and the number of pieces; a run may continue over several laps.
     turns
         A vector of turns with which the run is maximal, one number for each joint.
     closed
@@ -49,11 +49,11 @@ def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[
     Parameters
     ----------
     boxes
-        The turns with which each piece is inside.
+        For each piece, the full turns with which the piece is inside the limits.
     closed
         Whether the first piece follows the last one.
     lap
-        Number of turns of each joint in a lap.
+        Number of full turns that each joint makes in one lap.
     """
 
     def box(k: int) -> Box:
