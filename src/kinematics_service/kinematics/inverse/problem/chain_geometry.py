@@ -134,7 +134,7 @@ def reversed_screws(screws: Screws) -> Screws:
 
 
 def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
-    """Return the screws with one more at the end: a rotation about an axis (3,) at a point (3,)."""
+    """Return the screws with a rotation about an axis (3,) through a point (3,) at the end."""
     n = len(screws.axes)
     coupling = np.eye(n + 1)
     coupling[:n, :n] = screws.coupling
