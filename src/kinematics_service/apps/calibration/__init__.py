@@ -5,8 +5,8 @@ reading, boards, collecting      rows: joint positions, and poses, touches or im
 -> checking, camera, conditions  `Measured`: rows that fit each other, without known mistakes
 -> chosen_parameters, same_point the parameters, their priors, and the start (`placing`)
 -> fitting, calibration          `FitProblem` -> `Identified` -> `Calibration`
--> acceptance, explanations      refusals, what would explain them, remarks
+-> acceptance, explanations      reasons of a refusal, mistakes that would explain it, remarks
 -> report, robot_text, output    sentences, the robot file, the page; `proposal`: the next poses
-`second_source_watch.py` compares poses that arrive while the node runs; `pose_covariance.py` says
-how far off poses are by what a calibration leaves open.
+`second_source_watch.py` compares poses that arrive while the node runs. `pose_covariance.py`
+returns the covariance of poses that follows from the covariance of a calibration.
 """

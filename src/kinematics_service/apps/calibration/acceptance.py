@@ -1,9 +1,9 @@
 """
-Whether what was found is a calibration: what remains, which rows were left out, single joints.
+Decide whether a fit is accepted as a calibration, by its residuals, its outliers and its joints.
 
-Errors that depend on the position of a joint are found by a score test of one added parameter,
-its gear ratio, beside those that were fitted (Cook and Weisberg, Residuals and Influence in
-Regression, 1982, section 2.3.2).
+Errors that depend on the position of a joint are detected by a score test. It adds one parameter
+to the fit, the gear ratio of the joint (Cook and Weisberg, Residuals and Influence in Regression,
+1982, section 2.3.2).
 """
 
 import math
@@ -25,12 +25,12 @@ from .fitting import FitProblem, Identified, normal_scores, one_more
 from .identified_table import KNOWN_RATIO
 from .result import Calibration
 
-# Largest share of rows that are outliers: more of them contradict the arm.
+# Largest share of rows that may be outliers; if there are more, the calibration is refused.
 OUTLIER_SHARE = 0.1
-# Level of the tests of all joints at once: of Fisher's exact test of whether the rows left out
-# share positions of a joint, and of the score test of whether errors depend on them.
+# Level of two tests, for all joints together: Fisher's exact test, whether the rows left out share
+# positions of a joint; and the score test, whether errors depend on the position of a joint.
 TEST_LEVEL = 1e-3
-# Rows may be off by two deviations of the instrument's noise, if it is known.
+# Rows may be off by two standard deviations of the instrument's noise, if it is known.
 NOISE_RATIO = 2.0
 
 
@@ -42,14 +42,14 @@ class JudgedFit(NamedTuple):
 
     @property
     def limit(self) -> PoseLimit:
-        """Return the largest rms errors of an accepted calibration: where `audit` warns."""
+        """Return the largest rms errors of an accepted calibration, as those of `audit`."""
         limit = FrameLimits().warn if self.whole else EXPLAINED
         left = (NOISE_RATIO * math.sqrt(3) * one for one in self.found.instrument or (0.0, 0.0))
         return PoseLimit(*map(max, zip(limit, left)))
 
     @property
     def contradicting(self) -> Flags:
-        """Return which of the rows left out are farther off (N,) than `limit`."""
+        """Return flags (N,) of the rows that are left out and have an error above `limit`."""
         far = np.linalg.norm(self.found.remainders, axis=2) > self.limit
         return np.asarray(~self.found.used & np.any(far, axis=1))
 
@@ -79,7 +79,10 @@ def refusals_of(fit: JudgedFit) -> tuple[str, ...]:
 
 
 def noise_remarks(fit: JudgedFit) -> Iterator[str]:
-    """Yield that the noise of the instrument may explain the rows that were left out."""
+    """
+    Yield a sentence if many rows were left out, but a larger noise of the instrument may explain
+    them.
+    """
     if fit.many_out and not np.any(fit.contradicting):
         position, angle = (one / math.sqrt(3) for one in fit.found.with_outliers.after.rms)
         turned = '' if fit.found.positions else f',{math.degrees(angle):.1g}deg'
@@ -90,8 +93,9 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 
 def _by_joint(found: Calibration, out: Flags) -> str:
-    # The rows that are highest, lowest or farthest from the middle in a joint, up to each one that
-    # was left out: how many of them were left out, and how likely as many are by chance.
+    # Return a sentence if the rows left out share positions of a joint. For each joint and each
+    # row left out, take all rows whose position is at least as high, as low, or as far from the
+    # median. Count those left out among them, and compute the probability of this by chance.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''
@@ -115,7 +119,8 @@ def _by_joint(found: Calibration, out: Flags) -> str:
 
 
 def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
-    # How likely as many or more of `left` among `count` are in a draw: hypergeometric.
+    # Return the probability that a random draw of `drawn` rows among `count` has at least `found`
+    # of the `left` rows: hypergeometric.
     ways = (
         math.comb(left, k) * math.comb(count - left, drawn - k)
         for k in range(found, min(left, drawn) + 1)
@@ -124,17 +129,17 @@ def _by_chance(count: int, left: int, drawn: int, found: int) -> float:
 
 
 def joint_remarks(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    """Yield sentences on joints of an arm all of whose table was fitted."""
+    """Yield sentences on joints that move too little, or that errors depend on."""
     yield from _nearly_still(robot, problem, found)
     if not any(one.group == GEARS for one in problem.parameters):
         yield from _by_gear(robot, problem, found)
 
 
 def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # An axis that is off by a usual error e moves the tool by e times the motion of its joint: a
-    # distance of a turning axis (m), the direction of a sliding one (rad). The standard deviation
-    # of e is the noise over the norm of the motion; it is known if that is
-    # KNOWN_RATIO times smaller.
+    # If an axis has an error e, the tool moves by e times the motion of its joint. For a turning
+    # axis e is a distance (m), for a sliding axis an angle (rad). The standard deviation of e is
+    # the noise divided by the norm of the motion. e is identified if this is KNOWN_RATIO times
+    # smaller than its usual error.
     q = problem.given.q[found.used]
     seen = np.linalg.norm(q - np.mean(q, axis=0), axis=0)
     usual = np.where(robot.prismatic, float(ANGLE), LENGTH)
@@ -152,14 +157,14 @@ def _nearly_still(robot: Robot, problem: FitProblem, found: Identified) -> Itera
 
 
 def _by_gear(robot: Robot, problem: FitProblem, found: Identified) -> Iterator[str]:
-    # The derivative by the gear ratio is that by the joint times its position.
+    # The derivative by the gear ratio is the derivative by the joint times the joint position.
     moves = problem.moves_with_joints(found.values) * problem.given.q[:, None, None, :]
     shown = np.any(moves != 0.0, axis=(0, 1, 2))
     joints = np.flatnonzero(shown)
     shares, deviations = one_more(problem, found, moves[..., joints])
     scores = normal_scores(np.abs(np.divide(shares, deviations)), found.freedom)
     best = int(np.argmax(scores))
-    # Two-sided, and for the best of all joints (Bonferroni).
+    # The test is two-sided, and its level is divided by the number of joints (Bonferroni).
     if scores[best] > NormalDist().inv_cdf(1.0 - TEST_LEVEL / (2 * robot.dof)):
         yield (
             f'The errors depend on the position of joint {robot.joint_names[joints[best]]}, as '

@@ -1,4 +1,4 @@
-"""The poses of a board in images, with what its corners leave open of each."""
+"""Estimate poses of a board from its corners in images, with their covariances."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -24,42 +24,46 @@ from .placing import Free, offsets_of
 if TYPE_CHECKING:
     from ...printing import Json
 
-# A flat board looks nearly alike from two sides. Its corners exclude the second pose if this one
-# leaves them more than 5 standard deviations farther off.
+# A flat board looks nearly equal in two different poses. The second pose is excluded if its sum of
+# squares is larger by the square of 5 standard deviations of the corner noise.
 POSE_DEVIATIONS = 5.0
-# OpenCV's criteria of a refinement: flags of both, largest number of steps, smallest change.
+# OpenCV's criteria of a refinement: flag 3 (both criteria end it), largest number of steps,
+# smallest change.
 REFINED = (3, 50, float(np.finfo(np.float64).eps))
-# Corners usually have less noise (px).
+# Upper limit of the usual noise of corners, px; above it there is a warning.
 USUAL_PIXELS = 0.3
-# The board is at most 1.2 times nearer or farther in proposed poses than in the images.
+# In proposed poses, the board is at most this factor nearer or farther than in the images.
 DISTANCE_RATIO = 1.2
-# The least cosine of the normal of a proposed board and the view: 60 degrees.
+# Least cosine of the angle between the board's normal and the view in proposed poses: 60 degrees.
 FACING_COSINE = 0.5
-# The share of the image that is kept free around a proposed board.
+# Share of the image that stays free at each edge in proposed poses.
 RIM_SHARE = 0.04
 TOO_FLAT = 'the board is seen too flat, or from too far, to tell which way it is inclined'
 
 
 class BoardPose(NamedTuple):
-    """A pose (4, 4) of a board in the frame of the camera, and the squares (px^2) it leaves."""
+    """
+    A pose (4, 4) of a board in the frame of the camera, and the sum of its squared corner
+    residuals, px^2.
+    """
 
     pose: Floats
     squares: float
 
 
-# The likely poses by the number of the image, the likeliest first.
+# For each image, by its index, the poses that fit its corners, the likeliest first.
 PosesOfImages = dict[int, list[BoardPose]]
 
 
 @dataclass(frozen=True, eq=False)
 class BoardViews(FrozenArrays):
     """
-    A board in images.
+    A board in images: its corners and its poses.
 
     Attributes
     ----------
     camera
-        Its intrinsics.
+        The intrinsics of the camera.
     seen : N
         The corners in each image.
     rows : shape (N,)
@@ -87,7 +91,10 @@ class BoardViews(FrozenArrays):
 
     @property
     def typical(self) -> Floats:
-        """Return the deviation of a number of a position (m), and rotation, by one pixel, (2,)."""
+        """
+        Return the typical standard deviations (2,) of one number of a position (m) and of a
+        rotation (rad) if corners have a noise of one pixel.
+        """
         variances = np.einsum('nkk->nk', self._covariances(self.poses, self.seen))
         return np.asarray(np.sqrt(variances.reshape(-1, 2, 3).mean(axis=(0, 2))))
 
@@ -109,17 +116,24 @@ class BoardViews(FrozenArrays):
         )
 
     def _covariances(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
-        # Covariances (N, 6, 6) of position and rotation if corners have a noise of one pixel.
+        # Return covariances (N, 6, 6) of position and rotation if corners have a noise of one
+        # pixel.
         moves = (moved(self.camera, *one) for one in zip(poses, seen))
         return np.array([np.linalg.inv(J.T @ J) for _, J in moves])
 
     @property
     def whitening(self) -> Floats:
-        """Return the matrices (N, 6, 6) that give all poses the noise of the typical pose."""
+        """
+        Return whitening matrices (N, 6, 6): residuals multiplied by them all have the noise of a
+        typical pose.
+        """
         return self._whitening(self.poses, self.seen)
 
     def whitening_at(self, poses: Floats) -> Floats:
-        """Return these matrices for poses (N, 4, 4) at which all corners would be seen."""
+        """
+        Return whitening matrices (N, 6, 6) for other poses (N, 4, 4), at which the corners of the
+        fullest image would be seen.
+        """
         return self._whitening(poses, [self._whole] * len(poses))
 
     def _whitening(self, poses: Floats, seen: Iterable[SeenCorners]) -> Floats:
@@ -128,7 +142,7 @@ class BoardViews(FrozenArrays):
 
     @property
     def _whole(self) -> SeenCorners:
-        # The image with most corners.
+        # Return the corners of the image with most corners.
         return max(self.seen, key=lambda one: len(one.points))
 
     def are_in_view(self, poses: Floats) -> Flags:
@@ -156,7 +170,7 @@ class BoardViews(FrozenArrays):
         Parameters
         ----------
         remainders : shape (N, 2, 3), m and rad
-            Residuals from the predicted poses to these, in the frame of the camera.
+            Residuals from the predicted poses to `poses`, in the frame of the camera.
         """
         predicted = self.poses.copy()
         predicted[:, :3, 3] -= remainders[:, 0]
@@ -177,7 +191,7 @@ def moved(camera: Intrinsics, pose: Floats, seen: SeenCorners) -> tuple[Floats, 
 
 
 def board_poses(camera: Intrinsics, seen: SeenCorners) -> list[BoardPose]:
-    """Return the poses that the corners of a flat board may have, the likeliest first."""
+    """Return the one or two poses of a flat board that fit its corners, the likeliest first."""
     cv2 = opencv()
     given = seen.points, seen.pixels, camera.matrix, camera.distortion
     _, turns, places, _ = cv2.solvePnPGeneric(*given, flags=cv2.SOLVEPNP_IPPE)
@@ -208,17 +222,18 @@ def board_views(
     """
     Return the poses of a board in images taken at joint positions (N, n), rad or m.
 
-    If two poses fit the corners of an image alike, the other images and the arm decide.
+    If two poses fit the corners of an image, the pose that fits the other images and the arm is
+    taken.
 
     Parameters
     ----------
     seen, names : N
-        The corners in each image, or why there are none; its name.
+        For each image its corners, or a sentence that says why they are missing; and its name.
 
     Raises
     ------
     CalibrationError
-        Fewer than three images tell a pose.
+        Fewer than three images determine a pose of the board.
     """
     given = {k: one for k, one in enumerate(seen) if isinstance(one, SeenCorners)}
     left_out = [f'{names[k]}: {one}' for k, one in enumerate(seen) if isinstance(one, str)]
@@ -290,7 +305,7 @@ def _named(left_out: Sequence[str]) -> str:
 
 
 def view_document(views: BoardViews, held_out: Floats) -> dict[str, 'Json']:
-    """Return the images as a document; `held_out` is as `view_sentences` takes it."""
+    """Return the images as a dictionary for JSON; `held_out` is as `view_sentences` takes it."""
     errors = views.pixel_errors(held_out).tolist()
     return {
         'intrinsics': views.camera.file,

@@ -1,4 +1,4 @@
-"""The calibration of an arm: its numbers identified from measured poses, touches or a board."""
+"""Calibrate an arm: identify the numbers of its table from measured poses, touches or a board."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, replace
@@ -43,7 +43,8 @@ from .placing import Free
 from .result import BLOCKS, Calibration
 from .same_point import SamePointParameters
 
-# Decimals (m, rad) of the corrections of the calibrated robot: far below what any noise leaves.
+# The corrections of the calibrated robot are rounded to this many decimals (m, rad), far below
+# any noise.
 DECIMALS = 13
 
 
@@ -71,10 +72,10 @@ def calibrate(
     progress: Callable[[str], None] = lambda phase: None,
 ) -> Calibration:
     """
-    Return the numbers of an arm that bring its poses nearest to measured ones.
+    Return the calibration of an arm: the numbers that bring its poses nearest to measured poses.
 
-    Whether this is a calibration `accepted` says: where much remains, or rows contradict the arm,
-    `refusals` say why, and `explained` what would explain it.
+    If large errors remain, or rows contradict the arm, `accepted` of the result is False. Then
+    `refusals` has the reasons, and `explained` has mistakes of the input that would explain them.
 
     Parameters
     ----------
@@ -83,23 +84,24 @@ def calibrate(
     q : shape (N, n), rad or m
         Joint positions.
     poses : shape (N, 4, 4), or (N, 3) in m
-        Measured poses of the tool at the same times; or positions of one point of the tool. The
+        Measured poses of the tool at the times of `q`, or positions of one point of the tool. The
         frame of the instrument stands still; tool frame or point may differ from the file.
     same_point : N
-        Instead of poses, without any instrument: the name of the point that the tip of the tool
-        touched at each row. The points in the base frame and the tip in the tool frame are fitted,
-        too; `fix` takes `tool` if the file has the tip.
+        Used instead of poses, without any instrument: the name of the point that the tip of the
+        tool touched at each row. The points in the base frame and the tip in the tool frame are
+        fitted with the arm; `fix` takes `tool` if the file has the tip.
     apart
-        Known distances (m) between two of these points, by their names; they count as known to
-        0.01 mm.
+        Known distances (m) between two touched points, by their names. Their standard deviation
+        is 0.01 mm.
     sets : shape (N,)
         The set of each pose, from 0, if the poses were measured in several sets.
     qdot : shape (N, n), rad/s or m/s
-        Joint velocities if the arm moved: then a small lag is fitted, too. The joints are at the
+        Joint velocities if the arm moved: then a small lag is also fitted. The joints are at the
         measured pose `lag` seconds later.
     approach : shape (N, n)
         The sign of the last velocity of each joint, if the arm stands still. Then one backlash of
-        all joints is fitted, too: each joint stops half of it before its measured position.
+        all joints is also fitted: each joint stops half of the backlash before its measured
+        position.
     camera
         The place of the camera, if the poses are those of a board in the frame of the camera:
         `on-tool` (the board stands still) or `fixed` (the board is on the tool).
@@ -111,33 +113,33 @@ def calibrate(
         The load on the tool at each row. Each joint yields to it: its `compliance` is fitted.
     whitening : shape (N, 3, 3) or (N, 6, 6)
         The fit multiplies residuals of positions, or of positions and rotations, by this matrix,
-        so that their noise is the same along all axes and in all rows; None: it is the same.
+        so that their noise is the same along all axes and in all rows. None: the noise is already
+        the same.
     own
-        The placements that each set has of its own: `base`, `tool`, or both.
+        The ends that each set has separately: `base`, `tool`, or both.
     fit, fix
-        Groups (offsets, lengths, angles, gears, base, tool, lag) or names of parameters that are
-        fitted, and that are not; default: all but gear ratios; `all` includes these. Numbers that
-        are not fitted stay as in the robot file.
+        Groups (offsets, lengths, angles, gears, base, tool, lag) or names of parameters to fit,
+        and not to fit. Default: all but gear ratios; `all` includes gear ratios. Numbers that are
+        not fitted stay as in the robot file.
     tolerances
-        Standard deviations of nominal numbers (m, rad, shares of gear ratios) by group or name;
-        default: `tolerance` of the robot file, and where it says nothing 1 mm, 0.2 degrees and a
-        thousandth.
+        Standard deviations of nominal numbers (m, rad, shares of gear ratios) by group or name.
+        Default: `tolerance` of the robot file, or else 1 mm, 0.2 degrees and a thousandth.
     noise
-        Standard deviations of one number of a position (m) and of a rotation vector (rad) by the
-        instrument: what is found along with the corrections is no less.
+        Standard deviations of the instrument's noise in one number of a position (m) and of a
+        rotation vector (rad): lower bounds of the noise that is estimated with the corrections.
     check
-        Whether the frame check comes first and refuses mistakes that a calibration cannot correct,
-        and whether mistakes that would explain a refusal are tried.
+        Whether to refuse mistakes that a calibration cannot correct, by a frame check before the
+        fit, and to try mistakes that would explain a refusal.
     read
         How the orientations were read, as `diagnose_frames` takes it.
     progress
-        Is called with words as the work goes on.
+        Called with the name of each phase of the work.
 
     Raises
     ------
     CalibrationError
-        Shapes do not fit, there are too few poses, they are all alike, or they are wrong in a way
-        that the frame check names.
+        Shapes do not fit, there are too few poses, all poses are alike, or the frame check finds a
+        mistake in the poses.
 
     Examples
     --------
@@ -226,7 +228,8 @@ def calibrate(
         return TriedCalibration(one.accepted, left, len(one.outliers))
 
     if frames is not None and frames.cause is not None:
-        # A number of the table that a calibration finds, if it is not beyond its prior.
+        # The frame check has named a cause already. A calibration corrects it unless it is far
+        # beyond its prior.
         causes = RefusalCauses((frames.cause.sentence,), True, True)
     else:
         changes, scores = mistakes_of(robot, names.given, read), names.scores_of(found.used)
@@ -253,7 +256,7 @@ def _fitted(
     used, blocks = found.used, _blocks(problem)
     ends = problem.only(names.placed_groups)
     begin = refined(ends, np.zeros(len(ends.parameters)), found.noise, used)
-    # Joint positions beside the largest block that differ.
+    # Count the different joint positions outside the largest block.
     different = np.unique(position_numbers(given.q), return_index=True)[1]
     beside = len(different) - np.max(np.bincount(blocks[different]))
     fits = (ends, begin), (problem, found.values)
@@ -294,8 +297,9 @@ def _fitted(
 
 
 def _blocks(problem: FitProblem) -> Integers:
-    # The block of each row. As many consecutive joint positions of each set are a block; a row
-    # that repeats a position is in the block of the first one, or it would foretell that one.
+    # Return the number of the block of each row. The joint positions of each set are cut into
+    # blocks of consecutive ones. A row that repeats a position is in the block of its first row:
+    # in another block, it would predict the held-out row.
     numbers, begin = position_numbers(problem.given.q), 0
     blocks = np.full(len(problem.given.q), -1)
     for k in range(len(problem.chains)):

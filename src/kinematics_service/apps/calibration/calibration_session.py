@@ -1,4 +1,4 @@
-"""Poses of a running robot collected for a calibration, with what they tell by now."""
+"""Collect poses of a running robot for a calibration, and fit them again as their number grows."""
 
 import os
 import threading
@@ -26,27 +26,30 @@ from ...robot.robot import Robot
 from ...stop_signals import StopSignal
 from .collecting import CollectedPoses, PoseCollector
 
-# Best effort matches reliable and best-effort publishers.
+# A best-effort subscription receives from reliable and from best-effort publishers.
 ANY_SENDER = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
 # Period of the timer that starts fits and prints results, s.
 PERIOD = 0.25
-# Time after which a topic without messages is explained, s.
+# If no pose was collected within this time, s, the command prints why.
 SILENCE = 5.0
 # Number of poses of the first fit.
 MIN_POSES = 8
-# Number of poses of a fit divided by that of the fit before.
+# The next fit starts when the number of poses has grown by this factor since the last fit.
 NEXT_FIT_RATIO = 1.25
 
 
 class LiveTopics(NamedTuple):
-    """Topics of JointState and of PoseStamped."""
+    """Names of the topics with messages JointState and PoseStamped."""
 
     states: str
     poses: str
 
 
 class LiveFit(NamedTuple):
-    """The result of a fit in lines, and whether all that is identifiable is identified."""
+    """
+    The result of a fit as lines of text, and whether all identifiable combinations of parameters
+    are identified.
+    """
 
     lines: tuple[str, ...]
     complete: bool = False
@@ -65,14 +68,15 @@ def collect_poses(
     ros_args: Sequence[str],
 ) -> CollectedPoses | int:
     """
-    Return the poses that come within some seconds, or until a signal; an exit code if none can.
+    Return the poses that arrive within `seconds`, or until a stop signal; or an exit code if the
+    ROS session cannot start.
 
     Parameters
     ----------
     fit
-        Returns the result for the poses so far. It is called in a thread of its own.
+        Returns the result for the poses collected so far. It is called in a thread of its own.
     say
-        Takes lines for the user.
+        Prints a line for the user.
     ros_args
         ROS arguments, `--ros-args` included.
     """
@@ -89,16 +93,16 @@ def collect_poses(
         spinner.spin(lambda: stop.came or time.monotonic() >= end or not context.ok())
         spinner.close()
         session.finish()
-        # Not in a limited time: what has been heard would be lost.
+        # Without a time limit: a time-out would end the process and lose the collected poses.
         node.destroy_node()
         return session.collector.collected()
 
-    # A fit that is under way is waited for, and the poses heard are kept.
+    # No time-out: wait for a running fit, and keep the collected poses.
     return run_session(ros_args, work, time_out=None)
 
 
 class _Session:
-    # Two subscriptions, the poses they make, and fits of them.
+    # Two subscriptions, the poses matched from their messages, and fits of these poses.
 
     def __init__(
         self,
@@ -174,6 +178,6 @@ class _Session:
         self._complete = found.complete
 
     def finish(self) -> None:
-        """Wait for a fit that is under way: the last one must not compete with it."""
+        """Wait for a running fit: the final fit of all poses must not compete with it."""
         if self._thread is not None:
             self._thread.join()

@@ -1,4 +1,4 @@
-"""A camera that sees a board: on the tool, or standing still; and a board of another size."""
+"""Calibrate with a camera on the tool or standing still, and detect a wrong size of its board."""
 
 from typing import Literal, NamedTuple
 
@@ -14,9 +14,9 @@ from .placing import Free, offsets_of
 
 Camera = Literal['on-tool', 'fixed']
 ON_TOOL: Camera = 'on-tool'
-# Sizes that are off by a larger share are remarked on.
+# A relative error of the size of the board above this value causes a remark.
 REMARKED_SHARE = 0.003
-# A calibration is refused beyond this one.
+# A relative error of the size of the board above this value causes a refusal.
 REFUSED_SHARE = 0.01
 LARGER = (
     'the squares of the board are some {} times as large as given, if the arm is as large as its '
@@ -34,12 +34,15 @@ class WrongSize(NamedTuple):
 
 def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
     """
-    Return that the squares of the board, or the focal length, are of another size, if rows say so.
+    Return a sentence if the rows show that the squares of the board, or the focal length, are of
+    another size; else None.
 
-    A larger board is farther away, as a longer focal length has it farther along the view. A
-    larger arm looks like a smaller board: the priors of its numbers decide between the two.
+    If the board is larger, all its coordinates in the camera grow by one factor. If the focal
+    length is longer, only the distance along the view grows. A larger arm looks like a smaller
+    board: the priors of the arm's numbers decide between the two.
     """
-    # Predicted: of an arm that only turns, the noise of measured ones would be told as a size.
+    # Use predicted poses: with measured ones, their noise would look like a wrong size if the arm
+    # only turns.
     poses = problem.predicted(fit.values)
     poses = inverses(poses) if problem.given.from_tool else poses
     moves = np.zeros((len(poses), 2, 3, 2))
@@ -58,13 +61,14 @@ def wrong_size(problem: FitProblem, fit: Identified) -> WrongSize | None:
 
 def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) -> Measured:
     """
-    Return the poses of what is on the tool, from those of the board in the frame of the camera.
+    Return the measured rows of a camera as `calibrate` takes them: for a camera on the tool, the
+    poses of the board in the frame of the camera are inverted.
 
     Raises
     ------
     CalibrationError
-        A camera on the tool has positions alone; or, where it is to be checked, the board is of
-        another size by far.
+        A camera on the tool has positions alone. Or `check` is set and the size of the board is
+        off by more than 1 %.
     """
     if camera == ON_TOOL and given.positions:
         raise CalibrationError(
@@ -76,7 +80,8 @@ def given_by_camera(robot: Robot, given: Measured, camera: Camera, check: bool) 
         return given
     A, B = forward_kinematics(robot, given.q), given.poses
     X, Y, left = offsets_of(A, B, False, Free())
-    # s p_B = X A y: with the rotations, which no size changes, linear in s, y and X's translation.
+    # Solve s p_B = X A y for the size s, y and the translation of X. It is linear in them, since
+    # the rotations of X and A do not depend on the size.
     R = X[:3, :3] @ A[:, :3, :3]
     ones = np.broadcast_to(np.eye(3), R.shape)
     M = np.concatenate([ones, R, -B[:, :3, 3, None]], axis=2).reshape(-1, 7)

@@ -1,4 +1,4 @@
-"""Measured poses and their arm, checked before the fit; a sentence says what is wrong."""
+"""Check measured poses against the arm before the fit; an error says what is wrong."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -33,27 +33,30 @@ from ..checking.hypotheses import (
 from ..recordings.readers.source import MAX_POSES
 from .placing import Free, Offsets, offsets_of, shared_offsets
 
-# Joint positions and rotations that differ by less (rad, m) are equal.
+# Joint positions, tool positions or rotations that differ by less (rad, m) count as equal.
 MIN_CHANGE = 1e-3
-# Every robot is off by less (m) once base and tool are fitted.
+# Largest median error (m) of a nominal table once base and tool are fitted; a larger error is a
+# mistake of the input.
 MAX_ERROR = 0.02
-# The frame check leaves out rows whose remainder is above 5 medians.
+# The frame check leaves out rows whose residual is above 5 times the median.
 OUTLIER_MEDIANS = 5.0
-# Corrections and sizes above 4 of their standard deviations get a remark.
+# A correction gets a remark if it is above 4 prior standard deviations; a wrong size of a board if
+# it is above 4 of its standard deviations.
 REMARKED_DEVIATIONS = 4.0
-# A mistake is named if undoing it leaves a third or less.
+# A mistake is named if its correction divides the residuals by 3 or more.
 NAMED_RATIO = 3.0
-# Mistakes are rivals if they leave remainders within a factor of 2.
+# Two mistakes are rivals if the residuals after their correction differ by less than a factor of
+# 2: then neither is certain.
 RIVAL_RATIO = 2.0
-# Number of rows of hypotheses that are compared at once, about 20 MB.
+# Number of rows of all hypotheses that are evaluated at once, about 20 MB.
 ROWS_AT_ONCE = 20_000
 # Largest number of names in a sentence.
 NAMES_IN_SENTENCE = 8
-# Poses, screws and shares (m, rad) that differ by less are the same.
+# Poses, screws and relative changes (m, rad) that differ by less are equal.
 ROUND_OFF = 1e-9
-# If the table is in metres, poses a thousandth as large were divided by 1000.
+# The mistake if poses are 1000 times too small for a table in metres: they were divided by 1000.
 IN_METRES = 'the poses are in metres, not millimetres'
-# The option to type, by the sentence of the mistake.
+# Advice which option of the command to use, by the sentence of the mistake.
 OPTIONS = {
     INVERSE: '. Poses of a board take calibrate-camera, with the right --camera',
     DEGREES: '; add --joint-format deg',
@@ -61,47 +64,52 @@ OPTIONS = {
     'the poses are in millimetres, not metres': '; add --pose-format mm',
     'the positions are in millimetres, not metres': '; add --pose-format mm,position',
 }
-# Beginnings of names of parameters.
+# Names that users may not give to points or sessions, since names of parameters begin with them.
 TAKEN = re.compile(r'(base|tool)\d*|compliance')
-# Groups of parameters of sessions and loads.
+# Groups of the parameters for sessions (drifts) and for loads (compliances).
 PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # Parameters that are not in a table: the delay of the joint states, and the backlash of the
 # joints. Each joint stops half the backlash before its measured position.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# Causes of the frame check that the calibration corrects itself.
+# Keys of causes of the frame check that are no error here: the calibration corrects them.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 
 
 class Measured(NamedTuple):
     """
-    Measured poses.
+    The measured rows of a calibration: joint positions, poses, and what differs between rows.
 
     Attributes
     ----------
     q : shape (N, n), rad or m
+        Joint positions.
     poses : shape (N, 4, 4)
-        Without orientation the identity.
+        Measured poses; the rotation is the identity if only positions were measured.
     positions
-        Whether they are positions alone.
+        Whether only positions were measured.
     sets : shape (N,)
-        Whole numbers from 0.
+        The number of each row's set, from 0.
     rates : shape (N, n, K)
-        How the joints move with the parameters `moving`, K: their velocities with a lag.
+        Derivatives of the joint positions by the K parameters of `moving`; for a lag, these are
+        the joint velocities.
+    moving
+        Parameters that move the joints, for example the lag.
     sessions : shape (N,)
-        Whole numbers from 0.
+        The number of each row's session, from 0.
     placements
-        Parameters of the place of the instrument, six for each session but the first.
+        Parameters of the instrument's pose, six for each session but the first.
     priors
-        Standard deviations before of placements and moving parameters, by name.
+        Prior standard deviations of `placements` and `moving`, by name.
     remarks
         Sentences on the rows.
     from_tool
-        Whether the inverse poses were measured, and have the noise: as a camera on the tool sees
-        what stands still. Then what remains is of these.
+        Whether the inverses of `poses` were measured, for example by a camera on the tool that
+        sees a fixed board. Then residuals and noise are those of the inverses.
     whitening : shape (N, 3, 3) or (N, 6, 6)
         The fit multiplies residuals of positions, or of positions and rotations, by this matrix,
-        so that their noise is the same along all axes and in all rows; None: it is the same.
+        so that their noise is the same along all axes and in all rows. None: the noise is already
+        the same.
     """
 
     q: Floats
@@ -121,7 +129,10 @@ class Measured(NamedTuple):
     def of(
         cls, q: Floats, poses: Floats, positions: bool, sets: Integers, qdot: Floats | None = None
     ) -> 'Measured':
-        """Return measured poses of one session; joints move by qdot (N, n) with a lag."""
+        """
+        Return measured rows of one session. If `qdot` (N, n) is given, the lag is a parameter, and
+        joints move by `qdot` per second of it.
+        """
         rates = np.zeros((*q.shape, 0)) if qdot is None else qdot[:, :, None]
         moving = () if qdot is None else (LAG,)
         return cls(q, poses, positions, sets, rates, moving, 0 * sets)
@@ -132,14 +143,14 @@ class Measured(NamedTuple):
         return int(np.max(self.sets)) + 1
 
     def of_set(self, k: int) -> 'Measured':
-        """Return joint positions and poses of one set."""
+        """Return the rows of set k: only `q` and `poses` are selected."""
         own = self.sets == k
         return self._replace(q=self.q[own], poses=self.poses[own])
 
 
 def refuse_loops(description: RobotDescription) -> None:
     """
-    Raise an error for an arm with closed loops.
+    Raise an error for an arm with closed loops, which cannot be calibrated.
 
     Raises
     ------
@@ -161,17 +172,19 @@ def measured(
     qdot: npt.ArrayLike | None = None,
 ) -> Measured:
     """
-    Return measured poses as arrays that fit each other.
+    Check joint positions and measured poses, and return them as the rows of a calibration.
 
     Parameters
     ----------
-    qdot : shape (N, n)
-        How the joints move with a lag.
+    q, poses, sets
+        As `calibrate` takes them.
+    qdot : shape (N, n), rad/s or m/s
+        Joint velocities, by which the joints move if there is a lag; None: no lag is fitted.
 
     Raises
     ------
     CalibrationError
-        Shapes do not fit, a number is not finite, there are too few poses, they are all alike, or
+        Shapes do not fit, a number is not finite, there are too few poses, all poses are alike, or
         an orientation is not a rotation.
     """
     at, given = numbers_of('q', q), numbers_of('poses', poses)
@@ -219,19 +232,19 @@ def rigid_positions(points: Floats) -> Floats:
 
 def check_mark(what: str, name: str) -> None:
     """
-    Refuse a name of a point or a session that cannot begin those of parameters.
+    Refuse a name of a point or session that is unusable as the first part of parameter names.
 
     Raises
     ------
     CalibrationError
-        It cannot be printed in a line, or parameters begin with it already.
+        The name is empty or not printable, or other parameters begin with it.
     """
     if TAKEN.fullmatch(name) or not name or not name.isprintable():
         raise CalibrationError(f'a {what} may not be called {name!r}')
 
 
 def position_numbers(q: Floats) -> Integers:
-    """Return the number (N,) of each joint position, equal ones having the same, from 0 on."""
+    """Return a number (N,) from 0 for each joint position; equal positions have equal numbers."""
     numbers, different = np.full(len(q), -1), 0
     while np.any(left := numbers < 0):
         first = q[int(np.argmax(left))]
@@ -274,16 +287,16 @@ def checked_offsets(
     free
         Whether base and tool may differ from the file.
     own
-        The placements that each set has of its own.
+        Whether each set has its own base, and its own tool.
     check
-        Whether the frame check is made.
+        Whether to run the frame check.
     read
         How the orientations were read, as `diagnose_frames` takes it.
 
     Raises
     ------
     CalibrationError
-        The poses are off by a mistake that a calibration cannot correct: the sentence names it.
+        The poses have a mistake that a calibration cannot correct; the message names the mistake.
     """
     sets = [given.of_set(k) for k in range(given.set_count)]
     A, B = [forward_kinematics(robot, one.q) for one in sets], [one.poses for one in sets]
@@ -299,7 +312,7 @@ def _checked(
     q, poses, positions = given.q, given.poses, given.positions
     middle = float(np.median(found.remainder))
     if positions and len(q) >= CAUSE_POSES:
-        # Base and point alone bring three positions near any three.
+        # Require CAUSE_POSES positions: base and point alone fit three positions to any three.
         _check_positions(robot, q, poses, middle, free)
     near = np.flatnonzero(found.remainder <= OUTLIER_MEDIANS * middle + MIN_CHANGE)
     near = near[np.unique(np.linspace(0, len(near) - 1, MAX_POSES).astype(int))]
@@ -309,7 +322,7 @@ def _checked(
         cause = diagnosis.cause
         left = middle if cause is None else cause.errors.position_rms
         if min(left, middle) > MAX_ERROR:
-            # No cause that turns with the poses explains it: one of their positions may.
+            # No mistake of whole poses explains the errors: test mistakes of positions alone.
             alone = offsets_of(forward_kinematics(robot, q), poses, True, free)
             _check_positions(robot, q, poses, float(np.median(alone.remainder)), free)
         if cause is not None and cause.key not in FOUND_HERE:
@@ -343,14 +356,14 @@ def explained_by_joints(
     robot: Robot, q: Floats, middle: float, left: Callable[[Floats], Floats]
 ) -> str:
     """
-    Return in words the mistakes of joint positions (N, n) that would explain large remainders.
+    Return as text the mistakes of joint positions (N, n) that would explain large residuals.
 
     Parameters
     ----------
     middle
-        The median of the remainders, m.
+        The median length of the residuals, m.
     left
-        Returns the remainders (H, N), m, at other joint positions (H, N, n).
+        Returns lengths (H, N) of the residuals, m, at other joint positions (H, N, n).
     """
     changes, at_once = list(joint_hypotheses_of(robot, q)), max(1, ROWS_AT_ONCE // len(q))
     blocks = (changes[k : k + at_once] for k in range(0, len(changes), at_once))
@@ -368,7 +381,8 @@ def explained_by_joints(
 
 
 def _is_in_metres(robot: Robot) -> bool:
-    # Whether the length of the arm is nearer 1 m than it would be in millimetres, as a ratio.
+    # Return whether the table is in metres: the arm's length is nearer to 1 than to 1000, as a
+    # ratio.
     return robot.singularity.task.length**2 < 1000
 
 
@@ -391,7 +405,14 @@ def _check_positions(robot: Robot, q: Floats, poses: Floats, middle: float, free
 
 def refuse_mistake(sentence: str, left: float, middle: float) -> None:
     """
-    Refuse rows that a mistake explains: undoing it divides the median remainder (m) by 3.
+    Refuse rows if a mistake explains them: its correction divides the median residual by 3.
+
+    Parameters
+    ----------
+    sentence
+        The mistake.
+    left, middle
+        Median length of the residuals with the mistake corrected, and without correction, m.
 
     Raises
     ------
@@ -406,11 +427,11 @@ def refuse_mistake(sentence: str, left: float, middle: float) -> None:
 
 
 def in_words(position: float, rotation: float, positions: bool) -> str:
-    """Return a length (m), and an angle (rad) where orientations are measured, in words."""
+    """Return a length (m) as text, and an angle (rad) if not only positions were measured."""
     length, angle = map(not_nothing, (length_in_words(position), angle_in_words(rotation)))
     return length if positions else f'{length}, {angle}'
 
 
 def not_nothing(words: str) -> str:
-    """Return a deviation or an error in words, where round-off is small and not 0."""
+    """Return the text of a deviation or an error; text `0 mm` becomes `below 1e-6 mm`."""
     return f'below 1e-6 {words[2:]}' if words.startswith('0 ') else words

@@ -1,4 +1,4 @@
-"""The parameters of an arm that was measured in sets: which are fitted, and their priors."""
+"""Choose the parameters that a calibration fits, and their priors."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -44,7 +44,8 @@ from .identified_table import (
 )
 from .placing import Offsets
 
-# Prior standard deviation (m and rad) of base, tool and points, which may be anywhere.
+# Prior standard deviation (m and rad) of base, tool and points. It is wide, since they may be
+# anywhere.
 PLACE_PRIOR = 1.0
 # Prior standard deviation of a lag, s, and of a backlash, rad.
 LAG_PRIOR = 0.1
@@ -61,11 +62,11 @@ class TouchedPoint:
     Attributes
     ----------
     name
-        As the rows are marked.
+        The name of the point in the rows.
     position, deviation
-        Its position in the base frame, and the standard deviation; x y z in m.
+        Position of the point in the base frame, and its standard deviation; x y z in m.
     count
-        Number of rows.
+        Number of rows that touch the point.
     """
 
     name: str
@@ -75,7 +76,10 @@ class TouchedPoint:
 
 
 class PlacedEnds(NamedTuple):
-    """Offsets and initial poses of base and tool, (sets, 4, 4) each, as in `Calibration`."""
+    """
+    Offsets of base and tool, and their poses from which the fit starts, (sets, 4, 4) each, as in
+    `Calibration`.
+    """
 
     base_offsets: Floats
     tool_offsets: Floats
@@ -84,7 +88,7 @@ class PlacedEnds(NamedTuple):
 
 
 class UndoneRows(TypedDict, total=False):
-    """Rows with a mistake undone, as `calibrate` takes them: of poses, or of touches."""
+    """Rows of poses or of touches with a mistake corrected, as arguments of `calibrate`."""
 
     q: Floats
     poses: Floats
@@ -93,20 +97,20 @@ class UndoneRows(TypedDict, total=False):
 
 
 def asks_for_gears(fit: Sequence[str]) -> bool:
-    """Return whether some word asks for gear ratios: all, gears, gear2."""
+    """Return whether a word of `fit` asks for gear ratios, for example all, gears or gear2."""
     return any(word == EVERYTHING or word.startswith(GEAR) for word in fit)
 
 
 class ChosenParameters:
     """
-    All parameters of an arm measured in sets, and what a user's words among them mean.
+    All parameters of an arm measured in sets; words of the user choose the fitted ones.
 
     Attributes
     ----------
     every
         All parameters, in the order of the corrections of the chains.
     placed_groups
-        Groups that are fitted before anything of the table is.
+        Groups that are fitted alone, without the table, for the errors before a calibration.
     """
 
     placed_groups: tuple[str, ...] = ENDS
@@ -124,7 +128,7 @@ class ChosenParameters:
         self.every = (*table, *ends, *given.placements, *given.moving)
 
     def first(self, end: str, k: int) -> int:
-        """Return where the corrections of the base or tool of set k begin."""
+        """Return the index of the first correction of the base, or of the tool, of set k."""
         number = k if end in self.own else 0
         before = self.ends['base'] if end == 'tool' else 0
         return len(self.table) + 6 * (before + number)
@@ -132,7 +136,7 @@ class ChosenParameters:
     def fitted(
         self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
     ) -> list[int]:
-        """Return which parameters are fitted, if all words are parameters or groups."""
+        """Return the indices of the fitted parameters; refuse a word that names none."""
         known = (*self.words, EVERYTHING, *(one.name for one in self.every))
         for word in (*fit, *fix, *tolerances):
             if word not in known:
@@ -162,9 +166,9 @@ class ChosenParameters:
 
     def chains(self, arm: CorrectedChain, offsets: Sequence[Offsets]) -> list[CorrectedChain]:
         """
-        Return the chains; base and tool begin at offsets.
+        Return the kinematic chains, with base and tool moved by the initial offsets.
 
-        Those of the sets in the first session, and then in each other one.
+        The order is all sets in the first session, then all sets in each other session.
         """
         description = self.robot.description
         base, tool = description.base.motion.matrix, description.tool.motion.matrix
@@ -187,7 +191,7 @@ class ChosenParameters:
         tolerances: Mapping[str, float],
         known_distances: tuple[KnownDistance, ...] = (),
     ) -> FitProblem:
-        """Return the problem of chains, as `chains` has them, and of what they lead to."""
+        """Return the fit problem of chains (as `chains` returns them) and measured poses."""
         parameters = tuple(self.every[k] for k in chosen)
         given, of_file = self.given, self.robot.description.tolerances
         session = given.sessions if given.placements else 0
@@ -203,7 +207,8 @@ class ChosenParameters:
 
     def possible(self, problem: FitProblem) -> int:
         """Return the number of directions that poses of this kind can determine."""
-        # Each set after the first adds a base or a tool of its own, which its poses determine.
+        # `J` is that of the first set. Each further set adds a base or tool of its own, which the
+        # poses of this set determine: count these parameters separately.
         J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)[
             :, problem.columns
         ]
@@ -218,7 +223,7 @@ class ChosenParameters:
         return combinations_of(usual_motions(problem, noise, used), problem.parameters)
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
-        """Return the offsets and the starts of base and tool, as `Calibration` has them."""
+        """Return the offsets of base and tool and the poses that their fit starts from."""
         description = self.robot.description
         B, T = description.base.motion.matrix, description.tool.motion.matrix
         chains, every = problem.chains[: self.given.set_count], problem.every(values)
@@ -233,18 +238,21 @@ class ChosenParameters:
         return PlacedEnds(base_offsets, tool_offsets, base_starts, tool_starts)
 
     def as_given(self) -> Floats:
-        """Return position (m) and rotation (rad) between file and measurement, (N, 2, 3)."""
+        """
+        Return the residuals (N, 2, 3) of position (m) and rotation (rad) from the poses of the
+        robot file, unchanged, to the measured poses.
+        """
         poses = forward_kinematics(self.robot, self.given.q)
         return remainders_between(self.given.poses, poses, self.given.positions)
 
     def undone(self, change: Hypothesis) -> UndoneRows:
-        """Return the rows with a mistake undone, as `calibrate` takes them."""
+        """Return the rows with a mistake corrected, as arguments of `calibrate`."""
         T = change.seen(self.given.poses)
         poses = T[:, :3, 3] if self.given.positions else inverses(T) if self.given.from_tool else T
         return {'q': change.joints(self.given.q), 'poses': poses, 'sets': self.given.sets}
 
     def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:
-        """Return the function that scores how badly the rows fit with mistakes undone."""
+        """Return a function that scores mistakes: the misfit of the rows with each corrected."""
         return scores_of_poses(self.robot, self.given, used)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
@@ -252,7 +260,7 @@ class ChosenParameters:
         return ()
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
-        """Return sentences on what the robot file says, and on the rows."""
+        """Return sentences on unused tolerances of the robot file, and on the rows."""
         names = {one.name for one in self.every}
         unused = [
             name
@@ -265,17 +273,18 @@ class ChosenParameters:
 
 def usual_motions(problem: FitProblem, noise: Noise, used: Flags) -> Floats:
     """
-    Return how rows of the nominal arm move by usual errors, in deviations of the noise.
+    Return how usual errors of the parameters move the rows, in standard deviations of the noise.
 
-    Which parameters can be identified does not depend on the priors, and the corrections turn
-    parallel axes by too little to be measured. Returns the triangle (P, P) of the equations.
+    The result is the triangle R (P, P) of a QR decomposition of this Jacobian. The scales are
+    usual errors, since priors do not decide which parameters are identifiable. The Jacobian is
+    that of the nominal arm: corrections turn parallel axes by too little to be measured.
     """
     scales = np.array([one.scale for one in problem.parameters]) / problem.prior
     return weighted_jacobian(problem, np.zeros(len(scales)), noise, used) * scales
 
 
 def _moved(chain: CorrectedChain, first: int) -> CorrectedChain:
-    # Add the corrections of a session behind those of the base.
+    # Return the chain with the corrections of a session added behind those of the base.
     begin = chain.still[0]
     six = [CorrectingMotion(k > 2, k % 3, first + k) for k in range(len(SIX))]
     at = 1 + len(SIX)
@@ -293,7 +302,7 @@ def prior_of(
     tolerances
         Standard deviations by name or group.
     of_file
-        Those of the robot file, where `tolerances` has none.
+        Tolerances of the robot file, used if `tolerances` has none for this parameter.
     """
     if one.group not in TABLE_GROUPS:
         return tolerances.get(one.name, LAG_PRIOR if one in (LAG, BACKLASH) else PLACE_PRIOR)

@@ -13,15 +13,16 @@ from ...robot.robot import Robot
 from ..recordings.readers.block import Flags
 
 SECOND = 1_000_000_000  # ns
-# A pose between two joint states that are further apart (0.1 s, in ns) is left out.
+# A pose between two joint states that are more than this time (0.1 s, in ns) apart is left out.
 MAX_GAP = SECOND // 10
 # Joint states kept at most: four seconds at 500 Hz.
 STATES = 2048
-# Poses that are ahead of the joint states kept at most.
+# Largest number of kept poses whose stamps are later than the newest joint state.
 MAX_AHEAD = STATES // 8
-# Poses whose joints differ by less (rad, prismatic joints by length) are one.
+# Two poses are kept as one if no joint moved by this angle between them (rad; prismatic joints are
+# scaled by a length of the arm).
 MIN_CHANGE = 0.02
-# Poses kept at most.
+# Largest number of poses kept.
 MAX_POSES = 2000
 
 
@@ -34,18 +35,18 @@ class CollectedPoses(NamedTuple):
     stamps: tuple[int, ...]
 
     def at(self, rows: slice | Flags) -> 'CollectedPoses':
-        """Return some of the poses."""
+        """Return the poses of the given rows, with their joint positions, rates and stamps."""
         q, rates, poses = (values[rows] for values in self[:3])
         return CollectedPoses(q, rates, poses, tuple(np.array(self.stamps)[rows].tolist()))
 
     def followed_by(self, other: 'CollectedPoses') -> 'CollectedPoses':
-        """Return these poses and others behind them."""
+        """Return these poses, followed by the poses of `other`."""
         q, rates, poses = (np.concatenate(pair) for pair in zip(self[:3], other[:3]))
         return CollectedPoses(q, rates, poses, (*self.stamps, *other.stamps))
 
 
 def table_of(poses: CollectedPoses, joint_names: Sequence[str]) -> str:
-    """Return poses as the table that `calibrate` reads: stamps (s), joint positions, matrices."""
+    """Return poses as CSV text that `calibrate` reads: stamps (s), joint positions, matrices."""
     names = ['stamp', *(f'position.{name}' for name in joint_names)]
     lines = [','.join([*names, *(f'pose.{k}' for k in range(16))])]
     for stamp, q, pose in zip(poses.stamps, poses.q.tolist(), poses.poses):
@@ -77,14 +78,15 @@ class PoseCollector:
     robot
         The arm.
     most
-        Poses kept at most; then every second one is dropped, so that early ones stay among them.
+        Largest number of poses kept. Beyond it, every second pose is dropped, so that early and
+        late poses stay.
 
     Attributes
     ----------
     unmatched
-        Number of poses without joint states around them.
+        Number of poses without a joint state shortly before and after them.
     different
-        Number of poses that differed from the one before them, those that were dropped too.
+        Number of poses that differed from the pose before them, dropped poses included.
     """
 
     def __init__(self, robot: Robot, most: int = MAX_POSES) -> None:
@@ -99,7 +101,12 @@ class PoseCollector:
         return len(self._pairs)
 
     def note_state(self, stamp: int, q: Floats) -> None:
-        """Take joint positions (n,) at a stamp, ns; a stamp that steps back begins a new time."""
+        """
+        Take joint positions (n,) at a stamp, ns.
+
+        If the stamp is not later than the last one, the clock was reset: earlier joint states and
+        waiting poses are dropped.
+        """
         if self._states and stamp <= self._states[-1][0]:
             self._states.clear()
             self._ahead.clear()
@@ -117,7 +124,7 @@ class PoseCollector:
             self._ahead.append((stamp, pose))
 
     def collected(self) -> CollectedPoses:
-        """Return the poses so far."""
+        """Return the poses kept so far, with their joint positions."""
         pairs = self._pairs
         return CollectedPoses(
             np.array([one.q for one in pairs]),
@@ -127,7 +134,10 @@ class PoseCollector:
         )
 
     def taken(self) -> CollectedPoses:
-        """Return the poses but the last, which may be replaced by a slower one, and drop them."""
+        """
+        Return all poses except the last, and drop them. The last pose may still be replaced by one
+        with a lower joint speed.
+        """
         poses = self.collected().at(slice(-1))
         del self._pairs[:-1]
         return poses
@@ -135,7 +145,7 @@ class PoseCollector:
     def _match(self, stamp: int, pose: Floats) -> None:
         states = self._states
         k = bisect_right(states, stamp, key=itemgetter(0))
-        # The pose may be older than all states in memory.
+        # If the pose is older than all joint states in memory, k is 0.
         if not 0 < k < len(states) or states[k][0] - states[k - 1][0] > MAX_GAP:
             self.unmatched += 1
             return

@@ -1,10 +1,10 @@
 """
-Parameters of what differs between rows: sessions that drift, and joints that yield to a load.
+Add parameters for drifts between sessions, and for the compliance of joints under a load.
 
-They are parameters with normal priors about zero, as all others are, fitted along with the table.
-Drifts are differences from the first session (treatment coding: Searle, Linear Models, chapter
-5), and joints yield in proportion to their torque. The robot file has none of it: its table is
-that of the arm without a load, in the first session.
+These parameters have normal priors about zero and are fitted with the table. Drifts are
+differences from the first session (treatment coding: Searle, Linear Models, chapter 5). Joints
+yield in proportion to their torque. The robot file has no such parameters: its table is that of
+the arm without a load, in the first session.
 """
 
 from collections.abc import Iterator, Sequence
@@ -30,12 +30,15 @@ from .checking import (
 
 # Prior standard deviations of compliances, rad/Nm and m/N: those of soft gears.
 COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
-# Prior standard deviations of drifts of the instrument (rad, m): a usual error of a table.
+# Prior standard deviations of drifts of the instrument: the usual errors of a table. The key is
+# whether the parameter is an angle (rad) or a length (m).
 PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
-# Zeros drift with the temperature by half of the usual error of a datasheet.
+# Prior standard deviation of the drift of a joint zero, by temperature, divided by the usual error
+# of the zero in a datasheet.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
-# Largest load (kg) of an arm whose tool is 1 m from its base (RMS); it grows with the cube.
+# Largest load (kg) of an arm whose tool is 1 m from its base (RMS). The limit grows with the cube
+# of this length.
 LARGEST_LOAD = 300.0
 
 
@@ -47,9 +50,9 @@ class ToolLoads(NamedTuple):
     ----------
     masses : shape (N,), kg
     at : m
-        Its centre of mass in the tool frame.
+        Centre of mass of the load in the tool frame.
     gravity
-        Its direction in the base frame of the robot file; the length does not count.
+        Direction of gravity in the base frame of the robot file; the length does not matter.
     """
 
     masses: npt.ArrayLike
@@ -58,7 +61,7 @@ class ToolLoads(NamedTuple):
 
 
 class RowConditions(NamedTuple):
-    """The name of the session of each row, and the loads, as `calibrate` takes them."""
+    """Session names of the rows, and loads, as the arguments of `calibrate`."""
 
     sessions: Sequence[str] | None = None
     loads: ToolLoads | None = None
@@ -72,12 +75,14 @@ def with_conditions(
     loads: ToolLoads | None,
 ) -> Measured:
     """
-    Return measured poses with the parameters that their sessions and loads ask for.
+    Return measured poses with added parameters for their sessions and loads.
 
     Parameters
     ----------
     own_base
         Whether each set has a base of its own.
+    sessions, loads
+        As `calibrate` takes them; None adds no parameters.
 
     Raises
     ------
@@ -87,7 +92,8 @@ def with_conditions(
     """
     q, n = given.q, robot.dof
     number, remarks, placements = np.zeros(len(q), dtype=np.int64), list[str](), []
-    # Standard deviations of parameters that move joints, and how joints move with them.
+    # `moving` has the prior standard deviations of parameters that move joints; `rates` has the
+    # derivatives of the joint positions by these parameters.
     moving, rates = dict[ArmParameter, float](), [given.rates]
     if sessions is not None:
         names = tuple(dict.fromkeys(map(str, sessions)))
@@ -101,7 +107,8 @@ def with_conditions(
             check_mark('session', name)
         number = np.array([names.index(str(one)) for one in sessions])
         remarks += _elsewhere(q, number, [f'session {name}' for name in names], 'a drift')
-        # If each set is of one session, its base is that of the session already.
+        # If each set has its own base and only one session, this base already contains the drift:
+        # add no placement parameters.
         pairs = np.unique(np.stack([given.sets, number]), axis=1).shape[1]
         six = () if own_base and pairs == given.set_count else SIX
         for k, name in enumerate(names[1:], 1):
@@ -136,7 +143,7 @@ def _of_joints(robot: Robot, prefix: str, group: str) -> Iterator[ArmParameter]:
 
 
 def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, Floats]:
-    # The masses, and the force on 1 kg in the base frame.
+    # Check the loads; return the masses (kg) and the force on 1 kg (N) in the base frame.
     masses, at, down = (np.array(one, dtype=np.float64) for one in loads)
     if masses.shape != (count,) or not np.all(np.isfinite(masses)) or np.min(masses) < 0.0:
         raise CalibrationError(f'loads must be {count} masses in kg, finite and not below 0')

@@ -1,4 +1,4 @@
-"""A robot's description with corrections: nominal numbers and what is added to them, both seen."""
+"""Add corrections to a robot's description: each number is written as nominal + correction."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -31,7 +31,7 @@ from ...robot.task import ROW_NAMES
 from ...typography import number_text
 
 ZERO = Expression('0', Affine(0.0, ()))
-# Decimals of a number that is turned into degrees or millimetres.
+# Number of decimals to which a number is rounded if it is converted to degrees or millimetres.
 DIGITS = 12
 ORDER: tuple[Axis, ...] = get_args(Axis)
 
@@ -40,14 +40,14 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
     """
     Return the robot with corrections of its table.
 
-    Known poses, tolerances and the uncertainty of the table, which were those of the nominal one,
-    are left out. Its task stays that of the nominal table. Its singular factors are approximate
-    now; they are left out if their zeros are far from singular poses.
+    The result has no known poses, tolerances or uncertainty of the table, since these belong to
+    the nominal table. The task is that of the nominal table. Its singular factors are kept as
+    approximate ones, or left out if their zeros are far from singular poses.
 
     Parameters
     ----------
     parameters, values : P
-        Corrections in rad and m; those of base and tool are passed over.
+        Parameters and their corrections, rad and m. Corrections of base and tool are ignored.
     """
     found = {
         (one.row, one.place): float(value)
@@ -72,17 +72,18 @@ def corrected_robot(robot: Robot, parameters: Sequence[ArmParameter], values: Fl
 
 def task_of(robot: Robot) -> tuple[str, ...] | None:
     """
-    Return the rows of the task that a corrected arm keeps; None for those of its file.
+    Return the task rows that a corrected arm keeps; None if the file has no task and all rows
+    count.
 
-    Small corrections move a planar arm out of its plane. If that became a part of its task, no
-    pose would be singular.
+    Small corrections move a planar arm slightly out of its plane. If motion out of the plane
+    became part of the task, no pose would be singular.
     """
     rows = robot.singularity.task.rows
     return rows if len(rows) < len(ROW_NAMES) else robot.description.singularity.task
 
 
 def with_ends(description: RobotDescription, base: Floats, tool: Floats) -> RobotDescription:
-    """Return a description with another base and tool, poses (4, 4)."""
+    """Return a description with another base and tool, given as poses (4, 4), m."""
     return replace(
         description,
         base=replace(description.base, motion=rigid_motion(base, description)),
@@ -92,9 +93,10 @@ def with_ends(description: RobotDescription, base: Floats, tool: Floats) -> Robo
 
 def built_nearly(description: RobotDescription) -> Robot:
     """
-    Return the robot of a description whose factors are those of another arm like it.
+    Return the robot of a description whose singular factors belong to a slightly different arm.
 
-    They are approximate; they are left out if their zeros are far from singular poses.
+    The factors are marked as approximate. They are left out if their zeros are far from singular
+    poses.
     """
     singularity = description.singularity
     nearly = tuple(replace(one, approximate=True) for one in singularity.factors)
@@ -105,7 +107,10 @@ def built_nearly(description: RobotDescription) -> Robot:
 
 
 def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
-    """Return what an uncertainty says of the joints: a calibrated table has its own."""
+    """
+    Return only the joint entries of an uncertainty; None if it has none. Entries of the table are
+    removed, since a calibration writes its own.
+    """
     if given is None:
         return None
     kept = replace(given, parameters=(), factor=(), floor_xyz=0.0, floor_rpy=0.0)
@@ -113,20 +118,20 @@ def of_joints_alone(given: Uncertainty | None) -> Uncertainty | None:
 
 
 def rigid_motion(T: Floats, description: RobotDescription) -> RigidMotion:
-    """Return a pose (4, 4) as the file writes it: x y z roll pitch yaw in its units."""
+    """Return a pose (4, 4) with its texts for the file: x y z roll pitch yaw in file units."""
     six = enumerate([*T[:3, 3].tolist(), *exact_rpy(T[:3, :3])])
     return RigidMotion(T, tuple(number_text(in_file_units(x, k > 2, description)) for k, x in six))
 
 
 def in_file_units(value: float, angle: bool, description: RobotDescription) -> float:
-    """Return a number of rad or m in the units of a file."""
+    """Convert a number from rad or m to the units of a robot file."""
     unit = description.radians if angle else description.metres
     return value if unit == 1.0 else round(value / unit, DIGITS)
 
 
 @dataclass(frozen=True, eq=False)
 class _Corrections:
-    # Corrections (rad or m) by the row of a description's table and the place in the row.
+    # Corrections (rad or m) by the row of a description's table and the name in the row.
     description: RobotDescription
     found: Mapping[tuple[int, str], float]
 
@@ -134,7 +139,7 @@ class _Corrections:
         return self.found.get((row, place), 0.0)
 
     def geared(self) -> RobotDescription:
-        # With the share more that joints move in their rows.
+        # Return the description with corrected gear ratios: each joint variable gets a new factor.
         def link(given: Link) -> Link:
             if isinstance(given, DhRow):
                 return replace(given, motions=tuple(map(self._moved_more, given.motions)))
@@ -162,10 +167,11 @@ class _Corrections:
         return replace(motion, argument=argument)
 
     def links(self) -> tuple[tuple[Link, ...], tuple[int, ...]]:
-        # The rows, and the row that each frame of the nominal table stands after.
+        # Return the corrected rows, and for each frame of the nominal table the number of
+        # corrected rows before the frame.
         links: list[Link] = []
         ends_at = [0]
-        turn = 0.0  # what an extra row leaves for the next one to turn back
+        turn = 0.0  # rotation (rad) of an extra row that the next row turns back
         for k, link in enumerate(self.description.links):
             if isinstance(link, DhRow):
                 rows, turn = self._dh_rows(k, link, turn)
@@ -174,8 +180,8 @@ class _Corrections:
             else:
                 rows = self._elementary_rows(k, link)
             links += rows
-            # An extra row that is turned back in the next one has other axes than the nominal
-            # frame.
+            # Do not count an extra row that the next row turns back: its axes differ from those of
+            # the nominal frame.
             ends_at.append(len(links) - (1 if turn else 0))
         if turn and isinstance(link, DhRow):
             links.append(_row(link, {'theta': self._turned(ZERO, turn)}))
@@ -194,14 +200,15 @@ class _Corrections:
         beta, b = self.of(k, 'Ry'), self.of(k, 'Ty')
         if not beta and not b:
             return [_row(link, cells)], 0.0
-        # Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg): a row more, and the turn back.
+        # Ry(beta) Ty(b) = Rz(90 deg) Rx(beta) Tx(b) Rz(-90 deg): write an extra row, and turn back
+        # in the row after it.
         quarter = self._turned(ZERO, math.pi / 2.0)
         extra = {'a': self._number(b, False), 'alpha': self._number(beta, True)}
         if self.description.convention == 'standard':
             own = _row(link, cells)
             return [own, _row(link, {**extra, 'theta': quarter})], -math.pi / 2.0
-        # Modified: the table's a and alpha stand before the extra ones, its theta and d behind
-        # them.
+        # In the modified convention, the row's own a and alpha come before the extra a and alpha,
+        # and its theta and d come after them.
         first = _row(link, {'a': cells['a'], 'alpha': cells['alpha'], 'theta': quarter})
         back = corrected('theta', self._turned(link['theta'], -math.pi / 2.0))
         return [first, _row(link, {**extra, 'd': cells['d'], 'theta': back})], 0.0
@@ -221,14 +228,14 @@ class _Corrections:
         T = np.eye(4)
         for axis, number in zip(ORDER, numbers):
             T = T @ small_motion(axis[0] == 'R', 'xyz'.index(axis[1]), number)
-        # The matrix `in` of the file keeps a row of its own, and the correction follows it.
+        # Keep the matrix `in` of the file in a row of its own, and write the correction after it.
         extra = ShapeRow(rigid_motion(T, self.description), joint, link.outer)
         if link.inner == IDENTITY:
             return [extra]
         return [ShapeRow(link.inner, None, IDENTITY), extra]
 
     def _turned(self, given: Expression, turn: float) -> Expression:
-        # Quarter turns are written as such.
+        # Add a rotation of +90 or -90 degrees, written as 90 or pi/2.
         text = '90' if self.description.angle_unit == 'deg' else 'pi/2'
         if turn and given.text == '0':
             text = text if turn > 0.0 else f'-{text}'
@@ -244,20 +251,20 @@ class _Corrections:
         return replace(joint, argument=argument)
 
     def _number(self, value: float, angle: bool) -> Expression:
-        # A cell of a row that the nominal table does not have.
+        # Return a cell of an extra row, which the nominal table does not have.
         text = number_text(in_file_units(value, angle, self.description))
         return Expression(text, Affine(value, ()))
 
 
 def _row(like: DhRow, cells: Mapping[str, Expression]) -> DhRow:
-    # A row with these quantities; others are zero.
+    # Return a row with the given cells; all other quantities are zero.
     pairs = zip(like.names, like.motions)
     motions = (replace(motion, argument=cells.get(name, ZERO)) for name, motion in pairs)
     return replace(like, motions=tuple(motions))
 
 
 def _shifted(given: Expression, value: float, size: str) -> Expression:
-    # With a value in rad or m added, whose size is written so.
+    # Return an expression with a value (rad or m) added; `size` is the text of its absolute value.
     if value == 0.0:
         return given
     affine = replace(given.affine, constant=given.affine.constant + value)
@@ -265,5 +272,5 @@ def _shifted(given: Expression, value: float, size: str) -> Expression:
 
 
 def _sum(given: Expression, value: float, size: str) -> str:
-    # An expression and a number of this sign, whose size is written so.
+    # Return the text of an expression plus a value; `size` is the text of the absolute value.
     return f'{given.text} {"-" if value < 0.0 else "+"} {size}'

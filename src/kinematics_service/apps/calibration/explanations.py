@@ -1,4 +1,8 @@
-"""Mistakes that would explain a refused calibration: each is undone, the likeliest are fitted."""
+"""
+Find mistakes of the input that would explain a refused calibration.
+
+Each mistake is corrected and scored; the likeliest are tried in a calibration.
+"""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -19,22 +23,22 @@ from ..recordings.readers.block import Flags
 from .checking import NAMED_RATIO, RIVAL_RATIO, Measured, in_words
 from .placing import Free, offsets_of
 
-# Number of likely mistakes that are tried in a calibration.
+# Number of the likeliest mistakes that are tried in a calibration.
 MISTAKE_TRIALS = 3
 
 
 class TriedCalibration(NamedTuple):
     """
-    The result of a calibration with a mistake undone.
+    The result of a calibration with a mistake corrected.
 
     Attributes
     ----------
     accepted
-        Whether it is a calibration.
+        Whether the calibration is accepted.
     left
-        Errors of the rows that were used if it is accepted; else errors of all rows.
+        Errors without outliers if the calibration is accepted; else errors of all rows.
     out
-        Number of rows left out.
+        Number of rows left out as outliers.
     """
 
     accepted: bool
@@ -44,16 +48,16 @@ class TriedCalibration(NamedTuple):
 
 class RefusalCauses(NamedTuple):
     """
-    Mistakes that would explain what is refused.
+    Mistakes that would explain a refused calibration.
 
     Attributes
     ----------
     sentences
-        The likeliest first.
+        A sentence for each mistake, the likeliest first.
     decided
-        Whether the first one explains it, and no other does nearly as well.
+        Whether the first mistake explains the refusal, and no other does nearly as well.
     tried
-        Whether mistakes were tried at all.
+        Whether any mistakes were tried.
     """
 
     sentences: tuple[str, ...] = ()
@@ -74,13 +78,13 @@ def explained(
     Parameters
     ----------
     changes
-        Mistakes that are possible, undone.
+        Possible mistakes, with corrected data.
     scores_of
-        Returns how badly the rows fit with each undone, before anything of the table is fitted.
+        Returns the misfit of the rows with each mistake corrected, with the nominal table.
     outcome_of
-        Returns what a calibration leaves with one undone.
+        Returns the result of a calibration with one mistake corrected.
     left
-        Errors without a change.
+        Errors of the refused calibration.
     positions
         Whether only positions were measured.
     """
@@ -91,7 +95,7 @@ def explained(
         try:
             found.append((changes[k].sentence, outcome_of(changes[k])))
         except CalibrationError:
-            continue  # with that undone the rows are refused before a fit
+            continue  # with this correction the rows are refused before a fit
     found.sort(key=lambda one: (not one[1].accepted, one[1].left.position_rms))
     good = [one for one in found if one[1].accepted]
     rms = [one.left.position_rms for _, one in good]
@@ -108,12 +112,13 @@ def explained(
 
 
 def mistakes_of(robot: Robot, given: Measured, read: str) -> list[Hypothesis]:
-    """Return the mistakes that are possible; `read` is as `diagnose_frames` takes it."""
+    """Return the possible mistakes of the rows; `read` is as `diagnose_frames` takes it."""
     if given.positions:
         return list(joint_hypotheses_of(robot, given.q))
     A = forward_kinematics(robot, given.q)
     whole = hypotheses_of(ComparedData(robot, given.q, given.poses, read=read))
-    # A table of another convention has other parameters: the frame check alone tries it.
+    # Leave out other conventions: their tables have other parameters. Only the frame check tries
+    # them.
     own = [one for one in whole if one.robot is None]
     return own + list(order_hypotheses_of(given.poses, A, read))
 
@@ -122,7 +127,7 @@ def scores_of_poses(
     robot: Robot, given: Measured, used: Flags
 ) -> Callable[[Sequence[Hypothesis]], Floats]:
     """
-    Return the function that scores how badly poses fit with each of several mistakes undone.
+    Return a function that scores mistakes: the misfit of the poses with each mistake corrected.
 
     Base and tool are fitted to the used rows of the set with most outliers. Rows with more than
     20 mm or 2 deg count as 1, however large their errors are.
@@ -148,5 +153,5 @@ def scores_of_poses(
 
 
 def truncated(squares: Floats) -> Floats:
-    """Return the means of squares (..., N), each counting 1 at most."""
+    """Return the means (...,) of squares (..., N), each limited to 1."""
     return np.asarray(np.mean(np.minimum(squares, 1.0), axis=-1))

@@ -1,8 +1,8 @@
 """
-A factory calibration as a robot file: the nominal table, corrected so that it is the same arm.
+Write the factory calibration of a Universal Robots arm as corrections of its nominal table.
 
-A factory table may have lengths of hundreds of metres that cancel. This one has an extra angle:
-its corrections are found by a calibration against poses of the factory's own table.
+A factory table may have lengths of hundreds of metres that cancel. The table written here has an
+extra angle instead. Its corrections are fitted to poses computed from the factory's table.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,8 @@ from .corrections import corrected_robot
 from .robot_text import CalibrationOrigin, Frames, calibrated_text, placed_robot
 from .ur_calibration import JOINTS, UrCalibration, read_ur_calibration
 
-# Poses that the corrections are found by; the others of the seeded ones prove them.
+# Number of seeded poses that the corrections are fitted to. The other poses are held out and
+# prove the corrections.
 FITTED_POSES = 100
 
 
@@ -39,13 +40,14 @@ class FactoryImport:
     text
         The robot file.
     robot
-        The robot of the corrections.
+        The robot with the corrections.
     configurations
-        Number of random configurations that prove it.
+        Number of random configurations at which `robot` is compared with the factory's table.
     position_error, rotation_error
-        The largest differences from the factory's own table, m and rad.
+        The largest differences of the poses of `robot` from those of the factory's table, m and
+        rad.
     nominal_error
-        How far the nominal table is from it at most, m.
+        The largest difference of the nominal positions from those of the factory's table, m.
     """
 
     text: str
@@ -56,7 +58,7 @@ class FactoryImport:
     nominal_error: float
 
     def __str__(self) -> str:
-        """Return the proof in words."""
+        """Return the largest differences from the factory's table as text."""
         return (
             f'{self.position_error:.1e} m and {self.rotation_error:.1e} rad from the factory '
             f'table at most, over {self.configurations} configurations; the nominal table is '
@@ -75,7 +77,7 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     robot, text
         The nominal robot, and its file.
     date
-        For the certificate.
+        The date that the certificate in the robot file has.
 
     Raises
     ------
@@ -94,8 +96,8 @@ def import_ur_calibration(path: Path, robot: Robot, text: str, date: str) -> Fac
     expected = _poses(given, robot, q)
     nominal = float(np.max(apart(forward_kinematics(robot, q), expected)[0]))
     some, rest = slice(0, FITTED_POSES), slice(FITTED_POSES, None)
-    # If the first axis is not that of the base, or the last one not that of the tool, correct
-    # their frames, too.
+    # First keep the frames of base and tool. If the first axis is not that of the base frame, or
+    # the last one not that of the tool frame, correct these frames as well.
     tried: tuple[tuple[tuple[str, ...], Frames], ...] = ((ENDS, 'robot'), ((), 'measured'))
     for fix, frames in tried:
         found = calibrate(robot, q[some], expected[some], fix=fix)

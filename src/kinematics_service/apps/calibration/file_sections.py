@@ -1,7 +1,7 @@
 """
-Sections of a robot file replaced, everything else of its text kept.
+Replace sections of a robot file; the rest of its text stays unchanged.
 
-The YAML is parsed only for where its sections stand. The caller reads the result again.
+The YAML is parsed only to find the lines of its sections. The caller reads the result again.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,7 +35,8 @@ def with_sections(
     text
         A valid robot file.
     sections
-        Lines by key of the file, the key's own first; None: it is left out. New ones come last.
+        New lines of each section by its key; the first line has the key. None removes a section.
+        Sections that the file does not have come last.
     header
         Comment lines that begin the file.
 
@@ -65,9 +66,9 @@ def singularity_section(
     text: str, factors: Sequence[Factor], task: Sequence[str] = ()
 ) -> list[str] | None:
     """
-    Return the lines of the section `singularity` with these factors instead of its own.
+    Return the lines of the section `singularity` with other factors; None if it becomes empty.
 
-    None if nothing is left of it. The rows of a task are added if the section has none.
+    The rows of `task` are added if the section has no task.
     """
     lines = _entries(text, 'singularity', ('factors',))
     if task and not any(line.startswith('  task:') for line in lines):
@@ -82,13 +83,13 @@ def singularity_section(
 
 
 def constants_section(text: str, without: Sequence[str]) -> list[str] | None:
-    """Return the lines of the section `constants` without some of them; None if none is left."""
+    """Return the section `constants` without the named constants; None if it becomes empty."""
     lines = _entries(text, 'constants', without)
     return ['constants:', *lines] if lines else None
 
 
 def _entries(text: str, section: str, without: Sequence[str]) -> list[str]:
-    # The entries of a section, a line each, without those of some keys.
+    # Return the entries of a section, one line for each, without the keys in `without`.
     plain = text.removeprefix(BOM)
     root = yaml.compose(plain, Loader=LOADER)
     assert isinstance(root, MappingNode)
@@ -98,19 +99,19 @@ def _entries(text: str, section: str, without: Sequence[str]) -> list[str]:
 
 
 def links_section(links: Sequence[Link]) -> list[str]:
-    """Return the lines of a table."""
+    """Return the lines of the section `links`, one for each row of the table."""
     return ['links:', *(f'  - {_link(link)}' for link in links)]
 
 
 def placement_section(key: str, placement: Placement, note: str = '') -> list[str]:
-    """Return the line of a base or tool, with a comment."""
+    """Return the line of the section `base` or `tool`, with `note` as its comment."""
     pose = _motion(placement.motion).removeprefix('{')
     comment = f'  # {note}' if note else ''
     return [f'{key}: {{frame: {scalar(placement.frame)}, {pose}{comment}']
 
 
 def points_section(points: Sequence[PointDescription]) -> list[str]:
-    """Return the lines of the points of an arm."""
+    """Return the lines of the section `points`."""
     return [
         'points:',
         *(

@@ -1,12 +1,13 @@
 """
-Fit the numbers of an arm to measured poses, with normal priors, and estimate the deviations.
+Fit the numbers of an arm to measured poses, with normal priors, and estimate their covariance.
 
-Gauss-Newton steps of the maximum a posteriori estimate: first with Huber's weights from the
-median of the remainders (Huber 1964), then without the rows that a chi-square test rejects. The
-noise follows from the remainder and from how many numbers the rows determine (MacKay 1992). The
-degrees of freedom f of the noise are the numbers of the rows that no parameter takes up. If f is
-small, the test and the deviations are those of Student's distribution; if the noise is that of the
-instrument, f is infinite, and they are those of the normal distribution.
+Gauss-Newton steps find the maximum a posteriori estimate. The first phase has Huber's weights from
+the median of the residuals (Huber 1964). The second phase leaves out rows that a chi-square test
+rejects. The noise follows from the residuals and from the number of parameters that the rows
+determine (MacKay 1992). The degrees of freedom f of the noise are the measured numbers minus this
+number of parameters. If f is small, the test and the standard deviations are those of Student's
+distribution. If the noise is that of the instrument, f is infinite, and they are those of the
+normal distribution.
 """
 
 from collections.abc import Callable, Iterator
@@ -26,10 +27,10 @@ from .checking import Measured
 
 # Noise (m and rad) below this is round-off.
 NOISE_FLOOR = 1e-10
-# An estimate of the noise has a relative deviation of 1 / sqrt(2 f). It is above an eighth if f is
-# below 30; then the estimate is at least the usual noise.
+# The relative standard deviation of a noise estimate is 1 / sqrt(2 f). It is above an eighth if f
+# is below 30: then USUAL_NOISE is a lower bound of the estimate.
 NOISE_FREEDOM = 30.0
-# The noise of encoders and trackers (m and rad).
+# Usual noise of encoders and trackers (m and rad).
 USUAL_NOISE = 2e-5
 # Rows beyond this quantile of chi-square weigh less in the robust start.
 HUBER_QUANTILE = 0.95
@@ -37,32 +38,35 @@ HUBER_QUANTILE = 0.95
 OUTLIER_CHANCE = 3e-6
 # Largest number of rounds of each phase.
 MAX_ROUNDS = 25
-# The rounds end if step and change of the noise are less, in deviations.
+# The rounds end if the step, in standard deviations, and the relative change of the noise are
+# below this value.
 STEP_TOLERANCE = 1e-3
-# The variance f / (f - 2) of Student's distribution is infinite at f = 2: a smaller f is taken as
-# this one.
+# Lower bound of f in the variance f / (f - 2) of Student's distribution, which is infinite at
+# f = 2.
 LEAST_STUDENT_FREEDOM = 3.0
 # With at most 1 degree of freedom the rows do not determine the noise.
 UNKNOWN_NOISE_FREEDOM = 1.0
-# Standard deviation (m) of a distance between points that is known.
+# Standard deviation (m) of a known distance between points.
 DISTANCE_DEVIATION = 1e-5
-# Difference (rad, m) of joints: the cube root of the round-off has the least error (Nocedal and
-# Wright, section 8.1).
+# Step (rad, m) of central differences by joints: the cube root of the machine epsilon has the
+# least error (Nocedal and Wright, section 8.1).
 STEP = float(np.cbrt(np.finfo(np.float64).eps))
 
 
-# Residuals (N, 2, 3) and the Jacobian of the poses (N, 2, 3, P), of `FitProblem.equations`.
+# Residuals (N, 2, 3) and the Jacobian of the poses (N, 2, 3, P), as `FitProblem.equations` returns
+# them.
 Equations: TypeAlias = tuple[Floats, Floats]
-# Which rows are of a chain, this, all its corrections, and the joint positions in these rows.
+# Flags of the rows of a chain, the chain, all its corrections, and joint positions in these rows.
 _ChainRows: TypeAlias = tuple[Flags, CorrectedChain, Floats, Floats]
 
 
 class KnownDistance(NamedTuple):
     """
-    A distance (m) that is known between two points, each moved by three corrections.
+    A known distance (m) between two points, each moved by three corrections.
 
-    `first` and `second` are where these begin among all corrections; `between` (3,) is from the
-    first point to the second one, without corrections.
+    `first` and `second` are the indices of the first correction of each point, among all
+    corrections. `between` (3,) is the vector from the first point to the second point without
+    corrections, m.
     """
 
     first: int
@@ -74,18 +78,19 @@ class KnownDistance(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class FitProblem:
     """
-    Measured poses and the numbers that may be off.
+    Measured poses, and the parameters to be fitted to them.
 
     Attributes
     ----------
     parameters, prior : P
-        Those that are fitted; their standard deviations before, rad or m.
+        The fitted parameters, and their prior standard deviations, rad or m.
     columns : shape (P,)
-        The place of each among all corrections of the chains, `count` of them.
+        Index of each parameter among all `count` corrections of the chains.
     chains
         Chains from the frame of the poses to the tool, one for each set.
     given
-        The rows; `sets` are those of the chains, and `rates` those of the last K parameters.
+        The measured rows. `sets` has the index of each row's chain; `rates` belongs to the last K
+        parameters.
     known_distances
         Distances between corrected points.
     """
@@ -100,11 +105,11 @@ class FitProblem:
 
     @property
     def kinds(self) -> int:
-        """Return 2 for positions and rotations, or 1 for positions alone."""
+        """Return 2 if rows have positions and rotations, or 1 if they have positions alone."""
         return 1 if self.given.positions else 2
 
     def every(self, values: Floats) -> Floats:
-        """Return all corrections, those that are not fitted being zero."""
+        """Return all corrections (`count`,); corrections that are not fitted are zero."""
         found = np.zeros(self.count)
         found[self.columns] = values
         return found
@@ -121,22 +126,25 @@ class FitProblem:
             )
 
     def predicted(self, values: Floats) -> Floats:
-        """Return the poses (N, 4, 4) with corrections (P,)."""
+        """Return the poses (N, 4, 4) that corrections (P,) predict for the rows."""
         poses = np.empty_like(self.given.poses)
         for own, chain, every, q in self._by_chain(values):
             poses[own] = poses_of(chain, every, q)
         return poses
 
     def remainders(self, values: Floats) -> Floats:
-        """Return position (m) and rotation (rad) that remain, shape (N, 2, 3)."""
+        """Return the residuals of position (m) and rotation (rad), shape (N, 2, 3)."""
         return self._between(self.predicted(values))
 
     def weighed(self, values: Floats) -> Floats:
-        """Return what remains (N, 2, 3) with a noise that is alike in all rows."""
+        """Return residuals (N, 2, 3), whitened so that all rows have equal noise."""
         return self.whitened(self.remainders(values))
 
     def whitened(self, rows: Floats) -> Floats:
-        """Return remainders, or how they move, (N, 2, 3, ...) as they are weighed."""
+        """
+        Return residuals or their derivatives, (N, 2, 3, ...), multiplied by the whitening
+        matrices.
+        """
         if self.given.whitening is not None:
             six = np.array(rows).reshape(len(rows), 6, *rows.shape[3:])
             own = six[:, : self.given.whitening.shape[1]]
@@ -152,7 +160,9 @@ class FitProblem:
         return remainders_between(self.given.poses, poses, self.given.positions)
 
     def equations(self, values: Floats) -> Equations:
-        """Return what remains (N, 2, 3), and how the poses move (N, 2, 3, P), as weighed."""
+        """
+        Return whitened residuals (N, 2, 3) and the whitened Jacobian of the poses (N, 2, 3, P).
+        """
         poses = np.empty_like(self.given.poses)
         jacobian = np.empty((len(self.given.q), 6, len(self.columns)))
         driving = self.given.rates.shape[2]
@@ -166,7 +176,7 @@ class FitProblem:
         return self.whitened(self._between(poses)), self._as_weighed(poses, jacobian)
 
     def moves_with_joints(self, values: Floats) -> Floats:
-        """Return how the poses move with each joint (N, 2, 3, n), as weighed."""
+        """Return the whitened derivatives of the poses by each joint position, (N, 2, 3, n)."""
         jacobian = np.empty((len(self.given.q), 6, self.given.q.shape[1]))
         for own, chain, every, q in self._by_chain(values):
             jacobian[own] = _moved_by_joints(chain, every, q)
@@ -178,7 +188,10 @@ class FitProblem:
         return self.whitened(jacobian.reshape(len(poses), 2, 3, -1))
 
     def distance_equations(self, values: Floats) -> tuple[Floats, Floats]:
-        """Return how known distances move (D, P) and what remains (D,), in their deviations."""
+        """
+        Return the derivatives (D, P) and the residuals (D,) of the D known distances, divided by
+        their standard deviation.
+        """
         every, count = self.every(values), len(self.known_distances)
         rows, remainders = np.zeros((count, self.count)), np.zeros(count)
         for k, one in enumerate(self.known_distances):
@@ -190,7 +203,10 @@ class FitProblem:
         return rows[:, self.columns] / DISTANCE_DEVIATION, remainders / DISTANCE_DEVIATION
 
     def only(self, groups: tuple[str, ...]) -> 'FitProblem':
-        """Return the problem of these groups alone, none of which moves joints."""
+        """
+        Return the problem that fits only these groups. None of them may contain a parameter that
+        moves joints.
+        """
         kept = [k for k, one in enumerate(self.parameters) if one.group in groups]
         return replace(
             self,
@@ -202,7 +218,7 @@ class FitProblem:
 
 
 def _moved_by_joints(chain: CorrectedChain, every: Floats, q: Floats) -> Floats:
-    # How poses move with joints, (rows, 6, n), by central differences.
+    # Return the derivatives of poses by joint positions, (rows, 6, n), by central differences.
     n = q.shape[1]
     at = np.concatenate([q + way * STEP * one for way in (1.0, -1.0) for one in np.eye(n)])
     later, sooner = poses_of(chain, every, at).reshape(2, n, -1, 4, 4)
@@ -212,8 +228,10 @@ def _moved_by_joints(chain: CorrectedChain, every: Floats, q: Floats) -> Floats:
 
 
 def of_inverses(poses: Floats, jacobian: Floats) -> Floats:
-    """Return how the inverses of poses (N, 4, 4) move, (N, 6, P), from how these do."""
-    # With T = (R, p) that moves by v and w, T^-1 does by -R^T (v - w x p) and -R^T w.
+    """
+    Return the Jacobian (N, 6, P) of inverse poses, from poses (N, 4, 4) and their Jacobian.
+    """
+    # If T = (R, p) moves by v and w, T^-1 moves by -R^T (v - w x p) and -R^T w.
     linear, angular = jacobian[:, :3], jacobian[:, 3:]
     turned = np.cross(angular, poses[:, :3, 3, None], axisb=1, axisa=1, axisc=1)
     R = np.swapaxes(poses[:, :3, :3], 1, 2)
@@ -240,22 +258,24 @@ class Noise(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Identified:
     """
-    Corrections and how well they are known, the noise and the outliers.
+    The result of a fit: corrections with their covariance, the noise and the outliers.
 
     Attributes
     ----------
     values : shape (P,), rad or m
+        Corrections of the parameters.
     noise
-        The noise of the poses.
+        Standard deviations of the noise of the poses.
     used : shape (N,)
-        Rows that are not outliers.
+        Flags of the rows that are not outliers.
     distances : shape (N,)
-        The remainder of each row in standard deviations.
+        Length of each row's residual in standard deviations of the noise.
     freedom
-        Degrees of freedom of the noise of positions, and of rotations: numbers of the rows beyond
-        those that the parameters take up. Infinite if the noise is that of the instrument.
-    covariance : shape (P, P)
-        After the measurement, by the noise with Student's factor; it contains the priors.
+        Degrees of freedom of the noise of positions, and of rotations: measured numbers minus
+        those that determine parameters. Infinite if the noise is that of the instrument.
+    covariance : shape (P, P), rad and m
+        Covariance of `values` after the fit. It contains the priors, and its noise is widened by
+        Student's factor.
     """
 
     values: Floats
@@ -267,7 +287,8 @@ class Identified:
 
 
 class _Step(NamedTuple):
-    # A Gauss-Newton step by priors; the triangle R of the equations; these, and what remains.
+    # A Gauss-Newton step divided by the priors; the triangle R of the equations; the rows of the
+    # equations, and their residuals.
     step: Floats
     triangle: Floats
     rows: Floats
@@ -276,19 +297,20 @@ class _Step(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Equations:
-    # The equations of a problem in units of the deviations; each row has a weight (N,) or a flag.
+    # The equations of a problem, divided by standard deviations. Each row has a weight, or a flag
+    # that is True if the row is used.
     problem: FitProblem
     noise: Noise
     weights: Floats | Flags
 
     @property
     def scale(self) -> Floats:
-        # The factors of the residuals of the rows, (N, 1, 1), or (N, 2, 1) for whole poses.
+        # Return the factors of the residuals, (N, 1, 1) for positions, (N, 2, 1) for whole poses.
         each = np.asarray(self.noise, dtype=np.float64)[: self.problem.kinds]
         return np.asarray(np.sqrt(self.weights, dtype=np.float64)[:, None, None] / each[:, None])
 
     def right(self, values: Floats, remainders: Floats) -> Floats:
-        # Residuals of rows, known distances and priors.
+        # Return the scaled residuals of rows, known distances and priors, in this order.
         problem = self.problem
         rows = (remainders[:, : problem.kinds] * self.scale).reshape(-1)
         return np.concatenate(
@@ -296,7 +318,8 @@ class _Equations:
         )
 
     def solved(self, values: Floats) -> _Step:
-        # Rows, known distances and priors move so with numbers in their deviations.
+        # Stack the derivatives of rows, known distances and priors. Each parameter is in units of
+        # its prior standard deviation.
         problem, count = self.problem, len(values)
         remainders, J = problem.equations(values)
         moves = J[:, : problem.kinds] * self.scale[:, :, :, None] * problem.prior
@@ -313,7 +336,7 @@ class _Equations:
 
 
 def robust_values(problem: FitProblem, noise: Noise, progress: Callable[[int], None]) -> Floats:
-    """Return the corrections (P,) of Huber's estimate; arguments are as of `find_values`."""
+    """Return the corrections (P,) of Huber's estimate; arguments are as in `find_values`."""
     values = np.zeros(len(problem.parameters))
     remainders = problem.weighed(values)
     for k in range(MAX_ROUNDS):
@@ -338,9 +361,9 @@ def find_values(
     Parameters
     ----------
     noise
-        The noise of the instrument, a lower bound of the estimate.
+        The noise of the instrument: a lower bound of the estimated noise.
     progress
-        Is called with the number of each round.
+        Called with the number of each round.
     """
     noise, limit = noise or Noise(0.0, 0.0), outlier_limit(problem.kinds)
     values = robust_values(problem, noise, progress)
@@ -359,8 +382,8 @@ def find_values(
         distances = distances_of(problem, remainders, found)
         moved = np.max(np.abs(solved.step) / np.linalg.norm(inverse, axis=1), initial=0.0)
         accepted = normal_scores(distances, freedom) < limit
-        # A row near the limit may be left out in every other round: in the second half of the
-        # rounds the choice is kept.
+        # A row near the limit may be left out in every other round. Keep the choice of rows in
+        # the second half of the rounds, so that the rounds converge.
         same = bool(np.array_equal(accepted, used)) or k > MAX_ROUNDS // 2
         used = used if same else accepted
         changed = max(abs(b / a - 1.0) if a else 0.0 for a, b in zip(before, found))
@@ -374,12 +397,12 @@ def find_values(
 
 def normal_scores(distances: Floats, freedom: Noise) -> Floats:
     """
-    Return distances in deviations of a noise with f degrees of freedom as if it were known.
+    Convert distances d, in standard deviations of an estimated noise, to normal scores.
 
-    A ratio to an estimated noise has a Student distribution: its density is that of a normal one
-    with f log(1 + d^2 / f) instead of d^2, a factor in f apart (Wallace, Bounds on normal
-    approximations to Student's distribution, 1959). With the noise of the instrument f is
-    infinite, and the distance remains.
+    The ratio d to a noise with f degrees of freedom has a Student distribution. Up to a factor
+    that depends on f, its density is a normal density with f log(1 + d^2 / f) instead of d^2
+    (Wallace, Bounds on normal approximations to Student's distribution, 1959). If the noise is
+    that of the instrument, f is infinite, and d is returned unchanged.
     """
     f = min(freedom)
     return np.sqrt(f * np.log1p(distances**2 / f)) if np.isfinite(f) else distances
@@ -392,22 +415,22 @@ def _robust_noise(least: Noise, remainders: Floats) -> Noise:
 
 def widened(noise: Noise, freedom: Noise) -> Noise:
     """
-    Return the standard deviations of errors whose noise is known by few numbers.
+    Return the noise, widened since it is estimated with few degrees of freedom f.
 
-    They have a Student distribution: its variance is f / (f - 2) of the estimate (Gelman et al.,
-    Bayesian Data Analysis, section 3.2), which is 1 if f is infinite.
+    The errors have a Student distribution. Its variance is f / (f - 2) times the estimate (Gelman
+    et al., Bayesian Data Analysis, section 3.2); the factor is 1 if f is infinite.
     """
     f = np.maximum(freedom, LEAST_STUDENT_FREEDOM)
     return Noise(*(np.array(noise) * np.sqrt(1.0 + 2.0 / (f - 2.0))).tolist())
 
 
 def refined(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
-    """Return the corrections by some of the rows alone, the noise being known."""
+    """Return the corrections fitted to the `used` rows with a given noise, from `values` on."""
     for _ in range(MAX_ROUNDS if len(values) else 0):
         solved = _Equations(problem, noise, used).solved(values)
         values = values + problem.prior * solved.step
-        # Compare the step with the deviations after the fit, which are tiny for exact poses, or
-        # with those before.
+        # Stop if the step is small in standard deviations after the fit. These are tiny for exact
+        # poses: stop also if the step is far below the prior standard deviations.
         moved = np.linalg.norm(solved.triangle @ solved.step)
         if moved < STEP_TOLERANCE or np.all(np.abs(solved.step) < STEP_TOLERANCE**2):
             break
@@ -418,21 +441,22 @@ def held_out_remainders(
     problem: FitProblem, values: Floats, found: Identified, blocks: Integers
 ) -> Floats:
     """
-    Return what remains (N, 2, 3) of each block of rows, by corrections fitted to the others.
+    Return the residuals (N, 2, 3) of each block of rows, with corrections fitted to the other
+    blocks.
 
     The errors of a block are independent of the corrections if its rows are independent of all
-    others: repeats of a joint position belong in one block. Noise and outliers are those of all
-    rows. The steps begin with the corrections of all rows, and end within a thousandth of a
-    deviation of those of the other blocks.
+    other rows: put repeats of a joint position in one block. Noise and outliers are those of all
+    rows. The fit of the other blocks starts from `values` and ends if its step is below a
+    thousandth of a standard deviation.
 
     Parameters
     ----------
     values : shape (P,)
         Initial corrections.
     found
-        Whose noise and outliers hold.
+        The fit of all rows, which gives the noise and the outliers.
     blocks : shape (N,)
-        The block of each row.
+        The number of each row's block.
     """
     result = np.zeros((len(problem.given.q), 2, 3))
     for k in np.unique(blocks):
@@ -444,9 +468,10 @@ def held_out_remainders(
 
 def weighted_jacobian(problem: FitProblem, values: Floats, noise: Noise, used: Flags) -> Floats:
     """
-    Return how the poses move with the parameters: in deviations of the noise, by those of priors.
+    Return the triangle R (P, P) of the scaled Jacobian of the poses by the parameters.
 
-    Returns the triangle (P, P) of the equations, which has the same normal equations.
+    The Jacobian is in standard deviations of the noise per prior standard deviation. R has the
+    same normal equations: R^T R = J^T J.
     """
     rows = _Equations(problem, noise, used).solved(values).rows
     return triangle_of(rows[: len(rows) - len(values)])
@@ -456,15 +481,16 @@ def one_more(
     problem: FitProblem, found: Identified, moves: Floats
 ) -> tuple[list[float], list[float]]:
     """
-    Return each of K corrections beside the fitted ones, and its standard deviation.
+    Return estimates and standard deviations of K further corrections, each added alone to the fit.
 
-    It is an added variable of the regression (Cook and Weisberg, Residuals and Influence in
-    Regression, 1982, section 2.3.2). Each is added alone; nothing was known of it before.
+    Each is an added variable of the regression (Cook and Weisberg, Residuals and Influence in
+    Regression, 1982, section 2.3.2). It has no prior.
 
     Parameters
     ----------
     moves : shape (N, 2, 3, K)
-        How the predicted poses move with each, as `FitProblem.weighed` has what remains.
+        Derivatives of the predicted poses by each further correction, whitened as the residuals of
+        `FitProblem.weighed` are.
     """
     equations = _Equations(problem, found.noise, found.used)
     solved = equations.solved(found.values)
@@ -473,15 +499,15 @@ def one_more(
     columns[: own[..., 0].size] = own.reshape(-1, moves.shape[3])
     triangle = triangle_of(np.column_stack([solved.rows, columns, solved.right]))
     at = len(found.values)
-    # The part of each column, and of what remains, that no fitted parameter explains.
+    # Take the part of each column, and of the residuals, that no fitted parameter explains.
     left, right = triangle[at:, at:-1], triangle[at:, -1]
     squares = np.maximum(np.sum(left**2, axis=0), np.finfo(np.float64).tiny)
     return (right @ left / squares).tolist(), (1.0 / np.sqrt(squares)).tolist()
 
 
 def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple[Floats, Floats]:
-    # A step that is halved until it brings the poses nearer, and what remains then; `remainders`
-    # are those before.
+    # Return a step, halved until the sum of squares does not grow, and the residuals after it;
+    # `remainders` are the residuals before the step.
     step = equations.problem.prior * equations.solved(values).step
     before = equations.squares(values, remainders)
     for _ in range(MAX_ROUNDS):
@@ -493,32 +519,42 @@ def _stepped(equations: _Equations, values: Floats, remainders: Floats) -> tuple
 
 
 def length_quantile(share: float, kinds: int) -> float:
-    """Return a quantile of the length of 3 or 6 normal numbers (Wilson and Hilferty 1931)."""
+    """
+    Return a quantile of the length of a vector of 3 kinds standard normal numbers (Wilson and
+    Hilferty 1931).
+    """
     spread = 2 / (9 * 3 * kinds)
     cube = 1.0 - spread + NormalDist().inv_cdf(share) * float(np.sqrt(spread))
     return float(np.sqrt(3 * kinds * cube**3))
 
 
 def outlier_limit(kinds: int) -> float:
-    """Return the distance, in deviations of the noise, beyond which a row is an outlier."""
+    """
+    Return the distance, in standard deviations of the noise, beyond which a row is an outlier.
+    """
     return length_quantile(1.0 - OUTLIER_CHANCE, kinds)
 
 
 def distances_of(problem: FitProblem, remainders: Floats, noise: Noise) -> Floats:
-    """Return weighed remainders (N, 2, 3) in deviations of the noise, shape (N,)."""
+    """
+    Return the lengths (N,) of whitened residuals (N, 2, 3), in standard deviations of the noise.
+    """
     each = np.asarray(noise, dtype=np.float64)[: problem.kinds]
     squares = np.sum(remainders**2, axis=2)[:, : problem.kinds] / each**2
     return np.asarray(np.sqrt(np.sum(squares, axis=1)))
 
 
 def huber_weights(distances: Floats, kinds: int) -> Floats:
-    """Return the weights (..., N) of Huber's estimate, of distances in deviations."""
+    """Return Huber's weights (..., N) for distances in standard deviations of the noise."""
     huber = length_quantile(HUBER_QUANTILE, kinds)
     return np.asarray(huber / np.maximum(distances, huber))
 
 
 def median_noise(lengths: Floats) -> Floats:
-    """Return the deviation (...,) of a number of three, by the median of lengths (..., N)."""
+    """
+    Return the standard deviation (...,) of each of three numbers, from the median of the lengths
+    (..., N) of such triples.
+    """
     return np.asarray(
         np.maximum(np.median(lengths, axis=-1) / length_quantile(0.5, 1), NOISE_FLOOR)
     )
@@ -527,7 +563,8 @@ def median_noise(lengths: Floats) -> Floats:
 def _evident_noise(
     problem: FitProblem, remainders: Floats, rows: Floats, inverse: Floats, used: Flags
 ) -> tuple[Noise, Noise]:
-    # The remainder over the number of rows that no parameter was fitted to, and that number.
+    # Return the noise and its degrees of freedom: the root of the summed squared residuals divided
+    # by the measured numbers that determine no parameter, and the count of these numbers.
     kinds, count = problem.kinds, len(problem.given.q)
     basis = rows[: 3 * kinds * count] @ inverse
     leverage = np.sum(basis.reshape(count, kinds, -1) ** 2, axis=(0, 2))

@@ -1,4 +1,6 @@
-"""The corrections of a table, what they leave open of it, and what poses tell only together."""
+"""
+Corrections of a table, their remaining uncertainty, and parameters that poses do not distinguish.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -28,13 +30,15 @@ from ...typography import listed
 from ..checking.errors import angle_in_words, length_in_words, time_in_words
 from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 
-# A direction is known where the poses tell it this much better than its prior does.
+# A direction of the parameters is identified if the poses reduce its standard deviation at least
+# by this factor.
 KNOWN_RATIO = 3.0
 # Entries of a projector below this are round-off.
 PROJECTOR_TOLERANCE = 1e-6
 # Ratio to the largest singular value below which a singular value is round-off.
 SINGULAR_VALUE_RATIO = 1e-9
-# A robot is the calibrated one if its poses are (m, rad): its file has printed digits.
+# A robot is the calibrated one if its poses differ by at most this (m, rad): its file has numbers
+# with a limited number of digits.
 POSE_TOLERANCE = 1e-8
 
 
@@ -46,11 +50,11 @@ class CalibratedParameter(ArmParameter):
     Attributes
     ----------
     correction
-        The number that is added to the nominal one; for a gear ratio a relative change.
+        The number that is added to the nominal number; for a gear ratio a relative change.
     deviation
-        Standard deviation of the correction.
+        Standard deviation of the correction after the fit.
     prior
-        Standard deviation before.
+        Standard deviation of the correction before the fit.
     """
 
     correction: float = 0.0
@@ -59,7 +63,7 @@ class CalibratedParameter(ArmParameter):
 
     @property
     def unit(self) -> str:
-        """Return the SI unit of its numbers, empty of a share."""
+        """Return the SI unit of correction and deviations; empty for a relative change."""
         plain, yields = ('rad', 'rad/Nm') if self.angle else ('m', 'm/N')
         return {LAG.group: 's', GEARS: '', COMPLIANCE: yields}.get(self.group, plain)
 
@@ -74,13 +78,15 @@ class CalibratedParameter(ArmParameter):
 
     @property
     def may_be_zero(self) -> bool:
-        """Return whether zero lies within two deviations of the correction."""
+        """Return whether zero lies within two standard deviations of the correction."""
         return abs(self.correction) <= 2.0 * self.deviation
 
     @property
     def identifiable(self) -> bool:
-        """Return whether the poses identify it; else it mostly stays where its prior has it."""
-        # Base and tool may be anywhere before the fit: compare with usual errors instead.
+        """
+        Return whether the poses identify the parameter; else it mostly keeps its nominal value.
+        """
+        # The priors of base and tool are wide: compare their deviation with usual errors instead.
         before = self.prior if self.group in TABLE_GROUPS else min(self.prior, self.scale)
         return KNOWN_RATIO * self.deviation < before
 
@@ -88,16 +94,16 @@ class CalibratedParameter(ArmParameter):
 @dataclass(frozen=True, eq=False)
 class IdentifiedTable(FrozenArrays):
     """
-    Corrections of a table, and how well they are known.
+    Corrections of a table, with their covariance.
 
     Attributes
     ----------
     robot
         The nominal robot.
     parameters : P
-        Those that were fitted.
+        The parameters that were fitted.
     covariance : shape (P, P), rad and m
-        The covariance of their corrections.
+        The covariance of the corrections of `parameters`.
     """
 
     robot: Robot
@@ -105,19 +111,19 @@ class IdentifiedTable(FrozenArrays):
     covariance: Floats
 
     def fitted_of(self, names: Sequence[str]) -> tuple[list[int], list[int]]:
-        """Return which of some names were fitted, and where these stand among the parameters."""
+        """Return the indices of fitted names in `names`, and their indices in `parameters`."""
         at = {one.name: k for k, one in enumerate(self.parameters)}
         own = [k for k, name in enumerate(names) if name in at]
         return own, [at[names[k]] for k in own]
 
     def table_errors(self, robot: Robot, q: Floats) -> TableErrors:
         """
-        Return what is open of the table; `robot` is the calibrated one.
+        Return the errors that the table may still have; `robot` is the calibrated robot.
 
         Raises
         ------
         CalibrationError
-            It has other poses at q (..., n) than were found.
+            The poses of `robot` at q (..., n) are not those of the calibrated robot.
         """
         errors, own = calibrated_errors(robot, self), table_corrections(robot, self)
         state = evaluate(robot, np.reshape(q, (-1, robot.dof)), depth=kernel.POSE)
@@ -137,9 +143,9 @@ class TableCorrections(NamedTuple):
     Attributes
     ----------
     chain, values : P
-        The chain from base to tool, and all its corrections, rad and m.
+        The chain from base to tool, and all corrections of the chain, rad and m.
     columns, fitted
-        Places of the fitted parameters in `values`, and in the calibration.
+        Indices of the fitted parameters in `values`, and in the parameters of the calibration.
     """
 
     chain: CorrectedChain
@@ -151,7 +157,7 @@ class TableCorrections(NamedTuple):
 def table_corrections(
     robot: Robot, found: IdentifiedTable, ends: bool = False
 ) -> TableCorrections:
-    """Return the corrections of an arm as `calibrated_errors` takes it."""
+    """Return the corrections of an arm; arguments are as in `calibrated_errors`."""
     if robot.dof != found.robot.dof:
         raise CalibrationError(f'the calibration is one of {found.robot.name}')
     gears = any(one.group == GEARS for one in found.parameters)
@@ -172,15 +178,16 @@ def table_corrections(
 
 def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) -> TableErrors:
     """
-    Return what a calibration left open of its table.
+    Return the errors that the table may still have after a calibration, as a factor of their
+    covariance.
 
     Parameters
     ----------
     robot
-        The calibrated arm, as written or as `calibrated`.
+        The calibrated arm, read from its written file or taken from `Calibration.calibrated`.
     ends
-        Whether base and tool, of the first set, are those of the measured poses: then what is
-        open of them counts, too.
+        Whether base and tool are those of the measured poses of the first set: then their
+        uncertainty is included.
 
     Raises
     ------
@@ -189,7 +196,7 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
     """
     own = table_corrections(robot, found, ends)
     frames, screws = screws_in_frames(robot, own.chain, own.values)
-    # F of the covariance F F^T.
+    # Compute a factor F of the covariance F F^T.
     covariance = found.covariance[np.ix_(own.fitted, own.fitted)]
     deviations = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(deviations, deviations))
@@ -213,19 +220,19 @@ def calibrated_errors(robot: Robot, found: IdentifiedTable, ends: bool = False) 
 @dataclass(frozen=True)
 class ParameterCombination:
     """
-    Parameters that no pose tells apart.
+    A set of parameters that the poses determine only in combinations.
 
     Attributes
     ----------
     names
         The names of the parameters.
     determined
-        Number of their combinations that the poses determine.
+        Number of combinations of these parameters that the poses determine.
     coefficients
-        Coefficients (per rad and m) of a single combination, the first is 1; empty if there are
-        several or none.
+        Coefficients (per rad and m) of the combination if there is exactly one, the first is 1;
+        else empty.
     sentence
-        The same in words.
+        Names and combination as text.
     """
 
     names: tuple[str, ...]
@@ -235,7 +242,7 @@ class ParameterCombination:
 
 
 def structural_rank(J: Floats) -> int:
-    """Return the rank of a scaled Jacobian, up to round-off."""
+    """Return the rank of a scaled Jacobian: singular values below round-off count as zero."""
     values = np.linalg.svd(J, compute_uv=False)
     return int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) if len(values) else 0
 
@@ -252,19 +259,19 @@ def combinations_of(
     J: Floats, parameters: Sequence[ArmParameter]
 ) -> tuple[ParameterCombination, ...]:
     """
-    Return the sets of parameters that poses do not tell apart.
+    Return the sets of parameters that poses do not distinguish.
 
     Parameters
     ----------
     J : shape (rows, P)
-        How the poses move with usual errors of the parameters.
+        Jacobian: the motion of the poses for a usual error of each parameter.
     """
     null = np.zeros((0, J.shape[1]))
     if J.size:
-        # The directions that no row tells, up to round-off.
+        # Rows of `null` span the null space of J, up to round-off.
         _, values, right = np.linalg.svd(J, full_matrices=len(J) < J.shape[1])
         null = right[int(np.sum(values > SINGULAR_VALUE_RATIO * values[0])) :]
-    # The projector onto these directions has a block for each set.
+    # The projector onto the null space has a block for each set of coupled parameters.
     projector = null.T @ null
     projector[np.abs(projector) < PROJECTOR_TOLERANCE] = 0.0
     sets: list[set[int]] = []

@@ -1,4 +1,8 @@
-"""The start of base and tool by least trimmed squares: single wrong rows do not matter."""
+"""
+Estimate the poses of base and tool, from which a fit starts, by least trimmed squares.
+
+Single wrong rows do not matter.
+"""
 
 from typing import NamedTuple
 
@@ -7,11 +11,12 @@ import numpy as np
 from ...kernel import Floats
 from ..checking.offsets import fit_offsets, nearest_rotation
 
-# Rounds of least trimmed squares (Rousseeuw 1984), which fit the nearest rows of the last round.
+# Rounds of least trimmed squares (Rousseeuw 1984). Each round fits the rows that had the smallest
+# residuals in the round before.
 TRIM_ROUNDS = 3
-# The share of the rows that is kept.
+# Share of the rows that a round fits.
 TRIMMED_SHARE = 0.7
-# Steps by turns to the base and the tool of positions.
+# Number of alternating steps that fit base and tool to positions.
 PLACING_STEPS = 40
 # A coordinate of the tool's point stays 0 if moving it moves the positions by less than 1e-6 of
 # that motion: the positions do not determine it.
@@ -19,7 +24,10 @@ MIN_RATIO = 1e-6
 
 
 class Offsets(NamedTuple):
-    """X and Y, each (..., 4, 4), of B = X A Y, and the remainder (..., N) of the positions, m."""
+    """
+    X and Y, each (..., 4, 4), of B = X A Y, and the lengths (..., N) of the residuals of the
+    positions, m.
+    """
 
     base: Floats
     tool: Floats
@@ -27,7 +35,7 @@ class Offsets(NamedTuple):
 
 
 class Free(NamedTuple):
-    """Whether base and tool are to be found; otherwise they are as in the robot file."""
+    """Flags: base and tool are estimated if True; otherwise they stay as in the robot file."""
 
     base: bool = True
     tool: bool = True
@@ -35,16 +43,17 @@ class Free(NamedTuple):
 
 def offsets_of(A: Floats, B: Floats, positions: bool, free: Free) -> Offsets:
     """
-    Return the offsets between the poses of a robot file and measured ones, most rows counting.
+    Return X and Y of B = X A Y, between poses of a robot file and measured poses, by least trimmed
+    squares.
 
     Parameters
     ----------
     A, B : shape (N, 4, 4), or (H, N, 4, 4) of H problems that are solved at once
-        Poses of the file, and measured poses.
+        Poses computed from the robot file, and measured poses.
     positions
-        Whether the measured ones are positions alone: then Y is a translation.
+        Whether B has measured positions alone: then Y is a translation.
     free
-        Whether base and tool may differ.
+        Whether base (X) and tool (Y) are estimated; else they are the identity.
     """
     if A.ndim == 3:
         return Offsets(*(values[0] for values in offsets_of(A[None], B[None], positions, free)))
@@ -76,9 +85,9 @@ def _with_remainder(X: Floats, Y: Floats, A: Floats, B: Floats) -> Offsets:
 
 
 def _of_positions(A: Floats, B: Floats, steps: int = PLACING_STEPS) -> tuple[Floats, Floats]:
-    # p_B = X (p_A + R_A y), with y the tool's point, about the means: the base by turns as of
-    # points on two bodies (Kabsch 1976), the point by least squares. Sums over the rows are all
-    # that this takes.
+    # Solve p_B = X (p_A + R_A y) for X and the tool's point y. Alternate between the rotation of X
+    # (Kabsch 1976) and y (least squares), with means subtracted. Each step needs only sums over
+    # the rows, which are computed once.
     p, p_A, R_A = B[..., :3, 3], A[..., :3, 3], A[..., :3, :3]
     to, of, by = (one - one.mean(axis=1, keepdims=True) for one in (p, p_A, R_A))
     still, turning = np.einsum('hni,hnj->hij', to, of), np.einsum('hni,hnjk->hkij', to, by)
@@ -109,16 +118,19 @@ def shared_offsets(
     A: list[Floats], B: list[Floats], found: list[Offsets], positions: bool, free: Free, own: Free
 ) -> list[Offsets]:
     """
-    Return the offsets of several sets of poses, base or tool being that of the largest set.
+    Return the offsets of several sets of poses; a base or tool that the sets share is taken from
+    the largest set.
 
     Parameters
     ----------
-    A, B : sets, each of shape (N, 4, 4)
-        Poses of the file, and measured ones.
+    A, B : one array for each set, each of shape (N, 4, 4)
+        Poses computed from the robot file, and measured poses.
     found
-        Offsets of each set by itself.
+        Offsets of each set, fitted to this set alone.
+    positions, free
+        As `offsets_of` takes them.
     own
-        The placements that each set has of its own.
+        Whether each set has its own base, and its own tool.
     """
     largest = found[int(np.argmax([len(one) for one in A]))]
     result = []

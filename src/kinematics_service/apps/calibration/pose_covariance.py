@@ -1,5 +1,5 @@
 """
-How uncertain pose and twist of the tool are: by the encoders, and by what is open of the table.
+Compute the covariances of the tool's pose and twist, from those of joint positions and table.
 """
 
 import numpy as np
@@ -29,23 +29,24 @@ def pose_covariance(
     Return the covariance of the tool's pose in the base frame, shape (..., 6, 6), m and rad.
 
     Rows and columns are those of geometry_msgs/PoseWithCovariance: x y z, then the rotations about
-    the X, Y and Z axes of the base, which stand still. It is of first order: exact for small
-    deviations. The covariance of an arm with closed loops is that of its active joints, carried
-    through the loops.
+    the X, Y and Z axes of the base, which stand still. The covariance is of first order: exact
+    for small errors. If the arm has closed loops, only the errors of its active joints count,
+    propagated through the loops.
 
     Parameters
     ----------
     robot
-        The arm; with `calibration` its calibrated one, as written or as `calibrated`.
+        The arm. If `calibration` is given: the calibrated arm, read from its written file or taken
+        from `Calibration.calibrated`.
     q : shape (..., n), rad or m
         Joint positions.
     joints : shape (n,) or one number, rad or m
-        Standard deviations of the joint positions, as of encoders; they are independent. Default:
-        those of the robot file.
+        Standard deviations of the joint positions, for example of encoders. The errors of the
+        joints are independent. Default: those of the robot file.
     calibration
-        Its covariance of the table's numbers counts, what it left to the priors included, instead
-        of what the robot file says of them. That of base and tool, which are those of the
-        measuring device, does not.
+        Its covariance of the table's numbers is used instead of the uncertainty of the robot file.
+        Numbers that it did not identify have their priors. Base and tool are not included, since
+        they are those of the measuring device.
 
     Raises
     ------
@@ -85,25 +86,27 @@ def twist_covariance(
     Return the covariance of the tool's twist, shape (..., 6, 6), m/s and rad/s.
 
     Rows and columns are those of geometry_msgs/TwistWithCovariance: linear x y z, angular x y z.
-    The noise of the velocities counts through J; what positions and table are off by, through the
-    derivatives of J qdot. It is of first order: exact for small deviations.
+    The noise of the velocities is propagated by J, errors of positions and table by the
+    derivatives of J qdot. The covariance is of first order: exact for small errors.
 
     Parameters
     ----------
     robot, q, joints, calibration
-        As in `pose_covariance`, which raises the same errors.
+        As in `pose_covariance`.
     qdot : shape (..., n), rad/s or m/s
         Joint velocities.
     axes
-        Axes that the numbers of the twist are in: `base`, or `tool`, which are off as the pose is.
+        Axes of the twist's numbers: `base` or `tool`. The errors of the pose also turn the tool
+        axes.
     velocities : shape (n,) or one number, rad/s or m/s
-        Standard deviations of the joint velocities; they are independent. Default: those of the
-        robot file.
+        Standard deviations of the joint velocities; their errors are independent. Default: those
+        of the robot file.
 
     Raises
     ------
     CalibrationError
-        As in `pose_covariance`; nothing is known of the velocities; axes are neither of both.
+        As in `pose_covariance`; or no standard deviations of the velocities are given; or `axes`
+        is neither `base` nor `tool`.
 
     Examples
     --------
@@ -137,7 +140,8 @@ def twist_covariance(
 def _of_joints_alone(
     robot: Robot, joints: npt.ArrayLike | None, calibration: IdentifiedTable | None
 ) -> Floats:
-    # Numbers of the table are not carried through loops: neither a file nor a calibration has any.
+    # Return the standard deviations of the joints. Errors of table numbers are not propagated
+    # through loops: refuse a calibration.
     if calibration is not None or joints is None:
         raise CalibrationError(
             f'{robot.name} has closed loops, through which the noise of its joints is carried and '
@@ -151,9 +155,10 @@ def _products(moved: Floats) -> Floats:
 
 
 def _twist_derivatives(robot: Robot, state: ToolState, axes: str) -> tuple[Floats, Floats]:
-    # The derivatives of the twist's numbers by q and by qdot, (..., 6, n) each, whatever bends the
-    # arm. Those of the velocity are dJ/dt, second derivatives of one place; angular ones differ
-    # from it by w_k x w, since turns do not commute. Tool axes turn with the error.
+    # Return the derivatives of the twist by q and by qdot, (..., 6, n) each, for any arm, with or
+    # without loops. The derivative of the linear velocity by q is dJ/dt, a second derivative of
+    # the position. The angular one differs from dJ/dt by w_k x w, since rotations do not commute.
+    # Tool axes turn with the error.
     J, V = state.jacobian, state.twist[..., None]
     by_q = jacobian_rate(robot, state.q, velocities_of(state))
     by_q[..., 3:, :] += cross(J[..., 3:, :], V[..., 3:, :])

@@ -1,9 +1,10 @@
 """
-The poses to measure next, by D-optimal design: they reduce the uncertainty of the fit most.
+Choose the poses to measure next by D-optimal design: they reduce the uncertainty of the fit most.
 
-Candidates are random poses inside the limits and away from singular ones, or given positions. The
-candidate that reduces the determinant of the covariance most is added, one after the other. Then
-each pose is exchanged for a better candidate until no exchange helps (Fedorov 1972).
+Candidates are random joint positions inside the limits and away from singular poses, or given
+joint positions. One after the other, the candidate that reduces the determinant of the covariance
+most is added. Then each pose is exchanged for a better candidate until no exchange helps (Fedorov
+1972).
 """
 
 from collections.abc import Sequence
@@ -39,18 +40,19 @@ from .result import Calibration
 NOISE = 5e-5
 # Share of the range of a joint that is kept free at either end.
 LIMIT_MARGIN = 0.02
-# A gain of the logarithm of the volume below this is none.
+# An exchange must increase the log determinant of the information by at least this.
 MIN_GAIN = 1e-6
 MAX_COUNT = 200
-# Positions that are looked at, of those given or around those of images.
+# Largest number of candidates, from given joint positions or around those of images.
 MAX_GIVEN = 4096
-# Largest motion around a given position, rad; sliding joints: times the characteristic length.
+# Largest motion of a candidate from the joint positions of an image, rad; for sliding joints times
+# the characteristic length.
 SPREAD = 0.5
-# Share of each joint's speed limit that the motion takes.
+# Share of each joint's speed limit that the planned motion uses.
 SPEED_SHARE = 0.25
 # Speed (rad/s, m/s) of a joint without a limit.
 USUAL_SPEED = 1.0
-# Time (s) that the arm stands still at each pose, to be measured.
+# Time (s) for which the arm stands still at each pose, so that it can be measured.
 HOLD_TIME = 2.0
 # Time (s) from rest to the first pose.
 START_TIME = 5.0
@@ -60,16 +62,16 @@ DIGITS = 6
 
 class LineOfSight(NamedTuple):
     """
-    The point that a tool must face to be measured: it lies in a cone at the tool.
+    A cone at the tool in which the instrument must lie, so that it sees the tool.
 
     Attributes
     ----------
     point : shape (3,), m
-        In the base frame, where the instrument stands.
+        Position of the instrument in the base frame.
     half_angle
-        Half of the opening angle of the cone around the axis, rad.
+        Half of the opening angle of the cone, rad.
     axis : shape (3,)
-        A direction in tool axes; default: the tool's z axis.
+        Direction of the cone's axis in tool axes; default: the tool's z axis.
     """
 
     point: npt.ArrayLike
@@ -77,7 +79,9 @@ class LineOfSight(NamedTuple):
     axis: npt.ArrayLike = (0.0, 0.0, 1.0)
 
     def is_free(self, poses: Floats) -> Flags:
-        """Return whether the point is in the cone of poses (N, 4, 4) of the tool, shape (N,)."""
+        """
+        Return whether the point is in the cone of the tool, shape (N,), for tool poses (N, 4, 4).
+        """
         axis = np.asarray(self.axis, dtype=np.float64)
         ways = np.asarray(self.point) - poses[:, :3, 3]
         along = np.einsum('nij,j,ni->n', poses[:, :3, :3], axis / np.linalg.norm(axis), ways)
@@ -94,13 +98,13 @@ class ProposedPoses(FrozenArrays):
     robot
         The arm.
     q : shape (N, n), rad or m
-        Inside the limits, in an order that moves the joints little.
+        Joint positions inside the limits, in an order that moves the joints little.
     names : P
-        Parameters.
+        Names of the parameters.
     before, after : shape (P,), rad or m
-        Their standard deviations now, and when these poses have been measured.
+        Standard deviations of the parameters now, and after these poses have been measured.
     rows : shape (N,)
-        Rows of the poses among the given positions; empty if none were given.
+        Indices of the poses in the given joint positions; empty if none were given.
     """
 
     robot: Robot
@@ -130,23 +134,22 @@ def propose_poses(
     count
         Number of poses.
     after
-        The calibration so far; None: nothing has been measured. If it has several sets, the first
-        one goes on.
+        The calibration so far; None: nothing has been measured. If it has several sets, the
+        proposed poses continue the first set.
     positions
-        Whether positions alone will be measured; `after` decides where it is given.
+        Whether only positions will be measured; ignored if `after` is given.
     among : shape (M, n), rad or m
-        The positions that can be measured, of which 4,096 are looked at; None: any inside the
-        limits, away from singular poses.
+        The joint positions to choose from, at most 4,096 of them; None: any joint positions inside
+        the limits and away from singular poses.
     line_of_sight
-        The point that the tool must face; None: no point. After images of a board, the whole board
-        is in view from the proposed poses, too.
+        The cone in which the instrument must lie; None: no condition. If `after` is from images of
+        a board, the whole board is also in view at the proposed poses.
 
     Raises
     ------
     CalibrationError
-        The number is not between 1 and 200; fewer poses than asked are given, away from singular
-        poses or face the point; `among` is not a table of joint positions; or `after` is of
-        touched points.
+        `count` is not between 1 and 200; too few poses satisfy the conditions; `among` does not
+        have the shape of joint positions; or `after` is a calibration by touched points.
 
     Examples
     --------
@@ -172,7 +175,7 @@ def propose_poses(
                 f'among: needs finite joint positions of {robot.name}, shape (M, {robot.dof}), '
                 f'not {q.shape}'
             )
-        # The same position twice tells what it tells once.
+        # Remove repeated joint positions: a repeat is no further candidate.
         rows = np.sort(np.unique(q, axis=0, return_index=True)[1])
         if len(rows) > MAX_GIVEN:
             rows = rows[np.linspace(0, len(rows) - 1, MAX_GIVEN).astype(int)]
@@ -201,7 +204,7 @@ def propose_poses(
 
 def _candidates(robot: Robot) -> Floats:
     q = seeded_poses(robot.limits, robot.prismatic)
-    # A turn more brings the tool nowhere else.
+    # Limit joints to half a turn each way: a full turn more brings the tool to the same poses.
     turn = np.where(robot.prismatic, np.inf, np.pi)
     low, high = np.clip([q.min(axis=0), q.max(axis=0)], -turn, turn)
     share = (q - q.min(axis=0)) / np.ptp(q, axis=0)
@@ -213,13 +216,15 @@ def _candidates(robot: Robot) -> Floats:
 
 
 def _board(after: Calibration, poses: Floats) -> Floats:
-    # The board in the frame of the camera, (N, 4, 4), from poses of the tool in the base frame.
+    # Return poses of the board in the frame of the camera, (N, 4, 4), from poses of the tool in
+    # the base frame.
     measured = after.base_offsets[0] @ poses @ after.tool_offsets[0]
     return inverses(measured) if after.camera == ON_TOOL else measured
 
 
 def _around(robot: Robot, after: Calibration, views: BoardViews) -> Floats:
-    # Few positions of all have the board in the image: more of those near the ones that had it.
+    # Return random joint positions near those of the images. Elsewhere the board is seldom in
+    # view.
     random = np.random.default_rng(SEED)
     q = after.q[random.integers(after.count, size=MAX_GIVEN)]
     q = q + random.uniform(-1.0, 1.0, q.shape) * SPREAD * robot.singularity.task.column_scales
@@ -233,7 +238,8 @@ def _around(robot: Robot, after: Calibration, views: BoardViews) -> Floats:
 def _equations(
     robot: Robot, q: Floats, after: Calibration | None, positions: bool
 ) -> tuple[tuple[str, ...], Floats, Floats]:
-    # Names of the parameters, how poses move with them in deviations (N, rows, P), and priors.
+    # Return the names of the parameters, the Jacobian (N, rows, P) of the poses, and the priors.
+    # The Jacobian is in standard deviations of the noise per prior standard deviation.
     known = () if after is None else after.parameters
     arm = parameters_of(robot, any(one.group == GEARS for one in known))
     every = [*arm.table, *(one for end in ENDS for one in end_parameters(end, 0))]
@@ -263,8 +269,8 @@ def _equations(
 
 
 def _after(covariance: Floats, J: Floats) -> Floats:
-    # The covariance with rows J measured, of unit noise, in a form that stays positive (Joseph):
-    # its numbers are some ten powers of ten apart.
+    # Return the covariance after rows J with unit noise are measured. Joseph's form stays positive
+    # definite, though the numbers of the covariance differ by ten powers of ten.
     S = J @ covariance @ J.T + np.eye(len(J))
     gain = np.linalg.solve(S, J @ covariance).T
     kept = np.eye(len(covariance)) - gain @ J
@@ -276,8 +282,8 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
     for _ in range(count):
         chosen.append(_best(J, information, chosen))
     value, exchanged = _value(J, information, chosen), True
-    # The value is a function of the set alone and grows with each exchange: no set comes twice,
-    # so the loop ends. Differences of gains alone are below round-off where M is ill-conditioned.
+    # Compare log determinants of whole sets. They grow with each exchange, so no set comes twice
+    # and the loop ends. Differences of gains would be round-off if M is ill-conditioned.
     while exchanged:
         exchanged = False
         for place in range(count):
@@ -289,7 +295,8 @@ def _chosen(J: Floats, information: Floats, count: int) -> list[int]:
 
 
 def _measured(J: Floats, information: Floats, chosen: Sequence[int]) -> Floats:
-    # The information after poses are measured, in their order among all.
+    # Return the information matrix after the chosen poses are measured. Sorted poses make it
+    # independent of the order of choice.
     rows = J[np.array(sorted(chosen), dtype=np.int64)].reshape(-1, len(information))
     return np.asarray(information + rows.T @ rows)
 
@@ -299,21 +306,21 @@ def _value(J: Floats, information: Floats, chosen: Sequence[int]) -> float:
 
 
 def _best(J: Floats, information: Floats, others: Sequence[int]) -> int:
-    # A pose that is measured once more tells nothing of what others would.
+    # Return the index of the pose with the largest gain, without poses that are chosen already.
     gains = _gains(J, _measured(J, information, others))
     gains[np.array(others, dtype=np.int64)] = -np.inf
     return int(np.argmax(gains))
 
 
 def _gains(J: Floats, M: Floats) -> Floats:
-    # The growth of the logarithm of the determinant with each pose: log det(I + J M^-1 J^T).
+    # Return the gain of each pose, the increase of log det M: log det(I + J M^-1 J^T).
     inverse = np.linalg.inv(M)
     inner = np.eye(J.shape[1]) + J @ (0.5 * (inverse + inverse.T)) @ np.swapaxes(J, 1, 2)
     return np.asarray(np.linalg.slogdet(inner)[1])
 
 
 def _order(q: Floats) -> list[int]:
-    # Go from each pose to the nearest remaining one.
+    # Return an order of the poses that goes from each pose to the nearest remaining pose.
     left, order = set(range(1, len(q))), [0]
     while left:
         order.append(min(left, key=lambda k: float(np.max(np.abs(q[k] - q[order[-1]])))))
@@ -326,7 +333,7 @@ def _written(q: Floats) -> list[str]:
 
 
 def table_text(proposed: ProposedPoses) -> str:
-    """Return a table (CSV), a row for each pose: stamp and positions by joint."""
+    """Return proposed poses as CSV text, one row for each pose: stamp (s) and joint positions."""
     lines = [','.join(['stamp', *(f'position.{name}' for name in proposed.robot.joint_names)])]
     for time, q in zip(_times(proposed), proposed.q):
         lines.append(','.join([f'{time:.3f}', *_written(q)]))
@@ -334,7 +341,7 @@ def table_text(proposed: ProposedPoses) -> str:
 
 
 def trajectory_text(proposed: ProposedPoses) -> str:
-    """Return a JointTrajectory in YAML that stands still at each pose."""
+    """Return a JointTrajectory as YAML text; the arm stands still for 2 s at each pose."""
     names = ', '.join(f'"{name}"' for name in proposed.robot.joint_names)
     lines = [f'joint_names: [{names}]', 'points:']
     for time, q in zip(_times(proposed), proposed.q):
@@ -346,7 +353,7 @@ def trajectory_text(proposed: ProposedPoses) -> str:
 
 
 def _times(proposed: ProposedPoses) -> list[float]:
-    # When the arm arrives at each pose.
+    # Return the times (s) at which the arm arrives at each pose.
     limits = proposed.robot.velocity_limits
     speeds = SPEED_SHARE * np.where(np.isfinite(limits), limits, USUAL_SPEED)
     times = [START_TIME]

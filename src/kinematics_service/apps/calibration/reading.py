@@ -1,4 +1,4 @@
-"""Measured poses of recordings with the joints at their times; and tables of touched points."""
+"""Read measured poses with the joint positions at their times, and tables of touched points."""
 
 import csv
 from dataclasses import dataclass, replace
@@ -33,22 +33,24 @@ IMAGE = 'image'
 @dataclass(frozen=True, eq=False)
 class MeasuredRecording:
     """
-    Poses of one file with the joint positions at their times.
+    Measured poses of one file, with the joint positions at the times of the poses.
 
     Attributes
     ----------
     file
         The file.
     q : shape (N, n), rad or m
+        Joint positions.
     poses : shape (N, 4, 4)
+        Measured poses, m.
     kind
-        The kind of the orientations, as `PoseTrack` has it.
+        The kind of the orientations as in `PoseTrack`; `position` if only positions were measured.
     rates : shape (N, n), rad/s or m/s
         Joint velocities; zero if they are not known.
     remarks
         Sentences on what was left out or changed.
     rows : shape (N,)
-        The row of the table of each pose, counted from 0; None if the file is not a table.
+        Index of the table row of each pose, from 0; None if the file is not a table.
     """
 
     file: str
@@ -61,7 +63,7 @@ class MeasuredRecording:
 
     @property
     def positions(self) -> bool:
-        """Return whether they are positions alone."""
+        """Return whether the file has only positions, without orientations."""
         return self.kind == 'position'
 
     @property
@@ -74,26 +76,26 @@ def read_measured(
     file: Path, wanted: Selection, gap: float | None, on_tool: bool
 ) -> MeasuredRecording:
     """
-    Return the measured poses of a file, with the joint positions of their times.
+    Return the measured poses of a file, with the joint positions at the times of the poses.
 
-    If the frame check finds that the poses are behind the joint states, or ahead of them, the
-    joints are looked up that much earlier or later; poses at times without joints are left out.
+    If the frame check finds a lag between poses and joint states, the joint positions are taken
+    at times shifted by the lag. Poses at times without joint states are left out.
 
     Parameters
     ----------
     wanted
-        As an audit takes it.
+        The robot, topics and columns to read, as for an audit.
     gap : s
         Largest time between the joint states around a pose; None: three usual intervals.
     on_tool
-        Whether they are those of a board that stands still, seen by a camera on the tool.
+        Whether the poses are those of a board that stands still, seen by a camera on the tool.
 
     Raises
     ------
     RecordingError
         The file cannot be read.
     CalibrationError
-        It has no poses, or no joint positions at their times.
+        The file has no poses, or no joint positions at the times of the poses.
     """
     with open_source(file, standing_poses(file, wanted)) as source:
         states = _states(source, wanted)
@@ -133,7 +135,8 @@ def read_measured(
 
 
 def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> float:
-    # The time (s) after which joints are where the poses have them, if the frame check says so.
+    # Return the lag (s) that the frame check finds: the joint positions `lag` after a pose belong
+    # to it. Return 0 if it finds none.
     q, poses, stamps, motion = chosen.q, chosen.poses, chosen.stamps, chosen.motion
     if motion is None or kind == 'position' or len(q) < CAUSE_POSES:
         return 0.0
@@ -146,7 +149,10 @@ def _lag_of(robot: Robot, chosen: ChosenPoses, kind: str, on_tool: bool) -> floa
 
 
 def standing_poses(file: Path, wanted: Selection) -> Selection:
-    """Return the selection; in each row of a table without stamps the arm stands still."""
+    """
+    Return the selection, with the stamp format `none` if the file is a table without stamps: then
+    the arm stands still in each row.
+    """
     if file.suffix.lower() not in TABLES or not file.is_file() or wanted.stamps != StampFormat():
         return wanted
     heads = {head.lower() for head in table_of(file).header}
@@ -157,7 +163,7 @@ def standing_poses(file: Path, wanted: Selection) -> Selection:
 
 def read_positions(file: Path, wanted: Selection) -> Floats:
     """
-    Return the joint positions (N, n), rad or m, of a file; its poses do not count.
+    Return the joint positions (N, n), rad or m, of a file; poses in the file are ignored.
 
     Raises
     ------
@@ -179,12 +185,12 @@ def _states(source: RecordingSource, wanted: Selection) -> MotionColumns:
 
 def cells_beside(given: MeasuredRecording, column: str) -> list[str]:
     """
-    Return the cells of another column in the rows of the poses.
+    Return the cells of a column in the table rows of the measured poses.
 
     Raises
     ------
     CalibrationError
-        They are of no table, it has no such column, or a cell is empty.
+        The file is not a table, the table has no such column, or a cell is empty.
     """
     if given.rows is None or Path(given.file).suffix.lower() not in TABLES:
         raise CalibrationError(f'{given.file}: {column!r} names a column of a table (.csv)')
@@ -208,10 +214,11 @@ class TouchRecording:
     file
         The file.
     q : shape (N, n), rad or m
+        Joint positions.
     points : N
-        Names of the points touched.
+        Names of the touched points.
     approach : shape (N, n), rad/s or m/s
-        Joint velocities with which the tip came there; None if the table has none.
+        Joint velocities with which the tip reached the point; None if the table has none.
     remarks
         Sentences on what was left out.
     """
@@ -227,8 +234,9 @@ def read_touches(
     file: Path, wanted: Selection, column: str, what: str = 'point'
 ) -> TouchRecording:
     """
-    Return the joint positions of a table and the point touched at each row, or what it names.
+    Return the joint positions of a table, and the name in `column` of each row.
 
+    The names are those of touched points, or of the things that `what` says, for example images.
     Rows without a name are left out.
 
     Raises
@@ -266,9 +274,8 @@ def read_images(
     file: Path, wanted: Selection, folder: Path, finder: BoardFinder
 ) -> tuple[TouchRecording, tuple[SeenCorners | str, ...]]:
     """
-    Return the rows of a table with the names of images, and the corners of the board in each.
-
-    Instead of corners: why there are none.
+    Return the rows of a table that name images, and the corners of the board in each image; or,
+    instead of the corners, a sentence that says why they are missing.
 
     Raises
     ------
@@ -301,7 +308,7 @@ def _image(folder: Path, name: str) -> Path:
 
 
 def _column(file: Path, column: str) -> list[str]:
-    # The cells of the rows that the table's reader takes, empty lines being none.
+    # Return the cells of a column. Skip empty lines, as the table's reader does.
     table = table_of(file)
     if column not in table.header:
         raise CalibrationError(

@@ -1,4 +1,4 @@
-"""A calibration in plain sentences, in rows of a table, and as a document for programs."""
+"""Report a calibration as sentences, as rows of a table, and as a document for programs."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,20 +17,23 @@ from .checking import COMPLIANCE, NAMES_IN_SENTENCE, PLACEMENT, ZEROS, in_words,
 from .identified_table import CalibratedParameter
 from .result import BLOCKS, Calibration
 
-# First words of the sentences about drifts and compliances, by the group of the parameters.
+# First words of the sentence about each group of drifts or compliances.
 OF_CONDITION = {
     PLACEMENT: 'Drifts of where the instrument stands, from the first session',
     ZEROS: 'Drifts of the zeros of the joints, from the first session',
     COMPLIANCE: 'Compliances of the joints, by the torque of the load alone',
 }
-# Fields in a document of a parameter, of a combination, and of a camera or a board.
+# Fields that the document has for each parameter, each combination, and each camera or board.
 OF_PARAMETER = ('name', 'group', 'unit', 'correction', 'deviation', 'prior', 'identifiable')
 OF_COMBINATION = ['names', 'determined', 'coefficients', 'sentence']
 OF_PLACED = ['name', 'frame', 'pose', 'deviation']
 
 
 def facts_of(found: Calibration) -> Iterator[str]:
-    """Yield errors, noise and what is identifiable: sentences that a robot file has, too."""
+    """
+    Yield sentences on the errors, the noise and the identifiable parameters. The robot file has
+    these sentences as comments.
+    """
     kind, row, rms = found.kind, found.row, found.rms_in_words
     yield (
         f'{rms(found.without.before)} remain (rms) where only {found.placed} are fitted; with the '
@@ -66,7 +69,7 @@ def facts_of(found: Calibration) -> Iterator[str]:
 
 
 def sentences_of(found: Calibration) -> Iterator[str]:
-    """Yield what was found, one sentence each."""
+    """Yield the results of a calibration, one sentence each."""
     yield from _verdict(found)
     yield from facts_of(found)
     together = {name for one in found.combinations for name in one.names}
@@ -99,7 +102,7 @@ def _verdict(found: Calibration) -> Iterator[str]:
 
 
 def _of_conditions(found: Calibration) -> Iterator[str]:
-    # Drifts from session to session, and compliances.
+    # Yield sentences on drifts between sessions and on compliances.
     for group, words in OF_CONDITION.items():
         own = [one for one in found.parameters if one.group == group]
         beyond = [one.name for one in own if not one.may_be_zero]
@@ -127,7 +130,10 @@ def _outliers(found: Calibration) -> str:
 
 
 def cells_of(one: CalibratedParameter, found: Calibration) -> tuple[str, str, str, str]:
-    """Return name, correction, deviation and whether it is identifiable, as cells of a table."""
+    """
+    Return the cells of a parameter's table row: name, correction, standard deviation, and whether
+    the parameter is identifiable.
+    """
     combined = found.known < len(found.parameters)
     alone = 'in a combination' if combined else 'not precise'
     alone = 'assumed' if one.group in TABLE_GROUPS else alone
@@ -137,7 +143,7 @@ def cells_of(one: CalibratedParameter, found: Calibration) -> tuple[str, str, st
 
 
 def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Json]:
-    """Return everything as a document, in SI units."""
+    """Return all results of a calibration as a dictionary for JSON, in SI units."""
     return {
         'robot': found.robot.name,
         'files': files,
@@ -165,15 +171,16 @@ def document_of(found: Calibration, files: Sequence[str]) -> dict[str, Json]:
 @dataclass(frozen=True, eq=False)
 class PlacedThing:
     """
-    The camera or the board.
+    The pose of the camera or of the board.
 
     Attributes
     ----------
     name, frame
-        Camera or board, and its frame in the robot file: tool or base.
+        `camera` or `board`, and the frame of the robot file that its pose is in: `tool` or `base`.
     pose : shape (4, 4)
+        Pose in that frame, m.
     deviation : shape (2, 3), m and rad
-        Standard deviations of its position and rotation along and about the axes of that frame.
+        Standard deviations of the position along, and of the rotation about, the axes of `frame`.
     """
 
     name: str
@@ -183,7 +190,7 @@ class PlacedThing:
 
     @property
     def sentence(self) -> str:
-        """Return it in words."""
+        """Return the pose and its standard deviations as a sentence."""
         xyz = ', '.join(f'{x:.5f}' for x in self.pose[:3, 3])
         rpy = ', '.join(f'{x:.3f}' for x in np.degrees(roll_pitch_yaw(self.pose[:3, :3])))
         lengths = ', '.join(map(length_in_words, self.deviation[0].tolist()))
@@ -195,7 +202,7 @@ class PlacedThing:
 
 
 def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
-    """Return camera and board of the first set; none if no camera measured."""
+    """Return camera and board of the first set; empty if the rows have no camera."""
     if found.camera is None:
         return ()
     on_tool, still = ('camera', 'board') if found.camera == ON_TOOL else ('board', 'camera')
@@ -210,8 +217,8 @@ def placed_camera(found: Calibration) -> tuple[PlacedThing, ...]:
 
 
 def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Floats:
-    # A correction moves the frames behind it: p = t + w x p. Numbers that are not fitted count as
-    # exact.
+    # Standard deviations (2, 3) of a pose, propagated from the corrections (t, w) of base or tool:
+    # they move the point p behind them by t + w x p. Parameters that are not fitted are exact.
     own, columns = found.fitted_of([one.name for one in end_parameters(end, 0)])
     moved = np.eye(6)
     moved[:3, 3:] = -np.cross(np.eye(3), behind[:3, 3])
@@ -221,7 +228,7 @@ def _deviation(found: Calibration, end: str, behind: Floats, R: Floats) -> Float
 
 
 def camera_sentences(found: Calibration) -> Iterator[str]:
-    """Yield where camera and board are, and what the errors are of."""
+    """Yield sentences on the poses of camera and board, and on the errors in the images."""
     yield from (one.sentence for one in placed_camera(found))
     if found.camera is not None:
         yield 'All errors are those of the board, as the camera sees it'

@@ -1,4 +1,4 @@
-"""The result of a calibration: corrections, errors, and what the rows identify."""
+"""The result of a calibration: corrections, errors, and identifiable parameters."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,22 +20,22 @@ from .explanations import RefusalCauses
 from .fitting import UNKNOWN_NOISE_FREEDOM, Noise
 from .identified_table import KNOWN_RATIO, IdentifiedTable, ParameterCombination
 
-# Blocks of rows that are held out in turn.
+# Number of blocks of rows for cross-validation: each block is held out once.
 BLOCKS = 5
 
 
 class FitErrors(NamedTuple):
     """
-    Errors of rows.
+    Errors of the measured rows, with different numbers fitted.
 
     Attributes
     ----------
     as_given
-        With the robot file as it is.
+        Errors with the unchanged robot file.
     before, after
-        With base and tool fitted alone, and with the corrections.
+        Errors with only base and tool fitted, and with all corrections.
     held_out_before, held_out
-        The same of rows that nothing was fitted to: by cross-validation over blocks of rows.
+        As `before` and `after`, but of held-out rows, by cross-validation over blocks of rows.
     """
 
     as_given: Errors
@@ -53,56 +53,59 @@ class Calibration(IdentifiedTable):
     Attributes
     ----------
     robot, calibrated
-        The nominal robot; the same with the corrections of its table, its base and tool unchanged.
+        The nominal robot, and this robot with a corrected table; base and tool are unchanged.
     parameters : P
-        Those fitted.
+        The fitted parameters.
     covariance : shape (P, P), rad and m
-        The covariance of their corrections.
+        The covariance of the corrections of `parameters`.
     noise
         Standard deviation of one number of a measured position (m), and rotation vector (rad).
     freedom
-        Its degrees of freedom; infinite if it is that of the instrument.
+        Degrees of freedom of `noise`; infinite if the noise is that of the instrument.
     instrument
-        The same of the instrument, where it was given.
+        The noise of the instrument, as in `noise`, if it was given; else None.
     positions
         Whether the poses are positions alone.
     outliers
-        Rows that were left out, the farthest first.
+        Indices of the rows that were left out, the largest error first.
     distances : shape (N,)
         The error of each row, in standard deviations of the noise.
     left : shape (5, N, 2, 3), m and rad
         Residuals of each row in the order of `FitErrors`: of the position, and a rotation vector;
         in the frame of the poses.
     spare
-        Numbers of the rows beside the largest held-out block, of different joint positions, beyond
-        those that place base and tool.
+        Count of measured numbers outside the largest held-out block, minus the parameters of base
+        and tool. Equal joint positions count once.
     possible
-        Number of directions of the parameters that any poses of this kind could tell.
+        Number of combinations of parameters that any poses of this kind could determine.
     singular_values : shape (P,)
-        How well these poses tell the directions, in units of the priors; descending.
+        Singular values of the Jacobian of the poses, per prior standard deviation and in standard
+        deviations of the noise; descending.
     combinations
-        Parameters that no pose tells apart, or not these.
+        Sets of parameters that these poses do not distinguish.
     base_offsets, tool_offsets : shape (sets, 4, 4)
         X and Y of measured = X calibrated Y.
     base_starts, tool_starts : shape (sets, 4, 4)
-        Base and tool that their corrections, along and about their own axes, begin at.
+        Poses of base and tool from which the fit started; their corrections are along and about
+        their own axes.
     q : shape (N, n), rad or m
         Joint positions of the rows.
     points
-        Those that were touched, if the poses were measured by nothing else.
+        The touched points, if the calibration is from touches without an instrument; else empty.
     frames
         The result of the frame check; None for positions.
     remarks
         Sentences on the data.
     refusals
-        Reasons against the calibration, sentences; empty if it is accepted.
+        Sentences with the reasons against the calibration; empty if it is accepted.
     explained
         Mistakes that would explain a refusal.
     camera
-        The place of the camera that saw a board. On the tool `measured` is the camera in
-        the frame of the board, and what remains is the board in the frame of the camera.
+        The place of the camera that saw a board; None without a camera. If it is on the tool,
+        measured poses are those of the camera in the frame of the board, and residuals are those
+        of the board in the frame of the camera.
     views
-        The board in the images that the poses are from, if there are any.
+        The board in the images, if the poses were found in images.
     """
 
     calibrated: Robot
@@ -132,16 +135,17 @@ class Calibration(IdentifiedTable):
 
     @property
     def accepted(self) -> bool:
-        """Return whether it is a calibration: its rows agree, and no more remains than may."""
+        """Return whether the calibration is accepted: no reason in `refusals` is against it."""
         return not self.refusals
 
     @property
     def worse(self) -> str:
         """
-        Return that held-out rows are worse with the corrections; empty if they are not.
+        Return a sentence if held-out rows are worse with the corrections; else an empty text.
 
-        They are worse if the squares of their errors grow by more than that of the noise, or if
-        the rows beside a held-out block only suffice to place base and tool.
+        They are worse if their mean squared error grows by more than that of the noise. They do
+        not judge the calibration if the rows outside a held-out block suffice only for base and
+        tool.
         """
         kind, more = self.kind, f'measure more {self.kind}, far apart (calibrate-propose)'
         before, after = self.held_out_before.position_rms, self.held_out.position_rms
@@ -161,10 +165,10 @@ class Calibration(IdentifiedTable):
     @property
     def no_better(self) -> bool:
         """
-        Return whether the corrections bring held-out rows no nearer than chance might.
+        Return whether the corrections do not improve the held-out rows significantly.
 
-        This is true if the mean decrease of their squared errors is below two of its standard
-        deviations (paired test).
+        Paired test: the mean decrease of the squared errors is below two of its standard
+        deviations.
         """
         before, after = np.sum(self.left[3:, self.used, 0] ** 2, axis=2)
         gains = before - after
@@ -172,7 +176,7 @@ class Calibration(IdentifiedTable):
 
     @property
     def only_worse(self) -> bool:
-        """Return whether the reason against it is `worse`: then more rows help."""
+        """Return whether the only reason for a refusal is `worse`: then more rows help."""
         return self.refusals == (self.worse,)
 
     @property
@@ -187,46 +191,49 @@ class Calibration(IdentifiedTable):
 
     @property
     def rows(self) -> str:
-        """Return what rows are, in a word."""
+        """Return the word for the rows: touches or poses."""
         return 'touches' if self.points else 'poses'
 
     @property
     def row(self) -> str:
-        """Return what a row is, in a word."""
+        """Return the word for one row: touch or pose."""
         return 'touch' if self.points else 'pose'
 
     @property
     def kind(self) -> str:
-        """Return what was measured, in a word."""
+        """Return the word for the measured quantity: positions, touches or poses."""
         return 'positions' if self.positions and not self.points else self.rows
 
     @property
     def placed(self) -> str:
-        """Return in words what is fitted before the table."""
+        """Return as text what is fitted without the table: tip and points, or base and tool."""
         return 'tip and points' if self.points else 'base and tool'
 
     def rms_in_words(self, errors: Errors) -> str:
-        """Return the RMS values of errors in words, without those that were not measured."""
+        """Return the RMS errors as text; without rotations if only positions were measured."""
         return in_words(*errors.rms, self.positions)
 
     @property
     def noise_told(self) -> bool:
-        """Return whether the noise is known; otherwise so few numbers do not tell it."""
+        """Return whether the rows have enough numbers to estimate the noise."""
         return min(self.freedom) > UNKNOWN_NOISE_FREEDOM
 
     @property
     def known(self) -> int:
-        """Return the number of directions that these poses tell better than the priors."""
+        """
+        Return the number of identified combinations of parameters: the poses determine them at
+        least three times better than the priors.
+        """
         return int(np.sum(self.singular_values > KNOWN_RATIO))
 
     @cached_property
     def without(self) -> FitErrors:
-        """Return the errors of the rows that were used."""
+        """Return the errors without the outliers."""
         return self._errors(self.used)
 
     @cached_property
     def with_outliers(self) -> FitErrors:
-        """Return the errors of all rows."""
+        """Return the errors of all rows, outliers included."""
         return self._errors(np.ones_like(self.used))
 
     def _errors(self, rows: Flags) -> FitErrors:
@@ -234,26 +241,26 @@ class Calibration(IdentifiedTable):
 
     @property
     def held_out_before(self) -> Errors:
-        """Return what remains with base and tool fitted alone, of rows left out of the fit."""
+        """Return the errors of held-out rows with only base and tool fitted."""
         return self.without.held_out_before
 
     @property
     def held_out(self) -> Errors:
-        """Return what remains with the corrections, of rows left out of the fit."""
+        """Return the errors of held-out rows with all corrections fitted."""
         return self.without.held_out
 
     @property
     def remainders(self) -> Floats:
-        """Return what remains of each row with the corrections, (N, 2, 3), m and rad."""
+        """Return the residuals of all rows with the corrections, (N, 2, 3), m and rad."""
         return np.asarray(self.left[2])
 
     @cached_property
     def corrections(self) -> dict[str, float]:
-        """Return the corrections by name, rad and m."""
+        """Return the corrections by the name of the parameter, rad and m."""
         return {one.name: one.correction for one in self.parameters}
 
     @property
     def not_identifiable(self) -> tuple[str, ...]:
-        """Return the parameters of the table that mostly stay where their prior has them."""
+        """Return the names of table parameters that mostly keep their nominal values."""
         table = (one for one in self.parameters if one.group in TABLE_GROUPS)
         return tuple(one.name for one in table if not one.identifiable)

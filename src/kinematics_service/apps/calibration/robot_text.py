@@ -1,7 +1,7 @@
 """
-A calibration written as a robot file: nominal numbers, corrections, and its certificate.
+Write a calibration as a robot file: nominal numbers, corrections, and a certificate as comments.
 
-The section `uncertainty` is what the calibration left open.
+The section `uncertainty` has the covariance of the calibrated numbers.
 """
 
 import json
@@ -47,13 +47,14 @@ from .identified_table import calibrated_errors
 from .report import facts_of
 from .result import Calibration
 
-# Known poses written.
+# Number of known poses in the written file.
 KNOWN_POSE_COUNT = 5
 MAX_SOURCE_LENGTH = 2000
 
-# Digits of L: poses that are known far better than each number still are by its products.
+# Digits of the factor L of the covariance L L^T. Poses may be known far better than each number:
+# this needs the digits.
 DIGITS = 6
-# Smaller shares of a row are written as zero.
+# Entries of L smaller than this share of the norm of their row are written as zero.
 NEGLIGIBLE_RATIO = 1e-7
 OF_JOINTS = ('encoder_noise', 'encoder_resolution', 'backlash', 'velocity_noise')
 
@@ -62,7 +63,7 @@ Frames = Literal['robot', 'measured']
 
 @dataclass(frozen=True)
 class CalibrationOrigin:
-    """The origin of a calibration: the files of its poses in words, and the date."""
+    """The origin of a calibration: the names of the measured files as text, and the date."""
 
     data: str
     date: str
@@ -78,27 +79,28 @@ def calibrated_text(
     anyway: bool = False,
 ) -> str:
     """
-    Return the robot file of a calibration.
+    Return the text of the robot file of a calibration.
 
-    Every corrected number is written as the nominal one and what is added. Known poses are the
-    measured ones. Singular factors, those of the nominal table, are marked as approximate. What
-    the fit left open is the section `uncertainty`.
+    Every corrected number is written as the nominal number plus its correction. Known poses are
+    measured poses. Singular factors of the nominal table are marked as approximate. The section
+    `uncertainty` has the covariance of the fit.
 
     Parameters
     ----------
     found
         The calibration.
     text
-        The robot file it began with.
+        The text of the nominal robot file.
     q, poses : shapes (N, n) and (N, 4, 4)
-        Those of its first set.
+        Joint positions and measured poses of the first set.
     origin
-        For the certificate.
+        Files and date for the certificate.
     frames
-        `robot`: base and tool stay as in the file. `measured`: they are those of the poses, of
-        the first set.
+        `robot`: base and tool stay as in the file. `measured`: base and tool are those of the
+        measured poses of the first set.
     anyway
-        Whether a refused calibration is written; its first line says so.
+        Whether to write a refused calibration; then the first line of the file says that it is
+        refused.
 
     Raises
     ------
@@ -138,8 +140,8 @@ def calibrated_text(
 
 
 def _without_unused_constants(text: str, nominal: RobotDescription) -> str:
-    # Remove constants that only base, tool or factors used; a constant goes after those that use
-    # it.
+    # Remove constants that only base, tool or factors used. Repeat, since a removed constant may
+    # have been the only use of another constant.
     def unused(description: RobotDescription) -> list[str]:
         where = {one.where for one in description.warnings}
         return [one.name for one in description.constants if f'constants.{one.name}' in where]
@@ -151,7 +153,10 @@ def _without_unused_constants(text: str, nominal: RobotDescription) -> str:
 
 
 def placed_robot(found: Calibration, frames: Frames) -> Robot:
-    """Return the calibrated robot with base and tool of its own, or of the measured poses."""
+    """
+    Return the calibrated robot; `frames` decides whether base and tool are those of the file or
+    those of the measured poses.
+    """
     if frames == 'robot':
         return found.calibrated
     if found.positions:
@@ -166,7 +171,8 @@ def placed_robot(found: Calibration, frames: Frames) -> Robot:
     try:
         return build_robot(placed)
     except KinematicsError:
-        # Another point of the tool is singular elsewhere, in an arm of few joints.
+        # An arm of few joints has other singular poses at another point of the tool: the factors
+        # of the file do not fit exactly.
         return built_nearly(placed)
 
 
@@ -174,12 +180,12 @@ def certificate(
     found: Calibration, robot: Robot, origin: CalibrationOrigin, frames: Frames
 ) -> list[str]:
     """
-    Return the comment lines that say what was measured, fitted and found.
+    Return the comment lines at the head of the file: data, fit and results.
 
     Parameters
     ----------
     robot
-        The arm as it is written.
+        The robot that the file describes.
     """
     left_out = f', {len(found.outliers)} left out as outliers' if found.outliers else ''
     of_points = f' of {", ".join(one.name for one in found.points)}' if found.points else ''
@@ -206,16 +212,18 @@ def certificate(
 def _known_poses(
     found: Calibration, robot: Robot, q: Floats, poses: Floats, frames: Frames
 ) -> list[str]:
-    # Measured poses as those of this file's tool in its base frame, evenly spread.
+    # Return the lines of the section: measured poses, evenly spread over the rows, as poses of the
+    # tool in the base frame of the written file.
     X, Y = found.base_offsets[0], found.tool_offsets[0]
-    # If the calibration is refused, the rows that contradict it count, too.
+    # If the calibration is refused, take also the rows that contradict it.
     outliers = set(found.outliers) if found.accepted else set()
     rows = np.array([k for k in range(len(q)) if k not in outliers])
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, KNOWN_POSE_COUNT).astype(int))]
     expected = forward_kinematics(robot, q[rows])
     T = poses[rows]
     if found.positions:
-        # The point of the tool, brought to its origin by the calibrated orientation.
+        # Only positions of a point of the tool were measured. Compute the tool's origin from this
+        # point by the calibrated orientation.
         point = (np.linalg.inv(X) @ poses[rows])[:, :3, 3]
         T = expected.copy()
         T[:, :3, 3] = point - T[:, :3, :3] @ Y[:3, 3]
@@ -239,8 +247,9 @@ def _known_poses(
 
 
 def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[float, float]:
-    # The tolerances follow from the noise, so that all used poses are within them. The noise is
-    # estimated from the residuals, and is at most the largest residual of a calibration.
+    # Return the tolerances (m, rad) of known poses. They follow from the noise, so that all used
+    # poses are within them. The noise is estimated from the residuals, and is at most the largest
+    # residual of a calibration.
     known, limit = found.instrument or (0.0, 0.0), outlier_limit(2)
     length, angle = (
         limit * min(noise, max(most / limit, of_instrument))
@@ -248,7 +257,8 @@ def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[floa
     )
     lever = 0.0
     if found.camera is not None:
-        # How far from the camera what is written is of what was seen in it: a turn moves that.
+        # The written pose is that of a point at this distance from the measured point: an error
+        # of the rotation moves it by the distance times the angle.
         seen = np.linalg.norm(poses[:, :3, 3], axis=1).max() if found.camera == ON_TOOL else 0.0
         beyond = inverse(found.tool_offsets[0])[:3, 3] if frames == 'robot' else np.zeros(3)
         lever = float(seen + np.linalg.norm(beyond))
@@ -257,16 +267,17 @@ def _tolerances(found: Calibration, poses: Floats, frames: Frames) -> tuple[floa
 
 def uncertainty_section(found: Calibration, robot: Robot, ends: bool) -> list[str]:
     """
-    Return the lines of the section.
+    Return the lines of the section `uncertainty` of a robot file.
 
     Parameters
     ----------
     found
         The calibration.
     robot
-        The arm as it is written.
+        The robot that the file describes.
     ends
-        Whether base and tool are those of the measured poses: then they are among it.
+        Whether base and tool are those of the measured poses: then the covariance includes their
+        parameters.
     """
     description = robot.description
     lines = ['uncertainty:']
@@ -298,10 +309,11 @@ def named_factor(
     found: Calibration, robot: Robot, ends: bool
 ) -> tuple[tuple[ArmParameter, ...], Floats]:
     """
-    Return numbers of a calibrated table, and L of their covariance L L^T, lower triangular.
+    Return parameters of a calibrated table, and the lower triangular L of their covariance L L^T.
 
-    The corrections of a calibration are those of the nominal table. Nearly all of them are numbers
-    of the calibrated one, if in other rows; what turns a row of two matrices is made of several.
+    The covariance of a calibration is for corrections of the nominal table. Nearly each correction
+    is one parameter of the calibrated table, maybe in another row. A rotation within a row of two
+    matrices is a combination of several parameters.
     """
     errors, known = calibrated_errors(robot, found, ends), named_errors(robot)
     made_of = np.zeros((len(known.frames), len(errors.frames)))
@@ -315,7 +327,7 @@ def named_factor(
             own = np.flatnonzero(there)
             made_of[own, column] = np.linalg.lstsq(known.screws[own].T, screw, rcond=None)[0]
     factor = made_of @ errors.factor
-    # A gear has a row for each screw of its joint, which are alike.
+    # A gear has an equal row for each screw of its joint: keep the first one.
     _, first = np.unique(known.of, return_index=True)
     rows = first[np.any(made_of[first], axis=1)]
     triangle = np.linalg.qr(factor[rows].T, mode='r')
@@ -326,7 +338,7 @@ def named_factor(
 def _scaled(
     value: float, angle: bool, description: RobotDescription | None, digits: int = DIGITS
 ) -> str:
-    # In the units of the file, or as a share, with few digits.
+    # Return a number as text in the units of the file; without a description, as a share.
     unit = 1.0
     if description is not None:
         unit = description.radians if angle else description.metres

@@ -1,10 +1,10 @@
 """
-Calibration without an instrument: points that the tip of the tool touched from many poses.
+Calibrate without an instrument: the tip of the tool touches the same points from many poses.
 
-The observation is that the tip was at the same point; where the points and the tip are is fitted
-along with the arm. The start is Huber's estimate of points and tip with the nominal table. An arm
-with its tip and points larger by one factor touches as well: lengths are known by their ratios
-alone, unless the distance between two points is known.
+The residual of a touch is the distance from the tip to its point. The positions of points and tip
+are fitted with the arm. The fit starts from Huber's estimate of points and tip with the nominal
+table. If arm, tip and points grow by one factor, the touches stay the same: only ratios of lengths
+are identifiable, unless the distance between two points is known.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -60,13 +60,13 @@ from .fitting import (
 from .identified_table import ParameterCombination, combinations_of, structural_rank
 from .placing import PLACING_STEPS
 
-# The group of the positions of points.
+# The group of the parameters that are positions of touched points.
 POINTS = 'points'
-# A pose touches a point to round-off (m).
+# The tip touches a point exactly if their distance is below this value (m): round-off.
 TOUCH_TOLERANCE = 1e-13
-# Longest step to there (rad, m).
+# Longest step (rad, m) of the joints in the search for an exact touch.
 STEP_LIMIT = 0.5
-# Joints do not turn farther (rad): more is in degrees.
+# No joint turns farther than this angle (rad): larger joint positions are tested for degrees.
 MAX_TURN = 4 * np.pi
 # A constant motion that turns the sign of translations: a correction of the point is the opposite
 # one of the tip.
@@ -74,7 +74,10 @@ MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 
 
 class TouchStart(NamedTuple):
-    """Points (..., K, 3) in the base frame, tips (..., 3) in the tool frame, and what remains."""
+    """
+    Points (..., K, 3) in the base frame, tips (..., 3) in the tool frame, and residuals `left`
+    (..., N, 3) from tips to points; m.
+    """
 
     points: Floats
     tip: Floats
@@ -82,20 +85,22 @@ class TouchStart(NamedTuple):
 
     @property
     def distances(self) -> Floats:
-        """Return the distances (..., N), m, of what remains: from tips to points."""
+        """Return the distances (..., N), m, from tips to points."""
         return np.asarray(np.linalg.norm(self.left, axis=-1))
 
 
 def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> TouchStart:
     """
-    Return points and tip by the nominal table: Huber's estimate, by reweighted least squares.
+    Return points and tip that fit the nominal table, by Huber's estimate (reweighted least
+    squares).
 
-    Both are linear in what remains, so that the points follow from the tip.
+    The residuals are linear in points and tip. Each step solves for the tip; then each point is
+    the weighted mean of its tips.
 
     Parameters
     ----------
     q : shape (..., N, n), rad or m
-        Joint positions, for instance of several mistakes undone.
+        Joint positions; leading dimensions may be corrections of several mistakes.
     point : shape (N,)
         The number of the point touched.
     free
@@ -115,7 +120,8 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
         shares /= np.sum(shares, axis=-1, keepdims=True)
         mean_at, mean_R = shares @ at, np.einsum('...kn,...nij->...kij', shares, R)
         if free:
-            # Differences to the means of each point; nothing is known of the tip before.
+            # Solve for the tip with the mean of each point subtracted. The prior of the tip is so
+            # wide that it hardly counts.
             J, off = R - mean_R[..., point, :, :], mean_at[..., point, :] - at
             M = np.einsum('...n,...nij,...nik->...jk', weights, J, J)
             M = M + (noise[..., None] / PLACE_PRIOR) ** 2 * np.eye(3)
@@ -130,7 +136,7 @@ def started(robot: Robot, q: Floats, point: Integers, free: bool = True) -> Touc
 
 class SamePointParameters(ChosenParameters):
     """
-    The parameters of an arm whose tip touched points, and what these touches tell.
+    The parameters of an arm whose tip touched points, and the fit problem of these touches.
 
     Parameters
     ----------
@@ -142,7 +148,7 @@ class SamePointParameters(ChosenParameters):
     Raises
     ------
     CalibrationError
-        Shapes do not fit, a number is not finite, a point has too few rows, or they are all alike.
+        Shapes do not fit, a number is not finite, or a point has too few rows or only equal rows.
     """
 
     placed_groups = ('tool', POINTS)
@@ -177,7 +183,8 @@ class SamePointParameters(ChosenParameters):
                     f'point {name} is touched from {poses}: at least {MIN_POSES} are needed, and '
                     f'some {2 * robot.dof} or more at each point identify most of an arm'
                 )
-            # Two poses suffice: an arm of three joints reaches a point in a few poses only.
+            # Require only two different poses at a point: an arm of three joints reaches a point
+            # only in a few poses.
             check_different(own, f'the {len(own)} poses at point {name}', least=2)
         self.marks, self.names, self.apart = marks, names, _checked(apart, names)
         self.chain = (arm := parameters_of(robot, gears)).chain
@@ -188,14 +195,17 @@ class SamePointParameters(ChosenParameters):
         self.every = (*arm.table, *points, *end_parameters('tool', 0))
 
     def first(self, end: str, k: int) -> int:
-        """Return where the corrections of point k, or those of the tool, begin."""
+        """Return the index of the first correction of point k, or of the tool."""
         points = k if end == POINTS else len(self.names)
         return len(self.table) + 3 * points
 
     def fitted(
         self, fit: Sequence[str], fix: Sequence[str], tolerances: Iterable[str] = ()
     ) -> list[int]:
-        """Return which parameters are fitted, if all words are right; the points always are."""
+        """
+        Return the indices of the fitted parameters, after a check of all words. The positions of
+        the points are always fitted.
+        """
         for word in (*fit, *fix):
             if word.rpartition('.')[0] in self.names:
                 raise CalibrationError(f'{word!r}: where the points are is always fitted')
@@ -206,12 +216,12 @@ class SamePointParameters(ChosenParameters):
         self, chosen: Sequence[int], tolerances: Mapping[str, float], check: bool
     ) -> FitProblem:
         """
-        Return the problem; points and tip begin where the nominal arm has them.
+        Return the fit problem of the touches; points and tip start where the nominal arm has them.
 
         Raises
         ------
         CalibrationError
-            The touches are off by a mistake that a calibration cannot correct.
+            The touches show a mistake of the input that a calibration cannot correct.
         """
         tool = self.first('tool', 0)
         free = {*range(tool, tool + 3)} <= {*chosen}
@@ -243,14 +253,15 @@ class SamePointParameters(ChosenParameters):
         )
 
     def _distances(self, joints: Floats) -> Floats:
-        # Distances (H, N) from tips to points, m, by other joint positions (H, N, n).
+        # Return distances (H, N) from tips to points, m, at other joint positions (H, N, n).
         return started(self.robot, joints, self.given.sets).distances
 
     def _check_touches(self, start: TouchStart) -> None:
         robot, q, middle = self.robot, self.given.q, float(np.median(start.distances))
         if middle < MIN_CHANGE:
             return
-        # Angles so small bring the tip to nearly one point, whatever was touched.
+        # Test for degrees only if angles are large: small angles divided by 57 bring the tip to
+        # nearly one point, whatever was touched.
         if np.max(np.abs(q[:, ~robot.prismatic]), initial=0.0) > MAX_TURN:
             left = self._distances(from_degrees(robot, q))
             refuse_mistake(DEGREES, float(np.median(left)), middle)
@@ -287,7 +298,7 @@ class SamePointParameters(ChosenParameters):
         return replace(self.chain, still=tuple(still))
 
     def possible(self, problem: FitProblem) -> int:
-        """Return the number of directions that any touches of these points could tell."""
+        """Return the number of parameter combinations that any touches could determine."""
         q = seeded_poses(self.robot.limits, self.robot.prismatic)
         point = np.arange(len(q)) % len(self.names)
         return structural_rank(self._exact_jacobian(problem, Noise(LENGTH, 1.0), q, point))
@@ -295,15 +306,15 @@ class SamePointParameters(ChosenParameters):
     def combinations(
         self, problem: FitProblem, noise: Noise, used: Flags
     ) -> tuple[ParameterCombination, ...]:
-        """Return the parameters that these touches do not tell apart."""
+        """Return the sets of parameters that these touches do not distinguish."""
         J = self._exact_jacobian(problem, noise, self.given.q[used], self.given.sets[used])
         return combinations_of(J, problem.parameters)
 
     def _exact_jacobian(
         self, problem: FitProblem, noise: Noise, q: Floats, point: Integers
     ) -> Floats:
-        # How the tip moves by usual errors where the nominal arm touches the points to round-off:
-        # only there a scale leaves the touches as they are.
+        # Return how usual errors of the parameters move the tip, at joint positions where the
+        # nominal arm touches the points exactly. Only there do scaled lengths keep the touches.
         touching, exact = _touching(self.robot, q, self.start.points[point], self.start.tip)
         if not np.any(exact):
             touching, exact = q, np.ones(len(q), dtype=bool)
@@ -317,18 +328,24 @@ class SamePointParameters(ChosenParameters):
         return usual_motions(there, noise, np.ones(len(rows.q), dtype=bool))
 
     def ends_of(self, problem: FitProblem, values: Floats) -> PlacedEnds:
-        """Return those of tip = X calibrated Y; X is the identity, the base that of the file."""
+        """
+        Return the offsets X and Y of tip = X calibrated Y, and the poses of base and tool that the
+        fit starts from. X is the identity; the base is that of the file.
+        """
         _, tool_offsets, _, tool_starts = super().ends_of(problem, values)
         base = self.robot.description.base.motion.matrix[None]
         return PlacedEnds(np.eye(4)[None], tool_offsets[:1], base, tool_starts[:1])
 
     def as_given(self) -> Floats:
-        """Return how far the tip of the file is from the points, (N, 2, 3), m."""
+        """
+        Return the residuals from the tip of the file to the fitted points, (N, 2, 3), m; those of
+        rotations are zero.
+        """
         left = started(self.robot, self.given.q, self.given.sets, free=False).left
         return np.stack([left, np.zeros_like(left)], axis=1)
 
     def points(self, problem: FitProblem, found: Identified) -> tuple[TouchedPoint, ...]:
-        """Return where the points are."""
+        """Return the touched points with their fitted positions and standard deviations."""
         own = slice(self.first(POINTS, 0), self.first('tool', 0))
         moved, deviations = (
             problem.every(values)[own].reshape(-1, 3)
@@ -342,9 +359,12 @@ class SamePointParameters(ChosenParameters):
         )
 
     def remarks(self, problem: FitProblem, found: Identified) -> tuple[str, ...]:
-        """Return sentences on what deviations do not say, and on rows that have a wrong name."""
+        """
+        Return sentences on an unknown scale of the lengths, and on rows marked with a wrong point.
+        """
         result, names = [*super().remarks(problem, found)], self.names
-        # All lengths may grow by one factor if nothing known or sliding measures one.
+        # All lengths may grow by one factor, unless a known distance or a prismatic joint sets
+        # the scale.
         kinds = ('lengths', False), ('tool', False)
         lengths = {one for one in self.every if (one.group, one.angle) in kinds}
         known = self.apart or any(self.robot.prismatic)
@@ -367,8 +387,8 @@ class SamePointParameters(ChosenParameters):
 
 
 def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Floats, Flags]:
-    # Joint positions near q at which the tip is at its target, and whether it is, by damped steps
-    # (Levenberg and Marquardt).
+    # Return joint positions near q at which the tip is at its target, and flags of the rows where
+    # it is. Damped least squares (Levenberg and Marquardt).
     for _ in range(PLACING_STEPS + 1):
         T, J = forward_kinematics(robot, q), jacobian(robot, q, at=tip)[:, :3]
         left = targets - (T[:, :3, 3] + T[:, :3, :3] @ tip)
@@ -384,7 +404,7 @@ def _touching(robot: Robot, q: Floats, targets: Floats, tip: Floats) -> tuple[Fl
 def _checked(
     apart: Mapping[tuple[str, str], float], names: Sequence[str]
 ) -> dict[tuple[int, int], float]:
-    # Return the distances by the numbers of the points.
+    # Check the known distances, and return them by the numbers of their points instead of names.
     for (one, other), distance in apart.items():
         if missing := [name for name in (one, other) if name not in names]:
             points = ', '.join(names)

@@ -1,7 +1,7 @@
 """
 Diagnose poses of a second source, and test them for jumps once they fit the robot file.
 
-While they do not fit, the newest ones are diagnosed again and again.
+While the poses do not fit the robot file, the newest poses are diagnosed again and again.
 """
 
 from dataclasses import dataclass, replace
@@ -22,11 +22,12 @@ from ..checking.other_robots import OtherRobot, left_by, other_robot
 from .collecting import CollectedPoses
 from .zero_jump import RECENT, JumpDetector, Watched
 
-# Poses of the first diagnosis, and new ones before the next while something is wrong.
+# Number of poses of the first diagnosis, and number of new poses before the next one.
 MIN_NEW = 20
-# A jump makes poses look wrong in one of these ways, too: then the jump is reported.
+# Keys of causes that a jump may look like. If a jump is detected and the diagnosis has one of
+# these causes, the jump is reported.
 LOOKS_OF_A_JUMP = ('joint_offset', 'link_length', 'link_twist', 'time_lag')
-# The remedy if poses remain far off and no mistake explains it.
+# The advice to the user if large errors remain and no mistake explains them.
 ADVICE = 'calibrate-live collects poses for a robot file of this very arm'
 
 
@@ -42,13 +43,13 @@ class Examined:
     newest
         The newest poses.
     diagnosis
-        The last one while nothing had jumped; a sentence if there is none.
+        The last diagnosis of poses without a jump; or a sentence that says why there is none.
     since_jump
-        The last one of the poses since a jump.
+        The last diagnosis of poses after a jump; or a sentence, empty without a jump.
     detector, watched
         The test for jumps and its result; None if the first poses do not fit the robot file.
     other
-        Which bundled robot explains the poses, if this one does not.
+        The bundled robot that explains the poses, if the configured robot does not; else None.
     """
 
     unseen: int
@@ -67,7 +68,10 @@ def examined(
     new: CollectedPoses,
     way: list[tuple[int, Floats]],
 ) -> Examined:
-    """Return what new poses add to what was known before."""
+    """
+    Return the diagnosis and the jump test, updated by new poses; `way` are joint positions at
+    stamps (ns).
+    """
     if before is None:
         return restarted(robot, limits, None, new, way)
     watched = before.detector.observe(new) if before.detector else None
@@ -93,7 +97,10 @@ def restarted(
     newest: CollectedPoses,
     way: list[tuple[int, Floats]],
 ) -> Examined:
-    """Return what the newest poses say alone; a test goes on if it has the same level before."""
+    """
+    Return the diagnosis of the newest poses alone. A running jump test goes on if the level is as
+    in the diagnosis before; else a new test starts.
+    """
     recent, judge = newest.at(slice(-RECENT, None)), judge_of(limits)
     found = diagnosed(robot, recent, way)
     if isinstance(found, str) or robot.chain.loops:
@@ -116,7 +123,10 @@ def restarted(
 def diagnosed(
     robot: Robot, poses: CollectedPoses, way: list[tuple[int, Floats]]
 ) -> FrameDiagnosis | str:
-    """Return the diagnosis of poses, or why there is none; `way` are joint positions at stamps."""
+    """
+    Return the diagnosis of poses, or a sentence that says why there is none; `way` are joint
+    positions at stamps (ns).
+    """
     stamps = np.array(poses.stamps)
     rising = np.argsort(stamps, kind='stable')
     stamps = stamps[rising]
@@ -135,7 +145,7 @@ def diagnosed(
 
 
 def judge_of(limits: ReferenceLimits) -> FrameLimits:
-    """Return the limits as the frame check has them."""
+    """Convert the limits of the node's settings to limits of the frame check."""
     return FrameLimits(
         PoseLimit(limits.position_warn, limits.angle_warn),
         PoseLimit(limits.position_stop, limits.angle_stop),
@@ -143,7 +153,7 @@ def judge_of(limits: ReferenceLimits) -> FrameLimits:
 
 
 def frames_status(known: Examined, limits: ReferenceLimits) -> StatusText:
-    """Return how far the robot file is from what was heard, and what has jumped since."""
+    """Return the status of the second source: its errors against the robot file, and a jump."""
     judge, watched, found = judge_of(limits), known.watched, known.diagnosis
     jump = watched.jump if watched else None
     cause = None if isinstance(known.since_jump, str) else known.since_jump.cause

@@ -1,8 +1,8 @@
 """
 Watch a second source of poses in a running node: a frame check, then a test for jumps.
 
-Once poses fit the robot file, each new one is tested for a jump of a joint's zero, of base, tool
-or lag (`zero_jump.py`). While they do not fit, the newest are diagnosed.
+Once the poses fit the robot file, each new pose is tested for a jump of a joint's zero, of base,
+tool or lag (`zero_jump.py`). While the poses do not fit, the newest poses are diagnosed.
 """
 
 import threading
@@ -18,15 +18,16 @@ from ...robot.robot import Robot
 from .collecting import PoseCollector
 from .second_source import MIN_NEW, Examined, examined, frames_status
 
-# Poses with joint states kept at most.
+# Largest number of kept poses that have joint states.
 MAX_POSES = 256
 # Least time between two samples of the joints' path, ns: the path is sampled at 100 Hz at most.
 PATH_STEP = 10_000_000
-# Samples of the joints' path kept, to find a lag: the last minute at that rate.
+# Number of kept samples of the joints' path: the last minute at 100 Hz. A lag is found from them.
 PATH_SAMPLES = 6_000
 # The status is WARN if no pose arrived, or none was used, for this time, s.
 PATIENCE = 5.0
-# Stamps that differ by more (s) are of two clocks: no source of poses is as late.
+# If stamps differ by more than this time (s), they come from two clocks: no source of poses is so
+# late.
 CLOCK_DIFFERENCE = 1.0
 
 
@@ -34,13 +35,13 @@ class SecondSourceWatch:
     """
     Collects poses of a second source with the joint positions at their stamps, and compares them.
 
-    Both must have the same clock. The work has a thread of its own: it takes 20 ms for a diagnosis
-    and 1 ms for a new pose.
+    Poses and joint states must have the same clock. The comparison runs in a thread of its own: it
+    takes 20 ms for a diagnosis and 1 ms for a new pose.
 
     Parameters
     ----------
     robot
-        Returns the arm in force.
+        Returns the robot that the node uses at present.
     topic
         The name of the topic that the poses come from.
 
@@ -49,7 +50,7 @@ class SecondSourceWatch:
     is_examined
         Whether poses have been compared.
     thread
-        The last comparison.
+        The thread of the last comparison; None before the first.
     """
 
     def __init__(self, robot: Callable[[], Robot], topic: str) -> None:
@@ -76,19 +77,26 @@ class SecondSourceWatch:
         self._ahead = 0.0 if is_stale else 1e-9 * (stamp - self._way[-1][0])
         is_matched = poses.different > 0 and poses.unmatched == self._unmatched
         if is_stale or is_matched and self._ahead < CLOCK_DIFFERENCE:
-            # Without joint states, no pose can be used: the status `input` says so.
+            # Without joint states no pose can be used. The status `input` reports this, so the
+            # time without a used pose starts anew here.
             self._used_at, self._arrived = now, 0
         self._unmatched = poses.unmatched
 
     def note_state(self, stamp: int, q: Floats) -> None:
-        """Take joint positions (n,); a pose is compared once those around it are known."""
+        """
+        Take joint positions (n,) at a stamp (ns). A pose is compared once the joint states before
+        and after it have arrived.
+        """
         self._noted_at = time.monotonic()
         self._poses.note_state(stamp, q)
         if not self._way or stamp - self._way[-1][0] >= PATH_STEP:
             self._way.append((stamp, q))
 
     def status(self, limits: ReferenceLimits, refused: str) -> StatusText:
-        """Return the status; `refused` says why a pose was refused, if one was."""
+        """
+        Return the status of the second source; `refused` is the reason for which a pose was
+        refused, or empty.
+        """
         found = self._compared(limits, refused)
         if why := self._why_unused(refused):
             last = f'{why}; the last result is: {found.sentence}'
@@ -96,7 +104,7 @@ class SecondSourceWatch:
         return found
 
     def _why_unused(self, refused: str) -> str:
-        # Why no pose was used of late; empty if one was.
+        # Return why no pose was used within the last PATIENCE seconds; empty if one was used.
         if (silence := time.monotonic() - self._used_at) < PATIENCE:
             return ''
         if not self._arrived:
@@ -111,7 +119,7 @@ class SecondSourceWatch:
         )
 
     def _compared(self, limits: ReferenceLimits, refused: str) -> StatusText:
-        # The last result.
+        # Start a comparison if new poses are there, and return the status of the last one.
         count = self._poses.different
         busy = self.thread is not None and self.thread.is_alive()
         if count > MIN_NEW and not busy and (new := self._poses.taken()).stamps:
@@ -123,7 +131,7 @@ class SecondSourceWatch:
             self.thread = threading.Thread(target=examine, daemon=True)
             self.thread.start()
         if self._examined is not None:
-            # Judged each time: the limits may have changed.
+            # Judge the last result each time: the limits may have changed.
             return frames_status(self._examined, limits)
         if refused:
             return StatusText(Level.WARN, f'pose of {self._topic} refused: {refused}', ())

@@ -1,9 +1,10 @@
 """
-The factory calibration of a Universal Robots arm: `calibration.conf`, and `ur_calibration`'s YAML.
+Read the factory calibration of a Universal Robots arm: `calibration.conf`, or YAML.
 
-The controller's file holds what is added to the nominal Denavit-Hartenberg table, parallel axes
-included: their d may be hundreds of metres that cancel. The YAML that ur_robot_driver extracts
-holds the pose of each joint in the link before it.
+The controller's file `calibration.conf` holds numbers that are added to the nominal
+Denavit-Hartenberg table. For parallel axes, d may be hundreds of metres that cancel. The YAML that
+ur_robot_driver extracts (package ur_calibration) holds the pose of each joint in the link before
+the joint.
 """
 
 import ast
@@ -23,9 +24,9 @@ from ..recordings.readers.plan_reader import text_of
 from ..recordings.readers.yaml_values import read_documents
 
 JOINTS = 6
-# Keys of the controller's file, by the number of the table that each is added to.
+# Keys of the controller's file for each number of the table; the values are added to the numbers.
 DELTAS = {'theta': 'delta_theta', 'a': 'delta_a', 'd': 'delta_d', 'alpha': 'delta_alpha'}
-# Links of ur_description whose joints have an origin, base to tool.
+# Links of ur_description whose joints have an origin in the YAML, from base to tool.
 LINKS = ('shoulder', 'upper_arm', 'forearm', 'wrist_1', 'wrist_2', 'wrist_3')
 ORIGIN = ('x', 'y', 'z', 'roll', 'pitch', 'yaw')
 LARGEST = 256 * 1024
@@ -34,14 +35,15 @@ LARGEST = 256 * 1024
 @dataclass(frozen=True, eq=False)
 class UrCalibration:
     """
-    A factory calibration; one of its two parts is there.
+    A factory calibration: either `deltas` or `origins` is given.
 
     Attributes
     ----------
     deltas : shape (6,) by theta, a, d, alpha
-        Added to the nominal table, rad and m; empty in the YAML.
+        Numbers that are added to the nominal table, rad and m; empty if the file is YAML.
     origins : 6 poses of shape (4, 4)
-        Poses of each joint in the link before it; none in the controller's file.
+        Pose of each joint in the link before the joint; empty if the file is that of the
+        controller.
     """
 
     deltas: dict[str, Floats]
@@ -50,12 +52,12 @@ class UrCalibration:
 
 def read_ur_calibration(path: Path) -> UrCalibration:
     """
-    Return the calibration of a file.
+    Return the factory calibration that a file holds.
 
     Raises
     ------
     CalibrationError
-        It cannot be read, or is neither of the two formats.
+        The file cannot be read, or has neither of the two formats.
     """
     try:
         text = text_of(path, LARGEST, 'give one of the two')
@@ -91,7 +93,8 @@ def _deltas(path: Path, text: str) -> dict[str, Floats]:
 def _six(path: Path, key: str, text: str) -> Floats:
     try:
         given = ast.literal_eval(text)
-        # Bytes, texts, sets and the keys of mappings give numbers too, in some order.
+        # Accept only lists and tuples: a loop would also get numbers from bytes, sets and the keys
+        # of mappings.
         numbers = given if type(given) in (list, tuple) else []
         six = np.array([float(one) for one in numbers if type(one) in (int, float)])
     except (ValueError, OverflowError, SyntaxError, MemoryError, RecursionError):

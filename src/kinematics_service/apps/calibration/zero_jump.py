@@ -2,10 +2,11 @@
 Detect a jump of a joint zero by the generalized likelihood ratio (GLR) test of Willsky and Jones.
 
 Willsky and Jones 1976; Basseville and Nikiforov 1993, chapter 7. The residual of pose k is
-e = H x + A delta + noise: x are base, tool, lag and the errors of the table, which have Gaussian
-priors; delta is what jumps, from some pose of the window on. The test maximizes the likelihood
-ratio over the jumping parameter, its first pose and delta, with x by the baseline of healthy poses
-and the window. A wrong table is part of x, so a new working region raises no alarm.
+e = H x + A delta + noise. The unknown x contains base, tool, lag and the errors of the table, with
+Gaussian priors. delta is the jump, from some pose of the window on. The test maximizes the
+likelihood ratio over the jumping parameter, its first pose and delta. x is estimated from the
+baseline of healthy poses and the window. A wrong table is part of x, so a new working region
+raises no alarm.
 """
 
 import math
@@ -27,26 +28,28 @@ from ..checking.offsets import fit_at, fit_offsets, jacobian, moved_offsets, res
 from ..recordings.readers.block import Flags
 from .collecting import CollectedPoses
 
-# Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10: with some 1000 tests a pose, a
-# healthy arm raises one false alarm in 1e7 poses.
+# Quantiles of chi-square with 1 and 6 degrees of freedom at 1e-10. With some 1000 tests for each
+# pose, a healthy arm raises one false alarm in 1e7 poses.
 THRESHOLDS = {1: 41.8, 6: 58.4}
-# Freeze the baseline if a ratio exceeds its threshold minus half of the smaller threshold.
+# Freeze the baseline if a ratio exceeds its threshold minus this share of the smaller threshold.
 FREEZE_RATIO = 0.5
-# Poses of the window, and up to a batch more: a camera must detect a slip within 100 poses.
+# Number of poses of the window; up to a batch more. A slip must be detected within 100 poses of a
+# camera.
 WINDOW = 128
 # A second source may fail for this number of poses without an alarm.
 MAX_FAILED = 5
-# Smallest number of poses since a jump, and of poses that it must improve: six must agree.
+# Smallest number of poses since a jump, and smallest number of poses that must fit better with it.
 MIN_POSES = MAX_FAILED + 1
-# Poses that enter the baseline together; no more are added before a test, so all are tested.
+# Number of poses that are tested together and then enter the baseline together.
 BATCH = 16
 # Smallest standard deviations of one number of a pose, m and rad: those of a tracker.
 MIN_NOISE = 1e-4, np.radians(0.02)
-# Prior standard deviation (m and rad) of the offsets about their fit: hardly any knowledge.
+# Prior standard deviation (m and rad) of the offsets about their fit: so wide that it hardly
+# counts.
 OFFSET = 0.3
 # Prior standard deviation (s) of the lag: two periods of joint states at 200 Hz.
 LAG = 0.01
-# Number of poses of the baseline, the newest ones: an arm that warms up is followed.
+# Number of poses of the baseline. It keeps the newest poses, to follow an arm that warms up.
 MEMORY = 2 * WINDOW
 # Linearize the offsets anew after a step of this size (m, rad): its square is negligible.
 STEP = 2e-3
@@ -54,45 +57,47 @@ STEP = 2e-3
 MEDIAN = 5.35
 # Largest number of linearizations of the offsets in a row.
 ROUNDS = 8
-# Joints that moved less (rad, prismatic joints by length) are never named.
+# Joints that moved less than this are never named (rad; prismatic joints are scaled by a length of
+# the arm).
 MIN_RANGE = 0.02
-# An information below 1e-9 of that with x known is round-off.
+# If the information of a jump is below this ratio to its information with x known, it is
+# round-off.
 MIN_RATIO = 1e-9
-# A joint is not named if it is less likely by more than a factor of 100.
+# A joint is not named if it is more than 100 times less likely than the best one.
 RIVAL_GAIN = 2.0 * math.log(100)
 # Nine of ten jumps are detected that exceed the threshold by this number of standard deviations.
 POWER_Z = NormalDist().inv_cdf(0.9)
 # Number of the newest poses that are given to a diagnosis: half of the window.
 RECENT = WINDOW // 2
-# A source fails if more poses of the window are outliers: an eighth.
+# The second source fails if more poses of the window than this, an eighth, are outliers.
 MAX_OUTLIERS = WINDOW // 8
-# Number of poses that the smallest jump is given for.
+# Number of poses after which the smallest detectable jump is predicted.
 FORECAST = 50
 
 BASE, TOOL, LAGS = slice(0, 6), slice(6, 12), slice(12, 13)
-# Positions are in m.
+# The length (m) that counts as one rad: positions are not scaled.
 ONE = np.ones((1, 1, 1))
 
 
 @dataclass(frozen=True)
 class ZeroJump:
     """
-    A jump that was detected.
+    A detected jump.
 
     Attributes
     ----------
     key
         joint_offset, base, tool or time_lag.
     names
-        The joints that may have jumped, the likeliest first, or the key.
+        The joints that may have jumped, the likeliest first; or the key if no joint jumped.
     sizes
-        The jump of each, rad, m or s; the rotation (rad) of base and tool.
+        Size of the jump for each name, rad, m or s; for base and tool the rotation (rad).
     position, angle
-        How far the poses have jumped (rms), m and rad.
+        Motion of the poses by the jump (rms), m and rad.
     stamp, count
-        The stamp (ns) of the first pose after the jump; the number of poses since.
+        The stamp (ns) of the first pose after the jump; the number of poses since the jump.
     sentence
-        The whole in words.
+        The jump as a sentence.
     """
 
     key: str
@@ -114,16 +119,17 @@ class Watched(NamedTuple):
     jump
         The jump that was detected, or None.
     tested
-        Number of poses so far.
+        Number of poses tested so far.
     outliers
         Number of poses of the window that fit neither the baseline nor a jump.
     recent
-        At most 64 of the newest poses. After a jump: only poses since the jump. Without outliers,
-        unless more than an eighth of the window are outliers.
+        At most 64 of the newest poses; after a jump only poses since the jump. Outliers are left
+        out, unless more than an eighth of the window are outliers.
     noise
         Standard deviations of one number of a position (m) and of a rotation vector (rad).
     smallest
-        Each joint with the smallest jump that is found in nine of ten cases, and its unit.
+        For each joint its name, the smallest jump that is detected in nine of ten cases, and its
+        unit.
     """
 
     jump: ZeroJump | None
@@ -135,11 +141,13 @@ class Watched(NamedTuple):
 
     @property
     def fails(self) -> bool:
-        """Return whether more poses than a few are outliers."""
+        """Return whether the second source fails: more than an eighth of poses are outliers."""
         return self.outliers > MAX_OUTLIERS
 
     def sentence(self) -> str:
-        """Return that nothing has jumped, and how large a jump is found."""
+        """
+        Return a sentence without a jump: how large a detectable jump is, or that the source fails.
+        """
         if self.fails:
             return (
                 f'{self.outliers} of the last {WINDOW} poses fit neither the others nor a jump: '
@@ -156,7 +164,7 @@ class Watched(NamedTuple):
         )
 
     def values(self) -> list[tuple[str, str]]:
-        """Return keys and values."""
+        """Return the keys and values of the diagnostics message."""
         jump = self.jump
         return [
             ('poses tested', str(self.tested)),
@@ -171,8 +179,9 @@ class Watched(NamedTuple):
 
 
 class _Baseline:
-    # The mean and information of x by healthy poses, in units of its prior. The noise follows
-    # from the remainder and from how many numbers of x the poses determine (MacKay 1992).
+    # Mean and information matrix of x by healthy poses, in units of the prior of x. The noise
+    # follows from the residuals and from the number of entries of x that the poses determine
+    # (MacKay 1992).
     def __init__(self, rows: Floats, unknown: Integers, floor: Floats) -> None:
         e, H = rows[:, :, 0], rows[:, :, 1:][:, :, unknown]
         r = np.moveaxis(e.reshape(len(e), 2, 3), 1, 0).reshape(2, -1, 1)
@@ -186,9 +195,9 @@ class _Baseline:
             self.mean = covariance @ (weights @ right)
             told = weights * np.einsum('ij,kji->k', covariance, gram)
             self.freedom = np.maximum(3.0 * len(e) - told, 1.0)
-            # Successive poses share errors that x does not contain: an elastic arm, a distorted
-            # image. `longer` such poses are worth one pose with an independent error: the ratio of
-            # von Neumann (1941).
+            # Successive poses share errors that x does not contain, for example by an elastic arm
+            # or a distorted image. `longer` successive poses count as one pose with an independent
+            # error: the ratio of von Neumann (1941).
             left = e - H @ self.mean
             scaled = left / np.repeat(self.noise, 3)
             sums, differences = scaled[1:] + scaled[:-1], scaled[1:] - scaled[:-1]
@@ -211,7 +220,8 @@ class _JumpCandidate(NamedTuple):
 
 
 class _LikelihoodRatios:
-    # The ratios of jumps in a window, with x by baseline and window, in units of the noise.
+    # Likelihood ratios of jumps in a window. x is estimated from baseline and window; residuals
+    # are in units of the noise.
     def __init__(
         self, rows: Floats, used: Flags, unknown: Integers, jumping: int, baseline: _Baseline
     ) -> None:
@@ -232,37 +242,41 @@ class _LikelihoodRatios:
         self.freedom = told + 6.0 * float(np.sum(used))
 
     def information(self, sums: Floats, own: slice) -> Floats:
-        # That of a jump (K, k, k), with x unknown.
+        # Return the information matrices (K, k, k) of the sizes of K jumps, with x unknown.
         D, whole = sums[:, own, self.A.shape[2] : -1], sums[:, own, own]
         least = MIN_RATIO * (1.0 + np.max(np.einsum('kii->ki', whole), axis=1))
         unit = least[:, None, None] * np.eye(whole.shape[1])
         return np.asarray(whole - D @ np.swapaxes(D, 1, 2) + unit)
 
     def likeliest(self, own: slice, sums: Floats, first: int) -> _JumpCandidate:
-        # `sums` are those of jumps from the pose `first` on, the next one and so on.
+        # Return the likeliest jump of the columns `own`. Row i of `sums` belongs to a jump that
+        # begins at pose `first` + i.
         u = sums[:, own, -1]
         sizes = np.linalg.solve(self.information(sums, own), u[:, :, None])[:, :, 0]
         gains = np.sum(u * sizes, axis=1)
         at = int(np.argmax(gains))
         gain, dof = float(gains[at]), u.shape[1]
         rest, left = self.freedom - dof, self.misfit - gain
-        # The ratio with the scale of the noise unknown; Bartlett's factor makes it chi-square.
+        # The scale of the noise is unknown here. Bartlett's factor makes the ratio chi-square
+        # distributed.
         ratio = (rest + 0.5 * dof - 1.0) * math.log1p(gain / max(left, rest))
         scale = max(1.0, left / self.freedom)
         return _JumpCandidate(own, first + at, sizes[at], gain, ratio - THRESHOLDS[dof], scale)
 
     def parts(self, jump: _JumpCandidate) -> tuple[Floats, Floats]:
-        # The residuals (N, 6) with a jump, and the part (N,) of each pose of its gain.
+        # Return the residuals (N, 6) after a jump is subtracted, and the contribution (N,) of each
+        # pose to the gain of the jump.
         jumped = self.A[:, :, jump.own] @ jump.size
         jumped[: jump.begin] = 0.0
         x = jump.size @ self.sums[jump.begin, jump.own, self.A.shape[2] : -1]
         return self.left - jumped + self.B @ x, np.sum(jumped * self.left, axis=1)
 
     def is_proven(self, jump: _JumpCandidate) -> bool:
-        # The gain is a sum over poses. Each pose's part is clipped, so that MAX_FAILED poses
-        # cannot prove a jump. `noise` compares the residuals after the jump: if they are large,
-        # the noise has grown. More than half of the poses must fit better with the jump: a jump
-        # that some outliers suggest makes the healthy poses between them fit worse.
+        # Return whether a jump is proven. Its gain is a sum over poses. Each pose's part is
+        # clipped, so that MAX_FAILED poses cannot prove a jump. `noise` is the mean squared
+        # residual with the jump: if it is large, the noise has grown, and the threshold grows.
+        # More than half of the poses must fit better with the jump: a jump that a few outliers
+        # suggest makes the healthy poses between them fit worse.
         left, (after, shares) = self.left, self.parts(jump)
         left, after, shares = (part[jump.begin :] for part in (left, after, shares))
         improved = np.sum(left**2 - after**2, axis=1) > 0.0
@@ -275,7 +289,7 @@ class _LikelihoodRatios:
         )
 
     def outlier_gains(self) -> Floats:
-        # The gain if a pose alone is off, (N,).
+        # Return for each pose the gain (N,) if this pose alone is off.
         V = (1.0 + MIN_RATIO) * np.eye(6) - self.B @ np.swapaxes(self.B, 1, 2)
         left = self.left[:, :, None]
         return np.asarray(np.sum(left * np.linalg.solve(V, left), axis=(1, 2)))
@@ -283,7 +297,7 @@ class _LikelihoodRatios:
 
 class JumpDetector:
     """
-    Tests each new pose of a second source for a jump since a baseline of healthy poses.
+    Test of each new pose of a second source for a jump since a baseline of healthy poses.
 
     Parameters
     ----------
@@ -316,7 +330,7 @@ class JumpDetector:
             self._rows, self._used = self._linearized(first), np.ones(len(first.q), dtype=bool)
             self._learn(first)
             gains = self._ratios_of_window().outlier_gains()
-            # The noise is that of the worst, too: compare with the median.
+            # Outliers also enlarge the noise, so compare the largest gain with the median gain.
             worst = float(np.max(gains))
             if worst <= THRESHOLDS[6] / MEDIAN * float(np.median(gains)):
                 break
@@ -326,7 +340,7 @@ class JumpDetector:
         self._keep(len(first.q))
 
     def _learn(self, poses: CollectedPoses) -> None:
-        # Admit poses to the baseline, and linearize the offsets where it has them.
+        # Add poses to the baseline. Linearize again at its offsets until they hardly change.
         self._learned = self._learned.followed_by(poses).at(slice(-MEMORY, None))
         for _ in range(ROUNDS):
             rows = self._linearized(self._learned)
@@ -338,7 +352,7 @@ class JumpDetector:
             self._rows = self._linearized(self._window)
 
     def _keep(self, begin: int) -> None:
-        # Leave out the poses before this one.
+        # Drop the poses of the window before index `begin`.
         self._window = self._window.at(slice(begin, None))
         self._rows, self._used = self._rows[begin:], self._used[begin:]
 
@@ -356,7 +370,7 @@ class JumpDetector:
         return np.concatenate([residual(fit, ONE).reshape(count, 6, 1), ends, moves], axis=2)
 
     def observe(self, new: CollectedPoses) -> Watched:
-        """Test new poses and return the result of all."""
+        """Test new poses, and return the result of all poses so far."""
         for begin in range(0, len(new.q), BATCH):
             part = new.at(slice(begin, begin + BATCH))
             self._least = np.minimum(self._least, np.min(part.q, axis=0))
@@ -399,8 +413,8 @@ class JumpDetector:
             if is_proven := ratios.is_proven(best):
                 if self._jump:
                     break
-                # Poses may have made it alone that do not fit with it, either, or that have far
-                # larger parts of the gain than the others: test without them.
+                # A few bad poses may have caused this jump. Test again without poses that do not
+                # fit the jump, or that contribute far more to its gain than the other poses.
                 (after, shares), begin = ratios.parts(best), best.begin
                 usual = np.median(shares[begin:][self._used[begin:]])
                 gains = np.maximum(np.sum(after**2, axis=1), MEDIAN * shares / max(usual, 1e-9))
@@ -408,7 +422,7 @@ class JumpDetector:
             worst = float(np.max(gains))
             if worst <= scale * THRESHOLDS[6]:
                 break
-            # The worst pose may disturb smaller outliers: they are tested again.
+            # Leave out only poses near the worst one: without them, smaller outliers may fit.
             self._used &= gains < 0.5 * worst
         self._ratios = ratios
         if self._jump and (returned := self._returned(ratios, best)):
@@ -426,7 +440,7 @@ class JumpDetector:
 
     @property
     def _moved(self) -> list[int]:
-        # Joints that may be named.
+        # Return the joints that moved enough to be named.
         ranges = (self._most - self._least) / self._robot.singularity.task.column_scales
         return [int(j) for j in np.flatnonzero(ranges > MIN_RANGE)]
 
@@ -437,7 +451,7 @@ class JumpDetector:
         return [ratios.likeliest(own, sums, first) for own in (BASE, TOOL, LAGS, *joints)]
 
     def _returned(self, ratios: _LikelihoodRatios, best: _JumpCandidate) -> int:
-        # The first pose after the end of a jump that was only for a while; 0: it lasts.
+        # Return the first pose after the end of a temporary jump; 0 if the jump still lasts.
         first, end = best.begin + MIN_POSES, len(self._rows) - MAX_FAILED
         if first >= end:
             return 0
@@ -449,7 +463,8 @@ class JumpDetector:
         joints = [one for one in candidates if one.own.start >= LAGS.stop]
         joints.sort(key=lambda one: -one.gain)
         if best.own in (BASE, TOOL) and joints:
-            # The model is linear: for a turn by an angle it misses the angle's square of the gain.
+            # The linear model loses the share angle^2 of the gain of a turn by an angle. Prefer
+            # the joint if base or tool is better only by this loss and its larger threshold.
             bent = joints[0].gain * float(joints[0].size[0]) ** 2
             fewer = best.scale * (THRESHOLDS[6] - THRESHOLDS[1])
             best = joints[0] if best.gain - joints[0].gain < bent + fewer else best
@@ -489,7 +504,7 @@ def _table_of(robot: Robot) -> TableErrors:
 
 
 def _table_columns(table: TableErrors, frames: Floats, A: Floats, q: Floats) -> Floats:
-    # How the causes of a table's errors move the tool, (N, 6, causes).
+    # Return the motion of the tool by each cause of the table's errors, (N, 6, causes).
     F = frames[:, table.frames]
     linear, angular = (
         np.einsum('npij,pj->npi', F[..., :3, :3], part)

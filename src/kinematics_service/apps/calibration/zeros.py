@@ -1,9 +1,9 @@
 """
-The zeros of joints, of an arm whose encoders were mounted by hand: from touches of known points.
+Identify joint zeros of an arm with encoders mounted by hand, from touches of known points.
 
-The tip touches points whose places on a sheet are known; where the sheet lies and where the tip
-is are fitted along. If a wrong zero of a joint does the same as another place of the sheet or of
-the tip, the zero is not identifiable, and the result says so.
+The tip touches points whose positions on a sheet are known. The pose of the sheet and the position
+of the tip are fitted with the zeros. If a wrong zero has the same effect as another pose of the
+sheet or another tip, the zero is not identifiable, and the result says so.
 """
 
 from collections.abc import Callable
@@ -24,9 +24,10 @@ from .calibration import calibrate
 from .checking import BACKLASH, OPTIONS, ROUND_OFF
 from .result import Calibration
 
-# A zero is known if its standard deviation is less (rad, m).
+# A zero is identified if its standard deviation is below this value (rad, m).
 TOLERANCES = (float(np.radians(1.0)), 0.003)
-# A touch of a cross is taken to be off by this (m, of each number) where too few touches tell it.
+# Standard deviation (m) of each number of a touched position, if the touches are too few to
+# estimate it.
 TOUCH_NOISE = 1e-3
 
 
@@ -34,7 +35,8 @@ class JointZero(NamedTuple):
     """
     The correction of the position that a joint reports, and its standard deviation; rad or m.
 
-    `prismatic` says which; `known` is whether the touches tell it to a degree, or 3 mm.
+    Both are in m if `prismatic` is set, else in rad. `known` is set if the touches determine the
+    correction to 1 degree, or 3 mm.
     """
 
     joint: str
@@ -45,7 +47,7 @@ class JointZero(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Return it in words."""
+        """Return the correction and its standard deviation as a sentence."""
         if not self.correction:
             return f'{self.joint}: the zero is not known from these touches; it stays as it was'
         words = length_in_words if self.prismatic else angle_in_words
@@ -67,29 +69,29 @@ def calibrate_zeros(
     progress: Callable[[str], None] = lambda phase: None,
 ) -> Calibration:
     """
-    Return the calibration of the offsets of the joints alone.
+    Return a calibration that fits only the offsets of the joints, with base and tool.
 
     Parameters
     ----------
     q : shape (N, n), rad or m
-        As the joints report them, where the tip touched
+        Joint positions that the joints report while the tip touches a point.
     points : shape (N, 3), m
-        in the frame of the sheet, wherever that lies.
+        Touched points in the frame of the sheet, which may lie anywhere.
     approach, noise, fix, progress
         As `calibrate` takes them.
     check
-        Whether what would explain a refusal is tried.
+        Whether to try mistakes that would explain a refusal.
 
     Raises
     ------
     CalibrationError
-        As `calibrate`.
+        As in `calibrate`.
     """
     offsets = [one for one in parameters_of(robot).table if one.group == 'offsets']
-    # Before, zeros may be off by ten times as much as they are to be known to.
+    # Prior standard deviations of the zeros: ten times the precision that is required of them.
     before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
-    # Zeros far off would be taken for another robot by a check that knows of none.
+    # Skip the frame check: it ignores wrong zeros, and would report another robot.
     fitted = partial(
         calibrate,
         robot,
@@ -113,7 +115,8 @@ def calibrate_zeros(
 
 
 def _hidden(found: Calibration) -> tuple[str, ...]:
-    # Offsets beside which base or tool may be anything: without them as much is explained.
+    # Return the offsets that base and tool can replace: without these offsets, the fit explains
+    # the rows as well.
     offsets = {one.name for one in found.parameters if one.group == 'offsets'}
     hidden = list[str]()
     for one in found.combinations:
@@ -124,18 +127,18 @@ def _hidden(found: Calibration) -> tuple[str, ...]:
 
 def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
     """
-    Return the zeros of the joints by the corrections of a table's offsets.
+    Return the zeros of the joints that follow from the corrections of a table's offsets.
 
-    A row of the table may be moved by several joints: then the zeros are those that move the rows
-    as the corrections do.
+    Several joints may move one row of the table. The zeros are the joint motions that move the
+    rows as the corrections do, by the pseudoinverse.
     """
     arm = parameters_of(found.robot)
     offsets = [one for one in arm.table if one.group == 'offsets']
     _, _, by_theta, by_d = arm.chain.screws
     moved = np.where(np.array([one.angle for one in offsets])[:, None], by_theta, by_d)
     rows, columns = found.fitted_of([one.name for one in offsets])
-    # A number that is not fitted stays: its row adds nothing, and the joints that move it are not
-    # known.
+    # If the offset of a row is not fitted, it stays: the row adds nothing to the zeros, and the
+    # zeros of the joints that move this row are not known.
     by_rows = np.linalg.pinv(moved)
     stays = np.abs(np.delete(by_rows, rows, axis=1)).max(axis=1, initial=0.0) > ROUND_OFF
     by_rows = by_rows[:, rows]
@@ -149,7 +152,7 @@ def zeros_of(found: Calibration) -> tuple[JointZero, ...]:
 
 
 def zero_sentences(found: Calibration) -> list[str]:
-    """Return the zeros, and what the touches tell of a backlash, in words."""
+    """Return a sentence for each zero, one for an assumed noise, and one for a backlash."""
     sentences = [one.sentence for one in zeros_of(found)]
     if found.instrument == (TOUCH_NOISE, 0.0):
         sentences.append(

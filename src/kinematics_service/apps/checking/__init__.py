@@ -1,8 +1,8 @@
 """
-Is this the robot of the file: `check`, and the frame check, with which audits and calibrations
-begin.
+Check whether a robot file describes a given robot: the command `check`, and the frame check of
+audits and calibrations.
 
-In: joint positions with poses of a second source, or the known poses of a robot file. Hypotheses
-(`hypotheses.py`: units, signs, offsets, lags, other orders of angles) are fitted and compared
-(`causes.py`); out comes a diagnosis that names the cause (`diagnosis.py`).
+The input is joint positions with poses of a second source, or the known poses of a robot file.
+Hypotheses about mistakes (`hypotheses.py`: units, signs, offsets, lags, orders of angles) are
+fitted and compared (`causes.py`). The result is a diagnosis that names the cause (`diagnosis.py`).
 """

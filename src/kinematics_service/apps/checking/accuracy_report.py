@@ -1,4 +1,4 @@
-"""The sections `uncertainty` and `tolerance` of a robot file, in words."""
+"""Write the sections `uncertainty` and `tolerance` of a robot file as text."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,7 +8,10 @@ from ...robot.robot import Robot
 
 
 def uncertainty_in_words(robot: Robot) -> Iterator[str]:
-    """Yield lines on `uncertainty:`, all of them standard deviations; none where it is absent."""
+    """
+    Yield lines of text on the standard deviations in `uncertainty:`; none if the section is
+    absent.
+    """
     given = robot.description.uncertainty
     if given is None:
         return
@@ -23,7 +26,7 @@ def uncertainty_in_words(robot: Robot) -> Iterator[str]:
 
 
 def tolerances_in_words(given: Tolerances) -> str:
-    """Return what `tolerance:` says, empty where it is absent."""
+    """Return the entries of `tolerance:` as text; empty if the section is absent."""
     groups = (('lengths', given.length), ('angles', given.angle), ('gear ratios', given.gear))
     values = [*((name, value) for name, value in groups if value is not None), *given.named]
     words = ', '.join(f'{name} {value:.3g}' for name, value in values)
@@ -40,6 +43,6 @@ def _by_joint(robot: Robot, values: Sequence[float], per: str = '') -> str:
 def _of_table(given: Uncertainty) -> Iterator[str]:
     for name, value in given.parameters:
         yield f'{name} {value:.3g}'
-    # A row of the factor is as long as what the number varies with is.
+    # The standard deviation of a number is the norm of its row of the covariance's factor.
     for name, row in given.factor:
         yield f'{name} {math.hypot(*row):.3g}'

@@ -1,9 +1,10 @@
 """
-Orientations whose three numbers were taken for others: Euler angles of another order.
+Detect orientations whose three numbers were read as a wrong kind, for example Euler angles of
+another order.
 
-Of B = X A Y the product trace(B_i^T B_j) is that of A, whatever base and tool are: so all orders
-are compared without a fit. A matrix does not say which of two triples of angles it was made of;
-what agrees with the other poses does.
+If B = X A Y, trace(B_i^T B_j) = trace(A_i^T A_j) for any base and tool. So all orders are compared
+without a fit. Two triples of angles give the same matrix: the triple that agrees with the other
+poses is taken.
 """
 
 from collections.abc import Iterator
@@ -18,35 +19,35 @@ from .hypotheses import Hypothesis
 from .pose_format import MAKERS
 
 ROTVEC = 'rotvec'
-# Number of poses by which the orders are compared.
+# Number of poses with which the orders are compared.
 SAMPLES = 40
-# Number of likely orders that are fitted. The six orders of two moving axes have equal products in
-# pairs: only positions decide between them.
+# Number of the likeliest orders that are fitted. The six orders of two moving axes have equal
+# traces in pairs: only positions distinguish them, in a fit.
 MAX_ORDERS = 150
-# Number of rounds in which the triple of each pose is chosen again.
+# Number of rounds that choose the triple of each pose again.
 ROUNDS = 2
 # Entries of two rotation matrices that differ by less are equal.
 TOLERANCE = 1e-6
 
 
 class _Taken(NamedTuple):
-    # Numbers were written as one kind and read as another.
+    # The kind as which numbers were written, and the kind as which they were read.
     written: str
     read: str
 
 
 class LikelyOrder(NamedTuple):
     """
-    One of the likeliest orders.
+    One of the likeliest orders of the three numbers.
 
     Attributes
     ----------
     sentence
         The mistake, as a statement.
     written, read
-        The kinds of numbers that the orientations were written as, and read as.
+        The kind as which the numbers were written, and the kind as which they were read.
     chosen, of_file : shape (F, 9)
-        Orientations of few poses with that undone, and by the robot file.
+        Orientations of F poses with the mistake corrected, and by the robot file; flat matrices.
     """
 
     sentence: str
@@ -56,8 +57,11 @@ class LikelyOrder(NamedTuple):
     of_file: Floats
 
     def undone(self, poses: Floats, A: Floats) -> Hypothesis:
-        """Return the mistake undone in poses (N, 4, 4), which A are by the robot file."""
-        # Take the triple of each pose that agrees with the chosen ones.
+        """
+        Return the hypothesis with corrected poses, from measured `poses` (N, 4, 4) and poses A
+        (N, 4, 4) of the robot file.
+        """
+        # For each pose, take the triple that agrees best with the chosen orientations.
         rotations = _rotations(self.written, _numbers(self.read, poses[:, :3, :3]))
         found = rotations.reshape(2, -1, 9) @ self.chosen.T
         wrong = np.sum((found - A[:, :3, :3].reshape(-1, 9) @ self.of_file.T) ** 2, axis=2)
@@ -68,15 +72,15 @@ class LikelyOrder(NamedTuple):
 
 def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]:
     """
-    Return the likeliest orders of the three numbers that the orientations were made of.
+    Return the likeliest orders of the three numbers from which the orientations were computed.
 
     Parameters
     ----------
     poses, A : shape (N, 4, 4)
         Poses of the second source, and of the robot file.
     read
-        How the orientations were read: `rpy`, one of `EULER_ORDERS` or `rotvec`. Any other text
-        means that it is unknown.
+        The kind as which the orientations were read: `rpy`, one of `EULER_ORDERS`, or `rotvec`.
+        Any other text means unknown.
     """
     R = poses[:, :3, :3]
     few = few_of(len(R))
@@ -100,18 +104,19 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
 
 
 def few_of(count: int) -> Integers:
-    """Return the places of the few among as many poses by which orders are compared."""
+    """Return the indices of at most 40 poses, evenly spread, with which orders are compared."""
     return np.unique(np.linspace(0, count - 1, SAMPLES).astype(int))
 
 
 def order_hypotheses_of(poses: Floats, A: Floats, read: str = '') -> Iterator[Hypothesis]:
-    """Yield that the orientations were made of another order, as `likely_orders` takes them."""
+    """Yield a hypothesis for each of the likely orders; arguments are as in `likely_orders`."""
     for one in likely_orders(poses, A, read):
         yield one.undone(poses, A)
 
 
 def _pairs(read: str) -> list[_Taken]:
-    # Numbers in reverse are those of the opposite kind of axes: xyz read for zyx is ZYX for XYZ.
+    # Return the pairs of kinds to be tried. If the reading is unknown, skip most readings with
+    # moving axes: xyz read as zyx gives the same rotations as ZYX read as XYZ.
     orders = (*EULER_ORDERS, ROTVEC)
     known = 'xyz' if read == 'rpy' else read
     if known in orders:
@@ -122,7 +127,7 @@ def _pairs(read: str) -> list[_Taken]:
 
 
 def _numbers(kind: str, R: Floats) -> Floats:
-    # Both triples (2, N, 3) that make rotations (N, 3, 3).
+    # Return both triples of numbers (2, N, 3) that give rotations (N, 3, 3).
     if kind == ROTVEC:
         vectors = rotation_vector(R)
         turns = np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -139,9 +144,10 @@ def _rotations(kind: str, numbers: Floats) -> Floats:
 
 
 def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
-    # For every pair of kinds, return the triple of each pose that agrees best with the others, as
-    # rotations (H, N, 9) of (H, 2, N, 9), and the errors of their products (N, N). The choice
-    # starts from both triples of the first pose.
+    # For each of H pairs of kinds, choose the triple of each pose that agrees best with the other
+    # poses. `every` (H, 2, N, 9) has the rotations of both triples, `products` (N, N) the traces
+    # of the robot file. Return the chosen rotations (H, N, 9) and the errors (H,) of their traces.
+    # The choice starts from both triples of the first pose.
     count, _, many, _ = every.shape
     flat = every.reshape(count, 2 * many, 9)
     wrong = (flat @ np.swapaxes(flat, 1, 2)).reshape(count, 2, many, 2, many)
@@ -151,7 +157,8 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     wrong[:, :, pose, :, pose] = 0.0  # a pose does not check itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
-        # Errors of each triple against the triples chosen so far, and then against all chosen.
+        # Sum the errors of each triple against the triples chosen so far. The rounds after that
+        # sum them against all chosen triples.
         sums = wrong[:, start, 0]
         for k in range(1, many):
             sums = sums + wrong[pairs, np.argmin(sums[:, :, k], axis=1), k]

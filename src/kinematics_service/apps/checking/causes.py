@@ -1,5 +1,7 @@
 """
-Causes of the remainder between two sources of poses: each is undone, and the remainders compared.
+Find the mistake that explains the residuals between two sources of poses.
+
+Each possible mistake is corrected, and the residuals after a new fit are compared.
 """
 
 import math
@@ -53,32 +55,34 @@ from .offsets import (
     span_of,
 )
 
-# A cause is named if undoing it divides the remainder by 3 or more.
+# A cause is named if its correction divides the residuals by 3 or more.
 NAMED_RATIO = 3.0
-# A cause is called likely if undoing it divides the remainder by 2 or more.
+# A cause is called likely if its correction divides the residuals by 2 or more.
 LIKELY_RATIO = 2.0
 # Named causes are rivals if their ratios differ by less than a factor of 2.
 RIVAL_RATIO = 2.0
 # Likely causes are rivals if their ratios differ by less than a factor of 1.25.
 LIKELY_RIVAL_RATIO = 1.25
-# Steps of a first selection of hypotheses by few poses.
+# Number of Levenberg-Marquardt steps of the fits that preselect hypotheses with few poses.
 SIFT_STEPS = 4
-# Number of hypotheses that are tried at once, the likeliest first.
+# Number of hypotheses that are fitted to few poses at once, the likeliest first.
 BATCH_SIZE = 16
-# Number of hypotheses that are then fitted to all poses.
+# Number of preselected hypotheses that are fitted to all poses.
 FITTED_IN_FULL = 4
-# Factor by which an estimate from a few poses may be too small.
+# Factor by which a score from few poses may differ from that of all poses.
 SIFT_MARGIN = 2.0
-# Share of the squares that a number must take off to first order, to be fitted.
+# A number is fitted only if, to first order, it explains more than this share of the squared
+# residuals.
 FIRST_ORDER_SHARE = 0.4
-# Levenberg-Marquardt steps of a number and the offsets together.
+# Largest number of Levenberg-Marquardt steps that fit a number and the offsets together.
 ROUNDS = 12
-# Largest positions of a turning joint (rad) from which its scale is sought, up to a turn: Newton's
-# method converges from 0.5 rad away.
+# The scale of a turning joint is sought from these values of its largest position (rad), up to a
+# turn: Newton's method converges from 0.5 rad away.
 TURNING_REACHES = (*np.arange(-5.5, 6.0),)
-# The same of a sliding joint (m): Newton's method converges from anywhere.
+# The scale of a sliding joint is sought from this value (m) alone: Newton's method converges from
+# anywhere.
 SLIDING_REACHES = (0.0,)
-# Factors of positions that have a name, by unit.
+# Known factors of joint positions, by unit, each with the statement of the mistake.
 FACTORS = (
     ('rad', math.pi / 180.0, 'is in degrees, not radians'),
     ('rad', 180.0 / math.pi, 'was turned from degrees into radians twice'),
@@ -87,21 +91,21 @@ FACTORS = (
     ('m', 0.18 / math.pi, 'is in millimetres, turned from degrees into radians'),
     *((unit, -1.0, 'counts the other way round') for unit in ('rad', 'm')),
 )
-# Largest relative difference of an estimated factor from one that has a name.
+# Largest relative difference of an estimated factor from a known one in FACTORS.
 FACTOR_TOLERANCE = 5e-3
-# A score (rad) below this is round-off.
+# Lower bound of a score (rad): smaller scores are round-off.
 ROUND_OFF = 1e-15
-# Least noise of a score (rad): the last digit of printed poses.
+# Lower bound of the noise of a score (rad): the last digit of printed poses.
 POSE_DIGIT = 1e-6
-# Resolution from which on a number is named: with 0.55 one of 54 recordings of a nominal table, of
-# which two joints move, had a wrong angle named.
+# Smallest resolution of a number that can be the decisive cause. With 0.55, a wrong angle was
+# named in one of 54 recordings with a nominal table and two moving joints.
 MIN_RESOLUTION = 0.75
 
 
 @dataclass(frozen=True, eq=False)
 class TestedCause:
     """
-    A tested cause.
+    A mistake that was tested as the cause of the residuals.
 
     Attributes
     ----------
@@ -112,17 +116,19 @@ class TestedCause:
     sentence
         The mistake, as a statement.
     value
-        The number found, in rad, m, s or samples, or the factor of a joint; None if there is none.
+        The fitted number, in rad, m, s or samples, or the factor of a joint; None if the mistake
+        has no number.
     ratio
-        Remainder before over remainder after it is undone.
+        Residuals (score) before the correction divided by those after it.
     errors
-        The remainder then.
+        The residuals after the correction.
     base_offset, tool_offset : shape (4, 4)
-        The offsets then; see `FrameDiagnosis`.
+        The offsets after the correction; see `FrameDiagnosis`.
     name
-        The joint, or the number of the table; empty if there is none.
+        The joint, or the number of the table; empty if the mistake has none.
     resolution
-        Which share of the number these poses tell from all other numbers; 1 if there is none.
+        Model resolution of the number: 1 if these poses distinguish it from all other numbers, 0
+        if they do not. It is 1 if the mistake has no number.
     """
 
     key: str
@@ -138,16 +144,17 @@ class TestedCause:
 
 class Causes(NamedTuple):
     """
-    Causes that explain about as much, the likely one first.
+    The best causes of the residuals, which explain about equally much; the likeliest first.
 
     Attributes
     ----------
     named
-        Those that explain at least two thirds.
+        Causes that explain at least two thirds of the residuals.
     likely
-        Those that explain most of it, but not two thirds; empty if some are named.
+        Causes that explain at least half, but not two thirds; empty if causes are named.
     decisive
-        Whether the only one that is named leaves what instrument and nominal table can leave.
+        Whether only one cause is named, and its correction leaves no more than an instrument and a
+        nominal table can leave.
     """
 
     named: tuple[TestedCause, ...] = ()
@@ -157,12 +164,18 @@ class Causes(NamedTuple):
 
 def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLAINED) -> Causes:
     """
-    Return the causes that explain the remainder of `fit` between A (N, 4, 4) and the poses.
+    Return the causes that explain the residuals of `fit` between A (N, 4, 4) and the poses.
 
     Parameters
     ----------
+    given
+        Joint positions and poses of the second source.
+    A
+        Poses of the robot file.
+    fit
+        The fit of base and tool offsets between both.
     limit
-        The remainder that an instrument and a nominal table can leave.
+        The residuals (RMS) that an instrument and a nominal table can leave.
     """
     tried = [*_whole(given, fit), *_numbers(given, A, fit), *_lag(given, A, fit)]
     tried += _orders(given, A, fit, tried)
@@ -170,8 +183,8 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
     best = max((cause.ratio for cause in tried), default=0.0)
 
     def about(factor: float) -> tuple[TestedCause, ...]:
-        # If two causes explain as much, a discrete mistake is likelier than a number that happens
-        # to fit.
+        # Return the causes within a factor of the best. Put discrete mistakes first: they are
+        # likelier than a number that happens to fit.
         kept = [cause for cause in tried if cause.ratio * factor >= best]
         return tuple(sorted(kept, key=lambda cause: (cause.value is not None, -cause.ratio)))
 
@@ -185,8 +198,9 @@ def causes_of(given: ComparedData, A: Floats, fit: Fit, limit: PoseLimit = EXPLA
 
 
 def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
-    # A nominal table leaves a remainder within NOMINAL without any mistake. With a lag undone a
-    # moving arm leaves more: between few samples, and by inexact stamps.
+    # Return whether a cause is decisive. Without any mistake, a nominal table leaves residuals
+    # within NOMINAL: do not name a gross mistake then. After a lag is corrected, a moving arm
+    # leaves larger residuals, since samples are few and stamps inexact.
     gross = cause.value is None or cause.key in ('joint_scale', 'time_lag')
     if gross and errors_of(before.position, before.rotation).within(NOMINAL):
         return False
@@ -196,7 +210,7 @@ def _decisive(cause: TestedCause, before: Fit, limit: PoseLimit) -> bool:
 
 
 def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
-    # Leave out scales of a joint if a cause with fewer numbers explains the remainder as well.
+    # Leave out scales of a joint if a cause with fewer numbers explains the residuals as well.
     said = {one.sentence for one in tried if one.value is None}
     units = [one.ratio for one in tried if one.key in ('degrees', 'millimetres')]
     least = RIVAL_RATIO * max(units, default=0.0)
@@ -208,7 +222,7 @@ def _simplest(tried: Sequence[TestedCause]) -> list[TestedCause]:
 
 
 def _whole(given: ComparedData, fit: Fit) -> list[TestedCause]:
-    # All are tried with a few poses; the best are fitted with all of them.
+    # Try all discrete mistakes with few poses, and fit the best ones to all poses.
     changes = possible(given)
     sifted = _sifted(*undone(given, changes, few_of(len(given.q))), _most(fit))
     return _undoing(given, [changes[k] for k in sifted], fit, sifted)
@@ -221,7 +235,7 @@ def _orders(
         return []  # small angles hardly depend on their order
     likely = likely_orders(given.poses, A, given.read)
     few = few_of(len(A))
-    # The joints are where they were.
+    # Joint positions and A stay; only the orientations of the second source change.
     others = np.tile(given.poses[few], (len(likely), 1, 1, 1))
     others[..., :3, :3] = np.reshape([one.chosen for one in likely], (len(likely), -1, 3, 3))
     sifted = _sifted(np.broadcast_to(A[few], others.shape), others, _most(fit, tried))
@@ -229,14 +243,15 @@ def _orders(
 
 
 def _most(fit: Fit, tried: Sequence[TestedCause] = ()) -> float:
-    # Return the score of few poses above which a cause explains too little, or less than others.
+    # Return the largest useful score with few poses: above it, a cause explains too little, or
+    # less than causes that were tried already.
     ratio = max([LIKELY_RATIO, *(one.ratio / RIVAL_RATIO for one in tried)])
     return SIFT_MARGIN * float(fit.score) / ratio
 
 
 def _sifted(A: Floats, B: Floats, most: float) -> dict[int, Fit]:
-    # Return the fits with the smallest scores below `most`, by the rising number of the problem. A
-    # problem whose lower bound is far above the best score is not fitted.
+    # Return the fits with the smallest scores below `most`, by the index of the problem. Problems
+    # whose lower bound is far above the best score are not fitted.
     bounds, found = least_angles(A, B), dict[int, Fit]()
     order = np.argsort(bounds, kind='stable')
     for some in np.split(order, range(BATCH_SIZE, len(order), BATCH_SIZE)):
@@ -272,7 +287,10 @@ def possible(given: ComparedData) -> list[Hypothesis]:
 def undone(
     given: ComparedData, changes: Sequence[Hypothesis], rows: Integers | slice = slice(None)
 ) -> tuple[Floats, Floats]:
-    """Return poses of both sources with each change undone, of some rows, (H, N, 4, 4) each."""
+    """
+    Return the poses of robot file and second source with each mistake corrected, (H, N, 4, 4)
+    each; `rows` selects some rows.
+    """
     q = np.stack([change.joints(given.q)[rows] for change in changes])
     A = evaluate(given.robot, q, depth=kernel.POSE).pose
     for k, change in enumerate(changes):
@@ -282,7 +300,7 @@ def undone(
 
 
 def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
-    # Rank the numbers by the squares that each explains to first order, and fit the best.
+    # Rank the numbers by the squared residuals that each explains to first order; fit the best.
     scales = list(scale_hypotheses_of(given))
     numbers = [*number_hypotheses_of(given), *scales]
     moved, rest = _beyond(given, A, fit, np.concatenate([one.columns for one in numbers], axis=2))
@@ -298,8 +316,8 @@ def _numbers(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     if not errors_of(fit.position, fit.rotation).within(EXPLAINED):
         starts += _scale_starts(given, scales, fit)
     found = [cause for start in starts if (cause := _fitted(given, fit, *start))]
-    # Keep one cause of a joint: its zero rather than its scale, and a positive scale rather than a
-    # negative one, which base and tool turned round would have, too.
+    # Keep one cause for each joint. Prefer its zero to its scale, and a positive scale to a
+    # negative one: a base and tool turned round look like a negative scale.
     found.sort(key=_preference)
     return list({one.name: one for one in found}.values())
 
@@ -311,8 +329,8 @@ def _preference(cause: TestedCause) -> float:
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
-    # Project the columns of the numbers (6 N, c) and the remainder (6 N,) onto the complement of
-    # the offsets.
+    # Project the columns of the numbers (6 N, c) and the residuals (6 N,) onto the orthogonal
+    # complement of the columns of the offsets, and return both.
     scale = np.reshape(scale_of(given.poses), (1, 1, 1))
     J, r = equations_of(A, fit, scale)
     basis = span_of(J)
@@ -324,7 +342,7 @@ def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[
 def _scale_starts(
     given: ComparedData, scales: Sequence[NumberHypothesis], before: Fit
 ) -> list[tuple[NumberHypothesis, Floats, Fit]]:
-    # Start the scales on a grid of each joint's range; return the best fits to few poses.
+    # Fit the scale of each joint to few poses from a grid of starts; return the best fits.
     few, farthest = few_of(len(given.q)), np.max(np.abs(given.q), axis=0)
     grid = [
         (one, reach / farthest[one.joint] - 1.0)
@@ -332,7 +350,7 @@ def _scale_starts(
         for reach in (SLIDING_REACHES if one.unit == 'm' else TURNING_REACHES)
     ]
     if given.robot.chain.loops or not grid:
-        return []  # with other ranges the loops do not close
+        return []  # at scaled joint positions closed loops do not close
     joints, more = [one.joint for one, _ in grid], np.array([share for _, share in grid])
     ways = joint_ways(given.q)[joints][:, few]
     moved = partial(moved_joints, given.robot, given.q[few], joints, ways)
@@ -350,14 +368,14 @@ def _scale_starts(
 def _fitted(
     given: ComparedData, before: Fit, number: NumberHypothesis, values: Floats, begin: Fit
 ) -> TestedCause | None:
-    # Fit the offsets and the number together; None if a closed loop does not close.
+    # Fit the offsets and the number together. Return None if a closed loop does not close.
     try:
         found = fit_numbers(number.at, values[None], given.poses[None], lifted(begin), ROUNDS)
     except LoopError:
         return None
     fit, value, size, q = found.fit.one(0), float(found.values[0, -1]), number.usual, given.q
     if number.joint >= 0 and joint_range(q)[number.joint] > MIN_RANGE:
-        size = max(size, abs(value))  # of a joint that moves any error is as likely
+        size = max(size, abs(value))  # for a moving joint, any size of the error is likely
     if number.key == 'joint_scale':
         q = q + np.eye(q.shape[1])[number.joint] * (
             joint_ways(q)[number.joint] @ found.values[0][:, None]
@@ -366,9 +384,10 @@ def _fitted(
     cause = _cause(number.key, number_in_words(number, value), value, before, fit)
     if cause.ratio < NAMED_RATIO:
         return replace(cause, name=number.name)
-    # The diagonal of the model resolution matrix (Menke, Geophysical Data Analysis, chapter 4) of
-    # a least-squares fit of all numbers by their usual errors: 1 if poses tell this number from
-    # the others, 0 if they do not. Subtract the relative change of this number in that fit.
+    # Compute the resolution of this number: its diagonal entry of the model resolution matrix
+    # (Menke, Geophysical Data Analysis, chapter 4) of a least-squares fit of all numbers, scaled
+    # by their usual errors. It is 1 if the poses distinguish this number from the others, else
+    # less. Subtract the relative change of this number in that fit.
     there, change = given._replace(q=q), number.at(found.values)
     others = [
         one.usual * one.columns[:, :, -1:]
@@ -385,7 +404,7 @@ def _fitted(
 
 
 def number_in_words(number: NumberHypothesis, value: float) -> str:
-    """Return the sentence that a number of the robot needs a correction, or a joint a factor."""
+    """Return the sentence of a wrong number: its correction, or the factor of a joint."""
     if number.key == 'joint_scale':
         for unit, factor, words in FACTORS:
             if unit == number.unit and abs(value / factor - 1.0) < FACTOR_TOLERANCE:
@@ -405,7 +424,7 @@ def _lag(given: ComparedData, A: Floats, fit: Fit) -> list[TestedCause]:
     try:
         found = lagged(given.robot, given.later, given.poses, A, fit)
     except LoopError:
-        return []  # at another time a closed loop does not close
+        return []  # at another lag, a closed loop does not close
     if found is None:
         return []
     size, unit = abs(found.value), given.later.unit

@@ -1,4 +1,4 @@
-"""The diagnosis: constant offsets, the remainder, and the tested cause that explains it."""
+"""Diagnose differences between two sources of poses: fit offsets, and name the likely cause."""
 
 import math
 from dataclasses import dataclass
@@ -20,21 +20,22 @@ from .joint_motion import SampledMotion
 from .lag import Later, looked_up
 from .offsets import Fit, equations_of, fit_offsets, free_directions, scale_of
 
-# A remainder below both (m, rad) needs no cause: the best laser trackers leave 0.02 mm and, of a
-# probe with six degrees of freedom, 0.01 deg.
+# No cause is sought if residuals are below both limits (m, rad): the best laser trackers leave
+# 0.02 mm, and with a 6-DOF probe 0.01 deg.
 FINE = PoseLimit(2e-5, 2e-4)
-# The frame base_link of UR arms is their base turned by 180 deg about z.
+# The base offset that is named: the frame base_link of UR arms is their base turned by 180 deg
+# about z.
 BASE_LINK = ('base', 'about z', 180)
-# Larger ratios of remainders are round-off and are not printed.
+# Larger ratios of residuals before and after a correction are round-off and are not printed.
 MAX_SHOWN_RATIO = 1e6
-# Deviation of R^T R from the identity that float32 and printed digits explain.
+# Largest difference of R^T R from the identity that float32 and printed digits explain.
 ORTHOGONALITY_TOLERANCE = 0.01
-# Number of poses that determine the offsets of base and tool.
+# Smallest number of poses that determine the offsets of base and tool.
 MIN_POSES = 3
-# Number of poses that are needed to name a cause.
+# Smallest number of poses for which a cause is sought.
 CAUSE_POSES = 8
 
-# The sentence about causes that are not tried for an arm with closed loops.
+# The sentence for arms with closed loops, for which some causes are not tried.
 NOT_TRIED = (
     '. Lengths and conventions of the table are no causes that were tried: the closed loops would '
     'close elsewhere'
@@ -44,12 +45,12 @@ NOT_TRIED = (
 @dataclass(frozen=True, eq=False)
 class FrameDiagnosis:
     """
-    The relation between the poses of a robot file and those of a second source.
+    The comparison of the poses of a robot file (A) with those of a second source (B).
 
     Attributes
     ----------
     sentence
-        The whole diagnosis in words.
+        The whole diagnosis as text.
     count
         Number of poses compared.
     as_given
@@ -58,16 +59,17 @@ class FrameDiagnosis:
         X and Y of B = X A Y: the file's base frame in that of the second source, and the second
         source's tool in that of the file.
     errors
-        The remainders with these offsets.
+        The residuals with these offsets.
     undetermined
-        Directions of the offsets these poses do not determine, in words.
+        Directions of the offsets that these poses do not determine, as text.
     cause
-        The cause of the remainder: the only one that leaves as little, and no more than instrument
-        and nominal table can leave; None if none is decisive.
+        The decisive cause of the residuals: no other explains as much, and its correction leaves
+        no more than instrument and nominal table can leave. None if no cause is decisive.
     causes
-        All that explain at least two thirds and about as much, the likely one first.
+        Causes that explain at least two thirds of the residuals, and about equally much; the
+        likeliest first.
     likely
-        If there is none: those that explain most of it, though not two thirds.
+        If `causes` is empty: causes that explain at least half of the residuals.
     """
 
     sentence: str
@@ -94,7 +96,7 @@ def diagnose_frames(
     fine: PoseLimit = FINE,
 ) -> FrameDiagnosis:
     """
-    Return how poses of a second source differ from those of the robot file, and the likely cause.
+    Compare poses of a second source with those of the robot file, and return the likely cause.
 
     Parameters
     ----------
@@ -103,20 +105,20 @@ def diagnose_frames(
     q : shape (N, n), rad or m
         Joint positions.
     poses : shape (N, 4, 4)
-        The tool's poses by the second source, at the same times.
+        Poses of the tool by the second source, at the times of `q`.
     stamps : shape (N,), s
         Times of the poses; needed only to find a lag in seconds.
     motion : shapes (K,), s, and (K, n), rad or m
-        Rising times and joint positions around the stamps, to find a lag; default: those of the
-        poses themselves.
+        Rising times and joint positions around the stamps, to find a lag; default: `stamps` and
+        `q`.
     limit
-        The remainder (rms) that an instrument and a nominal table can leave: a cause that leaves
-        more is not decisive.
+        The residuals (rms) that an instrument and a nominal table can leave: a cause whose
+        correction leaves more is not decisive.
     read
-        How the orientations were read: `rpy`, `ZYX` and the other orders of three angles, or
-        `rotvec`; otherwise any of these may have been before.
+        The kind as which the orientations were read: `rpy`, `ZYX` or another order of three
+        angles, or `rotvec`. Any other text means unknown.
     fine
-        Remainders (rms) that need no cause, so that none is looked for.
+        If residuals (rms) are below this limit, no cause is sought.
 
     Raises
     ------
@@ -181,7 +183,7 @@ def check_rotations(R: Floats) -> None:
     Raises
     ------
     FramesError
-        One is mirrored, or far from a rotation.
+        A matrix is mirrored, or far from a rotation.
     """
     mirrored = np.flatnonzero(np.linalg.det(R) < 0.0)
     if len(mirrored):
@@ -203,7 +205,8 @@ def _later(
     stamps: npt.ArrayLike | None,
     motion: tuple[npt.ArrayLike, npt.ArrayLike] | None,
 ) -> Later | None:
-    # Returns how to look the joints up at another time, by the best knowledge of their motion.
+    # Return a lookup of joint positions at other times, from `motion`, from q at `stamps`, or from
+    # q as consecutive samples. Return None if the stamps do not rise.
     t = None if stamps is None else numbers_of('stamps', stamps)
     if t is not None and t.shape != (len(q),):
         raise FramesError(f'stamps must have the shape {(len(q),)}, not {t.shape}')
@@ -245,7 +248,7 @@ def _sentence(
     causes: Causes | None,
     known: str,
 ) -> str:
-    # No causes: the remainder needs none.
+    # Return the whole diagnosis as text. `causes` is None if the residuals need no cause.
     if causes is not None and causes.decisive:
         (cause,) = causes.named
         less = f', {cause.ratio:.3g} times less' if cause.ratio < MAX_SHOWN_RATIO else ''
@@ -272,7 +275,7 @@ def _sentence(
 
 
 def _known_offset(fit: Fit) -> str:
-    # In words that only the base is turned, about its origin, or only the tool.
+    # Return a text if only the base or only the tool is turned, about its origin; else empty.
     for end, one, other in (('base', fit.X, fit.Y), ('tool', fit.Y, fit.X)):
         turn, rest = rotation_vector(one[:3, :3]), rotation_vector(other[:3, :3])
         way = max(np.linalg.norm(one[:3, 3]), np.linalg.norm(other[:3, 3]))

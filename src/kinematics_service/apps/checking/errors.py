@@ -1,4 +1,4 @@
-"""Differences of poses, and lengths, angles and times in words."""
+"""Differences of poses (RMS and largest), and texts of lengths, angles and times with units."""
 
 import math
 from typing import NamedTuple
@@ -20,7 +20,7 @@ def _number(value: float) -> str:
 
 
 def _with_unit(value: float, unit: str) -> str:
-    # Below UNIT_LIMIT thousandths of the unit are printed, for example mm.
+    # Return a value as text; below UNIT_LIMIT in thousandths of the unit, for example mm.
     thousandths = 1e3 * value
     if abs(thousandths) <= ROUND_OFF:
         return f'0 m{unit}'
@@ -29,39 +29,39 @@ def _with_unit(value: float, unit: str) -> str:
 
 
 def length_in_words(length: float) -> str:
-    """Return a length (m) in mm, from 1 m in m, and 0 for round-off."""
+    """Return a length (m) as text in mm, from 1 m on in m, and as 0 for round-off."""
     return _with_unit(length, 'm')
 
 
 def angle_in_words(angle: float) -> str:
-    """Return an angle (rad) in deg, and 0 for round-off."""
+    """Return an angle (rad) as text in deg, and as 0 for round-off."""
     degrees = math.degrees(angle)
     return f'{_number(degrees)} deg' if abs(degrees) > ROUND_OFF else '0 deg'
 
 
 def time_in_words(time: float) -> str:
-    """Return a time (s) in ms, and 0 for round-off."""
+    """Return a time (s) as text in ms, from 1 s on in s, and as 0 for round-off."""
     return _with_unit(time, 's')
 
 
 class PoseLimit(NamedTuple):
-    """Largest remainder (RMS, with constant offsets of base and tool): m and rad."""
+    """Limits of position (m) and rotation (rad) residuals: RMS after base and tool are fitted."""
 
     position: float
     angle: float
 
     def in_words(self) -> str:
-        """Return both."""
+        """Return both limits as text."""
         return f'{length_in_words(self.position)} or {angle_in_words(self.angle)}'
 
 
-# An arm with the nominal table of its type, not the calibrated one of the unit, is off by 1 to 3
-# mm and up to 0.4 deg: no more is left by it and an instrument that is worth the name.
+# Largest residuals of an uncalibrated arm with the nominal table of its type, measured by an
+# instrument. The table alone is off by 1 to 3 mm and up to 0.4 deg.
 NOMINAL = PoseLimit(4e-3, math.radians(0.5))
-# If each number of a table is off by 1 mm and 0.2 deg, 4 to 10 mm and 0.5 to 1 deg remain. A cause
-# that leaves more is not the only mistake.
+# Largest residuals after the only mistake is corrected. If each number of a table is off by 1 mm
+# and 0.2 deg, residuals are 4 to 10 mm and 0.5 to 1 deg.
 EXPLAINED = PoseLimit(12e-3, math.radians(1.25))
-# Every calibrated arm leaves less than 20 mm and 2 deg.
+# Residuals of a right table are always below 20 mm and 2 deg; larger ones are an error.
 ERROR_LIMIT = PoseLimit(20e-3, math.radians(2.0))
 
 
@@ -83,17 +83,17 @@ class Errors(NamedTuple):
         return self.position_rms < limit.position and self.rotation_rms < limit.angle
 
     def in_words(self) -> str:
-        """Return both RMS values, in mm or m and in deg."""
+        """Return both RMS values as text, in mm or m and in deg."""
         return f'{length_in_words(self.position_rms)}, {angle_in_words(self.rotation_rms)}'
 
     def cells(self) -> list[str]:
-        """Return all four in words, in their order."""
+        """Return all four values as texts, in the order of the fields."""
         words = (length_in_words, length_in_words, angle_in_words, angle_in_words)
         return [in_words(value) for in_words, value in zip(words, self)]
 
 
 def errors_of(position: Floats, rotation: Floats) -> Errors:
-    """Return the errors of remainders, position (N, 3) in m and rotation (N, 3) in rad."""
+    """Return RMS and largest residuals, from position (N, 3) in m and rotation (N, 3) in rad."""
     sizes = np.linalg.norm([position, rotation], axis=2)
     rms, largest = np.sqrt(np.mean(sizes**2, axis=1)), np.max(sizes, axis=1)
     return Errors(*np.stack([rms, largest], axis=1).ravel().tolist())

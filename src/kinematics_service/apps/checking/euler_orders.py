@@ -1,4 +1,4 @@
-"""Rotations as three angles about axes, in any of the 24 orders: Craig, appendix B."""
+"""Convert rotations to three angles and back, in any of the 24 orders of Craig, appendix B."""
 
 import itertools
 
@@ -8,8 +8,8 @@ import numpy.typing as npt
 from ...kernel import Floats
 from ...rigid_motion import turn_about
 
-# The 24 orders of three angles (Craig, appendix B): each letter is the axis of the angle in its
-# place, small where the axes stand still, capital where they move along. roll pitch yaw is xyz.
+# The 24 orders of three angles (Craig, appendix B). Letter k is the axis of angle k. Small letters
+# are axes that stand still, capitals are axes that move along. roll pitch yaw is xyz.
 EULER_ORDERS = tuple(
     order
     for axes in itertools.product('xyz', repeat=3)
@@ -20,7 +20,7 @@ EULER_ORDERS = tuple(
 
 def rotation_of_euler(order: str, angles: npt.ArrayLike) -> Floats:
     """
-    Return the rotations (..., 3, 3) of angles (..., 3), rad, of one of `EULER_ORDERS`.
+    Return the rotations (..., 3, 3) of three angles (..., 3), rad, in an order of `EULER_ORDERS`.
 
     xyz is Rz(c) Ry(b) Rx(a), about axes that stand still; XYZ is Rx(a) Ry(b) Rz(c).
     """
@@ -34,10 +34,10 @@ def rotation_of_euler(order: str, angles: npt.ArrayLike) -> Floats:
 
 def euler_angles(order: str, R: Floats) -> Floats:
     """
-    Return the angles (..., 3), rad, of rotations (..., 3, 3), that multiply out to them.
+    Return the three angles (..., 3), rad, of rotations (..., 3, 3), in an order of `EULER_ORDERS`.
 
-    The middle one is within a quarter turn of 0, or from 0 to half a turn where the first axis is
-    the third; the others are within half a turn.
+    The middle angle is from -90 to 90 degrees, or from 0 to 180 degrees if the first axis is also
+    the third. The other angles are from -180 to 180 degrees.
     """
     axes = order.upper() if order.isupper() else order[::-1].upper()
     i, j, k = ('XYZ'.index(axis) for axis in axes)
@@ -49,7 +49,8 @@ def euler_angles(order: str, R: Floats) -> Floats:
     else:
         a = np.arctan2(R[..., j, i], -sign * R[..., last, i])
         b = np.arctan2(np.hypot(R[..., i, j], R[..., i, last]), R[..., i, i])
-    # Next to where a and c turn about one axis a may be anything; then c makes up for it.
+    # Near a singular orientation, a and c turn about one axis, and a may have any value. Compute c
+    # from the rest of the rotation, so that the product is right for any a.
     M = np.swapaxes(turn_about(np.eye(3)[i], a), -1, -2) @ R
     other = i if i != k else last
     c = np.arctan2((sign if i != k else -sign) * M[..., j, other], M[..., j, j])

@@ -1,4 +1,4 @@
-"""Hypotheses about differences between a robot file and a second source of poses."""
+"""Generate hypotheses: mistakes that may explain why two sources of poses differ."""
 
 import itertools
 from collections.abc import Callable, Iterator, Sequence
@@ -29,14 +29,14 @@ INVERSE = 'the poses are those of the base in the tool frame'
 LENGTHS_IN_MM = 'the lengths of the table are in millimetres, not metres'
 # Pairs of joints (swapped, or coupled) are tried for arms with at most 12 joints.
 MAX_SWAPPED_JOINTS = 12
-# A joint moves if its positions differ from their mean by more (rad, m).
+# A joint counts as moving if a position differs from their mean by more than this (rad, m).
 MIN_RANGE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """
-    A discrete mistake that is possible: other joint positions, another table, or other poses.
+    A possible discrete mistake, with corrected joint positions, table or poses.
 
     Attributes
     ----------
@@ -45,13 +45,13 @@ class Hypothesis:
     sentence
         The mistake, as a statement.
     q : shape (N, n)
-        Joint positions with the mistake undone; None: as given.
+        Joint positions with the mistake corrected; None: they are right.
     robot
-        The robot with the mistake undone; None: as given.
+        The robot with the mistake corrected; None: it is right.
     poses : shape (N, 4, 4)
-        Poses with the mistake undone; None: as given.
+        Poses with the mistake corrected; None: they are right.
     unit
-        The length (m) that is 1 in them.
+        Length (m) of one unit of the corrected positions.
     """
 
     key: str
@@ -62,30 +62,32 @@ class Hypothesis:
     unit: float = 1.0
 
     def joints(self, q: Floats) -> Floats:
-        """Return joint positions with the mistake undone, of those given."""
+        """Return the corrected joint positions; `q` if the mistake is not in the positions."""
         return q if self.q is None else self.q
 
     def seen(self, poses: Floats) -> Floats:
-        """Return poses with the mistake undone, of those given."""
+        """Return the corrected poses; `poses` if the mistake is not in the poses."""
         return poses if self.poses is None else self.poses
 
 
 class NumberHypothesis(NamedTuple):
     """
-    A number of the robot that may be wrong, or the zero and the scale of a joint together.
+    A number of the robot that may be wrong; for a scale, the zero and the scale of a joint.
 
     Attributes
     ----------
     key, name
-        Kind of the cause, for programs; the joint, or the number and its row.
+        Kind of the cause, for programs; name of the joint, or of the number and its row.
+    unit
+        rad or m.
     usual
-        A usual error of the number, rad or m; of a scale, that of the range.
+        A usual error of the number, rad or m; for a scale, the usual error of the range.
     at
-        Returns the poses (1, N, 4, 4) for corrections (1, c), and how they move, (1, N, 6, c).
+        Returns the poses (1, N, 4, 4) for corrections (1, c), and their derivatives (1, N, 6, c).
     columns : shape (N, 6, c)
-        The derivatives of the poses at the number of the file, linear rows first.
+        The derivatives of the poses at zero correction, linear rows first.
     joint
-        The joint whose zero or scale it is; -1 if it is of the table.
+        Index of the joint whose zero or scale this is; -1 for a number of the table.
     """
 
     key: str
@@ -99,19 +101,20 @@ class NumberHypothesis(NamedTuple):
 
 class ComparedData(NamedTuple):
     """
-    The data of a comparison.
+    The data that are compared: a robot and its joint positions with the poses of a second source.
 
     Attributes
     ----------
+    robot
+        The robot of the file.
     q : shape (N, n), rad or m
         Joint positions.
     poses : shape (N, 4, 4)
         Poses of the second source.
     later
-        The joints at another time; None if times are unknown.
+        Joint positions at other times, to find a lag; None if times are unknown.
     read
-        The kind of the orientations as they were read, one of `pose_format.KINDS`; empty if it is
-        unknown.
+        The kind as which the orientations were read, one of `pose_format.KINDS`; empty if unknown.
     """
 
     robot: Robot
@@ -122,14 +125,14 @@ class ComparedData(NamedTuple):
 
 
 def hypotheses_of(given: ComparedData) -> Iterator[Hypothesis]:
-    """Yield every discrete mistake that is possible, but for the order of three angles."""
+    """Yield all possible discrete mistakes, except a wrong order of three angles."""
     yield from joint_hypotheses_of(given.robot, given.q)
     yield from _of_table(given)
     yield from _of_poses(given.poses)
 
 
 def joint_hypotheses_of(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
-    """Yield every discrete mistake of the joint positions (N, n), rad or m, that is possible."""
+    """Yield all possible discrete mistakes of the joint positions (N, n), rad or m."""
     names, n = robot.joint_names, robot.dof
     for j in range(n):
         signs = np.ones(n)
@@ -153,13 +156,14 @@ def joint_hypotheses_of(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
 
 
 def from_degrees(robot: Robot, q: Floats) -> Floats:
-    """Return joint positions (N, n) whose angles were in degrees, rad or m."""
+    """Convert the angles of joint positions (N, n) from degrees to rad; lengths stay."""
     return np.where(robot.prismatic, q, np.radians(q))
 
 
 def _coupled(robot: Robot, q: Floats) -> Iterator[Hypothesis]:
-    # A joint behind a parallelogram or a belt turns with the one that carries its motor: joint 3
-    # with joint 2, as FANUC and palletizers count.
+    # Yield that one joint turns with another joint. If a parallelogram or a belt drives a joint,
+    # it turns with the joint that carries its motor: joint 3 with joint 2 for FANUC and
+    # palletizers.
     turning = np.flatnonzero(~robot.prismatic).tolist()
     if len(turning) > MAX_SWAPPED_JOINTS:
         return
@@ -194,14 +198,14 @@ def _orders(names: tuple[str, ...]) -> Iterator[tuple[tuple[int, ...], str]]:
 def _of_table(given: ComparedData) -> Iterator[Hypothesis]:
     robot = given.robot
     if robot.chain.loops:
-        return  # the loops would close at other positions
+        return  # with another table, the loops would close at other joint positions
     for other in CONVENTIONS[robot.convention].others:
         sentence = f'the table is {other.name}, and is read as {robot.convention}'
         yield Hypothesis('convention', sentence, robot=read_as(robot, other.name))
 
 
 def read_as(robot: Robot, convention: str) -> Robot:
-    """Return the robot whose table of quantities is read by another convention."""
+    """Return the robot with its DH table read by another convention."""
     return _with_rows(robot, [row_of(link, convention) for link in robot.description.links])
 
 
@@ -216,7 +220,7 @@ def _with_rows(
 
 
 def number_signs_of(robot: Robot) -> Iterator[Hypothesis]:
-    """Yield every constant of a table whose sign may be wrong."""
+    """Yield a hypothesis for each constant of the table: its sign is wrong."""
     rows = list(table_rows(robot.description))
     for k, link in enumerate(robot.description.links):
         if not isinstance(link, DhRow):
@@ -246,7 +250,10 @@ def _with_constants(robot: Robot, row: DhRow, constants: Floats) -> Row:
 
 
 def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
-    """Yield every table with two numbers exchanged, or with a column one row lower or higher."""
+    """
+    Yield hypotheses for exchanged numbers: any two constants of the table, or a column that is one
+    row too low or too high.
+    """
     links = robot.description.links
     rows = [link for link in links if isinstance(link, DhRow)]
     if len(rows) < len(links) or len(rows) > MAX_SWAPPED_JOINTS:
@@ -273,7 +280,7 @@ def exchanges_of(robot: Robot) -> Iterator[Hypothesis]:
 def _with_numbers(
     robot: Robot, rows: Sequence[DhRow], table: Floats, sentence: str, tried: set[bytes]
 ) -> Iterator[Hypothesis]:
-    # The table with other constants (rows, quantities), unless it was tried.
+    # Yield the table with other constants (rows, quantities), unless it was tried already.
     if table.tobytes() in tried:
         return
     tried.add(table.tobytes())
@@ -282,7 +289,7 @@ def _with_numbers(
 
 
 def ends_left_out_of(robot: Robot) -> Iterator[Hypothesis]:
-    """Yield that poses are those of the bare table: without its base, or without its tool."""
+    """Yield hypotheses that the poses were given without the base, or without the tool."""
     rows, own, still = table_rows(robot.description), robot.description, np.eye(4)
     if not np.array_equal(own.base.motion.matrix, still):
         sentence = "the poses are given in the table's frame 0, without the base of the file"
@@ -328,7 +335,7 @@ def quaternions_of(poses: Floats) -> Floats:
 
 
 def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
-    """Yield every number of the robot that may be wrong: zeros, and numbers of the table."""
+    """Yield each number of the robot that may be wrong: joint zeros and numbers of the table."""
     robot = given.robot
     yield from _of_joints(given, 'joint_offset', 1)
     if robot.chain.loops:
@@ -340,7 +347,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     columns = pose_change(chain, 0.0 * corrections[0], given.q).jacobian
     for k, one in enumerate(arm.table):
         if one.group == 'offsets':
-            continue  # the zero of its joint
+            continue  # an offset is the zero of its joint, which was yielded already
         row = slice(k, k + 1)
 
         def at(values: Floats, row: slice = row) -> PoseChange:
@@ -353,7 +360,10 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
 
 
 def scale_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
-    """Yield that a joint counts by another unit or gear ratio: its zero and its range (rad, m)."""
+    """
+    Yield for each moving joint that its positions have a wrong factor (unit or gear ratio); zero
+    and range (rad, m) are fitted together.
+    """
     yield from _of_joints(given, 'joint_scale', 2)
 
 
@@ -370,12 +380,15 @@ def _of_joints(given: ComparedData, key: str, count: int) -> Iterator[NumberHypo
 
 
 def joint_range(q: Floats) -> Floats:
-    """Return how far positions (N, n) go from their means, at most, shape (n,)."""
+    """Return the largest distance of joint positions (N, n) from their mean, shape (n,)."""
     return np.asarray(np.max(np.abs(q - q.mean(axis=0)), axis=0))
 
 
 def joint_ways(q: Floats) -> Floats:
-    """Return how positions (N, n) move with their zeros, and with their ranges: (n, N, 2)."""
+    """
+    Return the derivatives (n, N, 2) of joint positions (N, n) by the zero and by the range of each
+    joint.
+    """
     reach = np.maximum(joint_range(q), MIN_RANGE)
     return np.stack([np.ones_like(q), (q - q.mean(axis=0)) / reach], axis=-1).swapaxes(0, 1)
 
@@ -384,14 +397,18 @@ def moved_joints(
     robot: Robot, q: Floats, joints: Sequence[int], ways: Floats, values: Floats
 ) -> PoseChange:
     """
-    Return the poses with one joint of each of H problems moved, and how they move: (H, N, ...).
+    Return poses (H, N, 4, 4) of H problems, each with one joint moved, and their derivatives.
 
     Parameters
     ----------
+    q : shape (N, n), rad or m
+        Joint positions before the motion.
     joints : H
-        The joint of each problem.
+        Index of the moved joint of each problem.
     ways : shape (H, N, c)
-        How its positions move with `values` (H, c).
+        Derivatives of the moved joint's positions by `values`.
+    values : shape (H, c)
+        The amounts of the motion, rad or m.
     """
     every = np.arange(len(joints))
     moved = np.tile(q, (len(joints), 1, 1))

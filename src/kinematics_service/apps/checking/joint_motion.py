@@ -1,4 +1,4 @@
-"""Joint positions over time, looked up at any time between the samples."""
+"""Interpolate sampled joint positions at any time between the samples."""
 
 from typing import NamedTuple
 
@@ -9,13 +9,13 @@ from ...kernel import Floats
 
 Flags = npt.NDArray[np.bool_]
 
-# Rates are the slope of a straight line through the samples of a window of this length (s):
-# neighbours at 1 kHz differ by less than their noise; over this time an arm's speed hardly
-# changes.
+# Rates are the slope of a straight line that is fitted to the samples of a window of this length,
+# s. Neighbours at 1 kHz differ by less than their noise, and an arm's speed hardly changes in this
+# time.
 WINDOW = 0.02
-# Smallest number of samples of a line: two neighbours.
+# Smallest number of samples that a line is fitted to.
 MIN_COUNT = 2
-# Largest number of samples of a line: more samples add little information.
+# Largest number of samples that a line is fitted to: more samples add little information.
 MAX_COUNT = 64
 # The motion between two samples further apart (s) is unknown.
 MAX_SAMPLE_GAP = 0.5
@@ -33,18 +33,18 @@ class JointsAtTimes(NamedTuple):
 
 class SampledMotion:
     """
-    Samples of joint positions.
+    Sampled joint positions, and their interpolation.
 
     Parameters
     ----------
     times : shape (K,), s
-        Rising, at least two.
+        Times of the samples, rising, at least two.
     positions : shape (K, n), rad or m
         Joint positions.
     continuous : shape (n,)
-        Joints whose positions may jump by a turn.
+        Flags of the joints whose positions may jump by a full turn.
     longest_gap : s
-        Between samples further apart nothing is known.
+        The motion between samples that are further apart is unknown.
     """
 
     def __init__(
@@ -70,7 +70,8 @@ class SampledMotion:
 
     def at(self, times: Floats) -> JointsAtTimes:
         """
-        Return the joint positions at times (N,): of the best straight line through those around.
+        Return joint positions and rates at times (N,), s, by a straight line that is fitted to the
+        samples around each time.
         """
         stamps, count = self._times, self._count
         first = np.searchsorted(stamps, times, side='right') - count // 2

@@ -1,4 +1,4 @@
-"""The level of a disagreement between two sources of poses: the remainder against two limits."""
+"""Rate a disagreement between two sources of poses: OK, WARN or ERROR by two limits."""
 
 from typing import NamedTuple
 
@@ -8,33 +8,35 @@ from .errors import ERROR_LIMIT, EXPLAINED, NOMINAL, Errors, PoseLimit
 
 
 class FrameLimits(NamedTuple):
-    """The remainders from which on there is a warning, and an error."""
+    """Limits of the residuals: at `warn` the level becomes WARN, at `bad` ERROR."""
 
     warn: PoseLimit = NOMINAL
     bad: PoseLimit = ERROR_LIMIT
 
     @property
     def explained(self) -> PoseLimit:
-        """Return what a cause may leave that explains a remainder: never less than the warning."""
+        """
+        Return the largest residuals after the correction of a decisive cause: at least `warn`.
+        """
         return PoseLimit(*map(max, zip(EXPLAINED, self.warn)))
 
     def level(self, diagnosis: FrameDiagnosis) -> Level:
         """
-        Return ERROR if a cause is named or the remainder is bad, WARN if it is beyond the first
-        limit.
+        Return ERROR if a cause is named or residuals exceed `bad`, WARN if they exceed `warn`,
+        else OK.
         """
         if diagnosis.cause is not None:
             return Level.ERROR
         return self.of(diagnosis.errors)
 
     def of(self, errors: Errors) -> Level:
-        """Return the level of a remainder."""
+        """Return the level of residuals: OK, WARN or ERROR."""
         if not errors.within(self.bad):
             return Level.ERROR
         return Level.OK if errors.within(self.warn) else Level.WARN
 
     def sentence(self, diagnosis: FrameDiagnosis) -> str:
-        """Return the result in words, with the limit that is exceeded if no cause is named."""
+        """Return the diagnosis as text, with the exceeded limit if no cause is named."""
         level = self.level(diagnosis)
         if diagnosis.cause is not None or level == Level.OK:
             return diagnosis.sentence

@@ -1,8 +1,8 @@
 """
-The one mistake that explains why an arm misses the known poses of its file.
+Find the mistake that explains why the table of a robot file misses its known poses.
 
-A mistake is named only if all poses agree once it is undone, within their tolerances or written
-digits. No offset is fitted, so two mistakes at once, or noise, are explained by none.
+A mistake is named only if all poses agree after its correction, within their tolerances or written
+digits. No offset is fitted. So two mistakes at once, or noise, have no explanation.
 """
 
 import itertools
@@ -35,25 +35,25 @@ from .hypotheses import (
 )
 from .known_poses import errors_between, pose_errors, within_digits
 
-# Sentences for files in degrees and in millimetres, by the sentence for rad and m.
+# Sentences of mistakes for files in degrees or millimetres; keys are the sentences for rad and m.
 IN_DEGREES = {RADIANS_TWICE: 'q of the poses is in radians, not degrees'}
 IN_MILLIMETRES = {LENGTHS_IN_MM: 'xyz of the poses is in metres, not millimetres'}
-# Keys of mistakes that need orientations.
+# Keys of mistakes that are tried only if the known poses have orientations.
 OF_ORIENTATIONS = ('tool_axes', 'quaternion_order')
-# Values from which an angle is sought, rad.
+# Initial corrections of an angle for the Gauss-Newton method, rad.
 START_ANGLES = (0.0, 0.5 * math.pi, -0.5 * math.pi, math.pi)
-# Steps of the Gauss-Newton method.
+# Number of Gauss-Newton steps.
 NEWTON_STEPS = 12
-# Poses whose entries differ by less (m, rad) are the same.
+# Poses whose entries differ by less (m, rad) are equal.
 TOOL_TOLERANCE = 1e-9
-# The arm must miss a rounded pose by 10 times the error that its digits allow. Many changes of
-# numbers make a smaller error vanish.
+# Mistakes are sought only if the arm misses a rounded pose by 10 times the error that its digits
+# allow. Many wrong numbers could explain a smaller error.
 ERROR_RATIO = 10.0
 
 
 class PoseCauses(NamedTuple):
     """
-    The mistakes each of which alone explains the known poses of a file.
+    Mistakes that explain the known poses of a file, each alone.
 
     Attributes
     ----------
@@ -81,14 +81,14 @@ class PoseCauses(NamedTuple):
 
 
 class _Undone(NamedTuple):
-    # A mistake, and the poses of the arm and those expected, (N, 4, 4) each, with it undone.
+    # A mistake; the poses of the arm and the expected poses, (N, 4, 4) each, after its correction.
     sentence: str
     poses: Floats
     expected: Floats
 
 
 def pose_causes(robot: Robot) -> PoseCauses:
-    """Return the mistakes each of which explains all known poses of a robot's file."""
+    """Return the mistakes that explain all known poses of a robot's file, each alone."""
     known = within_digits(robot)
     if known != robot.description.known_poses:
         errors = [replace(error, known=known[error.index]) for error in pose_errors(robot)]
@@ -97,7 +97,8 @@ def pose_causes(robot: Robot) -> PoseCauses:
     expected = np.array([pose.motion.matrix for pose in known])
     given = ComparedData(robot, np.array([pose.q for pose in known]), expected)
     count = 0
-    # A wrong sign is a wrong number, too: fit numbers only if no discrete mistake explains all.
+    # Fit numbers only if no discrete mistake explains all poses: a wrong sign, for example, would
+    # also be found as a wrong number.
     for mistakes in (_whole(given), itertools.chain(_ends(given), _numbers(given))):
         tried = list(mistakes)
         count += len(tried)
@@ -131,17 +132,17 @@ def _whole(given: ComparedData) -> Iterator[_Undone]:
     if robot.description.length_unit == 'mm':
         words |= IN_MILLIMETRES
     for change, poses, expected in zip(changes, *undone(given, changes)):
-        sentence = change.sentence.partition(' (--')[0]  # an option of other commands
+        sentence = change.sentence.partition(' (--')[0]  # cut off options of other commands
         yield _Undone(words.get(sentence, sentence), poses, expected)
 
 
 def _angle_units(given: ComparedData) -> Iterator[Hypothesis]:
-    # Yield that the angles of the poses, or of poses and joints, are in the other unit.
+    # Yield that the angles of the poses, or of poses and joints, are in the other unit (rad, deg).
     description = given.robot.description
     try:
         angles = [_written_rpy(pose) for pose in description.known_poses]
     except ValueError:
-        return  # expressions, whose author knows the unit
+        return  # the angles are expressions, in which a wrong unit is unlikely
     in_degrees = description.angle_unit == 'deg'
     meant, factor = (
         ('radians, not degrees', 1.0) if in_degrees else ('degrees, not radians', math.pi / 180.0)
@@ -161,7 +162,8 @@ def _written_rpy(pose: KnownPose) -> Floats:
 
 
 def _ends(given: ComparedData) -> Iterator[_Undone]:
-    # Yield another base or tool. Two different poses must agree on it.
+    # Yield the base, or the tool, that would explain the first pose. At least two different poses
+    # are needed to test it.
     A, B = evaluate(given.robot, given.q, depth=kernel.POSE).pose, given.poses
     if not _has_orientations(given.robot) or np.abs(A - A[0]).max() <= TOOL_TOLERANCE:
         return
@@ -177,7 +179,7 @@ def _ends(given: ComparedData) -> Iterator[_Undone]:
 
 
 def _numbers(given: ComparedData) -> Iterator[_Undone]:
-    # Many wrong numbers can explain a single pose.
+    # Require two joint positions: many wrong numbers can explain a single pose.
     if len(np.unique(given.q, axis=0)) < 2:
         return
     oriented = _has_orientations(given.robot)
@@ -193,7 +195,8 @@ def _numbers(given: ComparedData) -> Iterator[_Undone]:
 def _sought(
     at: Callable[[Floats], PoseChange], expected: Floats, value: float, oriented: bool
 ) -> tuple[float, float]:
-    # Return the least remainder and its value (Gauss-Newton); infinite if a loop does not close.
+    # Return the smallest norm of the residuals and the correction that gives it (Gauss-Newton).
+    # The norm is infinite if a loop does not close.
     off, count = math.inf, 6 if oriented else 3
     try:
         for _ in range(NEWTON_STEPS + 1):

@@ -1,4 +1,4 @@
-"""The known poses of a robot file, against what the arm does."""
+"""Compare the known poses of a robot file with the poses that its table gives."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -17,14 +17,16 @@ from ...robot.robot import Robot
 @dataclass(frozen=True)
 class PoseError:
     """
-    How far the arm is from one known pose.
+    The error of the arm at one known pose.
 
     Attributes
     ----------
     index
         Index of the pose in the file, from 0.
+    known
+        The known pose.
     distance, angle : m, rad
-        Distance of the tools' origins, and angle of the rotation between them.
+        Distance between the tool's origins in both poses, and angle of the rotation between them.
     """
 
     index: int
@@ -34,7 +36,10 @@ class PoseError:
 
     @property
     def share(self) -> float:
-        """Return the error divided by its tolerance: above 1 the pose is wrong."""
+        """
+        Return the larger of position and rotation error, each divided by its tolerance. Above 1
+        the pose is wrong.
+        """
         pairs = (self.distance, self.known.tolerance_xyz), (self.angle, self.known.tolerance_rpy)
         shares = [
             error / tolerance if tolerance > 0.0 else math.inf if error else 0.0
@@ -44,7 +49,7 @@ class PoseError:
 
     def __str__(self) -> str:
         """
-        Return the errors and their tolerances; without an orientation only those of the position.
+        Return the errors and their tolerances as text; without an orientation, only the position.
         """
         position = f'{self.distance:.2g} m (tolerance {self.known.tolerance_xyz:g})'
         if math.isinf(self.known.tolerance_rpy):
@@ -64,7 +69,7 @@ def pose_errors(robot: Robot) -> tuple[PoseError, ...]:
 def errors_between(
     known: Sequence[KnownPose], poses: Iterable[Floats], expected: Iterable[Floats]
 ) -> tuple[PoseError, ...]:
-    """Return the errors of poses (4, 4), one for each known pose, from those expected."""
+    """Return the errors of computed poses (4, 4) from expected poses, one for each known pose."""
     return tuple(
         PoseError(
             index,
@@ -78,7 +83,7 @@ def errors_between(
 
 def within_digits(robot: Robot) -> tuple[KnownPose, ...]:
     """
-    Return the known poses with tolerances that allow for the digits they are written with.
+    Return the known poses with wider tolerances, which allow for the rounding of their digits.
     """
     known = robot.description.known_poses
     widened = []
@@ -97,7 +102,7 @@ def within_digits(robot: Robot) -> tuple[KnownPose, ...]:
 
 
 def pose_faults(robot: Robot, errors: Sequence[PoseError]) -> tuple[Fault, ...]:
-    """Return a fault for each known pose that the arm misses by more than its tolerance."""
+    """Return a fault for each known pose whose error is larger than its tolerance."""
     missed = [error for error in errors if error.share > 1.0]
     allowed = within_digits(robot) if missed else ()
     faults = []
@@ -112,7 +117,7 @@ def pose_faults(robot: Robot, errors: Sequence[PoseError]) -> tuple[Fault, ...]:
 
 
 def _tolerance(robot: Robot, error: PoseError) -> str:
-    # In the units of the file, by powers of ten.
+    # Return the needed tolerances as text in the units of the file, rounded up to powers of ten.
     lengths = 1000.0 if robot.description.length_unit == 'mm' else 1.0
     angles = 180.0 / math.pi if robot.description.angle_unit == 'deg' else 1.0
     needed = [('xyz', error.distance * lengths, error.known.tolerance_xyz * lengths)]

@@ -1,5 +1,5 @@
 """
-The lag between two sources: the joints are looked up at other times, and the remainders compared.
+Find the lag between two sources of poses: compare residuals with joint positions at other times.
 """
 
 from collections.abc import Callable
@@ -20,27 +20,27 @@ REACH = 0.5
 MAX_LAG_SAMPLES = 10.0
 # Number of lags tried.
 TRIALS = 51
-# Lags up to a quarter of the duration of the motion are tried.
+# Lags up to this share of the duration of the motion are tried.
 MOTION_SHARE = 0.25
-# Number of poses for the trials.
+# Number of poses with which the lags are tried.
 SAMPLES = 40
-# Steps of the offsets for each lag tried.
+# Number of steps that fit the offsets for each lag tried.
 TRIAL_STEPS = 4
-# Number of lags that are refined, and steps of each.
+# Number of lags that are refined, and number of steps of each refinement.
 MINIMA = 2
 REFINE_STEPS = 6
-# Fewer poses with joint positions at every lag tried are not enough.
+# Smallest number of poses whose joint positions are known at all lags tried.
 MIN_POSES = 8
 
 
 class Later(NamedTuple):
     """
-    Joint positions at the times of the poses, and a lag later.
+    A lookup of joint positions at the times of the poses plus a lag.
 
     Attributes
     ----------
     at
-        Returns them `lag` after the poses.
+        Returns the joint positions at a time `lag` after the poses.
     reach
         The largest lag tried.
     unit
@@ -53,7 +53,10 @@ class Later(NamedTuple):
 
 
 def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
-    """Return joints of a motion; `stamps` (N,) are those of the poses, `unit` s or samples."""
+    """
+    Return the lookup of joint positions in a motion; `stamps` (N,) are the times of the poses,
+    `unit` is s or samples.
+    """
     reach = REACH if unit == 's' else MAX_LAG_SAMPLES
     reach = min(reach, MOTION_SHARE * motion.duration)
     return Later(lambda lag: motion.at(stamps + lag), reach, unit)
@@ -61,7 +64,8 @@ def looked_up(motion: SampledMotion, stamps: Floats, unit: str = 's') -> Later:
 
 class Lagged(NamedTuple):
     """
-    A lag: the poses are those of the joints `value` later; `before` and `fit` of the same poses.
+    A fitted lag: a pose belongs to the joint positions `value` later. `before` and `fit` are the
+    fits of the same poses without and with the lag.
     """
 
     value: float
@@ -71,14 +75,15 @@ class Lagged(NamedTuple):
 
 def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> Lagged | None:
     """
-    Return the lag with the least remainder, None if the joints are unknown around the poses.
+    Return the lag with the smallest residuals; None if joint positions around the poses are
+    unknown, or if no joint moves.
 
     Parameters
     ----------
     poses, A : shape (N, 4, 4)
         Poses of the second source and of the robot file.
     fit
-        The fit of these poses without a lag.
+        The fit of the offsets between both without a lag.
     """
     lags = np.linspace(-later.reach, later.reach, TRIALS)
     tried = [later.at(lag) for lag in lags.tolist()]
@@ -99,7 +104,7 @@ def lagged(robot: Robot, later: Later, poses: Floats, A: Floats, fit: Fit) -> La
 
 
 def _valleys(scores: Floats) -> list[int]:
-    # Returns the deepest minima of the scores.
+    # Return the indices of the deepest local minima of the scores.
     around = np.pad(scores, 1, constant_values=np.inf)
     lowest = np.flatnonzero((scores <= around[:-2]) & (scores <= around[2:]))
     order = np.argsort(scores[lowest], kind='stable')[:MINIMA]
@@ -109,7 +114,7 @@ def _valleys(scores: Floats) -> list[int]:
 def _refined(
     robot: Robot, later: Later, poses: Floats, rows: Integers, before: Fit, begin: Fit, lag: float
 ) -> Lagged:
-    # The lag and the offsets together.
+    # Fit the lag and the offsets together, from the best trial on.
     def moved(values: Floats) -> tuple[Floats, Floats]:
         lookup = later.at(float(values[0, 0]))
         state = evaluate(robot, lookup.q[rows], np.ascontiguousarray(lookup.rates[rows]))

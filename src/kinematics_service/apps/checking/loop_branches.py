@@ -1,4 +1,4 @@
-"""Other branches of closed loops: Newton's method from a grid, or from random starts."""
+"""Find other branches of closed loops by Newton's method from a grid, or from random starts."""
 
 import numpy as np
 import numpy.typing as npt
@@ -14,13 +14,13 @@ from ...robot.loops import closure_of, gap_between
 GRID_POINTS = 24
 # Number of random starts, for more passive joints.
 RANDOM_STARTS = 400
-# Passive joints (rad, m) of two branches differ by more.
+# Two solutions are different branches if a passive joint differs by more than this (rad, m).
 BRANCH_TOLERANCE = 1e-6
 # Number of damped steps that bring random starts near to closed loops.
 DAMPED_STEPS = 60
-# Largest damped step, rad or a share of the size of the loops.
+# Largest damped step, rad; for sliding joints as a share of the size of the loops.
 STEP_LIMIT = 0.5
-# Damping of these steps, in the units of J^T J.
+# Damping of the damped steps, in the units of J^T J.
 DAMPING = 1e-6
 # Seed of the random starts.
 SEED = 20240523
@@ -28,17 +28,18 @@ SEED = 20240523
 
 def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, ...], ...]:
     """
-    Return other positions of a group's passive joints at which it closes at the known position.
+    Return other positions of a loop group's passive joints at which the group is closed.
 
-    Newton's method starts at many positions. It may miss branches. Positions that differ by full
-    turns are one branch.
+    The active joints stay at the known position of the file. Newton's method starts at many
+    positions of the passive joints, and may miss branches. Positions that differ by full turns
+    are one branch.
 
     Parameters
     ----------
     description
         The arm.
     g
-        Which group of loops; those before it stay as they are.
+        Index of the group of loops; the groups before it stay as they are.
     """
     closure, groups = closure_of(description), loop_groups(description.loops)
     assert closure is not None  # it has loops
@@ -69,8 +70,9 @@ def _starts(
     turning: npt.NDArray[np.bool_],
     strokes: Floats,
 ) -> Floats:
-    # For one or two variables, return a grid that is denser than Newton's method needs. For more
-    # variables, return random positions after damped steps (Levenberg-Marquardt).
+    # Return the starts of Newton's method. For one or two variables, they are a grid that is
+    # denser than needed. For more variables, they are random positions after damped steps
+    # (Levenberg-Marquardt).
     ends = np.where(turning, np.pi, strokes)
     if len(turning) <= 2:
         grids = np.meshgrid(*(np.linspace(-end, end, GRID_POINTS) for end in ends))

@@ -1,7 +1,7 @@
 """
-Constant offsets of base and tool between two sources of poses: X and Y of B_i = X A_i Y.
+Fit constant offsets of base and tool between two sources of poses: X and Y of B_i = X A_i Y.
 
-Every function solves H such problems at once: one more hypothesis costs little.
+Most functions solve H problems at once, so that further hypotheses cost little time.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,22 +16,23 @@ from ...rigid_motion import exponential, rotation_vector, skew_part
 
 Flags = npt.NDArray[np.bool_]
 
-# Steps at most.
+# Largest number of Levenberg-Marquardt steps.
 MAX_STEPS = 12
 # Stop if a step reduces the score by less than one part in 1e9.
 GAIN_TOLERANCE = 1e-9
-# Damping after a first failed step, in units of the largest curvature (Levenberg-Marquardt).
+# Damping after the first failed step (Levenberg-Marquardt), in units of the largest eigenvalue of
+# J^T J.
 FIRST_DAMPING = 1e-3
-# Positions whose spread is below 5 % of their distance count as one point.
+# Positions whose spread is below this share of their distance from the origin count as one point.
 POINT_SPREAD_RATIO = 0.05
 # Ratio to the largest singular value below which a direction of the offsets is not determined.
 WEAK_RATIO = 1e-4
-# Below this (sine of the angles turned) rotations about a second axis are noise.
+# Rotations about a second axis are noise if the sines of their angles are below this value.
 AXIS_VARIETY = 0.02
 
 
 def nearest_rotation(M: Floats) -> Floats:
-    """Return the rotations R (..., 3, 3) that maximise trace(R^T M): Procrustes (Kabsch 1976)."""
+    """Return the rotations R (..., 3, 3) that maximize trace(R^T M): Procrustes (Kabsch 1976)."""
     U, _, Vt = np.linalg.svd(M)
     U = np.array(U)
     U[..., :, 2] *= np.linalg.det(U @ Vt)[..., None]
@@ -40,16 +41,16 @@ def nearest_rotation(M: Floats) -> Floats:
 
 class Fit(NamedTuple):
     """
-    Offsets of H problems and the remainders; `fit.one(k)` is one of them.
+    Fitted offsets of H problems, and their residuals; `fit.one(k)` is problem k.
 
     Attributes
     ----------
     X, Y : shape (H, 4, 4)
         Base and tool offset: B_i is about X A_i Y.
     position, rotation : shape (H, N, 3)
-        Remainders, m and rad (rotation vector), in the axes of the second source's base.
+        Residuals, m and rad (rotation vector), in the base axes of the second source (B).
     score : shape (H,)
-        RMS of both together, positions divided by the scale.
+        RMS of position and rotation residuals together, rad; positions are divided by `scale_of`.
     """
 
     X: Floats
@@ -64,7 +65,7 @@ class Fit(NamedTuple):
 
 
 def lifted(fit: Fit) -> Fit:
-    """Return one problem with a leading dimension of 1."""
+    """Return a single problem with a leading dimension H = 1."""
     return Fit(*(np.asarray(values)[None] for values in fit))
 
 
@@ -78,7 +79,8 @@ def scale_of(poses: Floats) -> Floats:
     """
     Return the length that counts as one rad, shape (...,): the spread of the positions.
 
-    So the unit of length makes no difference. For poses that hardly move it is their distance.
+    With this length, the unit of the positions makes no difference. If the positions hardly move,
+    it is 5 % of their distance from the origin.
     """
     p = poses[..., :3, 3]
     far = np.sqrt(np.mean(np.sum(p**2, axis=-1), axis=-1))
@@ -87,34 +89,33 @@ def scale_of(poses: Floats) -> Floats:
 
 def least_angles(A: Floats, B: Floats) -> Floats:
     """
-    Return the angle (rad, RMS) that X A_i Y are off from B_i at least, whatever X and Y are.
-
-    Shape (H,), of poses (H, N, 4, 4).
+    Return a lower bound (H,) of the rotation residuals (rad, RMS) of poses A, B (H, N, 4, 4), for
+    any offsets X and Y.
     """
-    # If remainders turn poses i and j by a and b, |trace(B_i^T B_j) - trace(A_i^T A_j)| is at
-    # most 2 (a + b), of which the squares are at most 8 (a^2 + b^2).
+    # Let a and b be the residual angles of poses i and j. |trace(B_i^T B_j) - trace(A_i^T A_j)| is
+    # at most 2 (a + b); its square is at most 8 (a^2 + b^2).
     off = _traces(B) - _traces(A)
     return np.asarray(np.sqrt(np.mean(off**2, axis=(1, 2)) / 16.0))
 
 
 def _traces(poses: Floats) -> Floats:
-    # Of B_i^T B_j of poses (H, N, 4, 4), shape (H, N, N).
+    # Return trace(B_i^T B_j) of the rotations of poses (H, N, 4, 4), shape (H, N, N).
     flat = poses[..., :3, :3].reshape(*poses.shape[:2], 9)
     return flat @ np.swapaxes(flat, 1, 2)
 
 
 def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = MAX_STEPS) -> Fit:
     """
-    Return the X, Y that bring X A_i Y nearest to B_i.
+    Return the offsets X and Y that bring X A_i Y nearest to B_i, and the residuals.
 
     Parameters
     ----------
     A, B : shape (H, N, 4, 4)
         Poses of the two sources.
     begin
-        Initial offsets; default: from a closed form.
+        Initial offsets; default: those of a closed form.
     steps
-        Levenberg-Marquardt steps at most.
+        Largest number of Levenberg-Marquardt steps.
     """
     scale = scale_of(B)[:, None, None]
     X, Y = _closed_form(A, B, scale) if begin is None else (begin.X, begin.Y)
@@ -125,7 +126,7 @@ def fit_offsets(A: Floats, B: Floats, begin: Fit | None = None, steps: int = MAX
 
 
 def fit_at(A: Floats, B: Floats, X: Floats, Y: Floats, scale: Floats) -> Fit:
-    """Return the fit with offsets that are given; scale (H, 1, 1) is the length of one rad."""
+    """Return the residuals of given offsets; `scale` (H, 1, 1) is the length (m) of one rad."""
     M = X[:, None] @ A @ Y[:, None]
     position = B[..., :3, 3] - M[..., :3, 3]
     rotation = rotation_vector(B[..., :3, :3] @ np.swapaxes(M[..., :3, :3], -1, -2))
@@ -139,23 +140,28 @@ def _better(fit: Fit, new: Fit) -> Fit:
 
 
 def _chosen(which: Flags, some: Sequence[Floats], others: Sequence[Floats]) -> Iterator[Floats]:
-    # Arrays of H problems: some where `which` (H,) says so, the others elsewhere.
+    # Yield arrays of H problems: entries of `some` if the flag in `which` (H,) is set, else of
+    # `others`.
     for one, other in zip(some, others):
         yield np.where(which.reshape(-1, *[1] * (one.ndim - 1)), one, other)
 
 
 def residual(fit: Fit, scale: Floats) -> Floats:
-    """Return the remainder in one column, shape (H, 6 N): positions over the scale, rotations."""
+    """
+    Return the residuals, shape (H, 6 N): for each pose the position divided by the scale, then the
+    rotation.
+    """
     rows = np.concatenate([fit.position / scale, fit.rotation], axis=-1)
     return rows.reshape(len(rows), -1)
 
 
 def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
     """
-    Return how X A Y moves with the offsets, shape (H, 6 N, 12), rows as `residual`.
+    Return the derivatives of M = X A Y by the offsets, shape (H, 6 N, 12), rows as in `residual`.
 
-    Columns: linear (over the scale) and angular of the base, of the tool. X moves from the left,
-    dp = v + w x p, dR = w; Y from the right, dp = R v, dR = R w; both of M = X A Y.
+    Columns: linear motion (divided by the scale) and angular motion of the base, then of the tool.
+    X is moved from the left: dp = v + w x p, dR = w. Y is moved from the right: dp = R v,
+    dR = R w. p and R belong to M.
     """
     M = fit.X[:, None] @ A @ fit.Y[:, None]
     R, p = M[..., :3, :3], M[..., :3, 3] / scale
@@ -170,13 +176,18 @@ def jacobian(A: Floats, fit: Fit, scale: Floats) -> Floats:
 
 def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Floats:
     """
-    Return how X A Y moves with numbers of A, shape (H, 6 N, c), rows as `residual`.
+    Return the derivatives of X A Y by c numbers of A, shape (H, 6 N, c), rows as in `residual`.
 
     Parameters
     ----------
     A : shape (H, N, 4, 4)
+        Poses of the robot file.
+    fit
+        The offsets X and Y.
     columns : shape (H, N, 6, c)
-        How A moves: the linear velocity of its tool, and the angular one, in base axes.
+        Derivatives of A by the numbers: linear and angular motion of the tool in base axes.
+    scale : shape (H, 1, 1), m
+        The length that counts as one rad.
     """
     lever = A[..., :3, :3] @ fit.Y[:, None, :3, 3:]
     linear = columns[..., :3, :] + np.cross(columns[..., 3:, :], lever, axis=-2)
@@ -186,13 +197,15 @@ def number_columns(A: Floats, fit: Fit, columns: Floats, scale: Floats) -> Float
 
 
 def equations_of(A: Floats, fit: Fit, scale: Floats) -> tuple[Floats, Floats]:
-    """Return Jacobian (6 N, 12) and remainder (6 N,) of one problem, A of shape (N, 4, 4)."""
+    """
+    Return Jacobian (6 N, 12) and residuals (6 N,) of the offsets of one problem, A (N, 4, 4).
+    """
     scales = np.reshape(scale, (1, 1, 1))
     return jacobian(A[None], lifted(fit), scales)[0], residual(lifted(fit), scales)[0]
 
 
 class NumberFit(NamedTuple):
-    """Numbers (H, c) of H problems, and the offsets with them."""
+    """Fitted numbers (H, c) of H problems, and the offsets that were fitted with them."""
 
     values: Floats
     fit: Fit
@@ -211,7 +224,8 @@ def fit_numbers(
     Parameters
     ----------
     moved
-        Returns poses A (H, N, 4, 4) for values (H, c), and how they move with these, (H, N, 6, c).
+        Returns poses A (H, N, 4, 4) for values (H, c), and their derivatives (H, N, 6, c) by the
+        values.
     values : shape (H, c)
         Initial numbers.
     B : shape (H, N, 4, 4)
@@ -219,7 +233,7 @@ def fit_numbers(
     begin
         Initial offsets.
     steps
-        Levenberg-Marquardt steps at most.
+        Largest number of Levenberg-Marquardt steps.
     """
     scale = scale_of(B)[:, None, None]
     A, columns = moved(values)
@@ -244,10 +258,12 @@ def fit_numbers(
 
 def solved(J: Floats, r: Floats, damping: Floats | float = 0.0) -> Floats:
     """
-    Return the least step s of J s = r by least squares, shape (H, k); directions that J ignores
-    stay 0.
+    Return the least-squares solution s of J s = r with the least norm, shape (H, k).
+
+    `damping` is in units of the largest eigenvalue of J^T J.
     """
-    # Normal equations, scaled alike: of a dozen unknowns, and the next step makes up for them.
+    # Solve the normal equations: they have a dozen unknowns with equal scales, and the next step
+    # corrects their round-off.
     Jt = np.swapaxes(J, 1, 2)
     values, vectors = np.linalg.eigh(Jt @ J)
     strong = values > WEAK_RATIO**2 * values[:, -1:]
@@ -259,7 +275,7 @@ def solved(J: Floats, r: Floats, damping: Floats | float = 0.0) -> Floats:
 
 def span_of(J: Floats) -> Floats:
     """Return an orthonormal basis (6 N, k) of the range of J (6 N, 12) of one problem."""
-    # Ten times faster than a QR if threads of the linear algebra wait for each other.
+    # Eigenvectors of J^T J are ten times faster than a QR if BLAS threads wait for each other.
     values, vectors = np.linalg.eigh(J.T @ J)
     strong = values > WEAK_RATIO**2 * values[-1]
     return np.asarray(J @ (vectors[:, strong] / np.sqrt(values[strong])))
@@ -267,14 +283,18 @@ def span_of(J: Floats) -> Floats:
 
 def free_directions(J: Floats) -> Floats:
     """
-    Return the directions (f, 12) of the offsets that the poses do not determine; J of one problem.
+    Return the f directions (f, 12) of the offsets that the poses do not determine, from the
+    Jacobian J (6 N, 12) of one problem.
     """
     values, vectors = np.linalg.eigh(J.T @ J)
     return np.asarray(vectors[:, ~(values > WEAK_RATIO**2 * values[-1])].T)
 
 
 def moved_offsets(X: Floats, Y: Floats, step: Floats, scale: Floats) -> tuple[Floats, Floats]:
-    """Return offsets (H, 4, 4) after steps (H, 12), in the columns of `jacobian`."""
+    """
+    Return offsets X and Y (H, 4, 4) after steps (H, 12), whose entries belong to the columns of
+    `jacobian`.
+    """
     return _small(step[:, :6], scale) @ X, Y @ _small(step[:, 6:12], scale)
 
 
@@ -286,7 +306,8 @@ def _small(step: Floats, scale: Floats) -> Floats:
 
 
 def _closed_form(A: Floats, B: Floats, scale: Floats) -> tuple[Floats, Floats]:
-    # Returns that of several rotations, each with its best translations, that leaves least.
+    # Return the offsets with the smallest score. The candidates are several pairs of rotations,
+    # each with its best translations.
     fits = (_translated(A, B, scale, *rotations) for rotations in _rotations(A, B))
     best = reduce(_better, fits)
     return best.X, best.Y
@@ -306,8 +327,9 @@ def _translated(A: Floats, B: Floats, scale: Floats, RX: Floats, RY: Floats) -> 
 
 
 def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
-    # A_i^-1 A_j and B_i^-1 B_j turn about axes that differ by Y alone (Park and Martin 1994);
-    # taken as the skew part, sin(angle) axis, which is smooth.
+    # Return candidates of the rotations of X and Y. A_i^-1 A_j and B_i^-1 B_j turn about axes that
+    # differ only by Y (Park and Martin 1994). The axes are taken from the skew part, which is
+    # sin(angle) times the axis, since it is smooth.
     RA, RB = A[..., :3, :3], B[..., :3, :3]
     n = A.shape[1]
     a, b = [], []
@@ -331,7 +353,8 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
 
 
 def _about_the_axis(A: Floats, B: Floats, RX: Floats, axis: Floats) -> Floats:
-    # The turn that positions tell where all orientations turn about one axis (H, 3) of the tool:
+    # If all orientations turn about one axis (H, 3) of the tool, X may be turned by any angle
+    # about it. Return this rotation (H, 3, 3), which the positions determine:
     # p_B = t + R_B s + R_X (cos along + sin across + still) is linear in t, s, cos and sin.
     p = A[..., :3, 3]
     axis = np.einsum('hnij,hj->hi', A[..., :3, :3], axis) / p.shape[1]

@@ -1,4 +1,4 @@
-"""Poses that another robot would have: the model of the robot file may be the wrong one."""
+"""Find a bundled robot that explains measured poses if the robot file does not."""
 
 from collections.abc import Iterator
 from typing import NamedTuple, TypeGuard
@@ -13,26 +13,27 @@ from ...robot.robot import Robot, load_robot
 from .errors import Errors, PoseLimit, errors_of
 from .offsets import fit_offsets
 
-# Another arm is named if its remainder is 3 times smaller than that of this arm.
+# Another robot is named if its residuals are at least 3 times smaller than those of the given one.
 MIN_RATIO = 3.0
 
 
 class OtherRobot(NamedTuple):
-    """A bundled robot, and what remains of poses with it."""
+    """A bundled robot, and the residuals of the measured poses with it."""
 
     name: str
     left: Errors
 
     def in_words(self) -> str:
-        """Return that it fits, as a question."""
+        """Return a text with the bundled robot and its residuals; it asks which arm it is."""
         return f'the bundled robot {self.name} leaves {self.left.in_words()}: which arm is it?'
 
 
 def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
     """
-    Return what remains of poses (N, 4, 4) with joints q (N, n), offsets of base and tool fitted.
+    Return the residuals of poses (N, 4, 4) at joint positions q (N, n), rad or m, with offsets of
+    base and tool fitted.
 
-    None where a closed loop does not close.
+    Return None if a closed loop does not close.
     """
     try:
         A = evaluate(robot, q).pose
@@ -43,7 +44,9 @@ def left_by(robot: Robot, q: Floats, poses: Floats) -> Errors | None:
 
 
 def explains(left: Errors | None, errors: Errors, limit: PoseLimit) -> TypeGuard[Errors]:
-    """Return whether what another arm leaves is within a limit, and far less than `errors`."""
+    """
+    Return whether the residuals `left` of another robot are within `limit` and far below `errors`.
+    """
     return (
         left is not None
         and left.within(limit)
@@ -54,7 +57,11 @@ def explains(left: Errors | None, errors: Errors, limit: PoseLimit) -> TypeGuard
 def other_robot(
     robot: Robot, errors: Errors, q: Floats, poses: Floats, limit: PoseLimit
 ) -> OtherRobot | None:
-    """Return the bundled robot that explains what this one leaves best, None if none does."""
+    """
+    Return the bundled robot with the smallest residuals, if it explains the poses; else None.
+
+    `errors` are the residuals of `robot`; another robot must stay within `limit`.
+    """
     found = [(name, left_by(other, q, poses)) for name, other in _robots_like(robot)]
     good = [OtherRobot(name, left) for name, left in found if explains(left, errors, limit)]
     return min(good, key=lambda one: one.left.position_rms, default=None)

@@ -1,4 +1,4 @@
-"""The meaning of the columns of a pose in a table: the kind of its orientation, and the units."""
+"""Find the columns of a pose in a table, the kind of its orientation, and its units."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ...errors import RecordingError
 from .euler_orders import EULER_ORDERS
 
-# Three angles of an orientation; rpy is xyz.
+# Kinds of orientations that are three angles; rpy is the same as xyz.
 EULER = ('rpy', *EULER_ORDERS)
 KINDS = ('xyzw', 'wxyz', 'rotvec', 'rpy', 'matrix', 'position', *EULER_ORDERS)
 LENGTHS = ('m', 'mm', 'cm')
@@ -18,8 +18,8 @@ def _numbers(count: int) -> tuple[str, ...]:
     return tuple(map(str, range(count)))
 
 
-# Endings of column names, in small letters, with their default kind of orientation, in the order
-# of the search: the numbers of a matrix begin like those of a quaternion.
+# Endings of column names in small letters, with their default kind of orientation, in the order of
+# the search. Matrices come first, since their numbers 0 to 6 are also those of a quaternion pose.
 ENDS = (
     ((*XYZ, 'qx', 'qy', 'qz', 'qw'), 'xyzw'),
     ((*XYZ, 'rx', 'ry', 'rz'), 'rotvec'),
@@ -39,7 +39,8 @@ ENDS = (
     (XYZ, 'position'),
     (_numbers(3), 'position'),
 )
-# Endings of positions and of orientations that begin otherwise (`pose=pos_+quat_`).
+# Endings of the position's and the orientation's columns if both have their own beginnings, as in
+# `pose=pos_+quat_`.
 PLACES = (XYZ, _numbers(3))
 TURNS = (
     *((ends[3:], kind) for ends, kind in ENDS if ends[:3] == XYZ and ends[3:]),
@@ -67,12 +68,12 @@ class PoseFormat(NamedTuple):
     Attributes
     ----------
     kind
-        One of `KINDS`, empty if the names of the columns tell it: a quaternion by the order of
-        its numbers, a rotation vector, roll pitch yaw (R = Rz(yaw) Ry(pitch) Rx(roll)), three
-        angles in another of the 24 orders, by their axes (small letters: that stand still;
-        capitals: that move along), a matrix (rows of four), or none: a position alone.
+        One of `KINDS`; empty if the column names decide. `xyzw`, `wxyz`: a quaternion with this
+        order of numbers. `rotvec`: a rotation vector. `rpy`: R = Rz(yaw) Ry(pitch) Rx(roll). Three
+        letters: angles about these axes, which stand still (small letters) or move along
+        (capitals). `matrix`: rows of four numbers. `position`: no orientation.
     length, angle
-        m, mm or cm; rad or deg.
+        Units: m, mm or cm; rad or deg.
     """
 
     kind: str = ''
@@ -80,11 +81,11 @@ class PoseFormat(NamedTuple):
     angle: str = 'rad'
 
     def in_words(self) -> str:
-        """Return the words of `--pose-format` for it."""
+        """Return the format as text for `--pose-format`."""
         return ','.join(word for word in (self.length, self.angle, self.kind) if word)
 
 
-# Formats of the controllers and trackers of makers: KUKA's A B C, FANUC's W P R, Kawasaki's
+# Pose formats by the maker of a controller or tracker: KUKA's A B C, FANUC's W P R, Kawasaki's
 # O A T, the quaternion q1 q2 q3 q4 of ABB, the rotation vector of Universal Robots, the Rx Ry Rz
 # of Staubli and of Leica's trackers, the angles of FARO's probes.
 MAKERS = {
@@ -101,12 +102,12 @@ MAKERS = {
 
 def pose_format(text: str) -> PoseFormat:
     """
-    Return the format of words like `mm,deg,rpy`, or of a maker's name.
+    Return the pose format that a text like `mm,deg,rpy`, or a maker's name, describes.
 
     Raises
     ------
     RecordingError
-        A word is unknown, or there are two of one kind.
+        A word is unknown, or two words of one kind exclude each other.
     """
     fields = {'kind': KINDS, 'length': LENGTHS, 'angle': ANGLES}
     found: dict[str, str] = {}
@@ -134,12 +135,15 @@ def pose_columns(
     header: list[str], beginnings: Sequence[str], wanted: PoseFormat
 ) -> tuple[list[str], PoseFormat] | None:
     """
-    Return the columns of a pose, and their format; None if there are none.
+    Find the columns of a pose in a header; return them with their format, or None.
 
     Parameters
     ----------
     beginnings
-        One of all names, or one of the position's and one of the orientation's.
+        The common beginning of all column names; or that of the position and that of the
+        orientation.
+    wanted
+        The format that the user asked for.
     """
     endings = [_ends_of(header, beginning) for beginning in beginnings]
     choices: Iterator[tuple[tuple[tuple[str, ...], ...], str]]
@@ -160,7 +164,10 @@ def pose_columns(
 
 
 def pose_of_columns(columns: list[str], wanted: PoseFormat) -> tuple[list[str], PoseFormat] | None:
-    """Return columns in the order of a pose's numbers, and their format; None if they are none."""
+    """
+    Return given columns, which are in the order of a pose's numbers, with their format; None if
+    their count fits no format.
+    """
     for ends, kind in ENDS:
         fits = ends == _numbers(len(columns))
         if fits and (wanted.kind == '' or _family(wanted.kind) == kind):
@@ -173,14 +180,16 @@ def _family(kind: str) -> str:
 
 
 def _asked(kind: str, wanted: PoseFormat) -> bool:
-    # Columns of positions are taken only if the format is `position`.
+    # Return whether columns of this kind may be taken. Columns of positions are taken only if the
+    # user asked for `position`.
     if wanted.kind == '':
         return kind != 'position'
     return _family(wanted.kind) == _family(kind)
 
 
 def _ends_of(header: list[str], beginning: str) -> dict[str, str]:
-    # The columns by what follows the beginning, and perhaps a dot, in small letters.
+    # Return the column names by their endings: small letters after the beginning and a dot, space
+    # or underscore.
     found = {name[len(beginning) :]: name for name in header if name.startswith(beginning)}
     plain = {end.lstrip('. _').lower(): name for end, name in found.items()}
     return plain | {end.lower(): name for end, name in found.items()}

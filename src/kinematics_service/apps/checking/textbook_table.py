@@ -1,4 +1,4 @@
-"""The table of a robot as a textbook prints it, with the expressions of the file."""
+"""Print the table of a robot as a textbook does, with the expressions of the file."""
 
 from collections.abc import Callable
 
@@ -21,7 +21,7 @@ def _denavit_hartenberg(description: RobotDescription) -> RenderableType:
     angle, length = description.angle_unit, description.length_unit
     convention = CONVENTIONS[description.convention]
     axes = {name: axis for axis, name in convention.motions}
-    # A row of Craig's table carries the a and alpha of the link before it.
+    # In Craig's convention, row i has a and alpha of link i-1: their heads get the index (i-1).
     before = {name for _, name in convention.before_joint}
     heads = (
         f'{name}{"(i-1)" if name in before else ""} [{angle if axes[name][0] == "R" else length}]'
@@ -83,7 +83,7 @@ def motion_text(motion: RigidMotion) -> str:
 
 
 def _thirds(texts: list[str]) -> list[tuple[str, list[str]]]:
-    # A vector of zeros is not worth reading.
+    # Return the texts of xyz and of rpy with their keys; leave out a vector of zeros.
     return [
         (key, three)
         for key, three in (('xyz', texts[:3]), ('rpy', texts[3:]))

@@ -1,4 +1,4 @@
-"""A ChArUco board, a chessboard with a marker in each white square, and its corners in images."""
+"""Find the corners of a ChArUco board (a chessboard with markers in white squares) in images."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,30 +10,30 @@ from ....kernel import Floats
 from .intrinsics import Intrinsics
 from .opencv import MAX_PIXELS, opencv
 
-# Corners by which the pose of a board is found, with some to spare.
+# Smallest number of corners from which the pose of a board is found: four suffice, two are spare.
 CORNERS = 6
-# Corners closer to one line than half a square do not determine a pose.
+# Corners do not determine a pose if they are closer to one line than this share of a square.
 LINE_WIDTH_RATIO = 0.5
-# Half windows (px) in which a corner is refined; steps, and the last change (px), with OpenCV's
-# flag that both end it.
+# Limits of the half window (px) in which a corner is refined. OpenCV's criteria of the refinement:
+# flag 3 (both criteria end it), largest number of steps, smallest change (px).
 HALF_WINDOWS, REFINED = (2, 10), (3, 50, 1e-3)
 
 
 class Board(NamedTuple):
     """
-    A board.
+    The geometry of a ChArUco board.
 
     Attributes
     ----------
     columns, rows
-        Numbers of its squares.
+        Numbers of squares along and down the board.
     square, marker : m
-        Lengths of their edges.
+        Edge lengths of squares and markers.
     dictionary
-        The dictionary of its markers, by OpenCV's name.
+        OpenCV's name of the dictionary of the markers.
     legacy
-        Whether it was printed by OpenCV before 4.6: then an even number of rows begins with a
-        white square.
+        Whether the board was made by OpenCV before 4.6: then a board with an even number of rows
+        begins with a white square.
     """
 
     columns: int
@@ -45,7 +45,7 @@ class Board(NamedTuple):
 
     @property
     def corners(self) -> Floats:
-        """Return where its inner corners are, by their numbers, (K, 3), m."""
+        """Return the inner corners in the frame of the board, (K, 3), m, in OpenCV's order."""
         y, x = np.mgrid[1 : self.rows, 1 : self.columns]
         return self.square * np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3)
 
@@ -59,8 +59,10 @@ class SeenCorners(NamedTuple):
     name
         The name of the image.
     points : shape (K, 3), m
-        In the frame of the board: x along its rows of squares, y along the columns, z into it.
+        Corners in the frame of the board: x along its rows of squares, y along the columns, z into
+        the board.
     pixels : shape (K, 2)
+        Corners in the image, px.
     """
 
     name: str
@@ -70,12 +72,12 @@ class SeenCorners(NamedTuple):
 
 class BoardFinder:
     """
-    Finds a board in images.
+    Detector of a board in images.
 
     Raises
     ------
     RecordingError
-        OpenCV is not there, has no such dictionary, or makes no such board.
+        OpenCV is not installed, has no such dictionary, or the dictionary has too few markers.
     """
 
     def __init__(self, board: Board, camera: Intrinsics) -> None:
@@ -102,7 +104,7 @@ class BoardFinder:
 
     def corners_in(self, file: Path) -> SeenCorners | str:
         """
-        Return the corners in an image, or why they tell no pose.
+        Return the corners in an image, or a sentence that says why they determine no pose.
 
         Raises
         ------
@@ -111,7 +113,7 @@ class BoardFinder:
         """
         try:
             image = opencv().imread(str(file), opencv().IMREAD_GRAYSCALE)
-        except opencv().error:  # what it says of the file's size names lines of its source
+        except opencv().error:  # its message names lines of OpenCV's source: write another one
             image = None
         if image is None:
             raise RecordingError(
@@ -135,8 +137,8 @@ class BoardFinder:
         return SeenCorners(file.name, points, self._refined(image, found))
 
     def _refined(self, image: Any, corners: Any) -> Floats:
-        # The detector leaves some corners a tenth of a pixel or more off. The window ends before
-        # the markers where squares are smallest.
+        # Refine the corners: some that the detector returns are off by a tenth of a pixel or more.
+        # The window is so small that it does not reach a marker in the smallest squares.
         between = np.linalg.norm(corners.reshape(-1, 1, 2) - corners.reshape(1, -1, 2), axis=2)
         edge = float(np.min(between[between > 0.0]))
         half = int(0.5 * edge * (1.0 - self.board.marker / self.board.square))
@@ -146,6 +148,6 @@ class BoardFinder:
         return np.asarray(refined.reshape(-1, 2), dtype=np.float64)
 
     def is_mirrored_in(self, file: Path) -> bool:
-        """Return whether the board is found in the mirror image."""
+        """Return whether the board is found after the image is mirrored left to right."""
         image = opencv().imread(str(file), opencv().IMREAD_GRAYSCALE)
         return self._finder.detectBoard(np.ascontiguousarray(image[:, ::-1]))[1] is not None

@@ -1,4 +1,4 @@
-"""The intrinsics of a camera, from the file that its calibration wrote."""
+"""Read the intrinsics of a camera from the calibration file of ROS or OpenCV."""
 
 import re
 from dataclasses import dataclass
@@ -15,30 +15,32 @@ from ...recordings.readers.block import Flags
 from ...recordings.readers.yaml_values import read_documents
 from .opencv import opencv
 
-# The names of each entry: of ROS's camera_calibration and its messages, and of OpenCV's samples.
+# Accepted keys of each entry: those of ROS's camera_calibration and messages, and those of
+# OpenCV's samples.
 MATRIX = ('camera_matrix', 'k', 'K', 'mtx')
 DISTORTION = ('distortion_coefficients', 'dist_coeffs', 'dist_coeff', 'd', 'D', 'dist')
 WIDTH, HEIGHT = ('image_width', 'width'), ('image_height', 'height')
-# Models of distortion by ROS's names; OpenCV's files name none.
+# Accepted models of distortion, by ROS's names. Files of OpenCV have no model name.
 MODELS = ('plumb_bob', 'rational_polynomial', '')
-# Numbers of coefficients that OpenCV takes.
+# Accepted numbers of distortion coefficients: those of OpenCV's model.
 COUNTS = (4, 5, 8, 12, 14)
-# What OpenCV writes before its YAML, and which type it says a matrix is of.
+# The first line that OpenCV writes, and its tag of matrices: the YAML reader cannot read them.
 NOT_YAML = re.compile(r'\A%YAML[^\n]*\n|!!opencv-matrix')
 
 
 @dataclass(frozen=True, eq=False)
 class Intrinsics(FrozenArrays):
     """
-    A camera without a pose.
+    The intrinsics of a camera: matrix, distortion and image size.
 
     Attributes
     ----------
     file
         The file of the intrinsics.
     matrix : shape (3, 3), px
+        Camera matrix.
     distortion : shape (k,)
-        Of OpenCV's model.
+        Coefficients of OpenCV's distortion model.
     width, height : px
         Size of the images.
     """
@@ -50,19 +52,26 @@ class Intrinsics(FrozenArrays):
     height: int
 
     def pixels(self, points: Floats) -> tuple[Floats, Floats]:
-        """Return where points (K, 3), m in its frame, are seen, (K, 2), and d of that by these."""
+        """
+        Return the pixels (K, 2) of points (K, 3), m in the frame of the camera, and their
+        derivatives (K, 2, 3), px/m.
+        """
         zero = np.zeros(3)
         seen, J = opencv().projectPoints(points, zero, zero, self.matrix, self.distortion)
-        # A point moves as its place does (tvec): columns 3 to 5.
+        # The derivatives by the translation (tvec, columns 3 to 5) are those by the point.
         return seen.reshape(-1, 2), J[:, 3:6].reshape(-1, 2, 3)
 
     def sees(self, points: Floats, rim: float = 0.0) -> Flags:
-        """Return whether points (K, 3), m in its frame, are in the image, off its rim, (K,)."""
+        """
+        Return whether points (K, 3), m in the frame of the camera, are in the image, shape (K,);
+        a share `rim` of the width and height is excluded at each edge.
+        """
         size = np.array([self.width, self.height], dtype=np.float64)
         edge = np.linspace(0.0, 1.0, 9)
         around = np.array([(x, y) for x in edge for y in edge if {x, y} & {0.0, 1.0}]) * size
         widest = opencv().undistortPoints(around[:, None], self.matrix, self.distortion)
-        # Beyond that a model of distortion turns back into the image.
+        # Exclude points beyond the undistorted edge: the distortion model may map them back into
+        # the image.
         limits = np.abs(widest).max(axis=(0, 1)) * points[:, 2:]
         inside = (points[:, 2] > 0.0) & np.all(np.abs(points[:, :2]) <= limits, axis=1)
         seen, _ = self.pixels(np.where(inside[:, None], points, (0.0, 0.0, 1.0)))
@@ -77,7 +86,7 @@ def read_intrinsics(file: Path) -> Intrinsics:
     Raises
     ------
     RecordingError
-        It cannot be read, lacks an entry, or has another model of distortion.
+        The file cannot be read, lacks an entry, or has another model of distortion.
     """
     try:
         text = file.read_text(encoding='utf-8')

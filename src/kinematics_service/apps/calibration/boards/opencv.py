@@ -1,4 +1,4 @@
-"""OpenCV, imported only where an image is looked at."""
+"""Import OpenCV only when an image is read."""
 
 import os
 from types import ModuleType
@@ -11,7 +11,8 @@ INSTALL = (
 )
 
 
-# Pixels of an image that OpenCV reads; it takes them when it is imported. A camera has a tenth.
+# Largest number of pixels of an image that OpenCV reads: ten times those of a usual camera. OpenCV
+# reads this limit when it is imported.
 MAX_PIXELS = 2**28
 
 
@@ -22,7 +23,7 @@ def opencv() -> ModuleType:
     Raises
     ------
     RecordingError
-        It is not installed, or too old to find a ChArUco board.
+        OpenCV is not installed, or is too old to find a ChArUco board.
     """
     os.environ.setdefault('OPENCV_IO_MAX_IMAGE_PIXELS', str(MAX_PIXELS))
     try:

@@ -1,4 +1,4 @@
-"""The command `calibrate`: from the nominal table of an arm to this very one, by poses."""
+"""The command `calibrate`: identify the numbers of one arm from measured poses of its tool."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,14 +18,14 @@ from .calibration_options import (
     run_calibration,
 )
 
-# The word for sessions that are a file each.
+# The value of --sessions if each file is one session.
 EACH_FILE = 'file'
-# Values of options that are not given: typer before 0.10 knows no None for three numbers.
+# Default values of --load-at and --gravity: typer before 0.10 accepts no None for three numbers.
 ORIGIN, DOWN = (0.0, 0.0, 0.0), (0.0, 0.0, -1.0)
 
 
 class ConditionOptions(NamedTuple):
-    """Sessions and loads of the rows."""
+    """Options for the sessions and loads of the rows."""
 
     sessions: Annotated[
         Optional[str],
@@ -49,7 +49,7 @@ class ConditionOptions(NamedTuple):
             raise WrongUsage('--load-at and --gravity are of a load: give --load COLUMN too')
 
     def of(self, given: Sequence[MeasuredRecording]) -> RowConditions:
-        """Return the session and the load of each measured row, as `ks.calibrate` takes them."""
+        """Return the sessions and loads of the measured rows, as arguments of `ks.calibrate`."""
         sessions = loads = None
         if self.sessions == EACH_FILE:
             sessions = [Path(one.file).name for one in given for _ in one.q]

@@ -1,4 +1,4 @@
-"""The command `calibrate-camera`: an arm and a camera calibrated by a board."""
+"""The command `calibrate-camera`: calibrate an arm and a camera by a board."""
 
 from typing import Annotated
 

@@ -1,4 +1,4 @@
-"""The command `calibrate-live`: poses of a running robot, and what they tell as they come."""
+"""The command `calibrate-live`: collect poses of a running robot, and calibrate with them."""
 
 import math
 import sys
@@ -34,7 +34,7 @@ TIME_LIMIT = 86_400.0  # s, a day
 
 
 class LiveOptions(NamedTuple):
-    """Topics, joint prefix and time (s) of the collecting."""
+    """Options for collecting poses: topics, joint prefix and time (s)."""
 
     topic: Annotated[str, named('--topic', 'Joint states.', 'TOPIC')] = '/joint_states'
     pose_topic: Annotated[
@@ -103,7 +103,7 @@ def collected(
     stream: TextIO,
     ros_args: Sequence[str],
 ) -> CollectedPoses | int:
-    """Return the poses heard, or an exit code; lines for the user go to the stream."""
+    """Return the collected poses, or an exit code; lines for the user go to `stream`."""
     session = ros_module('apps.calibration.calibration_session')
 
     def fit(poses: CollectedPoses) -> Any:
@@ -123,12 +123,12 @@ def collected(
 
 @contextmanager
 def kept_when_refused(robot: Robot, poses: CollectedPoses) -> Iterator[None]:
-    """Write the poses heard as a table if what follows fails: to hear them took minutes."""
+    """Write the poses to a CSV file if the code in the context fails: collecting took minutes."""
     try:
         yield
     except BaseException:
         file = Path(f'heard_poses_{datetime.now().astimezone():%Y%m%d_%H%M%S}.csv')
-        with suppress(KinematicsError):  # what failed comes first
+        with suppress(KinematicsError):  # raise the first error, not that of writing
             write_file(file, table_of(poses, robot.joint_names))
             told = f'the {len(poses.q)} poses heard are kept in {file}, which calibrate reads'
             print(told, file=sys.stderr)

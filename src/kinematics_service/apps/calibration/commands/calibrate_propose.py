@@ -86,7 +86,7 @@ def calibrate_propose(
             if not (after.accepted or after.only_worse):
                 refused = '; '.join(after.refusals)
                 raise CalibrationError(f'this is no calibration to go on from: {refused}')
-    # Joint positions alone are read: poses are still to be measured.
+    # Read only joint positions: the poses are not measured yet.
     chosen = None if among is None else read_positions(among, reading._replace(pose_topic=None))
     proposed = propose_poses(arm, count, after, positions, among=chosen, line_of_sight=sight)
     for file in plans:

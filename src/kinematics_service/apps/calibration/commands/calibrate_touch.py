@@ -1,4 +1,4 @@
-"""The command `calibrate-touch`: an arm calibrated by points that the tip of its tool touched."""
+"""The command `calibrate-touch`: calibrate an arm by points that the tip of its tool touched."""
 
 import re
 from collections.abc import Sequence

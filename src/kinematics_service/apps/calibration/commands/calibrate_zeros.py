@@ -1,4 +1,4 @@
-"""The command `calibrate-zeros`: the zeros of joints by touches of a printed sheet."""
+"""The command `calibrate-zeros`: identify joint zeros by touches of a printed sheet."""
 
 import os
 import sys
@@ -29,8 +29,8 @@ from .calibration_options import (
     run_calibration,
 )
 
-# Values of an option that is not given: typer before 0.10 knows no None for two files. No file
-# has such a path.
+# Default value of --motors: typer before 0.10 accepts no None for two files. No file has such a
+# path.
 NO_FILES = (Path(os.devnull, 'none'), Path(os.devnull, 'none'))
 
 

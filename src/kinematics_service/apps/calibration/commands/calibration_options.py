@@ -37,8 +37,8 @@ from ..reading import read_images
 from ..robot_text import Frames
 
 BOARD = re.compile(r'(\d{1,3})x(\d{1,3}),([^,]+),([^,]+),\s*(DICT_\w+)(,\s*legacy)?')
-# Allowed number of squares along each edge of a board: smaller boards have too few corners, and
-# larger boards do not exist.
+# Allowed number of squares along each edge of a board. With 1 or 2 squares, a board has no inner
+# corners or only one row of them; boards with more than 100 do not exist.
 SQUARES = range(3, 101)
 LARGEST_SQUARE = 10.0  # m; a larger one is in other units
 
@@ -46,21 +46,21 @@ FilesArgument = Annotated[Optional[list[Path]], typer.Argument(metavar='FILE...'
 
 
 class FramesChoice(str, Enum):
-    """Whose base and tool are written."""
+    """Values of --frames: base and tool of the robot file, or of the measured poses."""
 
     robot = 'robot'
     measured = 'measured'
 
 
 class CameraChoice(str, Enum):
-    """The place of the camera."""
+    """Values of --camera: the place of the camera."""
 
     on_tool = 'on-tool'
     fixed = 'fixed'
 
 
 class TableOptions(NamedTuple):
-    """The columns of a table, and their units."""
+    """Options for the columns of a table and their units."""
 
     columns: Annotated[
         Optional[str],
@@ -85,7 +85,7 @@ class TableOptions(NamedTuple):
 
 
 class PoseOptions(NamedTuple):
-    """The poses of a recording, and what each of several files has of its own."""
+    """Options for the poses of a recording, and for what each file has of its own."""
 
     topic: Annotated[
         Optional[str], named('--topic', 'Topic of joint states, if a bag has several.', 'TOPIC')
@@ -119,7 +119,7 @@ class PoseOptions(NamedTuple):
 
 
 class FitOptions(NamedTuple):
-    """Which parameters are fitted, and what is known before."""
+    """Options for the fitted parameters, their priors and the noise of the instrument."""
 
     fit: Annotated[
         Optional[str],
@@ -143,7 +143,7 @@ class FitOptions(NamedTuple):
         own: str = 'base',
         camera: CameraChoice | None = None,
     ) -> CalibrationRun:
-        """Return the calibrations of an arm: what is fitted, and by what knowledge."""
+        """Return the settings of a calibration from these options."""
         words = given_words(self.fit or '')
         if self.fit is not None and not words:
             raise WrongUsage('--fit names nothing; without it all but gears are fitted')
@@ -154,7 +154,7 @@ class FitOptions(NamedTuple):
 
 
 class OutputOptions(NamedTuple):
-    """The outputs."""
+    """Options for the output files."""
 
     output: Annotated[
         Optional[Path], named('--output', 'Write the calibrated robot file.', 'FILE')
@@ -172,7 +172,7 @@ class OutputOptions(NamedTuple):
     force: Annotated[bool, named('--force', 'Overwrite the output.')] = False
 
     def checked(self, inputs: Sequence[Path]) -> CalibrationOutputs:
-        """Return the outputs; refuse those that cannot be written before anything is computed."""
+        """Return the outputs; refuse files that cannot be written, before the calibration runs."""
         check_inputs(inputs)
         for name in ('output', 'html', 'json'):
             file = getattr(self, name)
@@ -185,7 +185,7 @@ class OutputOptions(NamedTuple):
 
 
 class ImageOptions(NamedTuple):
-    """Images of a board, and what finds the board in them."""
+    """Options for images of a board, and for the detection of the board."""
 
     images: Annotated[
         Optional[Path],
@@ -201,7 +201,7 @@ class ImageOptions(NamedTuple):
     ] = None
 
     def finder(self, files: Sequence[Path]) -> BoardFinder | None:
-        """Return what finds the board; None if no folder of images is given."""
+        """Return the detector of the board; None if no folder of images is given."""
         if self.images is None:
             if self.board is not None or self.intrinsics is not None:
                 raise WrongUsage(
@@ -245,7 +245,7 @@ class ImageOptions(NamedTuple):
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command whose parameters that are groups of options are these options."""
+    """Return a command in which each parameter that is a group becomes the group's options."""
     hints = get_type_hints(command, include_extras=True)
     groups, parameters = dict[str, Any](), list[inspect.Parameter]()
     for one in inspect.signature(command).parameters.values():
@@ -277,12 +277,16 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def given_words(text: str) -> tuple[str, ...]:
-    """Return the words between commas."""
+    """Return the words of a text that are separated by commas."""
     return tuple(word.strip() for word in text.split(',') if word.strip())
 
 
 def given_noise(text: str | None, positions: bool) -> tuple[float, float] | None:
-    """Return the noise of an instrument, m and rad; of positions the first alone is needed."""
+    """
+    Return the noise of an instrument, m and rad, from the text of --noise; None without a text.
+
+    If `positions` is set, a text without an angle is accepted.
+    """
     if text is None:
         return None
     given = given_limit('--noise', text)
@@ -292,7 +296,7 @@ def given_noise(text: str | None, positions: bool) -> tuple[float, float] | None
 
 
 def given_board(text: str) -> Board:
-    """Return a board in words."""
+    """Return a board from the text of --board."""
     if match := BOARD.fullmatch(text.strip()):
         columns, rows = int(match[1]), int(match[2])
         square, marker = (given_limit('--board', match[k]).position for k in (3, 4))
@@ -323,7 +327,7 @@ def check_output(name: str, file: Path, inputs: Sequence[Path], replaces: bool) 
 
 @contextmanager
 def named_errors(files: Sequence[Path]) -> Iterator[None]:
-    """Turn unknown parameters into wrong usage, and begin errors in rows with their file."""
+    """Turn errors about unknown parameters into wrong usage, and put file names before others."""
     try:
         yield
     except ParameterNotFoundError as error:

@@ -1,4 +1,4 @@
-"""A calibration from its recordings to its outputs, as the command makes it."""
+"""Run a calibration for a command: read recordings, calibrate, and write the outputs."""
 
 import math
 import sys
@@ -37,20 +37,20 @@ from ..robot_text import CalibrationOrigin, Frames, calibrated_text
 from ..zeros import JointZero
 from .page import PageOrigin, page_of
 
-# A joint as fast (rad/s, m/s) as this makes a lag matter.
+# A lag is fitted if some joint is faster than this, rad/s or m/s.
 MOVING = 0.05
 
 
 class CalibrationOutputs(NamedTuple):
     """
-    The files of a calibration; None if a file is not wanted.
+    The output files of a calibration; None if a file is not wanted.
 
     Attributes
     ----------
     robot, html, json
-        The robot file, the page, the document; `-` is the standard output.
+        Paths of the robot file, the HTML page and the JSON document; `-` is the standard output.
     frames
-        Whose base and tool the robot file has.
+        Whether the robot file keeps base and tool, or has those of the measured poses.
     anyway
         Whether the robot file of a refused calibration is written.
     """
@@ -63,22 +63,24 @@ class CalibrationOutputs(NamedTuple):
 
     @property
     def stream(self) -> TextIO:
-        """Return where lines for a person go."""
+        """Return the stream for text: stderr if the JSON document goes to stdout, else stdout."""
         return sys.stderr if str(self.json) == '-' else sys.stdout
 
 
 class CalibratedPoses(NamedTuple):
     """
-    A calibration and where it is from.
+    A calibration and its origin.
 
     Attributes
     ----------
+    found
+        The calibration.
     files, remarks
-        The files, and sentences on reading them.
+        Names of the measured files, and sentences on reading the files.
     q, poses : shapes (N, n) and (N, 4, 4)
         Joint positions and poses of the first set, for known poses.
     zeros
-        Zeros of the joints, of calibrate-zeros.
+        Zeros of the joints; empty unless the command is `calibrate-zeros`.
     """
 
     found: Calibration
@@ -91,22 +93,22 @@ class CalibratedPoses(NamedTuple):
 
 class CalibrationRun(NamedTuple):
     """
-    The calibrations of one arm from recordings, touches or poses that were heard.
+    The settings with which one arm is calibrated from recordings, touches or received poses.
 
     Attributes
     ----------
     fit, fix, own
         As `calibrate` takes them.
     limit
-        Usual errors of the table, instead of those of the robot file.
+        Usual errors of the table (m, rad) instead of those of the robot file; None: of the file.
     noise
-        The noise of the instrument, m and rad.
+        The noise of the instrument, m and rad; None: unknown.
     check
-        Whether mistakes are looked for.
+        Whether the frame check and the search for mistakes run.
     camera
-        The place of the camera, if the poses are those of a board that it sees.
+        The place of the camera, if the poses are those of a board in its images.
     tell
-        Is called with words as the work goes on.
+        Called with the name of each phase of the work.
     """
 
     arm: Robot
@@ -121,7 +123,7 @@ class CalibrationRun(NamedTuple):
 
     def check_names(self) -> None:
         """
-        Refuse, before there is any pose, what a calibration would refuse with all of them.
+        Refuse wrong settings before any pose is measured, so that no measurement is in vain.
 
         Raises
         ------
@@ -144,7 +146,7 @@ class CalibrationRun(NamedTuple):
         ),
     ) -> CalibratedPoses:
         """
-        Return the calibration from poses of recordings, a set each.
+        Return the calibration from the poses of recordings; each file is one set.
 
         Parameters
         ----------
@@ -170,7 +172,7 @@ class CalibrationRun(NamedTuple):
         return CalibratedPoses(found, *origin_of(given), given[0].q, poses)
 
     def calibrated(self, q: Floats, qdot: Floats | None = None, **rows: Any) -> Calibration:
-        """Return the calibration from rows, as the library's `calibrate` takes them."""
+        """Return the calibration; `rows` are arguments of the library's `calibrate`."""
         moves = qdot is not None and np.max(np.abs(qdot)) > MOVING
         # Tolerances of single numbers in the robot file override the option.
         limit, named = self.limit, dict(self.arm.description.tolerances.named)
@@ -188,12 +190,15 @@ class CalibrationRun(NamedTuple):
 
 
 def origin_of(given: Sequence[MeasuredRecording | TouchRecording]) -> tuple[list[str], list[str]]:
-    """Return the files, and all remarks on reading them."""
+    """Return the names of all files, and all remarks on reading the files."""
     return [one.file for one in given], [remark for one in given for remark in one.remarks]
 
 
 def write_robot_file(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs) -> str:
-    """Write the robot file of a calibration, if it is one, and return the line that says so."""
+    """
+    Write the robot file and return a line of text about it. If no file is wanted, or if the
+    calibration is refused, write nothing and return an empty text.
+    """
     if outputs.robot is None or not (data.found.accepted or outputs.anyway):
         return ''
     date = datetime.now().astimezone().date().isoformat()
@@ -205,7 +210,7 @@ def write_robot_file(data: CalibratedPoses, robot: str, outputs: CalibrationOutp
 
 
 def write_report(data: CalibratedPoses, robot: str, outputs: CalibrationOutputs) -> None:
-    """Write page and document of a calibration, and print what was found."""
+    """Write the page and the document of a calibration, and print its results."""
     date = datetime.now().astimezone().isoformat(' ', 'seconds')
     origin = PageOrigin(tuple(data.files), str(find_robot_file(robot)), date, tuple(data.remarks))
     page = page_of(data.found, origin) if outputs.html else ''

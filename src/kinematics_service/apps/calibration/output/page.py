@@ -1,4 +1,4 @@
-"""A calibration as one page that needs nothing else."""
+"""Write a calibration as one HTML page that needs no other files."""
 
 import math
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from ..identified_table import CalibratedParameter
 from ..report import cells_of, sentences_of
 from ..result import Calibration
 
-# Rows drawn at most.
+# Largest number of rows that are drawn.
 MAX_ROWS = 1000
 # Sizes of a plot, px: width, width of a plot in two columns, height.
 WIDTH = 720
@@ -29,15 +29,15 @@ LEFT = 64
 RIGHT = 12
 TOP = 10
 BOTTOM = 34
-# Decades of a logarithmic axis at most.
+# Largest number of decades of a logarithmic axis.
 PLOT_DECADES = 4
-# The bars of deviations show this many decades below the prior.
+# Number of decades below the prior that the bars of standard deviations show.
 DECADES = 3
 
 
 @dataclass(frozen=True)
 class PageOrigin:
-    """The head of the page: the files, the robot file, the date; remarks on reading."""
+    """The data at the head of the page: measured files, robot file, date, remarks on reading."""
 
     files: tuple[str, ...]
     robot: str
@@ -46,7 +46,7 @@ class PageOrigin:
 
 
 def page_of(found: Calibration, origin: PageOrigin) -> str:
-    """Return the page as HTML."""
+    """Return the HTML page of a calibration."""
     title = f'Calibration of {found.robot.name}'
     rows = [
         ('data', escape(', '.join(origin.files))),
@@ -161,15 +161,16 @@ def _bar(one: CalibratedParameter) -> str:
 @dataclass(frozen=True, eq=False)
 class PointPlot:
     """
-    Points over a linear axis, their values on a logarithmic one.
+    A plot of points with a linear horizontal axis and a logarithmic vertical axis.
 
     Attributes
     ----------
     title, unit, across
         The quantity, its unit, and the quantity of the horizontal axis.
     x : shape (N,)
+        Values of the horizontal axis.
     series
-        Values (N,) by style: before, after.
+        Pairs of a style (`before`, `after`) and its values (N,) of the vertical axis.
     rings : shape (M,)
         Rows that a ring is drawn around: outliers.
     width
@@ -185,7 +186,7 @@ class PointPlot:
     width: int = WIDTH
 
     def html(self) -> str:
-        """Return the figure."""
+        """Return the plot as an HTML figure."""
         values = np.concatenate([one for _, one in self.series])
         high, least = float(np.max(values)) or 1.0, float(np.min(values))
         up = ValueScale(0.5 * max(least, high * 10.0**-PLOT_DECADES), 2.0 * high, log=True)

@@ -1,4 +1,4 @@
-"""The calibration file that LeRobot writes of an arm with Feetech servos, with other zeros."""
+"""Read the calibration file of LeRobot for Feetech servos, and write it with corrected zeros."""
 
 import json
 import math
@@ -15,12 +15,12 @@ OFFSET_LIMIT = (1 << 11) - 1
 
 def read_servos(file: Path, joints: Sequence[str]) -> dict[str, dict[str, int]]:
     """
-    Return the content of a calibration file.
+    Return the entries of a calibration file of LeRobot, by joint.
 
     Raises
     ------
     CalibrationError
-        It cannot be read, or has no homing offset of some joint.
+        The file cannot be read, or has no homing offset of some joint.
     """
     try:
         content = json.loads(file.read_text(encoding='utf-8'))
@@ -36,15 +36,15 @@ def read_servos(file: Path, joints: Sequence[str]) -> dict[str, dict[str, int]]:
 
 def servos_text(servos: dict[str, dict[str, int]], zeros: Sequence[JointZero]) -> str:
     """
-    Return the calibration file with the zeros that are known.
+    Return the text of the calibration file, with the identified zeros of `zeros`.
 
-    A servo reports its encoder less the homing offset, and the joint is zero in the middle of
-    range_min and range_max; so the offset is moved, and the range stays.
+    A servo reports its encoder minus the homing offset. The joint is zero in the middle of
+    range_min and range_max. So only the homing offset is changed, and the range stays.
 
     Raises
     ------
     CalibrationError
-        A homing offset would be beyond what a servo holds.
+        A homing offset would be larger than a servo can store.
     """
     changed = dict(servos)
     for zero in (one for one in zeros if one.known and not one.prismatic):

@@ -1,18 +1,19 @@
-"""A sheet to print, with points whose places on it are known, for the tip of an arm to touch."""
+"""Make a sheet to print, with crosses at known positions that the tip of an arm touches."""
 
 from html import escape
 from typing import NamedTuple
 
 from ....errors import CalibrationError
 
-# Columns from left to right and rows from the lower edge up, and their spacing, mm.
+# Names of the columns from left to right and of the rows from the lower edge up, and the spacing
+# of both, mm.
 COLUMNS, ROWS = 'ABC', '1234'
 SPACING = 80
 # Width and height, mm (ISO 216, ANSI Y14.1).
 SIZES = {'a4': (210.0, 297.0), 'letter': (215.9, 279.4)}
-# Arms of a cross, mm.
+# Half length of the lines of a cross, mm.
 CROSS = 5.0
-# The two rulers beside which the print is checked, mm.
+# Lengths of the two printed rulers, mm: the user measures them to check the scale of the print.
 ACROSS, UP = 2 * SPACING, 3 * SPACING
 STYLE = (
     'body{margin:0}svg{display:block}text{font:4px sans-serif;text-anchor:middle}'
@@ -22,9 +23,10 @@ STYLE = (
 
 class Sheet(NamedTuple):
     """
-    A sheet of paper of a size (mm).
+    A sheet of paper with its width and height, mm.
 
-    Its frame is in its middle: x to the right, y to the upper edge, z out of the paper.
+    The frame of the sheet is in its middle: x to the right, y to the upper edge, z out of the
+    paper.
     """
 
     name: str
@@ -33,7 +35,7 @@ class Sheet(NamedTuple):
 
     @property
     def points(self) -> dict[str, tuple[float, float, float]]:
-        """Return the points, in m, by name."""
+        """Return the positions of the crosses in the frame of the sheet, m, by name."""
         return {
             f'{column}{row}': ((i - 1) * SPACING / 1000, (2 * j - 3) * SPACING / 2000, 0.0)
             for i, column in enumerate(COLUMNS)
@@ -42,12 +44,12 @@ class Sheet(NamedTuple):
 
     def point(self, name: str) -> tuple[float, float, float]:
         """
-        Return a point, in m.
+        Return the position of a cross in the frame of the sheet, m.
 
         Raises
         ------
         CalibrationError
-            The sheet has no point of that name.
+            The sheet has no cross of that name.
         """
         points = self.points
         if name not in points:
@@ -58,7 +60,7 @@ class Sheet(NamedTuple):
 
     @property
     def page(self) -> str:
-        """Return the page to print, as HTML; 1 of its drawing is 1 mm."""
+        """Return the page to print, as HTML; one unit of its drawing is 1 mm."""
         title = f'Points to touch, {self.name.upper()}'
         marks = ''.join(
             f'<path d="M{x - CROSS:g} {y:g}h{2 * CROSS:g}M{x:g} {y - CROSS:g}v{2 * CROSS:g}"/>'
@@ -81,7 +83,7 @@ class Sheet(NamedTuple):
 
 
 def _rulers() -> str:
-    # Lines with a mark each 10 mm, across and up, between the crosses.
+    # Draw a horizontal and a vertical line between the crosses, with a mark every 10 mm.
     across = ''.join(f'M{x - ACROSS // 2} 80v{-2 if x else -4}' for x in range(0, ACROSS + 1, 10))
     up = ''.join(f'M65 {y - UP // 2}h{2 if y else 4}' for y in range(0, UP + 1, 10))
     return (

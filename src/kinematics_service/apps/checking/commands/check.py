@@ -1,4 +1,4 @@
-"""The command `check`: whether robot files describe robots, and which."""
+"""The command `check`: find faults of robot files, and print the robots that they describe."""
 
 import math
 import sys
@@ -29,7 +29,7 @@ from ..known_poses import PoseError, pose_errors, pose_faults
 from ..loop_branches import other_branches
 from ..textbook_table import motion_text, textbook_table
 
-# Largest number of branches that are printed for a group of loops.
+# Largest number of loop branches that are printed for one group of loops.
 BRANCHES_SHOWN = 4
 
 Files = Annotated[
@@ -43,7 +43,10 @@ Files = Annotated[
 
 
 class FileCheck(NamedTuple):
-    """The result for a file: its robot (None if it has none), faults and probable mistakes."""
+    """
+    The result for one file: its robot (None if it cannot be read), faults, warnings, and errors of
+    the known poses.
+    """
 
     robot: Robot | None
     faults: Sequence[Fault]
@@ -107,7 +110,7 @@ def _checked(file: str) -> FileCheck:
         return FileCheck(None, error.faults)
     except KinematicsError as error:
         return FileCheck(None, [Fault('', 0, '', str(error))])
-    if robot.description.letters:  # poses are those of numbers
+    if robot.description.letters:  # with letters instead of numbers, poses cannot be computed
         return FileCheck(robot, (), robot.description.warnings)
     errors = pose_errors(robot)
     faults = pose_faults(robot, errors)
@@ -122,7 +125,7 @@ def _print_check(out: Output, found: FileCheck) -> None:
         _print_arm(out, found.robot, found.errors)
     lines = [*map(doubt_text, found.warnings), *map(str, found.faults)]
     if lines:
-        # In the order in which it happened, if both streams show on one screen.
+        # Flush stdout first, so that the lines are in order if both streams show on one screen.
         sys.stdout.flush()
         print(plain('\n'.join(lines)), file=sys.stderr)
 
