@@ -55,7 +55,7 @@ class JudgedFit(NamedTuple):
 
     @property
     def many_out(self) -> bool:
-        """Return whether more rows were left out than outliers may be."""
+        """Return whether more than a tenth of the rows were left out as outliers."""
         return len(self.found.outliers) > OUTLIER_SHARE * self.found.count
 
 
@@ -94,8 +94,8 @@ def noise_remarks(fit: JudgedFit) -> Iterator[str]:
 
 def _by_joint(found: Calibration, out: Flags) -> str:
     # Return a sentence if the rows left out share positions of a joint. For each joint and each
-    # row left out, take all rows whose position is at least as high, as low, or as far from the
-    # median. Count those left out among them, and compute the probability of this by chance.
+    # row left out, take all rows at or above its position (or at or below, or as far from the
+    # median). Count the rows left out among them, and compute the probability of this by chance.
     left, count, rows = int(np.sum(out)), len(out), found.rows
     if left < MIN_POSES or left == count:
         return ''

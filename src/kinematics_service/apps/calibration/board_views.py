@@ -149,8 +149,8 @@ class BoardViews(FrozenArrays):
         """
         Return whether the board is wholly in the image at poses (N, 4, 4), shape (N,).
 
-        The board must be nearly as far from the camera as in these images. The angle between its
-        normal and the view must be below 60 degrees.
+        The distance of the board from the camera must be nearly that in the images. The angle
+        between the board's normal and the view must be below 60 degrees.
         """
         points = self._whole.points
         middle = np.append(points.mean(axis=0), 1.0)

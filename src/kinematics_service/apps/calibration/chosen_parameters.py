@@ -157,7 +157,7 @@ class ChosenParameters:
             for k, one in enumerate(self.every)
             if (not fit or one.name in self.given.priors or is_among(one, fit))
             and not is_among(one, fix)
-            # A point has no orientation.
+            # If only positions of a point are measured, skip the angles of the tool.
             and not (self.given.positions and one.group == 'tool' and one.angle)
         ]
         if not chosen:
@@ -206,7 +206,7 @@ class ChosenParameters:
         return FitProblem(parameters, before, columns, count, tuple(chains), rows, known_distances)
 
     def possible(self, problem: FitProblem) -> int:
-        """Return the number of directions that poses of this kind can determine."""
+        """Return the number of parameter combinations that poses of this kind can determine."""
         # `J` is that of the first set. Each further set adds a base or tool of its own, which the
         # poses of this set determine: count these parameters separately.
         J = scaled_jacobian(self.robot, problem.chains[0], self.every, problem.given.positions)[

@@ -1,4 +1,4 @@
-"""Measured poses of a running robot, each with the joint positions at its time."""
+"""Collect measured poses of a running robot, each with the joint positions at its time."""
 
 from bisect import bisect_right
 from collections import deque
@@ -15,7 +15,7 @@ from ..recordings.readers.block import Flags
 SECOND = 1_000_000_000  # ns
 # A pose between two joint states that are more than this time (0.1 s, in ns) apart is left out.
 MAX_GAP = SECOND // 10
-# Joint states kept at most: four seconds at 500 Hz.
+# Largest number of kept joint states: four seconds at 500 Hz.
 STATES = 2048
 # Largest number of kept poses whose stamps are later than the newest joint state.
 MAX_AHEAD = STATES // 8
@@ -69,7 +69,8 @@ class _MatchedPose(NamedTuple):
 
 class PoseCollector:
     """
-    Matches poses with the joint states around them, and keeps those that differ.
+    Collector of poses: it matches each pose with the joint states around it, and keeps poses that
+    differ.
 
     While the arm stands still, only the pose with the lowest joint speed is kept.
 

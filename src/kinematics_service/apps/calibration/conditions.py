@@ -28,7 +28,8 @@ from .checking import (
     position_numbers,
 )
 
-# Prior standard deviations of compliances, rad/Nm and m/N: those of soft gears.
+# Prior standard deviations of compliances: those of soft gears. The key is whether the joint turns
+# (rad/Nm) or slides (m/N).
 COMPLIANCE_PRIOR = {True: 1e-4, False: 1e-5}
 # Prior standard deviations of drifts of the instrument: the usual errors of a table. The key is
 # whether the parameter is an angle (rad) or a length (m).
@@ -167,7 +168,8 @@ def _checked_loads(robot: Robot, count: int, loads: ToolLoads) -> tuple[Floats, 
 
 
 def _elsewhere(q: Floats, marks: Integers, names: Sequence[str], what: str) -> Iterator[str]:
-    # Warn of each mark if most of its joint positions were measured under no other mark.
+    # Yield a warning about marks (sessions, loads) if most of their joint positions were measured
+    # under no other mark.
     numbers = position_numbers(q)
     shared = (np.isin(numbers[marks == k], numbers[marks != k]) for k in range(len(names)))
     alone = ', '.join(name for name, own in zip(names, shared) if np.mean(own) < 0.5)

@@ -158,7 +158,7 @@ class _Corrections:
             if not more:
                 continue
             written = more
-            if not motion.turns and joint.type == 'helical':  # a length by an angle
+            if not motion.turns and joint.type == 'helical':  # length (m) per angle (rad)
                 written *= description.radians / description.metres
             factors[joint.variable] += more
             text = _sum(argument, written, f'{number_text(abs(written))}*{joint.variable}')

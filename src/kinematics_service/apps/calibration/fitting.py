@@ -32,7 +32,7 @@ NOISE_FLOOR = 1e-10
 NOISE_FREEDOM = 30.0
 # Usual noise of encoders and trackers (m and rad).
 USUAL_NOISE = 2e-5
-# Rows beyond this quantile of chi-square weigh less in the robust start.
+# Rows beyond this quantile of chi-square have smaller weights in Huber's estimate.
 HUBER_QUANTILE = 0.95
 # Level of the chi-square test of a row: beyond it the row is an outlier.
 OUTLIER_CHANCE = 3e-6
@@ -239,7 +239,10 @@ def of_inverses(poses: Floats, jacobian: Floats) -> Floats:
 
 
 def remainders_between(measured: Floats, poses: Floats, positions: bool) -> Floats:
-    """Return position (m) and rotation (rad) from poses (N, 4, 4) to measured ones, (N, 2, 3)."""
+    """
+    Return the residuals (N, 2, 3) of position (m) and rotation (rad) from computed to measured
+    poses, (N, 4, 4) each; rotations are zero if `positions` is set.
+    """
     position = measured[:, :3, 3] - poses[:, :3, 3]
     rotation = np.zeros_like(position)
     if not positions:

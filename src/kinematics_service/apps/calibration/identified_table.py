@@ -35,7 +35,7 @@ from .checking import COMPLIANCE, LAG, NAMES_IN_SENTENCE
 KNOWN_RATIO = 3.0
 # Entries of a projector below this are round-off.
 PROJECTOR_TOLERANCE = 1e-6
-# Ratio to the largest singular value below which a singular value is round-off.
+# A singular value is round-off if its ratio to the largest one is below this.
 SINGULAR_VALUE_RATIO = 1e-9
 # A robot is the calibrated one if its poses differ by at most this (m, rad): its file has numbers
 # with a limited number of digits.

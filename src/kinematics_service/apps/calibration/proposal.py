@@ -175,7 +175,7 @@ def propose_poses(
                 f'among: needs finite joint positions of {robot.name}, shape (M, {robot.dof}), '
                 f'not {q.shape}'
             )
-        # Remove repeated joint positions: a repeat is no further candidate.
+        # Remove repeated joint positions: each is one candidate.
         rows = np.sort(np.unique(q, axis=0, return_index=True)[1])
         if len(rows) > MAX_GIVEN:
             rows = rows[np.linspace(0, len(rows) - 1, MAX_GIVEN).astype(int)]

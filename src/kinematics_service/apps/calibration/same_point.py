@@ -68,8 +68,8 @@ TOUCH_TOLERANCE = 1e-13
 STEP_LIMIT = 0.5
 # No joint turns farther than this angle (rad): larger joint positions are tested for degrees.
 MAX_TURN = 4 * np.pi
-# A constant motion that turns the sign of translations: a correction of the point is the opposite
-# one of the tip.
+# A constant reflection that reverses the sign of translations: a correction of the point is the
+# opposite correction of the tip.
 MIRROR = np.diag([-1.0, -1.0, -1.0, 1.0])
 
 
@@ -239,7 +239,7 @@ class SamePointParameters(ChosenParameters):
         return self.problem(chains, poses, chosen, tolerances, distances)
 
     def undone(self, change: Hypothesis) -> UndoneRows:
-        """Return the rows with a mistake undone, as `calibrate` takes them."""
+        """Return the rows with a mistake corrected, as arguments of `calibrate`."""
         return {'q': change.joints(self.given.q), 'same_point': self.marks}
 
     def scores_of(self, used: Flags) -> Callable[[Sequence[Hypothesis]], Floats]:

@@ -69,7 +69,7 @@ RIVAL_GAIN = 2.0 * math.log(100)
 POWER_Z = NormalDist().inv_cdf(0.9)
 # Number of the newest poses that are given to a diagnosis: half of the window.
 RECENT = WINDOW // 2
-# The second source fails if more poses of the window than this, an eighth, are outliers.
+# The second source fails if more than an eighth of the poses of the window are outliers.
 MAX_OUTLIERS = WINDOW // 8
 # Number of poses after which the smallest detectable jump is predicted.
 FORECAST = 50
@@ -231,11 +231,11 @@ class _LikelihoodRatios:
         G = baseline.information + K.T @ K
         G += np.finfo(np.float64).eps * np.trace(G) * np.eye(len(G))
         whitening = np.linalg.inv(np.linalg.cholesky(G))
-        # The columns of B are independent directions of x.
+        # Whiten x: the columns of B belong to uncorrelated directions of x.
         B, y = K @ whitening.T, whitening @ (prior + K.T @ r)
         self.A, self.B, self.left = A, B.reshape(H.shape), (r - B @ y).reshape(e.shape)
         products = np.concatenate([A, self.B, self.left[:, :, None]], axis=2)
-        # Sum the products from each pose on.
+        # Row k of `sums` is the sum of the products from pose k to the end, for a jump at pose k.
         self.sums = np.cumsum((np.swapaxes(A, 1, 2) @ products)[::-1], axis=0)[::-1]
         told = float(np.sum(baseline.freedom))
         self.misfit = told + float(r @ r + baseline.mean @ prior - y @ y)
@@ -314,7 +314,7 @@ class JumpDetector:
 
     def __init__(self, robot: Robot, first: CollectedPoses) -> None:
         self._jump: ZeroJump | None = None
-        self._begun = self._count = 0  # number of the first pose after the jump, and of all
+        self._begun = self._count = 0  # index of the first pose after the jump; number of poses
         self._robot, self._table = robot, _table_of(robot)
         self._jumping = LAGS.stop + robot.dof
         causes = self._jumping + np.arange(self._table.factor.shape[1])
@@ -396,7 +396,7 @@ class JumpDetector:
         )
 
     def _test(self) -> bool:
-        # Return whether no jump is suspected.
+        # Test the poses of the window for a jump, and report it; return whether none is suspected.
         count = len(self._rows)
         self._used = np.ones(count, dtype=bool)
         if count < MIN_POSES:

@@ -92,7 +92,8 @@ def likely_orders(poses: Floats, A: Floats, read: str = '') -> list[LikelyOrder]
         made[own] = _rotations(kind, np.stack([numbers[pairs[k].read] for k in own]))
     of_file = A[few, :3, :3].reshape(-1, 9)
     chosen, off = _chosen(made.reshape(*made.shape[:3], 9), of_file @ of_file.T)
-    # If the reading is unknown, several kinds make the same rotations: name the usual kind.
+    # If the reading is unknown, several pairs of kinds give the same rotations. Keep the first
+    # pair, which has the usual kinds.
     likely: list[int] = []
     for k in sorted(np.argsort(off, kind='stable')[:MAX_ORDERS].tolist()):
         first = np.max(np.abs(chosen[likely, 0] - chosen[k, 0]), axis=1)
@@ -154,7 +155,7 @@ def _chosen(every: Floats, products: Floats) -> tuple[Floats, Floats]:
     wrong = (wrong - products[:, None]) ** 2
     pairs, pose = np.arange(count), np.arange(many)
     pair = pairs[:, None]
-    wrong[:, :, pose, :, pose] = 0.0  # a pose does not check itself
+    wrong[:, :, pose, :, pose] = 0.0  # do not compare a pose with itself
     best, least = np.zeros((count, many), dtype=np.int64), np.full(count, np.inf)
     for start in (0, 1):
         # Sum the errors of each triple against the triples chosen so far. The rounds after that

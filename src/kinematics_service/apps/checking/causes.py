@@ -329,8 +329,8 @@ def _preference(cause: TestedCause) -> float:
 
 
 def _beyond(given: ComparedData, A: Floats, fit: Fit, columns: Floats) -> tuple[Floats, Floats]:
-    # Project the columns of the numbers (6 N, c) and the residuals (6 N,) onto the orthogonal
-    # complement of the columns of the offsets, and return both.
+    # Return the columns of the numbers (6 N, c) and the residuals (6 N,), both projected onto the
+    # orthogonal complement of the columns of the offsets.
     scale = np.reshape(scale_of(given.poses), (1, 1, 1))
     J, r = equations_of(A, fit, scale)
     basis = span_of(J)

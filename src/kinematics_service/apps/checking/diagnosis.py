@@ -248,7 +248,7 @@ def _sentence(
     causes: Causes | None,
     known: str,
 ) -> str:
-    # Return the whole diagnosis as text. `causes` is None if the residuals need no cause.
+    # Return the whole diagnosis as text. `causes` is None if the residuals are small.
     if causes is not None and causes.decisive:
         (cause,) = causes.named
         less = f', {cause.ratio:.3g} times less' if cause.ratio < MAX_SHOWN_RATIO else ''

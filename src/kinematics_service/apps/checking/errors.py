@@ -75,11 +75,11 @@ class Errors(NamedTuple):
 
     @property
     def rms(self) -> tuple[float, float]:
-        """Return both RMS values, m and rad."""
+        """Return the RMS values of position (m) and orientation (rad)."""
         return self.position_rms, self.rotation_rms
 
     def within(self, limit: PoseLimit) -> bool:
-        """Return whether both RMS values are below a limit."""
+        """Return whether the RMS values of position and orientation are below a limit."""
         return self.position_rms < limit.position and self.rotation_rms < limit.angle
 
     def in_words(self) -> str:

@@ -22,7 +22,7 @@ from ...robot.file.parts.parameters import ANGLE, LENGTH, RATIO, SIX
 from ...robot.robot import Robot, with_chain
 from .lag import Later
 
-# Sentences for any source of poses. `known_pose_causes` has others for known poses.
+# Statements of mistakes for measured poses. `known_pose_causes` replaces some for known poses.
 DEGREES = 'the joint positions are in degrees, not radians'
 RADIANS_TWICE = 'the joint positions were turned from degrees into radians twice'
 INVERSE = 'the poses are those of the base in the tool frame'
@@ -339,7 +339,7 @@ def number_hypotheses_of(given: ComparedData) -> Iterator[NumberHypothesis]:
     robot = given.robot
     yield from _of_joints(given, 'joint_offset', 1)
     if robot.chain.loops:
-        return  # a wrong length changes the shape of a loop
+        return  # skip the table: with a wrong length, closed loops would close elsewhere
     arm, own = parameters_of(robot), robot.description
     ends = len(arm.table), len(arm.table) + len(SIX)
     chain = placement(arm.chain, own.base.motion.matrix, own.tool.motion.matrix, ends)

@@ -42,7 +42,7 @@ def other_branches(description: RobotDescription, g: int) -> tuple[tuple[float, 
         Index of the group of loops; the groups before it stay as they are.
     """
     closure, groups = closure_of(description), loop_groups(description.loops)
-    assert closure is not None  # it has loops
+    assert closure is not None  # the description has loops
     passive = passive_of(groups[g])
     turning = np.array([joint.type == 'revolute' for joint in passive])
     first = len(description.joints) + sum(len(passive_of(one)) for one in groups[:g])

@@ -25,7 +25,8 @@ GAIN_TOLERANCE = 1e-9
 FIRST_DAMPING = 1e-3
 # Positions whose spread is below this share of their distance from the origin count as one point.
 POINT_SPREAD_RATIO = 0.05
-# Ratio to the largest singular value below which a direction of the offsets is not determined.
+# The poses do not determine a direction of the offsets if its singular value is below this ratio
+# to the largest one.
 WEAK_RATIO = 1e-4
 # Rotations about a second axis are noise if the sines of their angles are below this value.
 AXIS_VARIETY = 0.02
@@ -317,7 +318,7 @@ def _translated(A: Floats, B: Floats, scale: Floats, RX: Floats, RY: Floats) -> 
     X, Y = np.zeros((len(A), 4, 4)), np.zeros((len(A), 4, 4))
     X[:, :3, :3], Y[:, :3, :3] = RX, RY
     X[:, 3, 3] = Y[:, 3, 3] = 1.0
-    # p_B = t_X + R_X p_A + R_X R_A t_Y: linear in both.
+    # Solve p_B = t_X + R_X p_A + R_X R_A t_Y, which is linear in the translations t_X and t_Y.
     RXA = RX[:, None] @ A[..., :3, :3]
     M = np.concatenate([np.broadcast_to(np.eye(3), RXA.shape), RXA], axis=-1)
     rest = B[..., :3, 3] - np.einsum('hij,hnj->hni', RX, A[..., :3, 3])
@@ -344,7 +345,8 @@ def _rotations(A: Floats, B: Floats) -> list[tuple[Floats, Floats]]:
     if np.sqrt(np.median(strengths[:, 1])) < AXIS_VARIETY:
         RX = RX @ _about_the_axis(A, B, RX, axes[:, :, 0])
         found.append((RX, nearest_rotation(np.einsum('hnji,hnjk->hik', RX[:, None] @ RA, RB))))
-    # Positions alone determine X if the tool turns little or is close to the flange.
+    # Add a candidate with X from positions alone: it is good if the tool turns little or is close
+    # to the flange.
     pA = A[..., :3, 3] - A[..., :3, 3].mean(axis=1, keepdims=True)
     pB = B[..., :3, 3] - B[..., :3, 3].mean(axis=1, keepdims=True)
     RX = nearest_rotation(np.swapaxes(pB, 1, 2) @ pA)

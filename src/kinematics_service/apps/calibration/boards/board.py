@@ -12,7 +12,7 @@ from .opencv import MAX_PIXELS, opencv
 
 # Smallest number of corners from which the pose of a board is found: four suffice, two are spare.
 CORNERS = 6
-# Corners do not determine a pose if they are closer to one line than this share of a square.
+# Corners determine a pose only if they spread across a line by this ratio to a square or more.
 LINE_WIDTH_RATIO = 0.5
 # Limits of the half window (px) in which a corner is refined. OpenCV's criteria of the refinement:
 # flag 3 (both criteria end it), largest number of steps, smallest change (px).

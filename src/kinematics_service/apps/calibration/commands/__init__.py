@@ -1,1 +1,1 @@
-"""The commands of this app, a file each, and their options."""
+"""The commands of this app, one file for each command, and their options."""

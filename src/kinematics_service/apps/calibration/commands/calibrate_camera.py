@@ -34,8 +34,8 @@ def calibrate_camera(
     """
     Calibrate an arm and a camera at once, by a board that the camera sees.
 
-    FILE has joint states and poses of the board in the frame of the camera. With --images it is a
-    table (.csv) whose column `image` names images of the board: OpenCV finds its corners. The
+    FILE has joint states and poses of the board in the frame of the camera. With --images, FILE is
+    a table (.csv) whose column `image` names images of the board: OpenCV finds the corners. The
     intrinsics are not fitted. Exit code 1: the result is refused.
 
     \b

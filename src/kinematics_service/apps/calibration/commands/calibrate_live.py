@@ -62,8 +62,9 @@ def calibrate_live(
     """
     Calibrate a running robot: collect joint states and measured poses, and then calibrate.
 
-    While poses come, it says which numbers are identified by now, and which pose would identify
-    more. Let the arm stand still at each pose. Arguments from --ros-args on are those of ROS.
+    While poses arrive, the command prints which numbers are identified so far, and which pose
+    would identify more. Let the arm stand still at each pose. Arguments from --ros-args on are
+    those of ROS.
 
     \b
     Example:

@@ -1,4 +1,4 @@
-"""The command `calibrate-propose`: the poses to measure next."""
+"""The command `calibrate-propose`: choose the poses to measure next."""
 
 import math
 import re
@@ -57,8 +57,8 @@ def calibrate_propose(
     """
     Propose the poses to measure next (D-optimal), after those of FILE or before any.
 
-    They keep away from joint limits and singular poses. Nothing is known of the cell around the
-    arm: look at the motion first. With --line-of-sight the point is in a cone of DEG at the tool.
+    The poses keep away from joint limits and singular poses. Obstacles around the arm are unknown:
+    look at the motion first. With --line-of-sight the point is in a cone of DEG at the tool.
 
     \b
     Examples:

@@ -44,7 +44,7 @@ def calibrate_touch(
 
     FILE is a table (.csv) of joint positions and of the name of the point touched from many
     poses. Points and tip are fitted. Touches make the ratios of lengths identifiable, and the
-    lengths too if --distance says how far two points are apart. Exit code 1: it is refused.
+    lengths if --distance gives the distance of two points. Exit code 1: the result is refused.
 
     \b
     Examples:

@@ -35,7 +35,7 @@ NO_FILES = (Path(os.devnull, 'none'), Path(os.devnull, 'none'))
 
 
 class SheetChoice(str, Enum):
-    """The sizes of paper."""
+    """Values of the option for the size of the printed sheet."""
 
     a4 = 'a4'
     letter = 'letter'
@@ -66,9 +66,9 @@ def calibrate_zeros(
     """
     Find the zeros of the joints of an arm whose encoders were mounted by hand.
 
-    Without FILE, --html writes a sheet to print. FILE is a table (.csv) of joint positions at
-    which the tip touched its crosses, and of their names. The places of the sheet and of the
-    tip are fitted. Columns velocity.<joint>, the way each joint came, identify a backlash.
+    Without FILE, --html writes a sheet to print. FILE is a table (.csv): each row has the name of
+    a cross that the tip touched, and the joint positions. The places of sheet and tip are fitted.
+    Columns velocity.<joint>, the way each joint came, identify a backlash.
 
     \b
     Examples:

@@ -1,4 +1,4 @@
-"""The options that the commands of a calibration share, in groups, and what they mean."""
+"""Options that the commands of a calibration share, in groups, and the reading of their texts."""
 
 import inspect
 import math
@@ -79,7 +79,7 @@ class TableOptions(NamedTuple):
     ] = ''
 
     def selection(self, robot: Robot) -> Selection:
-        """Return the parts of a table."""
+        """Return the selection of what is read from a table: robot, columns and units."""
         words = TableWords(self.columns, None, self.joint_format, self.stamps)
         return given_selection(robot, None, None, self.joint_prefix, words)
 
@@ -107,7 +107,7 @@ class PoseOptions(NamedTuple):
     )
 
     def selection(self, robot: Robot, table: TableOptions) -> Selection:
-        """Return the parts of a recording."""
+        """Return the selection of what is read from a recording: robot, topics and columns."""
         gap = self.pose_gap
         if gap is not None and not 0.0 < gap <= MAX_GAP:
             raise WrongUsage(f'--pose-gap: {gap:g} is not within 0 and {MAX_GAP:g} s')
@@ -311,7 +311,7 @@ def given_board(text: str) -> Board:
 
 
 def check_inputs(files: Sequence[Path]) -> None:
-    """Refuse a recording that is given twice."""
+    """Refuse a recording that is given twice, since its rows would count twice."""
     if len({one.resolve() for one in files}) < len(files):
         raise WrongUsage('FILE: one recording is given twice, and would count twice')
 

@@ -142,7 +142,7 @@ def _parameters(found: Calibration) -> str:
 
 
 def _bar(one: CalibratedParameter) -> str:
-    # The axis ends at the prior and begins at a thousandth of it.
+    # Return an SVG bar with a logarithmic axis from a thousandth of the prior to the prior.
     def across(value: float) -> float:
         share = 1.0 + math.log10(max(value / one.prior, 10.0**-DECADES)) / DECADES
         return 200 * min(share, 1.0)
