@@ -25,7 +25,8 @@ from .fitting import FitProblem, Identified, normal_scores, one_more
 from .identified_table import KNOWN_RATIO
 from .result import Calibration
 
-# Largest share of rows that may be outliers; if there are more, the calibration is refused.
+# Largest share of rows that may be outliers. If more rows contradict the arm, the calibration is
+# refused.
 OUTLIER_SHARE = 0.1
 # Level of two tests, for all joints together: Fisher's exact test, whether the rows left out share
 # positions of a joint; and the score test, whether errors depend on the position of a joint.

@@ -72,7 +72,7 @@ PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # joints. Each joint stops half the backlash before its measured position.
 LAG = ArmParameter('lag', 'lag', False)
 BACKLASH = ArmParameter('backlash', 'backlash', True)
-# Keys of causes of the frame check that are no error here: the calibration corrects them.
+# Keys of causes in the frame check that do not stop a calibration, since it corrects them.
 FOUND_HERE = ('joint_offset', 'link_length', 'link_twist')
 
 

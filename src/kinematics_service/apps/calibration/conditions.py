@@ -38,8 +38,8 @@ PLACEMENT_PRIOR = {True: float(ANGLE), False: LENGTH}
 # of the zero in a datasheet.
 DRIFT_SHARE = 0.5
 STANDARD_GRAVITY = 9.80665  # m/s^2
-# Largest load (kg) of an arm whose tool is 1 m from its base (RMS). The limit grows with the cube
-# of this length.
+# Largest load (kg) of an arm whose tool is 1 m from its base (RMS). For other arms, the limit
+# grows with the cube of this distance.
 LARGEST_LOAD = 300.0
 
 

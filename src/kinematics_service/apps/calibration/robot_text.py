@@ -51,8 +51,8 @@ from .result import Calibration
 KNOWN_POSE_COUNT = 5
 MAX_SOURCE_LENGTH = 2000
 
-# Digits of the factor L of the covariance L L^T. Poses may be known far better than each number:
-# this needs the digits.
+# Digits of the factor L of the covariance L L^T. Many digits are needed if poses are known far
+# better than each number of the table.
 DIGITS = 6
 # Entries of L smaller than this share of the norm of their row are written as zero.
 NEGLIGIBLE_RATIO = 1e-7

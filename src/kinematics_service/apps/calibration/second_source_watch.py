@@ -22,7 +22,7 @@ from .second_source import MIN_NEW, Examined, examined, frames_status
 MAX_POSES = 256
 # Least time between two samples of the joints' path, ns: the path is sampled at 100 Hz at most.
 PATH_STEP = 10_000_000
-# Number of kept samples of the joints' path: the last minute at 100 Hz. A lag is found from them.
+# Number of kept samples of the joints' path, to find a lag: the last minute at 100 Hz.
 PATH_SAMPLES = 6_000
 # The status is WARN if no pose arrived, or none was used, for this time, s.
 PATIENCE = 5.0

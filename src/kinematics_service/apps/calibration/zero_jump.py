@@ -51,7 +51,8 @@ OFFSET = 0.3
 LAG = 0.01
 # Number of poses of the baseline. It keeps the newest poses, to follow an arm that warms up.
 MEMORY = 2 * WINDOW
-# Linearize the offsets anew after a step of this size (m, rad): its square is negligible.
+# Linearize again if the offsets moved by this or more (m, rad); the square of a smaller step is
+# negligible.
 STEP = 2e-3
 # The median of chi-square with 6 degrees of freedom.
 MEDIAN = 5.35
@@ -289,7 +290,7 @@ class _LikelihoodRatios:
         )
 
     def outlier_gains(self) -> Floats:
-        # Return for each pose the gain (N,) if this pose alone is off.
+        # Return for each pose the gain (N,) of the assumption that only this pose is wrong.
         V = (1.0 + MIN_RATIO) * np.eye(6) - self.B @ np.swapaxes(self.B, 1, 2)
         left = self.left[:, :, None]
         return np.asarray(np.sum(left * np.linalg.solve(V, left), axis=(1, 2)))

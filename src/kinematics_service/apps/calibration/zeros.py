@@ -91,7 +91,7 @@ def calibrate_zeros(
     # Prior standard deviations of the zeros: ten times the precision that is required of them.
     before = {one.name: 10.0 * TOLERANCES[not one.angle] for one in offsets}
     fit = ('offsets', *ENDS, *([] if approach is None else [BACKLASH.group]))
-    # Skip the frame check: it ignores wrong zeros, and would report another robot.
+    # Skip the frame check: it assumes right zeros, and would report another robot.
     fitted = partial(
         calibrate,
         robot,

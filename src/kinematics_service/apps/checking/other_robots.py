@@ -24,7 +24,7 @@ class OtherRobot(NamedTuple):
     left: Errors
 
     def in_words(self) -> str:
-        """Return a text with the bundled robot and its residuals; it asks which arm it is."""
+        """Return a text with the bundled robot and its residuals, and ask which arm was used."""
         return f'the bundled robot {self.name} leaves {self.left.in_words()}: which arm is it?'
 
 

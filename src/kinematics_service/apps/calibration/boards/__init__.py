@@ -1,1 +1,1 @@
-"""Images of a board, and the intrinsics of the camera that took them."""
+"""Find a board in images, and read the intrinsics of the camera that took the images."""

@@ -12,7 +12,8 @@ from .opencv import MAX_PIXELS, opencv
 
 # Smallest number of corners from which the pose of a board is found: four suffice, two are spare.
 CORNERS = 6
-# Corners determine a pose only if they spread across a line by this ratio to a square or more.
+# Least spread of the corners across a line, divided by the edge of a square. Below it, corners are
+# in one line and determine no pose.
 LINE_WIDTH_RATIO = 0.5
 # Limits of the half window (px) in which a corner is refined. OpenCV's criteria of the refinement:
 # flag 3 (both criteria end it), largest number of steps, smallest change (px).
@@ -113,7 +114,7 @@ class BoardFinder:
         """
         try:
             image = opencv().imread(str(file), opencv().IMREAD_GRAYSCALE)
-        except opencv().error:  # its message names lines of OpenCV's source: write another one
+        except opencv().error:  # the message names lines of OpenCV's source: write another one
             image = None
         if image is None:
             raise RecordingError(
