@@ -1,1 +1,1 @@
-"""Joint positions and joint velocities that reach what is asked of the tool."""
+"""Inverse kinematics: joint positions for a target, and joint velocities for a twist."""

@@ -1,16 +1,19 @@
 """
 Solve six joints with a spherical wrist or three parallel axes, or three joints, in closed form.
 
-Three joints for a position are the case of Pieper (three_joints.py). If axes 4, 5 and 6 meet in a
-point, joints 1 to 3 move this point to its position and joints 4 to 6 give the rotation (Pieper
-1968). If axes 2, 3 and 4 are parallel, the height of the wrist point along them gives joint 1, the
-direction of axis 2 in the tool frame gives joints 5 and 6, and joints 2 to 4 are a planar arm. The
-steps are subproblems: an angle that rotates a vector onto another (1: Paden and Kahan; Murray, Li
-and Sastry, A Mathematical Introduction to Robotic Manipulation, section 3.2) or to a given height
-(4: Elias and Wen, IK-Geo, arXiv:2211.05737).
+- Three joints for a position: three_joints.py (Pieper 1968).
+- Axes 4, 5 and 6 meet in a point: joints 1 to 3 move this point to its position, and joints 4 to 6
+  give the rotation (Pieper 1968).
+- Axes 2, 3 and 4 are parallel: the height of the wrist point along them gives joint 1, and the
+  direction of axis 2 in the tool frame gives joints 5 and 6. Joints 2 to 4 are a planar arm.
 
-Errors are propagated from joint to joint: `turn` is that of directions, rad, `way` that of
-points, m.
+Each step is a subproblem. Subproblem 1 finds the angle that rotates a vector onto another (Paden
+and Kahan; Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, section
+3.2). Subproblem 4 finds the angles that rotate a vector to a given height (Elias and Wen, IK-Geo,
+arXiv:2211.05737).
+
+Errors are propagated from joint to joint: `turn` is the error of directions, rad, and `way` the
+error of points, m.
 """
 
 import math
@@ -23,7 +26,8 @@ from . import roots, three_joints
 
 
 def _back(screws: Numbers, values: Numbers, begin: int, v: Vector) -> Vector:
-    # Returns a direction before joints 1 to 3, at values from an index on, rotated it.
+    # Returns the direction that joints 1 to 3 rotate to v. Their positions are values[begin] to
+    # values[begin + 2].
     for k in range(3):
         if not vectors.slides(screws, k):
             v = vectors.turned(vectors.axis_of(screws, k), -values[begin + k], v)
@@ -51,8 +55,8 @@ def _angles_to_height(
     free: float,
     angles: Numbers,
 ) -> int:
-    # Subproblem 4: writes the angles by which v, rotated about an axis (sign 1) or backwards (sign
-    # -1), has a given height along w.
+    # Subproblem 4: writes the angles that rotate v about `axis` until w . v equals `height`. With
+    # sign -1 the angles are those of the opposite rotation.
     constant = vectors.dot(w, axis) * vectors.dot(axis, v)
     A, B = vectors.dot(w, v) - constant, sign * vectors.dot(w, vectors.cross(axis, v))
     return _circle_roots_or(A, B, height - constant, error, free, angles)
@@ -61,8 +65,9 @@ def _angles_to_height(
 def _wrist(
     screws: Numbers, T: Numbers, arms: Numbers, i: int, turn: float, free: Numbers, angles: Numbers
 ) -> int:
-    # Joints 4 to 6 make the rotation that remains after joints 1 to 3, at candidate i of `arms`.
-    # Writes up to two times three angles, and their error to angles[6].
+    # Solves joints 4 to 6 for the rotation that remains after joints 1 to 3, whose positions are
+    # candidate i of `arms`. Writes up to two solutions of three angles, and the error of the
+    # angles to angles[6]. Returns the number of solutions.
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
     c = vectors.axis_of(screws, 5)
     goal = _back(screws, arms, 3 * i, vectors.times_vector(T, c))
@@ -83,7 +88,7 @@ def _wrist(
 
 class ClosedForm:
     """
-    The screws of an arm with a closed form, at positions psi = coupling q.
+    The screws of an arm with a closed form; screw positions are psi = to_screws q.
 
     Parameters
     ----------
@@ -92,7 +97,8 @@ class ClosedForm:
     screws : shape (n, 7)
         Each joint at rest: its axis, a point on it, 1 if it slides.
     point : shape (3,), m
-        The tool, the center of the wrist or the intersection of axes 5 and 6, at rest.
+        At rest: the tool (POSITION_3), the center of the wrist (SPHERICAL_WRIST), or the
+        intersection of axes 5 and 6 (PARALLEL_AXES).
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
     backwards
@@ -100,8 +106,8 @@ class ClosedForm:
     to_joints, to_screws : shape (n, n)
         Matrices from positions of the screws to joint positions, and back.
     error
-        Largest difference between the axes of the arm and of the screws, round-off included: rad
-        for directions, relative to the size of the arm for points.
+        Largest difference between the axes of the arm and the screws, including round-off: rad
+        for directions, and relative to the size of the arm for points.
     """
 
     def __init__(
@@ -142,7 +148,7 @@ class ClosedForm:
             row[i] = arrays.dot(arrays.after(self.to_joints, i * self.n), psi, self.n)
 
     def write_motion(self, pose: Flat, T: Numbers) -> None:
-        """Write the motion (3, 4) from rest to a pose, for screws in their order."""
+        """Write the motion (3, 4) from rest to a pose; its inverse if the screws are backwards."""
         M = [0.0] * 12
         if self.way == places.POSITION_3:
             for i in range(3):
@@ -159,7 +165,11 @@ class ClosedForm:
     def candidates(
         self, T: Numbers, rotation_error: float, free: Numbers, psi: Flat, accuracy: Numbers
     ) -> int:
-        """Do what `inverse_candidates` does; the rotation of T has an error `rotation_error`."""
+        """
+        Write candidates as `inverse_candidates` does.
+
+        `rotation_error` is the error of the rotation of T, rad.
+        """
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
         turn = self.error + rotation_error
         way = turn * (self.size + math.sqrt(vectors.dot(to, to)))
@@ -177,7 +187,8 @@ class ClosedForm:
     def _with_wrist(
         self, T: Numbers, turn: float, way: float, free: Numbers, psi: Numbers, accuracy: Numbers
     ) -> int:
-        # Axes 4 to 6 meet in the point: joints 4 to 6 do not move it.
+        # Axes 4 to 6 meet in `point`, so joints 4 to 6 do not move it: joints 1 to 3 alone move it
+        # to `goal`.
         arms, wrists = [0.0] * 25, [0.0] * 7
         count, point = 0, vectors.three(self.point, 0)
         goal = vectors.times_point(T, point)
@@ -196,7 +207,7 @@ class ClosedForm:
     def _with_parallel_axes(
         self, T: Numbers, turn: float, way: float, free: Numbers, psi: Flat, accuracy: Numbers
     ) -> int:
-        # Axes 2, 3 and 4 are parallel; axes 5 and 6 meet in the point.
+        # Axes 2, 3 and 4 are parallel; axes 5 and 6 meet in `point`.
         screws, point = self.screws, vectors.three(self.point, 0)
         o1, z1 = vectors.point_of(screws, 0), vectors.axis_of(screws, 0)
         z = vectors.axis_of(screws, 1)
@@ -207,8 +218,8 @@ class ClosedForm:
         to_wrist = vectors.plus(vectors.point_of(screws, 3), -1.0, point)
         lever = math.sqrt(vectors.dot(to_goal, to_goal))
         lever += math.sqrt(vectors.dot(to_wrist, to_wrist))
-        # Joints 2 to 4 do not change the height of the point along axis 2. So the goal, moved back
-        # by joint 1, has the height of the point at rest.
+        # Joints 2 to 4 do not change the height of `point` along axis 2. So joint 1 must move the
+        # goal back to the height that `point` has at rest.
         height = vectors.dot(z, vectors.plus(point, -1.0, o1))
         first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
         accuracy[0] = firsts[2]
@@ -244,8 +255,8 @@ class ClosedForm:
         psi: Numbers,
         accuracy: Numbers,
     ) -> int:
-        # E2 E3 E4 = E1^-1 T E6^-1 E5^-1 is a motion in the plane perpendicular to z. Its angle is
-        # `total`, and `goal` is where it moves the point of axis 4.
+        # Solves joints 2 to 4. E2 E3 E4 = E1^-1 T E6^-1 E5^-1 is a motion in the plane
+        # perpendicular to z: it rotates by `total` and moves the point of axis 4 to `goal`.
         screws = self.screws
         z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
         z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
@@ -294,9 +305,9 @@ def inverse_candidates(
     form: ClosedForm, T: Floats, free: Floats, psi: Floats, accuracy: Floats
 ) -> int:
     """
-    Fill `psi` with candidates for the positions of the screws; return their number.
+    Fill `psi` with screw positions that may solve a target; return the number of candidates.
 
-    Candidates are not solutions: `refine` improves them and returns the error of each.
+    Candidates are not yet solutions: `refine` improves them and returns the error of each.
 
     Parameters
     ----------
@@ -309,7 +320,8 @@ def inverse_candidates(
     psi : shape (MOST_CANDIDATES, n), rad or m
         The candidates.
     accuracy : shape (1,)
-        Bound of their distance from solutions, rad; infinite if a solution may be missing.
+        Bound of the distance of candidates from solutions, rad; infinite if a solution may be
+        missing.
     """
     return form.candidates(
         arrays.numbers(T, 16),

@@ -1,7 +1,7 @@
 """
-Measure how independent the columns of J are, in the rows of a target, and find the null motions.
+Measure how independent the columns of J are, in the rows of a target, and find null directions.
 
-Null motions come from a singular value decomposition (one-sided Jacobi), independence from the
+Null directions come from a singular value decomposition (one-sided Jacobi). Independence is the
 ratio of the last pivot to the first with complete pivoting, which takes much less time (Golub and
 Van Loan, Matrix Computations, sections 3.4.8 and 8.6).
 """
@@ -16,20 +16,20 @@ def free_motions(
     residual: Residual, scales: Floats, q: Floats, sigma: Floats, motions: Floats
 ) -> None:
     """
-    Fill the singular values of the target's rows of J, and the joint motions that belong to them.
+    Fill the singular values of J in the rows of a target, and the right singular vectors.
 
     Parameters
     ----------
     residual
-        The residual of a target; its rows of J are decomposed.
+        The residual of the target, which selects and weights the rows of J.
     scales : shape (n,)
-        Weight of a unit of each joint.
+        Factor of each column of J.
     q : shape (N, n), rad or m
         Joint positions.
     sigma : shape (N, n), m
         Singular values, descending. With n > 6 joints the last n - 6 are 0.
     motions : shape (N, n, n)
-        Unit joint motions, scaled, one row per singular value.
+        Right singular vectors: unit joint motions, scaled, one row for each singular value.
     """
     n, count = residual.n, arrays.extent(q, 0)
     width = 6 + n
@@ -56,7 +56,7 @@ def free_motions(
 
 
 def pivot_ratio(residual: Residual, scales: Flat, q: Flat) -> float:
-    """Return the pivot ratio of joint positions (n,): see `pivots`."""
+    """Return the ratio of the last pivot of J to the first at q (n,): see `pivots`."""
     if residual.n > 6:
         return 0.0
     residual.evaluate(q, places.JACOBIAN)
@@ -68,7 +68,7 @@ def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> Non
     """
     Fill `shares` (N,) with the ratio of the last pivot of J to the first: 0 if J has lost rank.
 
-    The ratio is rarely more than ten times that of the singular values.
+    The ratio is rarely more than ten times the ratio of the least to the largest singular value.
 
     Parameters
     ----------

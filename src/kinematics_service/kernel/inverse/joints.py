@@ -1,4 +1,6 @@
-"""Choose the full turns of joint positions: inside the limits if possible, nearest to a pose."""
+"""
+Add full turns to joint positions: inside the limits if possible, nearest to given positions.
+"""
 
 import math
 
@@ -13,9 +15,9 @@ class Joints:
     Parameters
     ----------
     scales : shape (n,)
-        Weight of a unit of each joint: `Task.column_scales`, inverted.
+        The inverse of `Task.column_scales` for each joint.
     periods : shape (n,)
-        Motion of a joint after which the tool is back, rad or m; infinite for no period.
+        Motion of a joint, rad or m, after which the tool has the same pose; infinite if none has.
     limits : shape (n, 2), rad or m
         Limits of positions; infinite for none.
     """
@@ -26,14 +28,14 @@ class Joints:
         self.limits = arrays.numbers(limits, 2 * self.n)
 
     def without_turns(self, j: int, motion: float) -> float:
-        """Return a motion of joint j less its full turns: at most half a period."""
+        """Return a motion of joint j minus full turns, so that it is at most half a period."""
         period = self.periods[j]
         if not math.isfinite(period):
             return motion
         return motion - period * math.floor(motion / period + 0.5)
 
     def represent(self, near: Flat, q: Flat) -> None:
-        """Change q (n,) by full turns as `representatives` does for a row."""
+        """Add full turns to q (n,), in place, as `representatives` does for each row."""
         for j in range(self.n):
             period = self.periods[j]
             if not math.isfinite(period):
@@ -67,7 +69,7 @@ class Joints:
         return min(q[j] - self.limits[2 * j], self.limits[2 * j + 1] - q[j])
 
     def margin(self, q: Flat) -> float:
-        """Return the least distance of a joint to a limit; negative beyond it."""
+        """Return the least distance of any joint to a limit, rad or m; negative beyond it."""
         margin = places.INFINITY
         for j in range(self.n):
             margin = min(margin, self.space(j, q))
@@ -80,14 +82,16 @@ class Joints:
 
 def representatives(joints: Joints, near: Floats, q: Floats) -> None:
     """
-    Change each row of q by full turns: into the limits if possible, and there nearest to `near`.
+    Add full turns to each row of q, so that it is inside the limits if possible.
+
+    If several positions are inside the limits, the one nearest to `near` is taken.
 
     Parameters
     ----------
     joints
         The joints of the arm.
     near : shape (n,), rad or m
-        Joint positions. If two positions are half a period from them, the upper one is taken.
+        Joint positions. If two positions of a joint are equally near, the larger one is taken.
     q : shape (N, n), rad or m
         Joint positions, overwritten.
     """

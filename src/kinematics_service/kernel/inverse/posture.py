@@ -1,8 +1,9 @@
 """
 Name the posture of an arm with a closed form: shoulder right, elbow up, wrist not flipped.
 
-Each sign is that of a triple product. It is 0 if two solutions meet: if the end of joint 3 is in
-the plane of axes 1 and 2, the elbow is stretched, or axes 4 and 6 are parallel.
+Each of the three signs is the sign of a triple product. A sign is 0 if two solutions meet there:
+for the shoulder if the end of joint 3 is in the plane of axes 1 and 2, for the elbow if it is
+stretched, for the wrist if axes 4 and 6 are parallel.
 """
 
 import math
@@ -12,11 +13,12 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, FlatIntegers, Floats, Integers, Vector
 from .closed_forms import ClosedForm
 
-# Largest ratio of a triple product to its factors that is taken as 0: poses have nine digits.
+# A triple product is taken as 0 if its ratio to its factors is at most this: poses have nine
+# digits.
 ZERO_RATIO = 1e-9
-# Least squared sine of axes 1 and 2 of an arm with a shoulder: 3e-5 rad.
+# An arm has a shoulder if the squared sine between axes 1 and 2 exceeds this: 3e-5 rad.
 MIN_SHOULDER_SINE_SQUARED = 1e-9
-# Largest squared sine of axes 2 and 3 of an arm with an elbow: 1e-6 rad.
+# An arm has an elbow if the squared sine between axes 2 and 3 is below this: 1e-6 rad.
 MAX_ELBOW_SINE_SQUARED = 1e-12
 
 
@@ -27,14 +29,14 @@ def _sign(value: float, size: float) -> int:
 
 
 def _shoulder(screws: Flat, end: Vector) -> int:
-    # Returns on which side of the plane of axes 1 and 2 the end of joint 3 is.
+    # Returns 1, -1 or 0: the side of the plane of axes 1 and 2 on which the end of joint 3 is.
     side = vectors.cross(vectors.axis_of(screws, 1), vectors.axis_of(screws, 0))
     reach = vectors.plus(end, -1.0, vectors.point_of(screws, 0))
     return _sign(vectors.dot(side, reach), math.sqrt(vectors.dot(reach, reach)))
 
 
 def _elbow(screws: Flat, second: float, tip: Vector) -> int:
-    # Returns on which side of the line from axis 2 to the tip the elbow is.
+    # Returns 1, -1 or 0: the side of the line from axis 2 to `tip` on which the elbow is.
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     chord = vectors.plus(tip, -1.0, o2)
     chord = vectors.plus(chord, -vectors.dot(chord, z2), z2)
@@ -78,7 +80,7 @@ def write_posture(form: ClosedForm, q: Flat, signs: FlatIntegers) -> None:
         and not vectors.slides(screws, 2)
         and vectors.dot(elbow, elbow) < MAX_ELBOW_SINE_SQUARED
     )
-    # The end of joint 3 in the frame of joint 1.
+    # `end` is the end of joint 3 in the frame of joint 1.
     end = vectors.three(form.point, 0)
     if form.way == places.PARALLEL_AXES:
         end = vectors.moved(screws, 3, psi[3], end)
@@ -97,7 +99,9 @@ def write_posture(form: ClosedForm, q: Flat, signs: FlatIntegers) -> None:
 
 def postures(form: ClosedForm, q: Floats, signs: Integers) -> None:
     """
-    Fill `signs` (N, 3) with 1, -1 or 0 (none): shoulder right, elbow up, wrist not flipped.
+    Fill `signs` (N, 3) with the postures of joint positions.
+
+    1 is shoulder right, elbow up, wrist not flipped; -1 is the opposite; 0 is neither.
 
     Parameters
     ----------

@@ -2,9 +2,9 @@
 Minimize the distance of the tool from a target by Levenberg-Marquardt, with bounds on the joints.
 
 Nocedal and Wright, Numerical Optimization, section 10.3: each step solves
-(J^T J + damping size 1) step = J^T error, with `size` the largest squared column of J. A step that
-reduces the error divides the damping by 10, one that does not multiplies it by 8. Joints at a
-bound that would leave it are held, and steps are projected onto the bounds.
+(J^T J + damping size 1) step = J^T error, where `size` is the largest squared column of J. If a
+step reduces the error, the damping is divided by 10, otherwise multiplied by 8. A joint at a bound
+is held if its step would exceed the bound, and other steps are cut off at the bounds.
 """
 
 import math
@@ -14,17 +14,20 @@ from ..layout.arrays import Flat, Floats
 from ..measures import symmetric
 from .residuals import Residual
 
-# Error of a converged iteration, relative to the length: five units of round-off, 2.2e-16.
+# The iteration has converged if the error is at most this, relative to the length: five units of
+# round-off, 2.2e-16.
 ERROR_TOLERANCE = 1e-15
-# Error, relative to the length, at which a refused step ends the iteration: it is round-off.
+# If the error is below this, relative to the length, a refused step ends the iteration: the error
+# is round-off.
 REFUSED_STEP_TOLERANCE = 1e-12
-# Least relative decrease of the squared error, 0.1 %, of a step that is not slow.
+# A step is slow if it decreases the squared error by less than this ratio: 0.1 %.
 MIN_DECREASE = 1e-3
-# Least motion of a joint, rad or m, of a refused step that is not slow: 500 units of round-off.
+# A refused step is also slow if no joint moves by more than this, rad or m: 500 units of
+# round-off.
 MIN_MOTION = 1e-13
-# Number of slow steps that end the iteration at a local minimum.
+# The iteration ends after this number of slow steps: it is at a local minimum.
 MAX_SLOW_STEPS = 12
-# Largest damping; with more, steps are shorter than round-off.
+# Largest damping: a larger one gives steps shorter than round-off.
 MAX_DAMPING = 1e8
 # Least damping after a failed factorization: five units of round-off.
 MIN_FACTOR_DAMPING = 1e-15
@@ -36,14 +39,14 @@ MIN_DAMPING = 1e-18
 
 class Refinement:
     """
-    A minimization: target, weights and bounds of the joints, options.
+    The inputs of a minimization: target, weights and bounds of the joints, options.
 
     Parameters
     ----------
     residual
         The residual of the target.
     scales : shape (n,)
-        Weight of a unit of each joint: `Task.column_scales`, inverted; 0 holds a joint.
+        The inverse of `Task.column_scales` for each joint; 0 holds a joint.
     limits : shape (n, 2), rad or m
         Bounds of the joints, infinite for a joint without bounds.
     damping
@@ -68,7 +71,7 @@ class Refinement:
         self.g, self.step, self.trial = arrays.rooms(n, n, n)
 
     def refine_one(self, q: Flat) -> float:
-        """Move joint positions q (n,) in place; return the remaining error: see `refine`."""
+        """Move joint positions q (n,) to a minimum, in place; return the remaining error, m."""
         square = self.residual.square(q, places.JACOBIAN)
         if square == places.INFINITY:
             return places.INFINITY
@@ -103,8 +106,8 @@ class Refinement:
             else:
                 if square <= negligible or damping > MAX_DAMPING:
                     break
-                # The residual now holds the error of the refused step; g and A are still those of
-                # q.
+                # `self.residual` now holds the error of the refused step, but g and A still belong
+                # to q: do not linearise again.
                 damping = max(8.0 * damping, MIN_STEP_DAMPING)
                 slow_steps += 1 if moved < MIN_MOTION else 0
         return math.sqrt(square)
@@ -122,7 +125,7 @@ class Refinement:
             for j in range(i + 1):
                 A[i * n + j] = arrays.dot(column, arrays.after(columns, 6 * j), 6)
             size = max(size, A[i * n + i])
-        # A joint at a bound that would leave it is held: its row becomes step = 0.
+        # Hold a joint at a bound if its step would exceed the bound: set its equation to step = 0.
         for i in range(n):
             upper = q[i] >= limits[2 * i + 1] and g[i] > 0.0
             if upper or (q[i] <= limits[2 * i] and g[i] < 0.0):

@@ -14,15 +14,16 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# Least length that errors are compared with, relative to the reach of the arm: for targets whose
-# angular rows have no weight.
+# Errors are compared with a length, at least this ratio times the reach of the arm. The ratio
+# matters for targets whose angular rows have no weight.
 MIN_LENGTH_RATIO = 1e-3
-# Sine below which the axis of a rotation is undefined: the angle is 0 or pi up to sqrt(1e-16).
+# If the sine of a rotation angle is below this, the angle is taken as 0 or pi (up to sqrt(1e-16)),
+# because the axis is undefined.
 MIN_SINE = 1e-9
 
 
 def _rotation_vector(R: Numbers) -> Vector:
-    # Returns axis times angle of a rotation matrix, nine numbers.
+    # Returns axis times angle, rad, of a rotation matrix of nine numbers.
     x, y, z = R[7] - R[5], R[2] - R[6], R[3] - R[1]
     sine = math.sqrt(x * x + y * y + z * z)
     cosine = R[0] + R[4] + R[8] - 1.0
@@ -32,7 +33,8 @@ def _rotation_vector(R: Numbers) -> Vector:
         return (x * share, y * share, z * share)
     if cosine > 0.0:
         return (0.5 * x, 0.5 * y, 0.5 * z)
-    # Half a turn: each column of R + I is along the axis; the longest has the least round-off.
+    # The angle is pi: each column of R + I is along the axis. Take the longest, which has the
+    # least round-off.
     if R[0] >= R[4] and R[0] >= R[8]:
         a, b, c = R[0] + 1.0, R[3], R[6]
     elif R[4] >= R[8]:
@@ -51,7 +53,7 @@ def _turn_between(a: Vector, b: Vector) -> Vector:
     if sine < MIN_SINE:
         if angle < 1.0:
             return normal
-        # Half a turn, about any axis perpendicular to a.
+        # The angle is pi: take any axis perpendicular to a.
         normal = vectors.across(a)
         sine = math.sqrt(vectors.dot(normal, normal))
     share = angle / sine
@@ -86,15 +88,15 @@ class Residual:
     chain
         The chain of the arm.
     pose : shape (4, 4)
-        The target in the base frame. A position has any rotation.
+        The target in the base frame, m. If the target is a position, its rotation is not used.
     axes : shape (3, 3)
-        Rotation of the axes of the rows in the base frame.
+        Rotation matrix whose columns are the axes of the rows, in the base frame.
     weights : shape (6,)
         Weights of the rows x y z rx ry rz: 1 for linear rows, the length (m) for angular rows, 0
         for rows without a target.
     tool_axis
-        0, 1 or 2: the three angular rows are the error of the direction of this tool axis, and the
-        tool may turn about it. -1: they are the error of the rotation.
+        0, 1 or 2: the angular rows are the error of the direction of this tool axis, and the tool
+        may turn about the axis. -1: the angular rows are the error of the whole rotation.
     reach
         Reach of the arm, m.
     """
@@ -162,9 +164,10 @@ class Residual:
 
     def write_columns(self, scales: Flat) -> None:
         """
-        Fill `columns` (n, 6) with the columns of J in the axes of the rows, weighted as the error.
+        Fill `columns` (n, 6) with the columns of J in the axes of the rows.
 
-        Column j is multiplied by scales[j]; 0 holds the joint.
+        Rows are weighted as the error is. Column j is multiplied by scales[j]; if that is 0, joint
+        j is held.
         """
         n, k = self.n, self.tool_axis
         for j in range(n):
@@ -172,7 +175,7 @@ class Residual:
             linear = _turned_back(self.axes, (J[0], J[n], J[2 * n]))
             turn: Vector = (J[3 * n], J[4 * n], J[5 * n])
             if k >= 0:
-                # A rotation about the axis does not change its direction.
+                # Subtract the rotation about the tool axis: it does not change its direction.
                 axis = (self.row[k], self.row[4 + k], self.row[8 + k])
                 turn = vectors.plus(turn, -vectors.dot(turn, axis), axis)
             angular = _turned_back(self.axes, turn)
@@ -181,7 +184,7 @@ class Residual:
             )
 
     def length(self) -> float:
-        """Return the weight of angles, m; 0 if angular rows have no weight."""
+        """Return the weight of the angular rows, m; 0 if they have no weight."""
         return max(self.weights[3], self.weights[4], self.weights[5])
 
     def size(self) -> float:
@@ -190,13 +193,13 @@ class Residual:
 
 
 def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
-    """Return the linear and angular error at joint positions q (n,): m, rad."""
+    """Return the linear error, m, and the angular error, rad, at joint positions q (n,)."""
     residual.square(arrays.numbers(q, residual.n), places.POSE)
     error, length = residual.error, residual.length()
     turn = arrays.after(error, 3)
     angular, linear = math.sqrt(arrays.dot(turn, turn, 3)), math.sqrt(arrays.dot(error, error, 3))
     largest: float = max(abs(error[0]), abs(error[1]), abs(error[2]))
-    # The square of 1e154 m exceeds the largest double: divide by the largest component.
+    # The sum of squares overflowed, as for errors beyond 1e154 m: divide by the largest component.
     if linear == places.INFINITY and largest < places.INFINITY:
         x, y, z = error[0] / largest, error[1] / largest, error[2] / largest
         linear = largest * math.sqrt(x * x + y * y + z * z)
@@ -207,9 +210,10 @@ def linearise(
     residual: Residual, scales: Floats, q: Floats, error: Floats, columns: Floats
 ) -> None:
     """
-    Fill the weighted error (6,) at q (n,) and the columns (n, 6) of its Jacobian, scaled.
+    Fill the weighted error (6,) at q (n,) and the columns (n, 6) of the Jacobian, each times its
+    scale.
 
-    The errors are infinite if a loop does not close.
+    The six errors are infinite if a loop does not close.
     """
     n = residual.n
     errors, slopes = arrays.results(error, 6), arrays.results(columns, 6 * n)

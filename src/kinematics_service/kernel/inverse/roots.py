@@ -1,10 +1,10 @@
 """
 Find the roots of A cos + B sin = C, of quadratics and of quartics, with bounds of their errors.
 
-The coefficients have errors. A root has a bound if the discriminant is larger than its error;
-otherwise the bound is infinite, because the exact equation may have another number of roots.
-Quartics are solved by the iteration of Aberth and Ehrlich (polynomials.py); the bound is a disc of
-Smith (J. ACM 17 (1970) 661).
+The coefficients have errors. If the discriminant is larger than its error, the error of a root has
+a finite bound. Otherwise the bound is infinite, because the exact equation may have another number
+of roots. Quartics are solved by the iteration of Aberth and Ehrlich (polynomials.py), and the
+bound is the radius of a disc of Smith (J. ACM 17 (1970) 661).
 """
 
 import math
@@ -14,20 +14,20 @@ from ..layout import places
 from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs, polynomials
 
-# Largest excess of a cosine over 1, and of a negative square relative to its terms, that is taken
-# as the border of a joint's reach: targets are given to six digits. Solutions of targets beyond
-# the border fail the proof by forward kinematics.
+# If a cosine exceeds 1 by at most this, or if a square is negative by at most this ratio of its
+# terms, the target is taken as on the border of the reach: targets are given to six digits.
+# Forward kinematics later rejects solutions of targets beyond the border.
 BORDER_TOLERANCE = 1e-6
-# Least squared sine, and least square relative to its terms: round-off. Two equal roots are
-# returned 2e-8 apart, so that other joints can distinguish them.
+# Smaller squared sines, and smaller squares relative to their terms, are replaced by this number,
+# the round-off. So two equal roots are returned 2e-8 apart, and other joints can distinguish them.
 MIN_SQUARE = 1e-16
-# A number may be 0 if it is at most this many times its error: errors are added up to first order,
-# and the factor covers the terms of higher order.
+# A number is taken as possibly 0 if it is at most this factor times its error. Errors are added up
+# to first order, and the factor covers the terms of higher order.
 ERROR_MARGIN = 8.0
-# Factor between the disc of a root and the disc that must meet no other: a disc that two roots
-# share by round-off is found to be shared.
+# The disc of a root is enlarged by this factor before the test that it meets no other disc. So
+# round-off does not separate two roots that share a disc.
 DISC_MARGIN = 5.0
-# Radius relative to |C| below which the angle is undefined: 45 units of round-off.
+# If sqrt(A^2 + B^2) is at most this ratio of |C|, the angle is undefined: 45 units of round-off.
 MIN_RADIUS_RATIO = 1e-14
 
 
@@ -35,8 +35,8 @@ def circle_roots(A: float, B: float, C: float, error: float, roots: Numbers) -> 
     """
     Write the angles with A cos + B sin = C; return their number, up to 2, or -1 for all angles.
 
-    roots[2] is a bound of their errors, rad, if the coefficients have errors up to `error`. It is
-    infinite if the exact equation may have another number of roots.
+    roots[2] is a bound of the errors of the angles, rad, if the coefficients have errors up to
+    `error`. The bound is infinite if the exact equation may have another number of roots.
     """
     radius = math.sqrt(A * A + B * B)
     room, margin = radius - abs(C), ERROR_MARGIN * error
@@ -80,7 +80,11 @@ def square_roots(middle: float, square: float, size: float, error: float, roots:
 
 
 def turn_error(axis: Vector, v: Vector, error: float) -> float:
-    """Return the error of v's angle about an axis if v has an error; infinite for any angle."""
+    """
+    Return the error of the angle of v about an axis, rad, if v has an error.
+
+    It is infinite if v may be parallel to the axis: then the angle is arbitrary.
+    """
     perpendicular = vectors.plus(v, -vectors.dot(axis, v), axis)
     length = math.sqrt(vectors.dot(perpendicular, perpendicular))
     return error / length if length > ERROR_MARGIN * error else places.INFINITY
@@ -88,9 +92,9 @@ def turn_error(axis: Vector, v: Vector, error: float) -> float:
 
 def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
     """
-    Write the complex roots of c[0] + ... + c[degree] z^degree, c[degree] not 0.
+    Write the complex roots of c[0] + ... + c[degree] z^degree, where c[degree] is not 0.
 
-    Starts are on a circle whose radius is half the bound of Fujiwara (1916).
+    The iteration starts on a circle whose radius is half the bound of Fujiwara (1916).
     """
     radius, last = 0.0, complex_numbers.absolute(pairs.pair(c, degree))
     for k in range(degree):
@@ -104,8 +108,8 @@ def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> flo
     """
     Return the radius of the disc about root k that contains a root of the exact polynomial.
 
-    The exact polynomial differs by up to `error` there. A connected set of m discs contains m
-    roots (Smith 1970).
+    The exact polynomial differs from the given one by up to `error` at root k. A connected set of
+    m discs contains m roots (Smith 1970).
     """
     here, value = pairs.pair(z, k), (0.0, 0.0)
     for i in range(degree, -1, -1):

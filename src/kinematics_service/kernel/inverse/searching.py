@@ -11,9 +11,10 @@ from .solutions import Solutions
 
 def first_solution(refinement: Refinement, starts: Floats, solution: Solutions) -> None:
     """
-    Fill in the first solution inside the limits that a refinement converges to, if any does.
+    Refine starts one by one until one converges to a solution inside the limits, and store it.
 
-    The first start is `solution.near`; then come the starts in their order.
+    The first start is `solution.near`; the rows of `starts` follow. If none converges,
+    `solution.count` stays 0.
 
     Parameters
     ----------
@@ -22,7 +23,7 @@ def first_solution(refinement: Refinement, starts: Floats, solution: Solutions) 
     starts : shape (N, n), rad or m
         Joint positions.
     solution
-        Room for one solution.
+        Receives the solution; it has room for one.
     """
     solution.require_fit(refinement.residual, solution.n, 1)
     n, count, k = solution.n, arrays.extent(starts, 0), 0

@@ -1,11 +1,11 @@
 """
 Compute joint velocities for a twist of the tool: damped least squares within the joint limits.
 
-Resolved-rate control (Whitney 1969) by the singular value decomposition of J, each singular value
-damped by itself (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Velocity limits shorten
-all joint velocities by one factor. A joint that would run into a position limit is held at the
-largest allowed velocity, and the other joints compensate (saturation in the null space: Flacco, De
-Luca and Khatib 2012).
+Resolved-rate control (Whitney 1969) uses the singular value decomposition of J and damps each
+singular value separately (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). If a joint
+exceeds its velocity limit, all joint velocities are multiplied by one factor. A joint that would
+run into a position limit is held at the largest allowed velocity, and the other joints compensate
+(saturation in the null space: Flacco, De Luca and Khatib 2012).
 """
 
 import math
@@ -15,10 +15,10 @@ from ..layout.arrays import Flat, Floats
 from ..measures import singular_values
 from ..measures.task_rows import TaskRows
 
-# Largest velocity of a joint at rest at its limit, rad/s: round-off.
+# A velocity that exceeds its bound by at most this, rad/s (scaled), is within it: round-off.
 REST_VELOCITY = 1e-12
-# Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled to it: velocity
-# limits shorten both to the same joint velocities.
+# Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled down to it: the
+# velocity limits give the same joint velocities for both.
 MAX_TWIST = 1e9
 
 
@@ -31,13 +31,14 @@ class Servo:
     task
         The rows of the twist that the servo follows.
     damping, damped_below
-        Largest damping, and singular value below which damping begins, relative to the length.
+        Largest damping, and singular value below which damping begins, both divided by `length`.
     length
         Characteristic length, m.
     horizon
-        Time, s: a joint approaches a limit at most at the distance from it over this time.
+        Time, s: a joint approaches a limit at most with its distance from the limit divided by
+        this time.
     limits : shape (n, 2), rad or m
-        Limits of positions, infinite for none.
+        Limits of positions; infinite for a joint without limits.
     fastest : shape (n,), rad/s or m/s
         Limits of velocities, finite.
     """
@@ -59,11 +60,11 @@ class Servo:
         self.fastest = arrays.numbers(fastest, self.n)
 
     def upper(self, q: Flat, j: int) -> float:
-        """Return the largest velocity of joint j towards its upper limit."""
+        """Return the largest velocity of joint j towards its upper limit, rad/s or m/s."""
         return max((self.limits[2 * j + 1] - q[j]) / self.horizon, 0.0)
 
     def lower(self, q: Flat, j: int) -> float:
-        """Return the velocity of joint j, at most 0, that is the largest to its lower limit."""
+        """Return the largest velocity of joint j towards its lower limit, negative or 0."""
         return min((self.limits[2 * j] - q[j]) / self.horizon, 0.0)
 
 
@@ -81,15 +82,15 @@ class ServoOutput:
     Attributes
     ----------
     damping
-        Damping relative to the largest.
+        Largest damping of a singular value, divided by the largest damping of the servo.
     least_singular_value
-        Least singular value relative to the length.
+        Least singular value of J, divided by the length of the servo.
     followed
-        Component of the twist without limits along the wanted twist, relative to that.
+        Component of the twist (before limits) along the wanted twist, divided by the wanted twist.
     shortened
-        Factor by which velocity limits shortened all velocities.
+        Factor, at most 1, by which velocity limits multiplied all velocities.
     slowest
-        Number of the joint whose velocity limit gave the factor, or -1.
+        Index of the joint whose velocity limit gave `shortened`, or -1.
     """
 
     def __init__(self, servo: Servo, qdot: Floats) -> None:
@@ -102,7 +103,7 @@ class ServoOutput:
         self.J, self.v, self.u = arrays.rooms(m * n, m, n)
         self.sigma, self.W = arrays.rooms(least, least * (m + n))
         self.free, self.held = arrays.whole_rooms(n, n)
-        # At first no joint is held.
+        # Start with all joints free.
         for j in range(n):
             self.rates[j], self.held[j], self.u[j], self.free[j] = 0.0, 0, 0.0, j
 
@@ -114,7 +115,7 @@ class ServoOutput:
         """
         Fill J with the rows of the task, and v with the rows of the twist divided by `size`.
 
-        J is divided by its largest entry: no square overflows.
+        J is divided by its largest entry, so that no square overflows.
         """
         n, axes = self.servo.n, self.servo.task.rotation
         for i in range(self.servo.m):
@@ -140,8 +141,8 @@ class ServoOutput:
         """
         Fill u with the damped least squares solution of J u = v for the joints that are free.
 
-        A singular value s below `below` has the squared damping damping^2 (1 - (s / below)^2). So
-        directions that are not lost are not damped.
+        If a singular value s is less than `below`, its squared damping is
+        damping^2 (1 - (s / below)^2). Larger singular values are not damped.
         """
         m, count, W, free = self.servo.m, self.count, self.W, self.free
         damping = self.servo.damping * self.servo.length / self.largest
@@ -182,8 +183,8 @@ class ServoOutput:
             self.u[j] *= self.servo.task.column_scale[j] / self.largest
 
     def _write_matrix(self, rows: int, length: int) -> None:
-        # Fills W with the free columns of J, or with its rows if they are fewer, and the identity
-        # beside them.
+        # Fills W with the columns of J that belong to free joints, or with the rows of J if there
+        # are fewer rows. Appends the identity on the right.
         n, width = self.servo.n, rows + length
         wide = self.count > self.servo.m
         for i in range(self.servo.m):
@@ -195,7 +196,7 @@ class ServoOutput:
             self.W[i * width + length + i] = 1.0
 
     def worst(self, q: Flat) -> int:
-        """Return the place in `free` of the joint that exceeds its limit most, or -1."""
+        """Return the index in `free` of the joint that exceeds its bound most, or -1 if none."""
         worst, over = -1, REST_VELOCITY
         for k in range(self.count):
             j = self.free[k]
@@ -209,7 +210,8 @@ class ServoOutput:
 
     def hold(self, k: int, q: Flat) -> None:
         """
-        Hold free joint k at the largest velocity to its limit, and subtract its part of the twist.
+        Hold joint free[k] at the largest velocity towards its limit, and subtract its motion from
+        the twist.
         """
         n, j = self.servo.n, self.free[k]
         upwards = self.rates[j] > 0.0
@@ -224,7 +226,8 @@ class ServoOutput:
 
 
 def _within_limits(step: ServoOutput, rates: Flat, factor: float) -> float:
-    # Returns the largest factor, at most the given one, by which no velocity exceeds its limit.
+    # Returns the largest factor, at most the given one, that keeps all velocities within their
+    # limits.
     for j in range(step.servo.n):
         if abs(rates[j]) * factor > step.servo.fastest[j]:
             factor = step.servo.fastest[j] / abs(rates[j])
@@ -233,7 +236,7 @@ def _within_limits(step: ServoOutput, rates: Flat, factor: float) -> float:
 
 
 def _shorten_alike(step: ServoOutput, size: float) -> None:
-    # Multiplies all velocities by one factor: the twist keeps its direction.
+    # Multiplies all velocities by one factor, so that the twist keeps its direction.
     rate = _within_limits(step, step.u, min(size, MAX_TWIST))
     if size > 0.0:
         step.shortened = rate / size
@@ -258,7 +261,7 @@ def _hold_joints(step: ServoOutput, q: Flat) -> None:
 
 
 def _keep_to_limits(step: ServoOutput, q: Flat) -> None:
-    # Shortens velocities that became too fast by compensation.
+    # Reduces velocities that exceed a limit because joints compensated for held joints.
     factor = _within_limits(step, step.rates, 1.0)
     step.shortened *= factor
     for j in range(step.servo.n):
@@ -268,12 +271,12 @@ def _keep_to_limits(step: ServoOutput, q: Flat) -> None:
 
 def servo(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
     """
-    Fill a step with joint velocities for a twist.
+    Compute joint velocities for a twist, and write them to a step.
 
     Parameters
     ----------
     step
-        A new step of the servo.
+        A new `ServoOutput`; it receives the results.
     q, row : shape (n,), (width,)
         Joint positions, and the row that `evaluate` filled at them.
     twist : shape (6,), m/s and rad/s

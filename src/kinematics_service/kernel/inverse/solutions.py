@@ -12,19 +12,19 @@ from .residuals import Residual
 
 Record = TypeVar('Record')
 PostureName = TypeVar('PostureName')
-# Largest distance of two candidates of one solution, rad, scaled: beyond it the midpoint is not
-# tested.
+# Two candidates farther apart than this, rad (scaled), are distinct solutions: their midpoint is
+# not tested.
 MAX_DUPLICATE_DISTANCE = 1e-2
-# Largest error of a midpoint that is a solution, relative to the length: round-off of forward
-# kinematics, times 500.
+# The midpoint of two candidates is a solution if its error, divided by `residual.size()`, is below
+# this: 500 times the round-off of forward kinematics.
 MIDPOINT_TOLERANCE = 1e-13
-# Largest ratio of the error of a midpoint that is a solution to that of the candidate.
+# The midpoint is also a solution if its error is less than this many errors of the candidate.
 MIDPOINT_ERROR_RATIO = 4.0
 
 
 class Solutions:
     """
-    Room for solutions and the properties of each.
+    An array of solutions with the error, margin and posture of each.
 
     Parameters
     ----------
@@ -42,9 +42,10 @@ class Solutions:
     count
         Number of solutions.
     regular
-        Whether no step of the closed form was singular within its error.
+        Whether no step of the closed form was singular within its error, and each candidate
+        converged to a solution of its own.
     sure
-        Whether the errors of the steps are also small, which excludes other solutions.
+        Whether the errors of the steps are also below 0.01 rad, which excludes other solutions.
     """
 
     def __init__(self, joints: Joints, near: Floats, proved: float, q: Floats) -> None:
@@ -58,12 +59,12 @@ class Solutions:
         (self.postures,) = arrays.whole_rooms(3 * self.most)
 
     def require_fit(self, residual: Residual, joints: int, most: int) -> None:
-        """Raise TypeError if target and arm have other joints, or if there is too little room."""
+        """Raise TypeError if target or arm has not n joints, or q fewer than `most` rows."""
         if residual.n != self.n or joints != self.n or self.most < most:
             raise TypeError('a target, an arm and the room for its solutions do not go together')
 
     def represent(self, q: Flat) -> bool:
-        """Choose the full turns of q (n,) nearest to `near`; return if it is inside the limits."""
+        """Add full turns to q (n,) by `Joints.represent`; return whether q is inside limits."""
         self.joints.represent(self.near, q)
         return self.joints.are_inside(q)
 
@@ -89,7 +90,9 @@ class Solutions:
 
     def margin(self, k: int) -> float:
         """
-        Return the distance of solution k to the nearest limit, rad or m; negative beyond one.
+        Return the least distance of a joint of solution k to a limit, rad or m.
+
+        The distance is negative if a joint is beyond a limit.
         """
         self.require(k)
         return self.margins[k]
@@ -115,15 +118,15 @@ class Solutions:
         Parameters
         ----------
         kind
-            The class. Fields are set without its constructor: that of a frozen dataclass takes a
-            fifth of the time of a call with a closed form.
+            The class. Its fields are set without its constructor: the constructor of a frozen
+            dataclass would take a fifth of the time of a call with a closed form.
         names
             Names of the joints.
         postures
-            The postures of the signs -1 -1 -1, -1 -1 0, and so on to 1 1 1: see
-            `kernel.postures`.
+            One object for each of the 27 triples of signs, in the order -1 -1 -1, -1 -1 0, to
+            1 1 1: see `kernel.postures`.
         exact
-            Largest error of an exact solution, m.
+            A solution is exact if its error is below this, m.
         only_feasible
             Whether to omit solutions outside the limits.
         """
@@ -159,7 +162,7 @@ class Solutions:
 
 class SolutionCandidates:
     """
-    Joint positions that may be solutions, their errors, and room to compare them.
+    Joint positions that may be solutions, their errors, and work arrays to compare them.
 
     Parameters
     ----------
@@ -173,7 +176,7 @@ class SolutionCandidates:
         self.which, self.met = arrays.whole_rooms(most, most)
 
     def keep_distinct(self, count: int, residual: Residual, joints: Joints, proved: float) -> int:
-        """Do what `distinct` does for the first `count` rows."""
+        """Select distinct solutions of the first `count` rows of q, as `distinct` does."""
         kept = 0
         arrays.copy(self.distances, count, self.errors)
         for _ in range(count):
@@ -222,15 +225,15 @@ def distinct(
     Fill `which` with the rows of q that are distinct solutions; return their number.
 
     Two rows are one solution if they are equal up to round-off and full turns, or if they are
-    within 0.01 rad and their midpoint is a solution. At the border of the workspace two solutions
-    meet; they are distinct as long as the error of the midpoint distinguishes them.
+    within 0.01 rad and their midpoint is a solution. Two solutions meet at the border of the
+    workspace. Near it they are distinct as long as their midpoint has a larger error.
 
     Parameters
     ----------
     residual, joints
         The residual of the target, and the joints of the arm.
     proved
-        Largest error of a solution, m.
+        A row of q is a solution if its error is below this, m.
     q, errors : shape (N, n), (N,)
         Joint positions and their errors.
     which, met : shape (N,)
@@ -249,7 +252,7 @@ def distinct(
 
 
 def least(numbers: Flat, count: int) -> int:
-    """Return the index of the first least number of `count`."""
+    """Return the index of the least of the first `count` numbers; the first index if equal."""
     index = 0
     for i in range(1, count):
         if numbers[i] < numbers[index]:

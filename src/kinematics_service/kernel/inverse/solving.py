@@ -1,9 +1,10 @@
 """
-Solve an arm without a search: candidates of a closed form or of elimination, refined and proved.
+Solve inverse kinematics without a search: a closed form or elimination gives candidates, and
+Levenberg-Marquardt refines them.
 
 A candidate becomes a solution if Levenberg-Marquardt (refinement.py) reduces its error by forward
-kinematics below the tolerance. The solutions are all if the errors of the closed form exclude
-others, or if elimination has certified every root.
+kinematics below the tolerance. The list of solutions is complete if the errors of the closed form
+exclude others, or if elimination has certified every root.
 """
 
 from ..layout import arrays, places
@@ -15,20 +16,23 @@ from .closed_forms import ClosedForm
 from .refinement import Refinement
 from .solutions import SolutionCandidates, Solutions
 
-# Largest error of candidates, rad, from which each refinement converges to its own solution.
+# If the error of candidates is below this, rad, the refinement of each candidate converges to the
+# solution that the candidate belongs to.
 MAX_SURE_ERROR = 1e-2
-# Largest error of candidates, rad, that are compared with the limits before their refinement.
+# If the error of candidates is below this, rad, candidates outside the limits are dropped before
+# the refinement.
 MAX_LIMIT_TEST_ERROR = 1e-6
-# A candidate that exceeds a limit by more, rad or m, is dropped: 1000 times its largest error.
+# A candidate that exceeds a limit by more than this, rad or m, is dropped: 1000 times
+# MAX_LIMIT_TEST_ERROR.
 LIMIT_MARGIN = 1e-3
-# Number added to the squared distance of a candidate outside the limits: it comes last.
+# Number added to the squared distance of a candidate outside the limits, so that it comes last.
 OUTSIDE_PENALTY = 1e200
 
 
 def _write_candidates(
     form: ClosedForm, pose: Flat, near: Flat, candidates: SolutionCandidates, accuracy: Numbers
 ) -> int:
-    # Writes the candidates for a pose; returns their number.
+    # Writes joint positions of the candidates for a pose; returns the number of candidates.
     T, free = [0.0] * 12, [0.0] * 6
     form.write_motion(pose, T)
     form.write_screws(near, free)
@@ -60,7 +64,7 @@ def _add_nearest(
 
 
 def _drop_beyond(count: int, candidates: SolutionCandidates, result: Solutions) -> int:
-    # Moves candidates that may lead inside the limits to the front; returns their number.
+    # Moves candidates whose solution may be inside the limits to the front; returns their number.
     n, remaining = result.n, 0
     for i in range(count):
         q = arrays.after(candidates.q, i * n)
@@ -95,7 +99,7 @@ def closed_solutions(
     form: ClosedForm, refinement: Refinement, only_one: bool, only_inside: bool, result: Solutions
 ) -> None:
     """
-    Fill in the solutions of an arm with a closed form, nearest first.
+    Compute the solutions of an arm with a closed form, nearest first, and add them to `result`.
 
     Parameters
     ----------
@@ -108,7 +112,7 @@ def closed_solutions(
     only_inside
         Whether to omit solutions that are clearly outside the limits.
     result
-        Room for MOST_CANDIDATES solutions, or for one with `only_one`.
+        Receives the solutions. It has room for MOST_CANDIDATES, or for one with `only_one`.
     """
     most = places.MOST_CANDIDATES
     result.require_fit(refinement.residual, form.n, 1 if only_one else most)
@@ -132,12 +136,13 @@ def _solve(
         count = _add_nearest(refinement, wanted, candidates, result)
     else:
         count = _add_all(refinement, wanted, candidates, result)
-    # No candidate is missing, and each converged to a solution of its own.
+    # If no candidate is missing and each converged to its own solution, `count` equals `wanted`.
     result.regular = accuracy[0] < places.INFINITY and count == wanted
     result.sure = accuracy[0] < MAX_SURE_ERROR and count == wanted
     for i in range(first, first + count):
         q = arrays.after(result.rows, i * result.n)
-        # If all solutions are sure, none is nearly singular.
+        # If the result is sure, J has full rank at each solution: use 1 without computing the
+        # pivot ratio.
         result.shares[i] = 1.0
         if only_one or not result.sure:
             result.shares[i] = dependence.pivot_ratio(refinement.residual, result.joints.scales, q)
@@ -154,18 +159,18 @@ def closed_solutions_of_each(
     counts: Integers,
 ) -> None:
     """
-    Fill in the solutions of many targets, each as `closed_solutions` does.
+    Compute the solutions of many targets by `closed_solutions`, and add them to `result`.
 
     Parameters
     ----------
     form, refinement, only_inside
-        As for `closed_solutions`; the refinement is that of any target.
+        As for `closed_solutions`. The target of the refinement is replaced by each of `poses`.
     poses : shape (N, 4, 4)
         The targets.
     result
-        Room for N MOST_CANDIDATES solutions, which come in the order of the targets.
+        Receives the solutions in the order of the targets. It has room for N MOST_CANDIDATES.
     counts : shape (N, 2)
-        Number of solutions of each target, and 1 if they are all.
+        Number of solutions of each target, and 1 if no solution is missing.
     """
     most, count = places.MOST_CANDIDATES, arrays.extent(poses, 0)
     result.require_fit(refinement.residual, form.n, count * most)
@@ -182,7 +187,8 @@ def eliminated_solutions(
     arm: SixJoints, refinement: Refinement, result: Solutions, counts: Integers
 ) -> None:
     """
-    Fill in the solutions of an arm of six joints by elimination, nearest first.
+    Compute the solutions of an arm of six joints by elimination, nearest first, and add them to
+    `result`.
 
     Parameters
     ----------
@@ -191,10 +197,10 @@ def eliminated_solutions(
     refinement
         The refinement for the target, without damping.
     result
-        Room for MOST_CANDIDATES solutions.
+        Receives the solutions. It has room for MOST_CANDIDATES.
     counts : shape (3,)
-        Number of complex solutions, each certified; number of real ones; 1 if no real one is
-        missing.
+        Number of complex solutions, each certified; number of real solutions; 1 if no real
+        solution is missing, or 0.
     """
     most = places.MOST_CANDIDATES
     result.require_fit(refinement.residual, 6, most)

@@ -34,14 +34,18 @@ def take_target(target: Floats, pose: Floats) -> int:
     """
     Write a target into a pose; return FINE, ROUGH, NOT_FINE or NOT_RIGID.
 
-    ROUGH: the rotation has to be made orthogonal before the pose is used.
+    - FINE: the pose can be used.
+    - ROUGH: the rotation has to be made orthogonal before the pose is used.
+    - NOT_FINE: a number is not finite.
+    - NOT_RIGID: the rotation or the last row is wrong.
 
     Parameters
     ----------
     target : shape (16,) or (3,)
-        Pose (4, 4) row by row, or position, m.
+        Pose (4, 4) row by row, or position; lengths in m.
     pose : shape (4, 4)
-        Overwritten by a pose. A position overwrites the last column alone: give the identity.
+        Overwritten by the target. A position overwrites only the last column, so give the
+        identity.
     """
     size = arrays.size(target)
     wanted = arrays.numbers(target, 3 if size == 3 else 16)

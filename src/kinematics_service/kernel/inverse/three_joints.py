@@ -1,11 +1,11 @@
 """
 Solve three joints that move a point to a position, in closed form (Pieper 1968).
 
-D. L. Pieper, "The kinematics of manipulators under computer control", 1968: the point w, moved by
-joint 3, satisfies two equations that joint 1 does not change: its height along axis 1 and its
-distance from a point of axis 1 (two coordinates across the axis if joint 1 slides). Elimination of
-joint 2 leaves one equation in joint 3: a quartic, or A cos + B sin = C for special axes. Joints 2
-and 1 follow.
+D. L. Pieper, "The kinematics of manipulators under computer control", 1968. Joint 3 moves the
+given point to w. Joint 1 changes neither the height of a point along axis 1 nor its distance from
+a point of axis 1. If joint 1 slides, it changes neither of two coordinates across the axis. These
+are two equations in joints 2 and 3. Elimination of joint 2 leaves one equation in joint 3: a
+quartic, or A cos + B sin = C for special axes. Joints 2 and 1 follow from joint 3.
 
 An equation f is ten numbers: f[0] |u|^2 + f[1:4] . u + f[4] = 0 for the point u before joint 1
 moves it, with the origin at the point of axis 1. If joint 2 turns, only the part v of u that is
@@ -13,7 +13,8 @@ perpendicular to axis 2 varies, and the equation is n . v = `_right_side`. The n
 f[8] its square and f[9] its error.
 
 Errors are propagated to first order: `turn` is the error of directions, rad, `way` that of points,
-m. A number that is not larger than its error may be 0, and then a solution may be missing.
+m. A number that is not larger than its error is taken as possibly 0: the error of the solutions
+is then returned as infinite, because a solution may be missing.
 """
 
 import math
@@ -27,18 +28,20 @@ from . import roots
 # Largest distance of a real root from the unit circle (or from the real line, relative to 1 plus
 # its size). Round-off 1e-16 moves a double root by 1e-8, a fourfold root by 1e-4.
 MAX_CIRCLE_DISTANCE = 1e-3
-# Squared sine of the angle of parallel axes 1 and 2: round-off.
+# Axes 1 and 2 are parallel if the squared sine of their angle is below this: round-off.
 PARALLEL_SINE_SQUARED = 1e-16
-# Error of a direction or a sum: five units of round-off, 2.2e-16.
+# Relative error of a computed direction or sum: five units of round-off, 2.2e-16.
 ROUND_OFF = 1e-15
-# Largest ratio of a coefficient of the quartic to the five values that it is made of.
+# Bound of the error of a coefficient of the quartic, divided by the error of the five values that
+# the coefficient is computed from.
 COEFFICIENT_FACTOR = 3.0
-# Least unit of length, m: a divisor that is not 0.
+# Least unit of length, m: it prevents a division by 0.
 MIN_SCALE = 1e-300
 
 
 def _write_equations(screws: Numbers, p: Vector, turn: float, F: Numbers, G: Numbers) -> float:
-    # Writes the two equations; returns the error of their directions.
+    # Writes the two equations that joint 1 does not change into F and G. Returns the error of
+    # their directions, rad.
     z1, z2 = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
     if not vectors.slides(screws, 0):
         _write_equation(F, 0.0, z1, -vectors.dot(z1, p))
@@ -79,7 +82,7 @@ def _right_side(f: Numbers, b: Vector, across: float) -> float:
 
 
 def _error_of(f: Numbers, b: Vector, across: float, way: float) -> float:
-    # Returns the error of `_right_side` if points have the error `way`.
+    # Returns the error of `_right_side` that follows from the error `way` of points, m.
     if f[0] == 0.0:
         return way
     return 2.0 * way * math.sqrt(vectors.dot(b, b) + across + abs(f[4]))
@@ -88,8 +91,8 @@ def _error_of(f: Numbers, b: Vector, across: float, way: float) -> float:
 def _eliminated(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, way: float
 ) -> tuple[float, float]:
-    # Returns a number that is 0 if joints 1 and 2 can move w to the target, and its error. It is
-    # quadratic in w and |w|^2, which are linear in the cosine and sine of joint 3.
+    # Returns a number that is 0 if joints 1 and 2 can move w to the target, and the error of the
+    # number. It is quadratic in w and |w|^2, and these are linear in cosine and sine of joint 3.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -117,7 +120,7 @@ def _eliminated(
     value = first * first * G[8] + second * second * F[8] - across * F[8] * G[8]
     error = 2.0 * (abs(first) * error_1 * G[8] + abs(second) * error_2 * F[8])
     error += 2.0 * math.sqrt(across) * way * F[8] * G[8]
-    # The errors of the squared normals.
+    # Add the part of the error that comes from the squared normals F[8] and G[8].
     size = first * first + across * F[8]
     error += 2.0 * size * math.sqrt(G[8]) * G[9]
     size = second * second + across * G[8]
@@ -155,12 +158,13 @@ def _third_joint(
     way: float,
     thirds: Numbers,
 ) -> int:
-    # Writes up to four positions of joint 3 at which joints 1 and 2 have a solution, and their
-    # error to thirds[4]. Returns their number, or -1 for all positions.
+    # Writes up to four positions of joint 3 at which joints 1 and 2 have a solution, and the error
+    # of these positions to thirds[4]. Returns their number, or -1 if every position is a solution.
     value_error: float
     slides_3 = vectors.slides(screws, 2)
     g, c, z, bounds = [0.0] * 5, [0.0] * 10, [0.0] * 8, [0.0] * 4
-    # The unit of roots, m: a slide is at most twice as long.
+    # A root is the position of joint 3 divided by `unit` (m if joint 3 slides). A slide is at most
+    # `scale`, so its root is at most 2.
     error, largest, unit = 0.0, 0.0, 0.5 * scale if slides_3 else 1.0
     for j in range(5):
         x = unit * (j - 2.0) if slides_3 else 2.0 * places.PI * j / 5.0
@@ -186,12 +190,14 @@ def _third_joint(
         radius = complex_numbers.absolute(pairs.pair(z, k))
         value_error = error * max(1.0, radius * radius * radius * radius)
         if slides_3:
-            # The error at the slide of the root is smaller than that of the longest slide.
+            # Recompute the error at the slide of this root: the error of the longest slide, used
+            # so far, is larger.
             w = vectors.moved(screws, 2, unit * math.copysign(radius, z[2 * k]), point)
             value_error = _eliminated(screws, F, G, w, turn, way)[1] + ROUND_OFF * largest
         bounds[k] = roots.root_bound(c, degree, value_error, z, k)
-    # Round-off splits a double root: along the circle (or the line), or across it by the same
-    # distance. Roots beside the circle are moved onto it, one to each side.
+    # Round-off splits a double root into two roots: on the unit circle (or the real line), or one
+    # on each side of it. Roots beside the circle are moved onto it by their distance from it, in
+    # opposite directions.
     count = 0
     thirds[4] = 0.0
     for k in range(degree):
@@ -200,8 +206,8 @@ def _third_joint(
         distance = abs(y) if slides_3 else abs(radius - 1.0)
         if bounds[k] < distance:
             continue
-        # The mirror image of a root in the circle is a root. It is in the same disc, so a root
-        # whose disc contains no other is its own mirror image: it is real.
+        # The mirror image of a root in the circle is also a root, and lies in the disc of the
+        # root. If the disc contains no second root, the root is its own mirror image: it is real.
         if roots.is_apart(z, bounds, degree, k):
             thirds[4] = max(thirds[4], 2.0 * bounds[k] * unit)
         else:
@@ -255,8 +261,9 @@ def _second_joint(
     free: float,
     seconds: Numbers,
 ) -> int:
-    # Writes up to two positions of joint 2 that move w onto the circle (or line) on which joint 1
-    # moves it, and their error to seconds[2]; returns their number.
+    # Writes up to two positions of joint 2 that move w onto the circle (or line) from which joint
+    # 1 moves it to the target. Writes the error of these positions to seconds[2], and returns
+    # their number.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -304,12 +311,12 @@ def first_three(
     """
     Fill `psi` (8, 3) with positions of three joints that move a point to p; return their number.
 
-    psi[24] is a bound of their errors, rad; infinite if a solution may be missing. `turn` and
-    `way` are the errors of directions and points, rad and m. A joint that may have any position
-    gets that of `free`.
+    psi[24] is a bound of the errors of these positions, rad; infinite if a solution may be
+    missing. `turn` and `way` are the errors of directions and points, rad and m. A joint that may
+    have any position gets its position in `free`.
     """
-    # The points of axes 1 and 2 are the feet of their common perpendicular: the two normals are
-    # perpendicular.
+    # The points of axes 1 and 2 are the feet of their common perpendicular. So the normals of the
+    # two equations are perpendicular, as the formulas for joint 2 require.
     o1 = vectors.point_of(screws, 0)
     local, F, G = [0.0] * 21, [0.0] * 10, [0.0] * 10
     arrays.copy(local, 21, screws)
@@ -354,7 +361,7 @@ def first_three(
 
 
 def _error_of_point(screws: Numbers, k: int, point: Vector, error: float) -> float:
-    # Returns the error of a point from the error of joint k.
+    # Returns the error of a point, m, that follows from an error of joint k, rad or m.
     if vectors.slides(screws, k):
         return error
     lever = vectors.cross(

@@ -1,4 +1,4 @@
-"""Everything the kernel reads of an arm."""
+"""Collect the data of an arm that the kernel reads."""
 
 import numpy as np
 
@@ -12,18 +12,20 @@ from .singular_atlas import SingularAtlas
 
 class Arm:
     """
-    An arm as the kernel reads it, frozen: one argument of a call, which threads may share.
+    The frozen data of an arm that the kernel reads; threads may share it.
 
     Attributes
     ----------
     chain, task, tape
-        How it moves, what it is judged by, and its named factors.
+        The kinematic chain, the rows of the Jacobian for the measures, and the named factors of
+        the determinant.
     factors_complete
-        Whether the product of the factors is the determinant: no other singular poses.
+        Whether the product of the factors is the determinant. If so, there are no singular poses
+        except the zeros of the factors.
     watched
-        Column of the measure that the thresholds are about.
+        Column of the measure that is compared with the thresholds.
     warn, stop
-        The thresholds.
+        Thresholds of the levels WARN and ERROR.
     spans : shape (n, 3)
         Begin, reach and period of each joint, as in `SingularAtlas`; by default full turns.
     """
@@ -51,7 +53,7 @@ class Arm:
         self._atlas: SingularAtlas | None = None
 
     def atlas(self) -> SingularAtlas:
-        """Return samples of the singular poses, found once."""
+        """Return samples of the singular poses; the first call computes them."""
         if self._atlas is None:
             self._atlas = SingularAtlas(self.chain, self.task, self.spans)
         return self._atlas

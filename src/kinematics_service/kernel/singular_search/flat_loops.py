@@ -1,13 +1,16 @@
 """
-Find the nearest flat position of a group of closed loops: Newton's method on its determinant.
+Find the nearest position at which the equations of a group of closed loops are singular.
 
-At a flat position the loops' equations no longer fix the passive variables: the determinant D of
-their slopes by these variables is zero, and a branch of the loops ends or meets another one. D^2
-has a finite slope there, D itself has none where a branch ends. A step leads towards D^2 = 0 by
-its slope, and along that plane towards the point nearest to the origin. Steps are halved (damped
-Newton, Nocedal and Wright, section 11.1): beyond the flat position the loops do not close. There
-is a flat position where D grows and one where it falls, so there are two starts: one step along
-the slope of D, and one against it.
+Such a position is called flat here. At a flat position the loop equations no longer determine the
+passive variables. The determinant D of the derivatives of the equations by these variables is
+zero, and a branch of the loops ends or meets another branch.
+
+The method is damped Newton on D^2 = 0 (Nocedal and Wright, section 11.1): D^2 has a finite slope
+at a flat position, but D has none where a branch ends. A step leads to the plane on which the
+linearised D^2 is zero, and along this plane towards the point nearest to the origin. Steps are
+halved because the loops do not close beyond the flat position. One flat position may be in the
+direction in which D grows, and another in the opposite direction. So there are two starts: one
+step along the slope of D, and one against it.
 """
 
 import math
@@ -19,20 +22,21 @@ from ..measures import gradient
 from . import projection, rank_equations
 from .rank_equations import RankEquations
 
-# Share of a step that is taken; it is halved each time that the loops do not close, down to the
-# least share of a projection: to find that no loop closes takes the time of 50 steps.
+# Factor of a step. It is halved each time that the loops do not close, but not below
+# `projection.MIN_STEP_RATIO`: each attempt that does not close takes the time of 50 steps.
 DAMPING = 0.5
-# Converged: rest of the way to the flat position, rad.
+# The iteration has converged if the remaining distance to the flat position is at most this, rad.
 FLAT_TOLERANCE = 1e-4
 # The motion stops short of the flat position by this distance, rad. It grows tenfold until the
 # loops close, because a branch may end there.
 END_BEFORE = 1e-7
-# Steps: the rest of the way shrinks to 0.75 at worst, where D falls evenly.
+# Largest number of steps. A step multiplies the remaining distance by at most 0.75, if D falls
+# linearly.
 FLAT_STEPS = 30
 
 
 def room(chain: Chain) -> int:
-    """Return how many numbers `look` needs room for."""
+    """Return the number of numbers in the work array of `look`."""
     return 4 * chain.dof + chain.groups * (1 + chain.dof) + gradient.room(chain)
 
 
@@ -40,14 +44,14 @@ def look(
     equations: RankEquations, origin: Flat, group: int, limit: float, d: Flat, work: Flat
 ) -> float:
     """
-    Fill the motion d (n,) in rad to the nearest flat position of a group, and return its length.
+    Fill the motion d (n,), rad, to the nearest flat position of a group of loops.
 
-    It is infinite if none was found.
+    Returns the length of d, rad; infinite if no flat position was found.
 
     Parameters
     ----------
     equations
-        Decomposed at the origin.
+        The rank equations of the arm, decomposed at `origin`.
     origin : shape (n,)
         Positions, rad or m.
     group
@@ -55,7 +59,7 @@ def look(
     limit
         Length beyond which the search ends, rad.
     work
-        Room.
+        Work array of `room` numbers.
     """
     n, nearest = equations.n, places.INFINITY
     best, rest = work, arrays.after(work, equations.n)
@@ -74,7 +78,8 @@ def look(
 def _move_along(
     equations: RankEquations, origin: Flat, group: int, step: float, d: Flat, work: Flat
 ) -> bool:
-    # Move from the origin along the slope of D, or stay there if the loops close nowhere on it.
+    # Moves from the origin along the slope of D by `step`, shortened until the loops close. Stays
+    # at the origin if they close nowhere. Returns False if D has no slope.
     n = equations.n
     slope, goal = work, arrays.after(work, n)
     arrays.fill(d, n, 0.0)
@@ -99,7 +104,7 @@ def _move_along(
 def _descend(
     equations: RankEquations, origin: Flat, group: int, limit: float, d: Flat, work: Flat
 ) -> float:
-    # Bring d to the flat position, and return its length; infinite if there is none.
+    # Moves d to the flat position. Returns the length of d, rad; infinite if none was found.
     n, share = equations.n, DAMPING
     slope, goal, step = work, arrays.after(work, n), arrays.after(work, 2 * n)
     for _ in range(FLAT_STEPS):
@@ -132,8 +137,8 @@ def _descend(
 def _move_before(
     equations: RankEquations, origin: Flat, length: float, goal: Flat, d: Flat
 ) -> None:
-    # Move along a motion, `goal` with its length, to the last point at which the loops close. If
-    # they close nowhere before it, d does not change.
+    # Moves d to the last point before `goal` (a motion of the given length) at which the loops
+    # close. If they do not close within FLAT_TOLERANCE of `goal`, d does not change.
     n, before = equations.n, END_BEFORE
     while before < length and before <= FLAT_TOLERANCE:
         for j in range(n):
@@ -145,7 +150,8 @@ def _move_before(
 
 
 def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
-    # Step onto the plane, and along it by at longest the same length; returns the way along it.
+    # Writes a step onto the plane, plus a step along the plane that is at most as long. Returns
+    # the length of the whole step along the plane, rad.
     for j in range(n):
         step[j] = back * slope[j] - d[j]
     slide = rank_equations.length_of(step, n)
@@ -157,7 +163,8 @@ def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Fl
 
 
 def _write_half(equations: RankEquations, group: int, slope: Flat, work: Flat) -> float:
-    # Fill the slope (n,) of D, and return half of D: their ratio is that of D^2 and its slope.
+    # Fills the slope (n,) of D and returns D / 2. The ratio of D / 2 to the slope of D is the
+    # ratio of D^2 to the slope of D^2.
     n, groups = equations.n, equations.chain.groups
     free = arrays.after(work, groups * (1 + n))
     gradient.write_determinants(equations.chain, equations.row, work, free)

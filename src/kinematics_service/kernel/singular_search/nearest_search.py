@@ -1,10 +1,11 @@
 """
-Find the singular pose nearest to a pose: multi-start sequential projection.
+Find the singular pose nearest to given joint positions: multi-start sequential projection.
 
-The starts are the zeros of the singular values by first order, mixtures of the directions of the
-two least singular values, each joint both ways, and the nearest samples of the atlas. Along a
-motion the poses that were found are followed, and the starts are tried again one after the other:
-all of them while the joints move by a quarter of the distance.
+The starts are the points at which singular values are zero to first order, mixtures of the
+directions of the two least singular values, a motion of each joint in both directions, and the
+nearest samples of the atlas. If the joints move, the search follows the singular poses that it has
+found, and tries the starts again one by one. It tries all starts while the joints move by a
+quarter of the distance to the nearest singular pose.
 """
 
 import math
@@ -16,36 +17,39 @@ from .arm import Arm
 from .projection import Projection
 from .singular_atlas import SingularAtlas
 
-# Samples of the atlas that are starts.
+# Number of samples of the atlas that are starts.
 SAMPLES = 24
-# The same with closed loops: a step takes 20 times as long.
+# Number of these samples for an arm with closed loops: a step takes 20 times as long.
 SAMPLES_OF_LOOPS = 6
-# Samples that are starts if J is nearly singular but no singular pose was found near.
+# Number of samples that are starts if J is nearly singular but no singular pose was found near.
 NEARLY_SINGULAR_SAMPLES = 96
 # If J is nearly singular but the singular pose found is farther away than this, rad, more samples
 # are tried.
 DOUBTFUL_DISTANCE = 0.1
-# Mixtures of the last two directions that are starts: 22.5 degrees apart.
+# Number of starts that mix the directions of the two least singular values, 22.5 degrees apart.
 MIXTURES = 8
-# Steps along the set at most.
+# Largest number of steps along the set of singular poses.
 STEPS = 14
-# A start is dropped if its estimate exceeds the best distance by this factor: the set is bent.
+# A start is dropped if its linear estimate exceeds the best distance by this factor. The factor is
+# above 1 because the set of singular poses is curved.
 DROP_MARGIN = 1.3
-# Poses that are followed.
+# Largest number of singular poses that are followed.
 MEMORY = 6
-# Two poses are the same if they differ by less, relative to their distance. A flat position is
-# kept while the joints move by less, relative to its distance.
+# Two singular poses are the same if they differ by at most this, relative to their distance. A
+# position at which the loop equations are singular is kept until the joints have moved by this,
+# relative to its distance.
 SAME_POSE_RATIO = 0.1
-# All starts are tried again while the joints move by this, relative to the distance.
+# All starts are tried again while the joints move by this ratio of the distance to the nearest
+# singular pose.
 SEARCH_RATIO = 0.25
-# The least distance for it, rad. Below it the level is ERROR by default (stop: 0.03), and one
-# search a message is enough.
+# Least distance, rad, that SEARCH_RATIO is multiplied by. At smaller distances the level is ERROR
+# by default (stop: 0.03), and one search for each message is enough.
 SEARCH_FLOOR = 0.02
 
 
 class NearestSearch:
     """
-    Room for searches, the poses that were found, and the progress of the search under way.
+    A search for one arm: the singular poses found so far, and the starts already tried.
 
     Parameters
     ----------
@@ -57,7 +61,7 @@ class NearestSearch:
     Attributes
     ----------
     distance
-        To the nearest pose that was found, rad; infinite if none was found.
+        Distance to the nearest singular pose that was found, rad; infinite if none was found.
     evaluations
         Number of evaluations of J by projections so far.
     """
@@ -82,7 +86,7 @@ class NearestSearch:
         (self.picked,) = arrays.whole_rooms(most)
 
     def write_pose(self, pose: Flat) -> None:
-        """Fill the singular pose (n,) that was found, rad or m."""
+        """Fill the joint positions (n,) of the nearest singular pose found, rad or m."""
         for j in range(self.n):
             scale = self.arm.task.column_scale[j]
             pose[j] = self.projection.origin[j] + scale * self.nearest[j]
@@ -91,7 +95,7 @@ class NearestSearch:
         """Search from all starts at positions q (n,), which `row` evaluates."""
         self._stand_at(q, row)
         self.pose_count, self.distance, self.is_following = 0, places.INFINITY, True
-        # First: beyond the flat positions no start closes.
+        # Search singular positions of the loops first: the loops of no start close beyond them.
         self._look_for_flat_loops()
         self._take_own_pose()
         self._begin()
@@ -106,7 +110,11 @@ class NearestSearch:
         self.evaluations = self.projection.evaluations
 
     def follow(self, q: Flat, row: Flat) -> None:
-        """Search on from the last pose of a motion; from all starts if there was none."""
+        """
+        Update the search for the next positions q (n,) of a motion, which `row` evaluates.
+
+        It searches from all starts if there were no positions before, or if the step is long.
+        """
         if not self.is_following:
             self.look(q, row)
             return
@@ -132,14 +140,14 @@ class NearestSearch:
             self.look(q, row)
             return
         reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
-        # As many of the starts as the share of `reach` that the joints have moved.
+        # Try starts in proportion to the motion: all starts while the joints move by `reach`.
         while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0
                 self._begin()
 
     def _polish(self) -> None:
-        # Bring the nearest pose that was found to the exact one.
+        # Refines the nearest singular pose that was found to full accuracy.
         nearest = -1
         for k in range(self.pose_count):
             nearest = k if self.lengths[k] == self.distance else nearest
@@ -151,7 +159,8 @@ class NearestSearch:
                 self._put(nearest, length)
 
     def _take_own_pose(self) -> None:
-        # The pose itself, if it is singular; it is a start, if it is nearly so.
+        # Records the present positions as a singular pose if they are singular. If they are nearly
+        # singular, runs the projection from them.
         condition, length = self.projection.equations.condition_number(), places.INFINITY
         arrays.fill(self.projection.d, self.n, 0.0)
         if condition >= 1.0 / places.RANK_TOLERANCE:
@@ -162,7 +171,8 @@ class NearestSearch:
             self._remember(length)
 
     def _look_for_flat_loops(self) -> None:
-        # Search for the flat position of each group of loops, from the pose itself.
+        # Searches, for each group of loops, the nearest position at which the loop equations are
+        # singular.
         self.flat_moved = 0.0
         d = self.projection.d
         for k in range(self.groups):
@@ -173,12 +183,13 @@ class NearestSearch:
             for j in range(self.n):
                 self.flats[k * self.n + j] = self.u[j] + d[j]
             self._take_flat(k)
-        # Half of the way to a flat position the loops still close.
+        # Limit steps to half the distance to such a position: the loops still close there.
         if self.groups > 0:
             self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
 
     def _hold_flat_loops(self) -> None:
-        # Keep the flat positions until the joints have moved by a tenth of the distance.
+        # Keeps the singular positions of the loops until the joints have moved by a tenth of the
+        # distance to the nearest of them; then searches them again.
         nearest: float = places.FARTHEST
         for k in range(self.groups):
             nearest = min(nearest, self.flat_lengths[k])
@@ -193,14 +204,15 @@ class NearestSearch:
                 self._take_flat(k)
 
     def _take_flat(self, k: int) -> None:
-        # At the flat position of loop group k, the loop equations are singular. It replaces the
-        # singular pose if it is nearer.
+        # `flats` has the position at which the equations of loop group k are singular. If this
+        # position is nearer than the singular pose found so far, it replaces that pose.
         if self.flat_lengths[k] < self.distance:
             self.distance = self.flat_lengths[k]
             arrays.copy(self.nearest, self.n, self.projection.d)
 
     def _stand_at(self, q: Flat, row: Flat) -> float:
-        # Take the pose; returns the motion from the last one, rad.
+        # Sets the present positions; returns the length of the motion from the last positions,
+        # rad.
         self.projection.equations.decompose(row)
         squares = 0.0
         for j in range(self.n):
@@ -211,7 +223,7 @@ class NearestSearch:
         return math.sqrt(squares)
 
     def _begin(self) -> None:
-        # Begin another search.
+        # Starts a new round of all starts.
         self.tried = 0
         is_unexplained = self.pose_count > 0 and self._is_unexplained()
         self._pick(NEARLY_SINGULAR_SAMPLES if is_unexplained else self.samples)
@@ -223,19 +235,21 @@ class NearestSearch:
         self.starts = self.values + MIXTURES + 2 * self.n + picked
 
     def _is_searched(self) -> bool:
-        # Not where the last digits of positions are too coarse, or the atlas would take hours.
+        # Returns False if positions are so large that their last digits are too coarse, or if the
+        # atlas of the arm would take hours.
         largest = 0.0
         for j in range(self.n):
             largest = max(largest, abs(self.u[j]))
         return largest < places.LARGEST_REDUCED and self.n <= places.MAX_SEARCHED_JOINTS
 
     def _is_unexplained(self) -> bool:
-        # Whether the pose is nearly singular, though no singular pose was found near.
+        # Returns whether J is nearly singular although no singular pose was found near.
         condition = self.projection.equations.condition_number()
         return condition > places.NEARLY_SINGULAR and self.distance > DOUBTFUL_DISTANCE
 
     def _bring_next(self) -> bool:
-        # Project the known pose that may be the nearest, if one may be nearer than the best.
+        # Projects the known singular pose whose distance may be the least. Returns False if none
+        # can be nearer than the best.
         first = -1
         for k in range(self.pose_count):
             is_first = first < 0 or self._least(k) < self._least(first)
@@ -257,11 +271,12 @@ class NearestSearch:
         return True
 
     def _least(self, k: int) -> float:
-        # The length changes by no more than the motion of the joints.
+        # Returns a lower bound of the distance to pose k: since it was measured, the distance has
+        # changed by at most the motion of the joints.
         return self.lengths[k] - self.drifts[k]
 
     def _put(self, k: int, length: float) -> None:
-        # The motion of the projection is that to pose k.
+        # Stores the motion of the projection as singular pose k, with its length.
         for j in range(self.n):
             self.poses[k * self.n + j] = self.u[j] + self.projection.d[j]
         self.lengths[k], self.drifts[k] = length, 0.0
@@ -270,7 +285,7 @@ class NearestSearch:
             arrays.copy(self.nearest, self.n, self.projection.d)
 
     def _try_next(self) -> bool:
-        # Run from the next start; False if there is none.
+        # Runs the projection from the next start. Returns False if all starts were tried.
         k = self.tried
         if k >= self.starts:
             return False
@@ -283,7 +298,8 @@ class NearestSearch:
         return True
 
     def _write_start(self, k: int, limit: float) -> bool:
-        # Write the motion of start k to the projection; False if it leads nowhere nearer.
+        # Writes the motion of start k to the projection. Returns False if the start cannot give a
+        # pose nearer than `limit`.
         d = self.projection.d
         if k < self.values:
             r = self.values - 1 - k
@@ -306,7 +322,8 @@ class NearestSearch:
         return self.atlas.matters(k // 2)
 
     def _remember(self, length: float) -> None:
-        # Keep what the projection found: in the place of the same pose, or of the farthest.
+        # Stores the pose that the projection found. If the memory is full, it replaces the
+        # farthest pose; if the same pose is stored already, it replaces that pose.
         place, farthest = -1, 0
         for k in range(self.pose_count):
             squares = 0.0

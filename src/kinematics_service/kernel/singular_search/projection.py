@@ -1,11 +1,12 @@
 """
-Project a pose onto the set of singular poses: sequential quadratic programming from one start.
+Project joint positions onto the set of singular poses: sequential quadratic programming.
 
-S is zero where J_t has lost rank (`rank_equations.py`), and dS is its slope. With d_i the motion
-from the given pose after step i, each step solves min |d|^2 with S + dS (d - d_i) = 0 (Nocedal and
-Wright, Numerical Optimization, section 18.1, with the identity as Hessian): the least-norm step is
-d - d_i = -dS^+ S - (1 - dS^+ dS) d_i. A trust radius bounds both parts. The last steps leave out
-the part along the set: Newton's method converges to a singular pose.
+S is zero if J_t has lost rank (`rank_equations.py`), and dS is the derivative of S. Let d_i be the
+motion from the given positions after step i. Each step solves min |d|^2 with
+S + dS (d - d_i) = 0 (Nocedal and Wright, Numerical Optimization, section 18.1, with the identity
+as Hessian). The solution is d - d_i = -dS^+ S - (1 - dS^+ dS) d_i: a step onto the set and a step
+along the set. A trust radius bounds both. The last steps leave out the step along the set, so that
+Newton's method converges to a singular pose.
 """
 
 import math
@@ -17,31 +18,33 @@ from ..measures.task_rows import TaskRows
 from . import rank_equations
 from .rank_equations import RankEquations
 
-# Longest step, rad: a sine differs from its tangent by 1.5 % there.
+# Longest step, rad: the sine of this angle differs from the angle by 1.5 %.
 TRUST_RADIUS = 0.3
-# Longest next step onto the set of a converged run, relative to the motion.
+# A run has converged if its next step onto the set is at most this, relative to the motion.
 STEP_TOLERANCE = 1e-9
-# Least motion, rad, for STEP_TOLERANCE: a step of 1e-12 rad is round-off.
+# Least motion, rad, that STEP_TOLERANCE is multiplied by: a step of 1e-12 rad is round-off.
 MIN_MOTION = 1e-3
-# Converged along the set, relative to the motion: the distance is at most 1e-5 too large.
+# A run has converged along the set if its step along the set is at most this, relative to the
+# motion: the distance is then at most 1e-5 too large.
 SLIDE_TOLERANCE = 5e-3
-# Bounds of the step along the set, relative to the whole step of the linear equations.
+# Bounds of the step length along the set, relative to the whole step of the linear equations.
 MIN_STEP_RATIO = 0.1
-MAX_STEP_RATIO = 2.0  # for sets that bend half as much as dS says
-# Steps of Newton's method after the projection: at a double zero each halves the rest.
+MAX_STEP_RATIO = 2.0  # for sets that are half as curved as dS suggests
+# Largest number of Newton steps after the projection: each halves the remaining distance if S has
+# a double zero.
 NEWTON_STEPS = 24
-# Steps after which the linear estimate of the distance decides whether a start is dropped.
+# A start can be dropped by the linear estimate of its distance after this number of steps.
 TRIAL_STEPS = 2
 
 
 class Projection:
     """
-    Room for one run, and its result.
+    A projection from one start, with the result of the last run.
 
     Attributes
     ----------
     origin, d : shape (n,)
-        The given pose, rad or m; and the motion of the run, in rad.
+        The given joint positions, rad or m, and the motion from them, rad.
     radius
         Longest step, rad.
     evaluations
@@ -59,21 +62,22 @@ class Projection:
 
     def run(self, limit: float, most: int, tolerance: float) -> float:
         """
-        Bring the motion d to the singular pose nearest to the origin, and return its length.
+        Move d to a singular pose that is locally nearest to the origin; return the length of d.
 
-        It is infinite if the run does not converge, or if its linear estimate is beyond a limit.
+        The length, rad, is infinite if the run does not converge, or if the linear estimate of
+        the length exceeds `limit`.
 
         Parameters
         ----------
         limit
             Length beyond which a run is dropped, rad.
         most
-            Steps of the projection at most; 0 for Newton's method alone.
+            Largest number of steps along the set; 0 for Newton's method alone.
         tolerance
-            The motion along the set has converged at this, relative to the motion.
+            Step along the set, relative to the length of d, at which the run has converged.
         """
-        # Steps along the set come first; Newton's method alone ends the run. If a step along the
-        # set would still be long then, both are done once more.
+        # First round: steps along the set, then Newton's method alone. If a step along the set is
+        # still long after it, do a second round.
         n, best, remaining, is_second_round = self.n, places.INFINITY, most, False
         self.equations.restart()
         for _ in range(2 * (most + NEWTON_STEPS)):
@@ -105,15 +109,16 @@ class Projection:
         return best
 
     def _is_singular(self, length: float, onto: float) -> bool:
-        # Whether Newton's method has converged: S is small and so is the next step. At a double
-        # zero the steps stay long; there S must be as small as round-off makes it.
+        # Returns whether Newton's method has converged: S and the next step are small. At a double
+        # zero of S the steps stay long; then S must be as small as round-off.
         if not self.equations.are_singular(places.SINGULAR_VALUE_RATIO):
             return False
         is_small = onto <= STEP_TOLERANCE * max(length, MIN_MOTION)
         return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
 
     def _take_last_step(self, length: float) -> float:
-        # Take the last, small steps, which are not evaluated; returns the length of the motion.
+        # Adds the last steps to the result if they are small, without evaluating S again. Returns
+        # the length of the motion, rad.
         n, onto, along = self.n, 0.0, 0.0
         if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
             onto = 1.0
@@ -124,7 +129,8 @@ class Projection:
         return rank_equations.length_of(self.result, n)
 
     def _linearise(self) -> bool:
-        # Fill the steps at d; False if a loop does not close there, or no motion changes S.
+        # Fills the steps `onto` and `along` at d. Returns False if a loop does not close at d, or
+        # if no motion changes S.
         if not self.equations.move_to(self.origin, self.d):
             return False
         self.equations.linearise()
@@ -132,7 +138,8 @@ class Projection:
         return self.equations.write_steps(self.d, self.onto, self.along)
 
     def _share_along(self) -> float:
-        # Step length along the set (Barzilai and Borwein, 1988) by the last change of the step.
+        # Returns the factor of the step along the set, computed from the last change of the step
+        # (Barzilai and Borwein, 1988).
         squares, change = 0.0, 0.0
         for j in range(self.n):
             squares += self.moved[j] * self.moved[j]
@@ -148,7 +155,7 @@ class Projection:
             self.d[j] += self.moved[j]
 
     def _estimate(self) -> float:
-        # Length of the motion to the nearest point of the linear set.
+        # Returns the length of the motion to the nearest point of the linearised set, rad.
         squares = 0.0
         for j in range(self.n):
             end = self.d[j] + self.onto[j] + self.along[j]

@@ -2,10 +2,12 @@
 Linearise the equations of a singular pose by the Schur complement of J_t.
 
 Gaussian elimination with complete pivoting (Golub and Van Loan, Matrix Computations, section
-3.4.8) stops after k - 1 pivots, k the generic rank: J_t = [A B; C D] up to the order of its rows
-and columns. J_t has a rank below k where S = D - C A^-1 B is zero. With Y' = [-C A^-1, 1] and
-X = [-A^-1 B; 1], S = Y' J_t X and dS = Y' dJ_t X (Griewank and Reddien, 1984). The norm of S is an
-upper bound of the singular value s_k, since the columns of X have a length of at least 1.
+3.4.8) stops after k - 1 pivots, where k is the generic rank. Then J_t = [A B; C D] up to the order
+of rows and columns. The rank of J_t is below k if S = D - C A^-1 B is zero.
+
+With Y' = [-C A^-1, 1] and X = [-A^-1 B; 1], S = Y' J_t X and dS = Y' dJ_t X (Griewank and Reddien,
+1984). The norm of S is an upper bound of the singular value s_k, because the columns of X have a
+length of at least 1.
 """
 
 import math
@@ -19,28 +21,31 @@ from ..measures import gradient, singular_values, singularity
 from ..measures.task_rows import TaskRows
 from . import jacobian_changes
 
-# Rank of dS: singular values below this, relative to the largest, are zero. Errors of 1e-5 in a
-# table still count.
+# A singular value of dS is taken as zero if its ratio to the largest is at most this. Effects of
+# table errors of 1e-5 are above it.
 RANK_SHARE = 1e-6
 
 
 class RankEquations:
     """
-    S + dS d = 0 around a pose, for motions d in rad (prismatic joints divided by the length).
+    The equations S + dS d = 0 of a singular pose near given joint positions.
+
+    d is a motion of the joints in rad; prismatic joints are divided by the characteristic length.
 
     Parameters
     ----------
     chain, task
         The arm.
     spans : shape (n, 3)
-        As `SingularAtlas` has them. A joint that does not matter stays in its place.
+        As for `SingularAtlas`. A joint of reach 0 does not change the rank and is not moved.
 
     Attributes
     ----------
     n, count
         Number of joints, and of entries of S.
     residual, size
-        Norm of S, at least the singular value s_k, and a lower bound of the largest one.
+        Norm of S, which is at least the singular value s_k, and a lower bound of the largest
+        singular value of J_t.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
@@ -48,7 +53,7 @@ class RankEquations:
         n, m = self.chain.dof, self.task.count
         self.n, self.m = n, m
         self.residual, self.size = 0.0, 0.0
-        # With a pivot fewer: the largest that they become.
+        # Size the arrays for one pivot fewer than k - 1, the largest size that is used.
         self.pivots: int = max(task.generic_rank - 2, 0)
         self.idle: int = n - self.pivots
         self.lost: int = m - self.pivots
@@ -78,26 +83,26 @@ class RankEquations:
                 self.axes[3 * i + k] = along * self.task.row_scale[i]
 
     def stop_after(self, pivots: int) -> None:
-        """Let the elimination stop after other pivots than k - 1: S has more entries then."""
+        """Set the number of pivots of the elimination; with fewer pivots S has more entries."""
         self.pivots, self.idle, self.lost = pivots, self.n - pivots, self.m - pivots
         self.count = self.idle * self.lost
 
     def restart(self) -> None:
-        """Return to the decomposed row: from there the loops are closed at the next pose."""
+        """Go back to the row of `decompose`, from which `move_to` closes the loops next."""
         arrays.copy(self.row, self.chain.frames_at, self.home)
 
     def begin_assembled(self) -> None:
-        """Let loops be closed from their assembled positions, without a decomposed row."""
+        """Start closing loops from their assembled positions; `decompose` is not needed."""
         if self.chain.loops > 0:
             section = arrays.after(self.home, self.chain.closure_at)
             arrays.copy(section, self.chain.closure.width, self.chain.closure.start)
 
     def move_to(self, origin: Flat, d: Flat) -> bool:
         """
-        Evaluate S at a motion d from the positions `origin`, in rad or m.
+        Evaluate S after a motion d from the joint positions `origin`, rad or m.
 
-        Returns False if a loop does not close on the way from the last pose, which stays the last
-        one, or if a number is not finite.
+        Returns False if a number is not finite, or if a loop does not close on the way from the
+        last positions; then the loops stay at the last positions.
         """
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
@@ -120,7 +125,7 @@ class RankEquations:
         return total < places.INFINITY
 
     def _write_task_rows(self) -> None:
-        # The scaled J_t into M.
+        # Fills M with the scaled J_t, and `size` with a lower bound of the largest singular value.
         n, squares = self.n, 0.0
         for i in range(self.m):
             axis = arrays.after(self.axes, 3 * i)
@@ -134,8 +139,8 @@ class RankEquations:
         self.size = math.sqrt(squares / min(self.m, n))
 
     def _eliminate(self) -> None:
-        # M becomes A = L U, with L C-like factors below, and S at the end; `rows` and `columns`
-        # say which row and column of M has each place.
+        # Eliminates in place: M becomes the factors L and U of A, the factors C U^-1 below, and S
+        # at the end. `rows` and `columns` have the row and column of M at each position.
         m, n, M, rows, columns = self.m, self.n, self.M, self.rows, self.columns
         for i in range(m):
             rows[i] = i
@@ -160,7 +165,7 @@ class RankEquations:
                     below[columns[j]] -= factor * pivot_row[columns[j]]
 
     def _write_remainder(self) -> None:
-        # S, and the joint motions X and tool motions Y that it is between.
+        # Fills S = Y' J_t X, the joint motions X and the tool motions Y.
         n, first, M, squares = self.n, self.pivots, self.M, 0.0
         for a in range(self.lost):
             row = arrays.after(M, self.rows[first + a] * n)
@@ -174,7 +179,7 @@ class RankEquations:
         self.residual = math.sqrt(squares)
 
     def _write_joint_motion(self, b: int) -> None:
-        # U x = -column, back substitution; in units of the joints.
+        # Fills column b of X: solves U x = -column by back substitution, in units of the joints.
         n, first, M, columns = self.n, self.pivots, self.M, self.columns
         x = arrays.after(self.X, b * n)
         arrays.fill(x, n, 0.0)
@@ -190,7 +195,7 @@ class RankEquations:
             x[j] *= self.task.column_scale[j]
 
     def _write_tool_motion(self, a: int) -> None:
-        # y' L = -row, forward from the last; in base axes.
+        # Fills row a of Y: solves y' L = -row from the last component on, in base axes.
         first, y = self.pivots, self.y
         last = arrays.after(self.M, self.rows[first + a] * self.n)
         tool = arrays.after(self.Y, 6 * a)
@@ -211,17 +216,19 @@ class RankEquations:
 
     def are_singular(self, ratio: float) -> bool:
         """
-        Return whether S is zero: below a ratio of the largest singular value, here or at home.
+        Return whether S is zero: at most `ratio` times the largest singular value of J_t.
+
+        The value is the larger of `size` and the largest singular value of the decomposed row.
         """
         return self.residual <= max(ratio * max(self.size, self.sigma[0]), self.task.zero)
 
     def linearise(self) -> None:
-        """Evaluate dS, and bring it to orthogonal rows."""
+        """Fill G with dS, and make the rows of G orthogonal."""
         self.write_slopes()
         self.orthogonalise()
 
     def write_slopes(self) -> None:
-        """Fill dS."""
+        """Fill G with dS: one row of n slopes for each entry of S."""
         n, count = self.n, self.count
         for b in range(self.idle):
             x = arrays.after(self.X, b * n)
@@ -232,7 +239,7 @@ class RankEquations:
                 self.write_slope(x, arrays.after(self.Y, 6 * a), slope)
 
     def orthogonalise(self) -> None:
-        """Bring dS to orthogonal rows, with the turns that do it beside them."""
+        """Rotate the rows of dS until they are orthogonal; append the rotation on the right."""
         n, count = self.n, self.count
         for k in range(count):
             for i in range(count):
@@ -241,7 +248,7 @@ class RankEquations:
         singular_values.sort_by_norm(self.G, self.slopes, count, n, n + count, 1)
 
     def write_slope(self, x: Flat, y: Flat, slope: Flat) -> None:
-        """Fill the slope (n,) of y' J_t x, of a joint motion x (n,) and a tool motion y (6,)."""
+        """Fill the gradient (n,) of y' J_t x; x (n,) and y (6,) are joint and tool motions."""
         if self.chain.loops == 0:
             jacobian_changes.write_slope(self.chain, self.changes, y, slope)
         else:
@@ -253,22 +260,23 @@ class RankEquations:
             slope[j] *= self.units[j]
 
     def condition_number(self) -> float:
-        """Return the condition number of the decomposed row."""
+        """Return the condition number of J_t in the row given to `decompose`."""
         smallest = self.sigma[self.pivots]
         is_lost = smallest == 0.0 or self.sigma[0] <= self.task.zero
         return places.INFINITY if is_lost else self.sigma[0] / smallest
 
     def decompose(self, row: Flat) -> None:
-        """Find the singular values and directions of an evaluated row, for `write_zero_of`."""
+        """Compute the singular values and vectors of J_t in an evaluated row, and keep the row."""
         arrays.copy(self.home, self.chain.frames_at, row)
         singularity.write_directions(self.n, self.task, self.home, self.W, self.sigma)
 
     def write_steps(self, d: Flat, onto: Flat, along: Flat) -> bool:
         """
-        Fill the least-norm motion onto the set from a motion d, and the rest of a motion of -d.
+        Fill two steps (n,) from a motion d to the linear set S + dS step = 0.
 
-        Both have n numbers; their sum leads to the point of the linear set that is nearest to
-        d = 0. Returns False if no motion changes S.
+        `onto` is the least-norm step onto the set. `along` is the component of -d along the set.
+        Their sum leads to the point of the set nearest to d = 0. Returns False if no motion
+        changes S.
         """
         n, count = self.n, self.count
         for j in range(n):

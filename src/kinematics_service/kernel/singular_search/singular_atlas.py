@@ -1,8 +1,8 @@
 """
-Sample the set of singular poses of an arm: random poses, projected by Newton's method.
+Sample the set of singular poses of an arm: project random joint positions by Newton's method.
 
-The samples are starts of a search: they keep it from depending on the branch of the set that is
-nearest by first order.
+The samples are starts of the search for the nearest singular pose. So the search also finds
+branches of the set that are not nearest to first order.
 """
 
 import math
@@ -15,31 +15,34 @@ from ..layout.arrays import Flat, FlatIntegers, Floats
 from ..measures.task_rows import TaskRows
 from .projection import Projection
 
-# Random poses: the mean distance between samples is then about 0.7 rad for six joints.
+# Number of random joint positions: for six joints the mean distance between samples is about
+# 0.7 rad.
 SEEDS = 3000
-# Few joints need fewer random poses: k joints that matter get SEEDS_PER_JOINT ** k, SEEDS at most.
+# If k joints change the rank, SEEDS_PER_JOINT ** k random positions are used, but at most SEEDS.
 SEEDS_PER_JOINT = 10
-# Random poses of an arm with closed loops, whose evaluation takes 20 times as long.
+# Largest number of random positions for an arm with closed loops: an evaluation takes 20 times as
+# long.
 SEEDS_OF_LOOPS = 300
 SEED = 1
 
 
 class SingularAtlas:
     """
-    Singular poses from all over the ranges of the joints, frozen.
+    Samples of the singular poses from the whole ranges of the joints, frozen.
 
     Parameters
     ----------
     chain, task
         The arm.
     spans : shape (n, 3)
-        Begin, reach and period of each joint, in rad, a prismatic joint divided by the length. A
-        joint of reach 0 does not matter: it changes the rank of J_t nowhere.
+        Lower end, length and period of the range of each joint, rad; prismatic joints are divided
+        by the characteristic length. If the length of a range is 0, the joint never changes the
+        rank of J_t.
 
     Attributes
     ----------
     count
-        Number of poses; 0 for more than MAX_SEARCHED_JOINTS joints.
+        Number of samples; 0 if there are more than MAX_SEARCHED_JOINTS joints.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, spans: Floats) -> None:
@@ -59,21 +62,21 @@ class SingularAtlas:
         self.spans = arrays.numbers(kept, 3 * n)
 
     def matters(self, j: int) -> bool:
-        """Return whether a joint changes the singular values."""
+        """Return whether joint j can change the rank of J_t."""
         return self.spans[3 * j + 1] > 0.0
 
     def nearest(self, u: Flat, max_count: int, picked: FlatIntegers, distances: Flat) -> int:
         """
-        Fill in the samples nearest to u, the nearest first, and return their number.
+        Find the samples nearest to joint positions u, nearest first; return their number.
 
         Parameters
         ----------
         u : shape (n,)
-            Positions in rad.
+            Joint positions, rad; prismatic joints are divided by the characteristic length.
         max_count
-            How many at max_count.
+            Largest number of samples.
         picked, distances : shape (max_count,)
-            Filled with the samples, and their distances from u.
+            Filled with the indices of the samples, and their distances from u, rad.
         """
         count = 0
         for k in range(self.count):
@@ -94,12 +97,12 @@ class SingularAtlas:
         return count
 
     def write_motion(self, u: Flat, k: int, d: Flat) -> None:
-        """Fill the shortest motion d (n,) from u to a sample."""
+        """Fill the shortest motion d (n,), rad, from u to sample k."""
         for j in range(self.n):
             d[j] = self._apart(arrays.after(self.poses, k * self.n), u, j)
 
     def _apart(self, pose: Flat, u: Flat, j: int) -> float:
-        # Shortest motion of a joint.
+        # Returns the shortest motion of joint j from u to `pose`, rad.
         if not self.spans[3 * j + 1] > 0.0:
             return 0.0
         step, period = pose[j] - u[j], self.spans[3 * j + 2]
@@ -109,7 +112,8 @@ class SingularAtlas:
 
 
 def _project(projection: Projection, task: TaskRows, poses: Floats) -> int:
-    # Bring the poses onto the set, those that converge to the front; returns their number.
+    # Projects each row of `poses` onto the set of singular poses, in place. Moves the rows that
+    # converge to the front, and returns their number.
     n, count = projection.n, arrays.extent(poses, 0)
     table, converged = arrays.results(poses, 0), 0
     lock = arrays.let_go()

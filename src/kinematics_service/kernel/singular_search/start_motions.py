@@ -1,8 +1,9 @@
 """
-Find where singular values of J_t are zero by first order: starts of the projection.
+Compute motions after which a singular value of J_t is zero to first order.
 
-The slope of a singular value is u' dJ_t v (Golub and Van Loan, Matrix Computations, section 8.6).
-If two are nearly zero, the nearest singular pose may lose any mixture of their directions.
+The motions are starts of the projection. The derivative of a singular value is u' dJ_t v (Golub
+and Van Loan, Matrix Computations, section 8.6). If two singular values are nearly zero, the
+nearest singular pose may lose any combination of their two directions.
 """
 
 import math
@@ -16,8 +17,9 @@ from .rank_equations import RankEquations
 
 def write_zero_of(equations: RankEquations, r: int, d: Flat) -> float:
     """
-    Fill the least-norm motion d (n,) at whose end singular value r of the decomposed row is
-    zero by first order, and return its length.
+    Fill the least-norm motion d (n,), rad, that makes singular value r zero to first order.
+
+    The singular value is that of the row given to `decompose`. Returns the length of d, rad.
     """
     n, m = equations.n, equations.m
     equations.restart()
@@ -46,11 +48,12 @@ def write_zero_between(
     equations: RankEquations, origin: Flat, turn: float, limit: float, d: Flat
 ) -> float:
     """
-    Fill the motion d (n,) to the nearest pose that loses a mixture of the last two directions.
+    Fill the motion d (n,), rad, to the nearest pose that loses a given mixture of the last two
+    directions.
 
-    Returns its length; infinite beyond the limit, or if the generic rank is 1. After one pivot
-    fewer S has two rows (or columns): J_t has a rank below k if a sum of them, with weights
-    cos(turn) and sin(turn), is zero. Newton's method needs no small pivot for it.
+    Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. With
+    one pivot fewer, S has two rows (or columns). The rank of J_t is below k if the sum of these
+    rows with weights cos(turn) and sin(turn) is zero. Newton's method then needs no small pivot.
     """
     n, rank, length = equations.n, equations.task.generic_rank, places.INFINITY
     if rank < 2 or rank < min(equations.m, n):
@@ -81,7 +84,8 @@ def write_zero_between(
 
 
 def _mix(equations: RankEquations, turn: float) -> None:
-    # Replace the two rows (or columns) of S by their sum, and bring its slopes to orthogonal rows.
+    # Replaces the two rows (or columns) of S by their weighted sum, and makes the rows of the
+    # derivatives of the sum orthogonal.
     n = equations.n
     lines, width, other = equations.count // 2, n + equations.count, n + equations.count // 2
     by_rows = equations.lost == 2

@@ -1,11 +1,12 @@
 """
-Newton's method for six complex joint positions, and the proof that a solution is there.
+Solve for six complex joint positions by Newton's method, and prove that a solution is near.
 
-The equations are the position and the skew part of the rotation between the product and the goal;
-the derivatives are twists (Pluecker coordinates of the screws). The Newton-Kantorovich theorem
-(L. V. Kantorovich 1948; P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, section 2.1):
-with beta >= |J^-1|, a Lipschitz constant K of J and the Newton step s, h = beta K |s| <= 1/2
-proves a solution within 2 |s|, and no other within 1 / (beta K).
+The equations compare the product of the screws with the goal: the position, and the skew part of
+the rotation between them. The derivatives are twists (Pluecker coordinates of the screws). The
+proof is the Newton-Kantorovich theorem (L. V. Kantorovich 1948; P. Deuflhard, Newton Methods for
+Nonlinear Problems, 2004, section 2.1). Let beta >= |J^-1|, K be a Lipschitz constant of J, and s
+the Newton step. If h = beta K |s| <= 1/2, there is a solution within 2 |s|, and no other solution
+within 1 / (beta K).
 """
 
 import math
@@ -18,23 +19,25 @@ from .complex_product import Product
 from .pairs import Complex
 from .six_screws import SixScrews
 
-# Newton steps from one candidate. Most candidates need one or two.
+# Largest number of Newton steps from one candidate. Most candidates need one or two.
 MAX_ITERATIONS = 12
 # Largest change of a joint in one step, rad or units of the loop; longer steps are damped.
 MAX_STEP = 0.5
-# Newton step from which J is taken as singular, rad or units of the loop: damped, it would lead
-# nowhere in MAX_ITERATIONS (5 % of the time of a UR5e with errors of 1e-5 of its table).
+# J is taken as singular if the Newton step is not shorter than this, rad or units of the loop: a
+# step damped to MAX_STEP would not converge in MAX_ITERATIONS. The test saves 5 % of the time of a
+# UR5e whose table has errors of 1e-5.
 SINGULAR_STEP = 1e6
-# Last step, rad or units of the loop: convergence is quadratic, so the next would be 1e-14.
+# The iteration ends after a step shorter than this, rad or units of the loop. Convergence is
+# quadratic, so the next step would be 1e-14.
 STEP_TOLERANCE = 1e-7
-# Largest element of a residual (1, or the unit of the loop) of a solution. The equations of Newton
-# also hold for goals turned by half a turn, where an element is at least 2/3.
+# A solution must have no element of the residual above this (1, or units of the loop). The
+# equations also hold if the goal is rotated by 180 degrees; then an element is at least 2/3.
 MAX_RESIDUAL = 0.5
-# Largest h of the Newton-Kantorovich theorem. If h < 1/8, two iterates of one solution are within
-# half a radius of each other; 1/16 leaves a factor of two.
+# Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, two iterates near one solution
+# are within half a radius of each other; 1/16 adds a safety factor of two.
 MAX_KANTOROVICH_H = 0.0625
-# Growth of round-off from which certify also tries the lengths of the twists as units: it is
-# about 10 at real positions and larger only far from them.
+# If round-off grows by more than this factor, `certify` also weights joints by the lengths of
+# their twists. The factor is about 10 at real positions, and larger only far from them.
 MIN_GROWTH = 1e3
 # Columns of the linear system: six of J, the residual, and six of the identity.
 WIDTH = 13
@@ -42,9 +45,9 @@ WIDTH = 13
 
 def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     """
-    Return the angle of joint k that turns direction v to its place in the goal.
+    Return the complex angle of joint k, rad, that rotates v to the direction of v in the goal.
 
-    Joints before k are at positions t (6 pairs); joints after it do not change v.
+    Joints before k are at positions t (6 pairs); joints after k do not change v.
     """
     vector, turn = [0.0] * 6, [0.0] * 4
     axis = vectors.axis_of(loop.screws, k)
@@ -54,7 +57,7 @@ def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     for j in range(k):
         if not vectors.slides(loop.screws, j):
             complex_numbers.write_turn(pairs.pair(t, j), turn)
-            # v^T E is (E^-1 v)^T.
+            # Apply the inverse rotation: v^T E = (E^-1 v)^T.
             re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
             complex_product.write_turned(re, im, vectors.axis_of(loop.screws, j), turn, vector)
     re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
@@ -67,17 +70,17 @@ def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
 
 class Motion:
     """
-    The product of a loop's screws, its derivatives, and room for Newton's method.
+    Newton's method for a loop: the product of the screws, the derivatives, and work arrays.
 
     Attributes
     ----------
     first
         Largest change of a joint in the first step of `improve`, rad or units of the loop.
     weights : shape (6,)
-        Factors of the joints in the norm of `radius`.
+        Factors of the joints in the norm that measures `radius`.
     radius
-        Distance within which the solution that `certify` has proved is the only one; its error is
-        at most an eighth of it.
+        Distance within which the solution proved by `certify` is the only one. The error of t is
+        at most an eighth of this distance.
     """
 
     def __init__(self) -> None:
@@ -88,7 +91,7 @@ class Motion:
         self.first, self.radius = 0.0, 0.0
 
     def improve(self, loop: SixScrews, t: Numbers) -> bool:
-        """Move positions t (6 pairs) to a solution by Newton's method; return if it converged."""
+        """Move positions t (6 pairs) to a solution; return whether Newton's method converged."""
         for k in range(MAX_ITERATIONS):
             self.product.multiply(loop.screws, t)
             self._fill(loop)
@@ -113,10 +116,10 @@ class Motion:
 
     def certify(self, loop: SixScrews, t: Numbers) -> bool:
         """
-        Return whether the Newton-Kantorovich theorem proves a solution at t (6 pairs).
+        Return whether the Newton-Kantorovich theorem proves a solution near t (6 pairs).
 
-        Fills in weights and radius. The longest slide is the unit of length if it exceeds the
-        loop's. Far from real positions twists are long: if the first bound is not enough there,
+        Fills `weights` and `radius`. If the longest slide exceeds the unit of length of the loop,
+        it is the unit. Twists are long far from real positions: if the first bound fails there,
         each joint is weighted by the length of its twist.
         """
         if not self.residual(loop, t) < MAX_RESIDUAL:
@@ -149,8 +152,8 @@ class Motion:
         return self._is_certain(math.sqrt(6 * inverses), error, True)
 
     def _is_certain(self, K: float, error: float, weighted: bool) -> bool:
-        # Whether h is small enough, with joints weighted by their twists or not; fills weights and
-        # radius.
+        # Returns whether h is small enough; fills `weights` and `radius`. If `weighted`, joints
+        # are weighted by the lengths of their twists.
         step, inverse = 0.0, 0.0
         for j in range(6):
             row = arrays.after(self.J, 2 * WIDTH * j)
@@ -164,8 +167,8 @@ class Motion:
         return (math.sqrt(step) + beta * error) * beta * K < MAX_KANTOROVICH_H
 
     def _growth(self, loop: SixScrews) -> float:
-        # The factor between round-off of the six screws and that of their product: the sum of the
-        # norms of the rotations before each, which are 1 at real positions.
+        # Returns the factor by which the product of the six screws increases round-off: the sum of
+        # squared norms of the rotations before each screw. These norms are 1 at real positions.
         growth = 0.0
         for k in range(6):
             square = 0.0
@@ -176,8 +179,8 @@ class Motion:
         return growth
 
     def _scale_by_slides(self, loop: SixScrews, t: Numbers) -> float:
-        # Makes the longest slide the unit of length in J and the residual, unless the present unit
-        # is longer.
+        # Scales J and the residual to the longest slide as unit of length, unless the present unit
+        # is longer. Returns the unit in units of the loop.
         unit = 1.0
         for k in range(6):
             if vectors.slides(loop.screws, k):
@@ -191,7 +194,7 @@ class Motion:
         return unit
 
     def residual(self, loop: SixScrews, t: Numbers) -> float:
-        """Return the largest difference of an element of the product at t (6 pairs) and goal."""
+        """Return the largest difference between elements of the product at t and of the goal."""
         self.product.multiply(loop.screws, t)
         largest: float = 0.0
         for i in range(3):
@@ -203,7 +206,7 @@ class Motion:
         return largest
 
     def _fill(self, loop: SixScrews) -> None:
-        # J, the residual, and the identity.
+        # Fills the columns of the linear system: J, the residual, and the identity.
         for k in range(6):
             slides = vectors.slides(loop.screws, k)
             for i in range(3):
@@ -223,7 +226,7 @@ class Motion:
             residual = (goal[4 * i + 3] - self.p[2 * i], -self.p[2 * i + 1])
             pairs.put(self.J, WIDTH * i + 6, residual)
             a, b = (i + 2) % 3, (i + 1) % 3
-            # The skew part of goal R^T: the axis times the sine of the angle between them.
+            # The skew part of goal R^T: axis times sine of the rotation from R to the goal.
             re, im = 0.0, 0.0
             for m in range(3):
                 re += goal[4 * a + m] * self.R[6 * b + 2 * m]
@@ -233,13 +236,14 @@ class Motion:
             pairs.put(self.J, WIDTH * (3 + i) + 6, (0.5 * re, 0.5 * im))
 
     def _moment(self, k: int, a: int, b: int) -> Complex:
-        # Element a of axis k times element b of the vector from its point to the end.
+        # Returns element a of axis k times element b of the vector from the point of axis k to the
+        # end of the loop.
         arm = pairs.plus(pairs.pair(self.p, b), -1.0, pairs.pair(self.points, 3 * k + b))
         return pairs.times(pairs.pair(self.axes, 3 * k + a), arm)
 
     def _solve(self, width: int) -> bool:
-        # Gauss-Jordan elimination with partial pivoting: columns 6 to width - 1 become J^-1 times
-        # themselves. False: J is singular.
+        # Multiplies columns 6 to width - 1 by J^-1: Gauss-Jordan elimination with partial
+        # pivoting. Returns False if J is singular.
         J = self.J
         for k in range(6):
             p, best = k, -1.0

@@ -1,8 +1,7 @@
 """
-Square roots and angles of complex numbers, from the exponential function.
+Compute square roots and angles of complex numbers; define the limits of double precision.
 
-An angle t and its unit number z = e^(i t) are complex: t = -i log z, cos t = (z + 1/z) / 2. The
-limits of double precision are defined here, too.
+An angle t and the number z = e^(i t) are complex: t = -i log z, cos t = (z + 1/z) / 2.
 """
 
 import math
@@ -15,10 +14,11 @@ from .pairs import Complex
 # Unit round-off of double precision (IEEE 754: 2^-53 = 1.1e-16): the relative error of one
 # operation.
 ROUND_OFF = 1e-16
-# Smaller numbers lose digits or are 0 (IEEE 754: 2e-308); the inverses of larger ones are finite.
+# Numbers below this are taken as 0: IEEE 754 numbers below 2e-308 lose digits. The inverse of a
+# larger number is finite.
 TINY = 1e-300
-# Largest |imaginary part| of an angle, rad. Beyond it a cosine exceeds e^25 / 2 = 4e10: fewer than
-# six of sixteen digits are left in the difference of two such cosines.
+# Largest |imaginary part| of an angle, rad. Beyond it a cosine exceeds e^25 / 2 = 4e10, and the
+# difference of two such cosines keeps fewer than six of sixteen digits.
 MAX_IMAGINARY = 25.0
 
 
@@ -45,7 +45,11 @@ def root(a: Complex) -> Complex:
 
 
 def angle_of(unit: Complex) -> Complex:
-    """Return the t with e^(i t) = unit, beyond `MAX_IMAGINARY` if unit is 0 or not finite."""
+    """
+    Return the complex angle t with e^(i t) = unit, rad.
+
+    If `unit` is 0 or not finite, the imaginary part of the result is beyond `MAX_IMAGINARY`.
+    """
     square = pairs.square_of(unit)
     if not 0.0 < square < 1.0 / TINY:
         return (0.0, 2.0 * MAX_IMAGINARY)
@@ -53,7 +57,7 @@ def angle_of(unit: Complex) -> Complex:
 
 
 def angle(cosine: Complex, sine: Complex) -> Complex:
-    """Return the t whose cosine and sine are proportional to these."""
+    """Return the complex angle, rad, whose cosine and sine are proportional to the arguments."""
     length = root(pairs.plus(pairs.times(cosine, cosine), 1.0, pairs.times(sine, sine)))
     if pairs.square_of(length) == 0.0:
         return (0.0, 0.0)
@@ -61,7 +65,7 @@ def angle(cosine: Complex, sine: Complex) -> Complex:
 
 
 def write_turn(t: Complex, turn: Numbers) -> None:
-    """Write cosine and sine of an angle within `MAX_IMAGINARY`: two pairs."""
+    """Write cosine and sine, two pairs, of an angle t whose `is_near` is true."""
     s, c = chain_pass.sincos(t[0])
     up = math.exp(t[1])
     down = 1.0 / up

@@ -1,8 +1,8 @@
 """
-The product of exponentials of six screws at complex positions (Brockett 1984).
+Compute the product of exponentials of six screws at complex positions (Brockett 1984).
 
 R. W. Brockett, "Robotic manipulators and the product of exponentials formula", 1984. Each screw is
-an axis and a point on it; Rodrigues' formula, with complex cosine and sine, turns about the axis.
+an axis and a point on it. The rotation is Rodrigues' formula with complex cosine and sine.
 """
 
 from ..forward import vectors
@@ -13,7 +13,11 @@ from .pairs import Complex
 
 
 def write_turned(re: Vector, im: Vector, axis: Vector, turn: Numbers, row: Numbers) -> None:
-    """Write the complex row v^T E: v = re + i im, and E the rotation about an axis."""
+    """
+    Write the complex row v^T E, where v = re + i im and E is the rotation about an axis.
+
+    `turn` has the cosine and sine of the angle: two pairs.
+    """
     along, along_i = vectors.dot(axis, re), vectors.dot(axis, im)
     u, w = vectors.plus(re, -along, axis), vectors.cross(re, axis)
     u_i, w_i = vectors.plus(im, -along_i, axis), vectors.cross(im, axis)
@@ -28,12 +32,12 @@ def write_turned(re: Vector, im: Vector, axis: Vector, turn: Numbers, row: Numbe
 
 class Product:
     """
-    The product, and the place of each screw in it.
+    The product of six screws, and each screw moved by the screws before it.
 
     Attributes
     ----------
     R, p : shape (3, 3), (3,), pairs
-        Rotation and translation.
+        Rotation and translation of the product.
     axes, points : shape (6, 3), pairs
         Each screw's axis and a point on it, moved by the screws before it.
     frames : shape (6, 3, 3), pairs
@@ -45,7 +49,7 @@ class Product:
         self.axes, self.points, self.frames = arrays.rooms(36, 36, 108)
 
     def multiply(self, screws: Flat, t: Numbers) -> None:
-        """Fill in the product of screws (6, 7) at positions t (6 pairs)."""
+        """Compute the product of screws (6, 7) at positions t (6 pairs)."""
         o: Complex
         R, p = self.R, self.p
         for i in range(18):
@@ -70,12 +74,12 @@ class Product:
                 row = arrays.after(R, 6 * i)
                 re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
                 write_turned(re, im, axis, self.turn, row)
-                # The point on the axis does not move: p + R point is the same before and after.
+                # The rotation does not move the point on its axis: p + R point stays equal to o.
                 o = pairs.pair(self.points, 3 * k + i)
                 pairs.put(p, i, pairs.plus(o, -1.0, self.row_times(i, point)))
 
     def row_times(self, i: int, v: Vector) -> Complex:
-        """Return row i of the rotation times a real vector."""
+        """Return row i of R times a real vector."""
         row = arrays.after(self.R, 6 * i)
         return (
             row[0] * v[0] + row[2] * v[1] + row[4] * v[2],

@@ -1,12 +1,14 @@
 """
-Dialytic elimination of joints 1 and 2 from the loop equation (Raghavan and Roth 1993).
+Eliminate joints 1 and 2 from the loop equation (dialytic elimination, Raghavan and Roth 1993).
 
 M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
-J. Mech. Des. 115 (1993) 502. e3 e4 e5 (line of axis 6) = e2^-1 e1^-1 goal (line of axis 6), with
-lines as in lines.py, are 14 equations. Their left sides are linear in the 27 products of the parts
-of joints 3, 4 and 5, their right sides in the 9 of joints 1 and 2, one of which is 1. Gaussian
-elimination of the other eight columns leaves six equations in joints 3, 4 and 5, more if axes are
-special; modified Gram-Schmidt makes them orthonormal.
+J. Mech. Des. 115 (1993) 502. The loop equation e3 e4 e5 (line of axis 6) = e2^-1 e1^-1 goal (line
+of axis 6), with lines as in lines.py, has 14 components.
+
+The left sides are linear in 27 products: one part each of joints 3, 4 and 5, where the parts of a
+joint are (1, cos, sin). The right sides are linear in the 9 products of joints 1 and 2, one of
+which is 1. Gaussian elimination of the other eight columns leaves six equations in joints 3, 4 and
+5, and more if axes are special. Modified Gram-Schmidt makes the equations orthonormal.
 """
 
 import math
@@ -17,29 +19,29 @@ from ..layout.arrays import Flat
 from . import complex_numbers, lines
 from .six_screws import SixScrews
 
-# Numbers of a line but for its leading 1: p, p.p, l, p.l, m and h.
+# Number of equations: the numbers p, p.p, l, p.l, m and h of a line, without the leading 1.
 EQUATIONS = 14
-# Products of three parts each of joints 3, 4 and 5.
+# Number of products on the left side: three parts for each of joints 3, 4 and 5.
 LEFT = 27
-# Products of three parts each of joints 1 and 2, but for 1 times 1.
+# Number of products on the right side: three parts for each of joints 1 and 2, without 1 times 1.
 RIGHT = 8
-# Largest ratio of a zero pivot to the first one. Pivots of special arms are round-off, 1e-15, or
-# errors of a calibration. A smaller one would divide round-off by itself: 1e-9 keeps seven digits.
+# A pivot is taken as zero if its ratio to the first pivot is at most this. Zero pivots of special
+# arms are round-off, 1e-15, or errors of a calibration. A pivot of 1e-9 keeps seven digits.
 PIVOT_RATIO = 1e-9
-# Largest ratio of a dependent row to the longest one. It is below PIVOT_RATIO: a row that is left
-# out is a lost equation, one that is kept only raises `error`.
+# A row is left out as dependent if its length, relative to the longest row, is at most this. The
+# ratio is below PIVOT_RATIO: leaving out a row loses an equation, keeping it only raises `error`.
 DEPENDENT_ROW_RATIO = 1e-11
 
 
 class Elimination:
     """
-    The equations of a loop and room for computing them.
+    The equations of a loop in joints 3, 4 and 5, and work arrays.
 
     Attributes
     ----------
     left : shape (27, 15)
-        The line of axis 6 moved by joints 5, 4 and 3: its parts, number 9 h + 3 a + b for part h
-        of joint 3, a of joint 4 and b of joint 5.
+        The parts of the line of axis 6 moved by joints 5, 4 and 3. Row 9 h + 3 a + b belongs to
+        part h of joint 3, part a of joint 4 and part b of joint 5.
     goal : shape (15,)
         The line of axis 6 moved by the goal.
     equations : shape (count, 27)
@@ -47,7 +49,7 @@ class Elimination:
     count
         Number of equations.
     rank
-        Rank of the eight columns of the right side; less than 8 for special axes.
+        Rank of the eight columns of the right side; less than 8 if axes are special.
     error
         Relative error of the equations from round-off and from pivots taken as zero.
     """
@@ -59,7 +61,7 @@ class Elimination:
         self.count, self.rank, self.error = 0, 0, 0.0
 
     def eliminate(self, loop: SixScrews) -> None:
-        """Fill in the equations of a loop."""
+        """Compute the equations of a loop in joints 3, 4 and 5."""
         self._write_sides(loop)
         width = RIGHT + LEFT
         for i in range(EQUATIONS):
@@ -79,7 +81,7 @@ class Elimination:
         for b in range(3):
             line = arrays.after(self.fifth, 15 * b)
             lines.write_parts(screws, 3, line, arrays.after(self.fourth, 45 * b))
-        # `fourth` has part a of joint 4 and b of joint 5 at 3 b + a.
+        # Row 3 b + a of `fourth` belongs to part a of joint 4 and part b of joint 5.
         for a in range(3):
             for b in range(3):
                 line = arrays.after(self.fourth, 15 * (3 * b + a))
@@ -97,13 +99,15 @@ class Elimination:
             self._invert(screws, 1, to)
 
     def _invert(self, screws: Flat, k: int, parts: Flat) -> None:
-        # The parts of the inverse motion: the sine changes its sign, or the distance.
+        # Changes parts to those of the inverse motion: the part of the sine, or of the slide d,
+        # changes its sign.
         odd = 1 if vectors.slides(screws, k) else 2
         for i in range(15):
             parts[15 * odd + i] = -parts[15 * odd + i]
 
     def _pivot(self, width: int) -> int:
-        # Gaussian elimination with complete pivoting in the columns of the right side; their rank.
+        # Eliminates the columns of the right side by Gaussian elimination with complete pivoting.
+        # Returns the rank of these columns.
         A, largest = self.table, 0.0
         self.error = 0.0
         for k in range(RIGHT):
@@ -130,7 +134,8 @@ class Elimination:
         return RIGHT
 
     def _orthonormalize(self, rank: int, width: int) -> None:
-        # Modified Gram-Schmidt, the longest row next: dependent rows are left out.
+        # Makes the remaining rows orthonormal by modified Gram-Schmidt, the longest row next.
+        # Dependent rows are left out.
         F = self.equations
         rows = EQUATIONS - rank
         for i in range(rows):
@@ -158,7 +163,7 @@ class Elimination:
                 if p != i:
                     F[LEFT * p + k] = x
             self._clear_below(i, rows)
-        # Subtraction shortened the last row, but not its errors.
+        # Subtraction shortened the last row but not its errors, so its relative error is larger.
         if shortest > 0.0:
             self.error *= math.sqrt(longest / shortest)
 

@@ -1,18 +1,18 @@
 """
-Lines as vectors of 15 numbers that rigid motions map linearly (Raghavan and Roth 1993).
+Represent a line by 15 numbers that rigid motions map linearly (Raghavan and Roth 1993).
 
 M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
-J. Mech. Des. 115 (1993) 502: a line through p with the unit direction l gives the 14 numbers of
-their equations, here V = (1, p, p.p, l, p.l, m, h), with the Pluecker moment m = p x l and
-h = (p.p) l - 2 (p.l) p. A rotation by t maps V to V0 + cos(t) V1 + sin(t) V2, a slide by d to
-V0 + d V1 + d^2 V2: V0, V1 and V2 are the parts of the moved line.
+J. Mech. Des. 115 (1993) 502, use 14 numbers of a line through p with the unit direction l. Here a
+line is V = (1, p, p.p, l, p.l, m, h), with the Pluecker moment m = p x l and
+h = (p.p) l - 2 (p.l) p. A rotation by t maps V to V0 + cos(t) V1 + sin(t) V2, and a slide by d
+maps V to V0 + d V1 + d^2 V2. V0, V1 and V2 are called the parts of the moved line.
 """
 
 from ..forward import vectors
 from ..layout import arrays
 from ..layout.arrays import Flat, Numbers, Vector
 
-# Numbers of a line.
+# Number of numbers that represent a line.
 LINE = 15
 # Index of p.
 POINT = 1
@@ -20,12 +20,12 @@ POINT = 1
 DIRECTION = 5
 # Index of m.
 MOMENT = 9
-# Index of h: p.p times l, mirrored in the plane across p.
+# Index of h: p.p times the mirror image of l in the plane perpendicular to p.
 MIRRORED = 12
 
 
 def put(V: Numbers, at: int, v: Vector) -> None:
-    """Write a vector from an index on."""
+    """Write the vector v to V[at], V[at + 1] and V[at + 2]."""
     V[at], V[at + 1], V[at + 2] = v[0], v[1], v[2]
 
 
@@ -35,7 +35,7 @@ def vector_at(k: int) -> int:
 
 
 def write_line(direction: Vector, point: Vector, V: Numbers) -> None:
-    """Write the line through a point with a unit direction."""
+    """Write the 15 numbers of the line through a point with a unit direction to V."""
     square, along = vectors.dot(point, point), vectors.dot(point, direction)
     V[0], V[4], V[8] = 1.0, square, along
     put(V, POINT, point)
@@ -60,7 +60,7 @@ def translate(V: Numbers, a: Vector) -> None:
 
 
 def carry(V: Numbers, T: Numbers) -> None:
-    """Move a line by a rigid motion (3, 4)."""
+    """Move the line V by a rigid motion T (3, 4), in place."""
     for k in range(4):
         at = vector_at(k)
         put(V, at, vectors.times_vector(T, vectors.three(V, at)))
@@ -68,14 +68,14 @@ def carry(V: Numbers, T: Numbers) -> None:
 
 
 def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
-    """Write the three parts (3, 15) of the line that screw k moves V to."""
+    """Write the three parts (3, 15) of the line V moved by screw k."""
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     arrays.copy(parts, LINE, V)
     arrays.fill(arrays.after(parts, LINE), 2 * LINE, 0.0)
     if vectors.slides(screws, k):
         _write_slide_parts(axis, V, parts)
         return
-    # Rodrigues' formula about an axis through the origin, then back to its point.
+    # Move the axis to the origin, apply Rodrigues' formula, and move the axis back.
     translate(parts, (-point[0], -point[1], -point[2]))
     for j in range(4):
         at = vector_at(j)
@@ -89,7 +89,7 @@ def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
 
 
 def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
-    # The terms of `translate` by d times the axis that are linear in d, and quadratic.
+    # Writes the terms of `translate` by d times the axis: those linear in d and those in d^2.
     p, direction = vectors.three(V, POINT), vectors.three(V, DIRECTION)
     moment = vectors.three(V, MOMENT)
     along = vectors.dot(axis, direction)

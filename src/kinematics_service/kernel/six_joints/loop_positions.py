@@ -1,9 +1,10 @@
 """
-Back substitution: the other five joints of a root of the hidden one (Raghavan and Roth 1993).
+Compute the other five joints for a root of the hidden joint 3 (back substitution, Raghavan and
+Roth 1993).
 
-The null vector of the pencil contains powers of e^(i t) of joints 4 and 5, whose ratios are
-e^(i t). With joints 3, 4 and 5 known, least squares solve the line equations for cos and sin of
-joint 2; joints 1 and 6 each turn a known direction into another.
+The null vector of the pencil contains powers of e^(i t) of joints 4 and 5. The ratio of successive
+powers is e^(i t). Then joints 3, 4 and 5 are known, and least squares solve the line equations
+for cos and sin of joint 2. Joints 1 and 6 each rotate a known direction onto another.
 """
 
 from ..forward import vectors
@@ -15,12 +16,14 @@ from .pairs import Complex
 from .pencils import Pencil
 from .six_screws import SixScrews
 
-# Largest sine of dependent columns of cos and sin of joint 2: the square root of round-off.
+# The columns of cos and sin of joint 2 are taken as dependent if the sine between them is at most
+# this: the square root of round-off.
 DEPENDENT_SINE = 1e-8
 
 
 def _ratio(terms: Numbers, count: int, width: int) -> Complex:
-    # The ratio of the geometric sequences in the rows of terms (count, width), by least squares.
+    # Returns the common ratio of geometric sequences by least squares. Each row of `terms` (count,
+    # width) has one sequence.
     total, square = (0.0, 0.0), 0.0
     for k in range(count):
         for i in range(width - 1):
@@ -34,18 +37,18 @@ def _ratio(terms: Numbers, count: int, width: int) -> Complex:
 
 
 def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
-    # a + sign i b.
+    # Returns a + sign i b, where i is the imaginary unit.
     return (a[0] - sign * b[1], a[1] + sign * b[0])
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # e^(i t), or the slide, of the multiplied joint, from the null vector x (4, 3).
+    # Returns e^(i t) of the multiplied joint, or its slide, from the null vector x (4, 3).
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
             value: Complex = pairs.pair(x, 3 * i + b)
             if not slides:
-                # e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2).
+                # Terms i = 0 to 3 are e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2).
                 k = 0 if i in (1, 2) else 2
                 cosine, sine = pairs.pair(x, 3 * k + b), pairs.pair(x, 3 * k + 3 + b)
                 value = _rotated(cosine, sine, -1.0 if i < 2 else 1.0)
@@ -54,7 +57,7 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _last_joint(x: Numbers, slides: bool) -> Complex:
-    # The same for the other joint.
+    # Returns e^(i t), or the slide, of the joint (4 or 5) that is not multiplied, from x (4, 3).
     terms = [0.0] * 24
     for k in range(4):
         constant = pairs.pair(x, 3 * k)
@@ -71,7 +74,7 @@ def _last_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
-    # 1, cos and sin of an angle; 1, d and d^2 of a slide.
+    # Writes 1, cos t, sin t for an angle t, and 1, t, t^2 for a slide t: three pairs.
     three[0], three[1] = 1.0, 0.0
     if slides:
         pairs.put(three, 1, t)
@@ -82,7 +85,7 @@ def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
 
 class Positions:
     """
-    The positions of a root of the hidden joint.
+    The six joint positions that belong to a root of the hidden joint.
 
     Attributes
     ----------
@@ -100,7 +103,11 @@ class Positions:
     def find(
         self, loop: SixScrews, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
     ) -> bool:
-        """Fill in the positions of a root z = e^(i t) of joint 3; return whether they exist."""
+        """
+        Compute the positions t for a root z = e^(i t) of joint 3.
+
+        Returns False if an angle is farther than MAX_IMAGINARY from the real axis.
+        """
         fifth: Complex
         fourth: Complex
         t = self.t
@@ -138,7 +145,8 @@ class Positions:
     def _write_line(
         self, loop: SixScrews, elimination: Elimination, t3: Complex, t4: Complex, t5: Complex
     ) -> None:
-        # The line of axis 6 moved by joints 5, 4, 3: real parts, then imaginary ones.
+        # Computes the line of axis 6, moved by joints 5, 4 and 3: 15 real parts, then 15 imaginary
+        # parts.
         _write_parts_of(t3, False, self.three)
         _write_parts_of(t4, vectors.slides(loop.screws, 3), self.fourth)
         _write_parts_of(t5, vectors.slides(loop.screws, 4), self.fifth)
@@ -155,11 +163,12 @@ class Positions:
                         self.line[15 + i] += im * parts[i]
 
     def _second_joint(self, loop: SixScrews, elimination: Elimination) -> Complex:
-        # The invariants of joint 1 are six equations in cos and sin of joint 2.
+        # Solves joint 2. Six numbers of a line that joint 1 does not change give six equations in
+        # cos and sin of joint 2.
         screws = loop.screws
         lines.write_parts(screws, 1, self.line, self.parts)
         lines.write_parts(screws, 1, arrays.after(self.line, 15), self.parts_i)
-        # Columns of cos and sin (or d and d^2), and the right side.
+        # C has three columns: the factors of cos and sin (or d and d^2), and the right side.
         for k in range(3):
             to = 2 if k == 0 else k - 1
             self._write_column(screws, arrays.after(self.parts, 15 * k), to, 0)
@@ -176,7 +185,7 @@ class Positions:
             self.C[12 * to + 2 * i + part] = self.six[i]
 
     def _inner(self, a: int, b: int) -> Complex:
-        # conj(column a) . column b.
+        # Returns conj(column a) . column b of C.
         total = (0.0, 0.0)
         for i in range(6):
             product = pairs.inner(pairs.pair(self.C, 6 * a + i), pairs.pair(self.C, 6 * b + i))
@@ -184,7 +193,7 @@ class Positions:
         return total
 
     def _solve_pair(self, slides: bool) -> Complex:
-        # Least squares of six equations in two unknowns by Gram-Schmidt, the longer column first.
+        # Solves six equations in two unknowns by least squares: Gram-Schmidt, longer column first.
         # If the columns are dependent, the unknown of the shorter column is set to 0.
         cosine: Complex
         sine: Complex
@@ -213,8 +222,8 @@ class Positions:
         return cosine if slides else complex_numbers.angle(cosine, sine)
 
     def _first_joint(self, loop: SixScrews, elimination: Elimination, second: Complex) -> Complex:
-        # Joint 1 moves the line, moved by joint 2, to its place in the goal. The longest of its
-        # vectors gives the angle.
+        # Solves joint 1, which moves the line (moved by joints 5 to 2) to the line at the goal.
+        # The vector p, l, m or h with the longest part across axis 1 gives the angle.
         screws, best = loop.screws, -1.0
         _write_parts_of(second, vectors.slides(screws, 1), self.three)
         axis, point = vectors.axis_of(screws, 0), vectors.point_of(screws, 0)

@@ -1,13 +1,15 @@
 """
-The square matrix M(t) of the hidden joint 3 and its determinant (Raghavan and Roth 1993).
+Compute the matrix M(t) of the hidden joint 3 and its determinant (Raghavan and Roth 1993).
 
-The dialytic step: the six equations of `Elimination`, each multiplied by cos(t/2) and by sin(t/2)
-of one of joints 4 and 5, are linear in twelve products, (cos t/2, sin t/2, cos 3t/2, sin 3t/2) of
-that joint times (1, cos, sin) of the other. Half angles replace the tangents of the paper, which
-are infinite at 180 degrees. If the multiplied joint slides by d, the products have (1, d, d^2,
-d^3). The loop closes only if M(t) = M0 + cos(t) M1 + sin(t) M2 is singular. The determinant is a
-trigonometric polynomial, interpolated by a discrete Fourier transform (polynomials.py). The null
-vector of M(t) at a root gives joints 4 and 5.
+The dialytic step multiplies each of the six equations of `Elimination` by cos(t/2) and by sin(t/2)
+of one joint, 4 or 5. The results are linear in twelve products: (cos t/2, sin t/2, cos 3t/2,
+sin 3t/2) of the multiplied joint times (1, cos, sin) of the other joint. Half angles replace the
+tangents of the paper, which are infinite at 180 degrees. If the multiplied joint slides by d, the
+products have (1, d, d^2, d^3).
+
+The loop closes only if M(t) = M0 + cos(t) M1 + sin(t) M2 is singular, where t is the angle of
+joint 3. The determinant is a trigonometric polynomial, interpolated by a discrete Fourier
+transform (polynomials.py). The null vector of M(t) at a root gives joints 4 and 5.
 """
 
 import math
@@ -19,34 +21,37 @@ from . import complex_numbers, pairs, polynomials
 from .elimination import Elimination
 from .pairs import Complex
 
-# Products that the equations are linear in: four of the multiplied joint times three.
+# Number of products that the equations are linear in: four functions of the multiplied joint times
+# three of the other joint.
 SIZE = 12
-# Entries of M.
+# Number of entries of M: SIZE squared.
 SQUARE = 144
-# Degree of the determinant of six equations: a general arm has 16 solutions (Raghavan and Roth).
-# The determinant of combinations of more equations has any degree up to SIZE.
+# Degree of the determinant if there are six equations: a general arm has 16 solutions (Raghavan
+# and Roth). If more equations are combined, the degree can be up to SIZE.
 DEGREE = 8
-# Samples of a determinant of degree 8, whose 17 coefficients leave eight to measure the round-off.
+# Number of samples of a determinant of degree 8. It has 17 coefficients; eight more samples
+# measure the round-off.
 SAMPLES = 25
-# Samples of a determinant of degree 12, whose 25 coefficients leave six to measure the round-off.
+# Number of samples of a determinant of degree 12. It has 25 coefficients; the other harmonics
+# measure the round-off.
 MAX_SAMPLES = 32
 
 
 class Pencil:
     """
-    The matrices M0, M1 and M2 of the hidden joint's angle, and room for their determinant.
+    The matrices M0, M1 and M2, and the determinant of M(t) = M0 + cos(t) M1 + sin(t) M2.
 
     Attributes
     ----------
     degree
         Degree of the determinant; 0 if there are fewer than six equations.
     coefficients : shape (13,)
-        Complex, of e^(i k t) in the determinant; those of -k are conjugate.
+        Complex coefficients of e^(i k t) in the determinant; the coefficients of -k are conjugate.
     noise
-        Largest harmonic beyond the degree relative to the largest sample. It is near 1 if the
-        determinant vanishes at every angle.
+        Bound of the round-off of the determinant, divided by the largest sample. It is near 1 if
+        the determinant vanishes at every angle.
     gap
-        Last pivot but one of `write_null_vector` relative to the first.
+        Last pivot but one of `write_null_vector`, divided by the first pivot.
     count
         Number of equations before they were combined into twelve.
     error
@@ -63,9 +68,10 @@ class Pencil:
 
     def build(self, elimination: Elimination, swapped: bool, slides: bool) -> None:
         """
-        Fill in the matrices of the equations.
+        Fill the matrices M0, M1 and M2 from the equations.
 
-        `swapped`: joint 5 is multiplied, not joint 4; `slides`: the multiplied joint slides.
+        If `swapped`, joint 5 is multiplied instead of joint 4. `slides`: whether the multiplied
+        joint slides.
         """
         count = elimination.count
         self.degree, self.count, self.error = 0, 2 * count, elimination.error
@@ -104,7 +110,7 @@ class Pencil:
                 second[6 + b], second[9 + b] = -half_2, half_1
 
     def _compress(self, count: int) -> None:
-        # Twelve orthogonal combinations of the rows: the first of a discrete cosine transform.
+        # Combines `count` rows into twelve: the first twelve rows of a discrete cosine transform.
         arrays.fill(self.M, SQUARE * 3, 0.0)
         for i in range(SIZE):
             for r in range(count):
@@ -115,7 +121,7 @@ class Pencil:
                         self.M[SQUARE * k + SIZE * i + j] += term
 
     def _balance(self) -> None:
-        # Columns, then rows of the three matrices together get unit length.
+        # Scales first the columns, then the rows of M0, M1 and M2 together to unit length.
         M = self.M
         for j in range(SIZE):
             square = 0.0
@@ -136,7 +142,9 @@ class Pencil:
                     M[SQUARE * k + SIZE * i + j] *= scale
 
     def sample(self) -> None:
-        """Fill in the coefficients of the determinant divided by its largest sample, and noise."""
+        """
+        Compute `coefficients` and `noise` of the determinant, divided by its largest sample.
+        """
         count = SAMPLES if self.degree == DEGREE else MAX_SAMPLES
         polynomials.write_circle(count, self.circle)
         largest, minor = 0.0, 0.0
@@ -157,15 +165,16 @@ class Pencil:
         noise = polynomials.write_coefficients(
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
-        # Errors of the matrix change the determinant by its minors, in harmonics of any order.
+        # Errors of the matrix entries change the determinant by its minors, in harmonics of any
+        # order: add a bound of this change to the noise.
         error = max(self.error, complex_numbers.ROUND_OFF)
         self.noise = max(noise, error * minor / largest)
 
     def write_null_vector(self, z: Complex, x: Numbers) -> None:
         """
-        Write the null vector (12 products, complex) of the matrix at e^(i t) = z.
+        Write the null vector x (12 products, complex) of M at e^(i t) = z.
 
-        By Gaussian elimination with complete pivoting; the last pivot is taken as zero.
+        The method is Gaussian elimination with complete pivoting; the last pivot is taken as zero.
         """
         order = [0] * 12
         first, last = 0.0, 0.0
@@ -193,7 +202,7 @@ class Pencil:
         self.gap = math.sqrt(last / first) if first > 0.0 else 0.0
         self._substitute()
         for i in range(SIZE):
-            # `_substitute` leaves the vector in the first column.
+            # `_substitute` has written the null vector to the first column of W.
             k = order[i]
             x[2 * k] = W[24 * i] * self.columns[k]
             x[2 * k + 1] = W[24 * i + 1] * self.columns[k]
@@ -202,7 +211,7 @@ class Pencil:
         """
         Return the relative residual of the equations for products x at e^(i t) = z, |z| near 1.
 
-        It is large at a root that the twelve combinations have, but the equations do not.
+        The residual is large if z is a root of the twelve combinations but not of the equations.
         """
         inverse = pairs.over((1.0, 0.0), z)
         c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))
@@ -225,7 +234,7 @@ class Pencil:
         return largest
 
     def _fill(self, z: Complex) -> None:
-        # M at z, divided by |cos t| if that is large.
+        # Fills `work` with M at e^(i t) = z, divided by |cos t| if |cos t| exceeds 1.
         inverse = pairs.over((1.0, 0.0), z)
         c_re, c_im = 0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1])
         s_re, s_im = 0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0])
@@ -256,7 +265,7 @@ class Pencil:
             pairs.subtract(arrays.after(W, 24 * i), row, k + 1, SIZE, factor)
 
     def _substitute(self) -> None:
-        # Back substitution with x[11] = 1; x[i] is written to W[i][0].
+        # Solves for the null vector x by back substitution with x[11] = 1; writes x[i] to W[i][0].
         W = self.work
         pairs.put(W, SIZE * (SIZE - 1), (1.0, 0.0))
         for i in range(SIZE - 2, -1, -1):

@@ -1,10 +1,11 @@
 """
-Real trigonometric polynomials: coefficients from samples, and complex roots z = e^(i t).
+Interpolate a real trigonometric polynomial from samples, and find its complex roots z = e^(i t).
 
-A discrete Fourier transform of samples at equal angles interpolates a polynomial of degree n,
-sum of c[k] z^k for k from -n to n, whose c[-k] and c[k] are conjugate. The iteration of Aberth and
-Ehrlich (O. Aberth, Math. Comp. 27 (1973) 339; L. W. Ehrlich, Comm. ACM 10 (1967) 107) finds the 2n
-roots at once. Gershgorin discs (B. T. Smith, J. ACM 17 (1970) 661) bound their errors.
+The polynomial of degree n is the sum of c[k] z^k for k from -n to n, where c[-k] and c[k] are
+conjugate. A discrete Fourier transform computes it from samples at equally spaced angles. The
+iteration of Aberth and Ehrlich (O. Aberth, Math. Comp. 27 (1973) 339; L. W. Ehrlich, Comm. ACM 10
+(1967) 107) finds the 2n roots at once. Gershgorin discs (B. T. Smith, J. ACM 17 (1970) 661) bound
+the errors of the roots.
 """
 
 import math
@@ -15,17 +16,19 @@ from ..layout.arrays import Flat, Numbers
 from . import complex_numbers, pairs
 from .pairs import Complex
 
-# Sweeps over all roots. Simple roots take 10 to 20; clusters of roots converge linearly.
+# Largest number of sweeps over all roots. Simple roots take 10 to 20 sweeps; clusters of roots
+# converge linearly.
 MAX_ITERATIONS = 60
-# Angle of the first starting point, rad: no start lies on the real axis, where it could not leave
-# the axis if the coefficients are real.
+# Angle of the first starting point, rad. So no start lies on the real axis: if the coefficients
+# are real, it could not leave the axis.
 START_ANGLE = 0.4
-# Roots farther from 0 are ignored in `is_alone`: each mirrors one inside the circle.
+# `is_alone` ignores roots farther from 0: each is the mirror image of a root inside the unit
+# circle.
 MAX_RADIUS = 1.5
 
 
 def write_circle(samples: int, circle: Flat) -> None:
-    """Write cosine and sine of `samples` equally spaced angles."""
+    """Write the cosines and sines of equally spaced angles to `circle` (samples, 2)."""
     for k in range(samples):
         s, c = chain_pass.sincos(places.TAU * k / samples)
         circle[2 * k], circle[2 * k + 1] = c, s
@@ -35,9 +38,9 @@ def write_coefficients(
     values: Flat, count: int, circle: Flat, largest: float, degree: int, c: Flat
 ) -> float:
     """
-    Write the coefficients c[0] to c[degree] of the values divided by the largest.
+    Write the coefficients c[0] to c[degree] of a polynomial, from samples divided by `largest`.
 
-    Returns the largest |c[k]| beyond the degree, which is the round-off of the values.
+    Returns the largest |c[k]| beyond the degree, which measures the round-off of the samples.
     """
     noise = 0.0
     for k in range((count + 1) // 2):
@@ -62,7 +65,7 @@ def write_both_halves(c: Numbers, degree: int, a: Numbers) -> None:
 
 
 def write_starts(count: int, inner: float, outer: float, z: Numbers) -> None:
-    """Write starting points on two circles about 0, by turns."""
+    """Write starting points alternately on two circles about 0, with radii `inner` and `outer`."""
     for k in range(count):
         turn = places.TAU * k / count + START_ANGLE
         radius = inner if k % 2 == 0 else outer
@@ -83,11 +86,11 @@ def find_roots(a: Numbers, count: int, z: Numbers) -> None:
 
 
 def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
-    # One step of root k; whether it has converged.
+    # Improves root k by one step. Returns whether the root has converged.
     here = pairs.pair(z, k)
     size = complex_numbers.absolute(here)
     outside = size > 1.0
-    # Outside the unit circle Horner's scheme runs backwards, in 1 / z.
+    # If |z| > 1, evaluate the polynomial in 1 / z (Horner's scheme backwards): no power overflows.
     x = pairs.over((1.0, 0.0), here) if outside else here
     shrink = 1.0 / size if outside else size
     value, slope = pairs.pair(a, 0 if outside else count), (0.0, 0.0)
@@ -103,14 +106,16 @@ def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
         slope = (count * scaled[0] - bent[0], count * scaled[1] - bent[1])
     step = _step(value, slope, z, k, count)
     pairs.put(z, k, pairs.plus(here, -1.0, step))
-    # Four roundings a term bound the value; a step of ten units in the last place is the last.
+    # Converged if the value is within its round-off (four roundings for each term), or if the step
+    # is below ten units in the last place.
     small = complex_numbers.absolute(value) < 4 * complex_numbers.ROUND_OFF * terms
     smallest = 10.0 * complex_numbers.ROUND_OFF * size
     return small or pairs.square_of(step) < smallest * smallest
 
 
 def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Complex:
-    # p / (p' - p sum of 1 / (z[k] - z[i])): Newton's step with the other roots divided out.
+    # Returns p / (p' - p sum of 1 / (z[k] - z[i])): the Newton step of p divided by the factors
+    # of the other roots.
     here = pairs.pair(z, k)
     re, im = 0.0, 0.0
     for i in range(count):
@@ -127,11 +132,11 @@ def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Com
 
 def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbers) -> None:
     """
-    Write bounds of the distances of the exact roots from the z[k], relative to |z[k]|.
+    Write the radius of a disc about each root z[k] to `bounds`, relative to |z[k]|.
 
-    The discs about the z[k] with the radius count |P(z[k])| / |c[degree] product of (z[k] - z[i])|
-    contain all roots, and each connected set of m discs contains m (Smith 1970). Errors of the
-    coefficients, each up to `noise`, enlarge |P(z[k])|.
+    The radius is count |P(z[k])| / |c[count] product of (z[k] - z[i])|. The discs contain all
+    exact roots, and each connected set of m discs contains m exact roots (Smith 1970). Errors of
+    the coefficients, each up to `noise`, enlarge |P(z[k])|.
     """
     leading = complex_numbers.absolute(pairs.pair(c, count))
     for k in range(count):
@@ -145,7 +150,7 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
             a = pairs.pair(c, i if outside else count - i)
             value = pairs.plus(pairs.times(value, x), 1.0, a)
             terms = terms * shrink + 1.0
-        # Outside the circle both terms are divided by z^count.
+        # If |z| > 1, `value` and `terms` are divided by z^count: divide the product by it as well.
         product = leading * (1.0 if outside else size)
         for i in range(count):
             if i != k:

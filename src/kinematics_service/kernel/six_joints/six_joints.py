@@ -1,13 +1,16 @@
 """
-All solutions of six joints in any order by elimination, and the proof that no real one is missing.
+Find all solutions of six joints by elimination, and prove that no real solution is missing.
 
-The method of Raghavan and Roth (J. Mech. Des. 115 (1993) 502): elimination (elimination.py) and a
-determinant in one hidden joint (pencils.py), here a trigonometric polynomial (polynomials.py)
-instead of an eigenvalue problem. If two or three joints slide, spherical_linkage.py has the
-polynomial. Back substitution (loop_positions.py) and Newton's method (complex_motion.py) give a
-solution for each complex root, certified by the Newton-Kantorovich theorem. No real solution is
-missing if as many are certified as the arm can have, or if the disc of each root that may be real
-holds no other root and its solution is certified.
+The method is that of Raghavan and Roth (J. Mech. Des. 115 (1993) 502): elimination
+(elimination.py) and a determinant in one hidden joint (pencils.py). Here the determinant is a
+trigonometric polynomial (polynomials.py) instead of an eigenvalue problem. If two or three joints
+slide, spherical_linkage.py computes the polynomial. Back substitution (loop_positions.py) and
+Newton's method (complex_motion.py) give a solution for each complex root, certified by the
+Newton-Kantorovich theorem.
+
+No real solution is missing if as many solutions are certified as the arm can have. No real
+solution is missing either if, for each root that may be real, the disc holds no other root and the
+solution is certified.
 """
 
 import math
@@ -24,31 +27,33 @@ from .pencils import Pencil
 from .six_screws import SixScrews
 from .spherical_linkage import SphericalLinkage
 
-# Largest noise of a usable determinant: one that is singular at this target has noise near 1, and
-# PIVOT_RATIO lets round-off grow to 1e-7.
+# A determinant with more noise is not used. PIVOT_RATIO lets round-off grow to 1e-7, and a
+# determinant that vanishes at every angle for this target has noise near 1.
 MAX_NOISE = 1e-6
-# Starting points of roots are on two circles about 0, since the roots come in pairs z and
-# 1 / conj(z): the radius of the inner one, half that of the outer one.
+# Radius of the inner of two circles about 0 with the starting points of roots; the outer circle
+# has twice this radius. Roots come in pairs z and 1 / conj(z), one inside the unit circle.
 START_RADIUS = 0.7
-# Largest |log |z||, the imaginary part in rad, of a root that may be real. In a determinant with
-# noise 1e-6 a double root is off by its square root, 1e-3, a fourfold root by 3e-2.
+# A root z may be real if |log |z||, the imaginary part of its angle in rad, is at most this. If
+# the noise is 1e-6, a double root is off by sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
 MAX_REAL_DEVIATION = 0.05
-# Relative error of a root below which its solution is found from one start: Newton converges.
+# If the relative error of a root is below this, one start is enough: Newton's method converges.
 SHARP_ROOT = 1e-6
-# Difference of the angle of a root and of its solution, rad, if the bound of the root is smaller:
-# round-off of a solution near a singular pose.
+# Allowed difference between the angle of a root and that of its solution, rad, if the error bound
+# of the root is smaller: round-off of a solution near a singular pose.
 ANGLE_TOLERANCE = 1e-9
-# Factor between a residual that excludes a solution and the residual that errors of a root cause.
+# A root is spurious if its residual is more than this factor times the residual that the error of
+# the root can cause.
 RESIDUAL_MARGIN = 1e3
-# Factor between the largest error of a coefficient and the noise, the largest of a few harmonics.
+# The error of a coefficient is bounded by this factor times the noise: the noise is the largest of
+# only a few harmonics.
 NOISE_MARGIN = 10.0
-# Number of the joint of the loop that elimination hides, from 0.
+# Index in the loop, from 0, of the joint that elimination hides.
 HIDDEN_JOINT = 2
 
 
 class SixJoints:
     """
-    Six joints as screws with psi = coupling q, and the options of elimination.
+    Six joints as screws, whose positions psi are linear in q, and the options of elimination.
 
     Parameters
     ----------
@@ -57,10 +62,11 @@ class SixJoints:
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
     to_joints : shape (6, 6)
-        Joint positions from those of the screws.
+        Matrix from screw positions to joint positions.
     options : shape (k, 3)
-        The first joint of the loop, whether it runs backwards, whether joint 5 is multiplied. If
-        two joints slide, the loop begins with one, and 1 hides the second turning joint.
+        Each row has the first joint of the loop (0 to 5), 1 if the loop runs backwards, and 1 if
+        joint 5 of the loop is multiplied instead of joint 4. If two joints slide, the loop begins
+        with a slide, and the last number is 1 if the second turning joint is hidden.
     bound
         Largest number of isolated complex solutions of a target.
     """
@@ -87,7 +93,7 @@ class SixJoints:
             self.slides += 1 if vectors.slides(self.screws, k) else 0
 
     def write_joints(self, psi: Numbers, q: Flat) -> None:
-        """Write the joint positions q of screw positions psi (6 pairs), whose real parts count."""
+        """Write the joint positions q of the real parts of screw positions psi (6 pairs)."""
         for i in range(6):
             q[i] = 0.0
             for j in range(6):
@@ -103,15 +109,16 @@ class Roots:
     psi : shape (MOST_CANDIDATES, 6)
         Positions of the screws, complex, rad or m.
     is_real : shape (MOST_CANDIDATES,)
-        Whether they are real.
+        1 if the positions are real, or 0.
     count
-        Number of solutions, each certified and each once.
+        Number of solutions. Each is certified, and none is listed twice.
     proved
         Whether no real solution is missing.
     noise
-        Noise of the last option's polynomial.
+        Noise of the polynomial of the last option.
     first_step
-        Longest first Newton step to a solution, which measures the candidates, rad or loop units.
+        Longest first Newton step to a solution, rad or loop units. It measures the error of the
+        candidates.
     """
 
     def __init__(self) -> None:
@@ -128,7 +135,7 @@ class Roots:
         self.noise, self.first_step = 1.0, 0.0
 
     def find(self, arm: SixJoints, T: Numbers) -> None:
-        """Fill in the solutions of a motion, option by option until the proof succeeds."""
+        """Find the solutions for a motion T; try options until no real solution is missing."""
         self.count, self.proved, self.first_step = 0, False, 0.0
         for k in range(arm.count):
             self._find_by(arm, T, k)
@@ -136,7 +143,11 @@ class Roots:
                 return
 
     def follow(self, arm: SixJoints, T: Numbers, starts: Flat, count: int) -> None:
-        """Fill in the solutions that Newton's method reaches from those of a motion nearby."""
+        """
+        Find solutions for a motion T by Newton's method.
+
+        `starts` are the solutions (count, 6 pairs) for a motion near T.
+        """
         self.count, self.proved = 0, False
         self.loop.close(arm.screws, T, 0, False)
         for i in range(count):
@@ -167,7 +178,8 @@ class Roots:
             c, degree = self.pencil.coefficients, self.pencil.degree
         if not self.noise < MAX_NOISE:
             return
-        # Leading coefficients that are noise have roots far from the circle, without solutions.
+        # Drop leading coefficients that are noise: they only add roots far from the unit circle,
+        # without solutions.
         while degree > 0 and complex_numbers.absolute(pairs.pair(c, degree)) <= self.noise:
             degree -= 1
         roots = 2 * degree
@@ -183,10 +195,11 @@ class Roots:
         for i in range(roots):
             z = pairs.pair(self.z, i)
             deviation = _log_size(z)
-            # Conjugate solutions have one root inside the unit circle and one outside: take one.
+            # Two conjugate solutions have one root inside the unit circle and one outside. Solve
+            # only the root inside: `_add_solution` adds the conjugate.
             is_solved = deviation <= MAX_REAL_DEVIATION
             is_solved = is_solved and self._solve_root(arm, z, deviation, self.bounds[i], swapped)
-            # Roots of real solutions are on the circle: a disc away from it has none.
+            # Roots of real solutions are on the unit circle: skip a disc that does not meet it.
             if self.bounds[i] < 0.5 * (math.exp(abs(deviation)) - 1.0):
                 continue
             accounted = accounted and polynomials.is_alone(self.z, self.bounds, roots, i)
@@ -202,7 +215,8 @@ class Roots:
                 self.proved = self.count >= arm.bound
 
     def _is_spurious(self, z: Complex, bound: float) -> bool:
-        # Whether a root of combined equations solves the equations themselves nowhere in its disc.
+        # Returns whether no point in the disc of root z solves the original equations. Only a root
+        # of combined equations can be spurious.
         if self.pencil.count <= pencils.SIZE:
             return False
         self.pencil.write_null_vector(z, self.positions.x)
@@ -212,7 +226,8 @@ class Roots:
     def _solve_root(
         self, arm: SixJoints, z: Complex, deviation: float, bound: float, swapped: bool
     ) -> bool:
-        # Adds the solutions of a root; whether the solution of a simple root is among them.
+        # Adds the solutions that are found from root z. Returns whether one of them has the angle
+        # of z.
         if abs(deviation) < MAX_REAL_DEVIATION:
             size = complex_numbers.absolute(z)
             on_circle = (z[0] / size, z[1] / size)
@@ -233,7 +248,8 @@ class Roots:
         return self._refine(z, bound)
 
     def _refine(self, z: Complex, bound: float) -> bool:
-        # Adds the solution that Newton's method reaches from t; whether it is that of root z.
+        # Adds the solution that Newton's method reaches from t. Returns whether it has the angle
+        # of root z.
         if not self.motion.improve(self.loop, self.t):
             return False
         first = self.motion.first
@@ -244,7 +260,7 @@ class Roots:
         return self._is_of(z, bound)
 
     def _is_of(self, z: Complex, bound: float) -> bool:
-        # Whether the hidden joint of solution t has the angle of root z.
+        # Returns whether the hidden joint of solution t has the angle of root z.
         here = complex_numbers.angle_of(z)
         re, im = self.t[2 * self.hidden] - here[0], self.t[2 * self.hidden + 1] - here[1]
         re -= places.TAU * math.floor(re / places.TAU + 0.5)
@@ -262,7 +278,7 @@ class Roots:
             self.weights[k] = weight
             self.solution[2 * k] = scale * self.t[2 * j]
             self.solution[2 * k + 1] = scale * self.t[2 * j + 1]
-        # The conjugate is a solution, too. If both are the same, the solution is real.
+        # The conjugate of a solution is also a solution. If both are equal, the solution is real.
         real = 2.0 * imaginary < 0.5 * radius
         self._add_once(real, radius, length)
         if not real:
@@ -284,8 +300,8 @@ class Roots:
         self.count += 1
 
     def _is_same(self, i: int, radius: float, length: float) -> bool:
-        # Whether `solution` is within half a radius of solution i, without full turns, in the
-        # longer of their units of length.
+        # Returns whether `solution` and solution i are closer than half a radius, up to full
+        # turns. Slides are divided by the longer of the two units of length.
         mine, others = 0.0, 0.0
         for j in range(6):
             k = self.loop.order[j]
@@ -313,12 +329,13 @@ def _log_size(z: Complex) -> float:
 
 def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) -> int:
     """
-    Fill in the complex solutions of a motion that the arm's options find; return their number.
+    Fill `psi` with the complex solutions for a motion; return their number.
 
     Parameters
     ----------
     arm
-        Its options are tried in their order until no real solution is missing.
+        The six joints. The options of the arm are tried in order until no real solution is
+        missing.
     T : shape (4, 4)
         The motion from rest to the target.
     psi : shape (MOST_CANDIDATES, 6, 2)
@@ -338,9 +355,9 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
 
 def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> int:
     """
-    Replace complex solutions of a motion by those of a motion nearby; return their number.
+    Replace complex solutions for one motion by those for a motion T nearby; return their number.
 
-    By Newton's method from each; solutions that it does not certify are left out.
+    Newton's method starts from each solution. Solutions that cannot be certified are left out.
 
     Parameters
     ----------
@@ -349,7 +366,7 @@ def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> in
     T : shape (4, 4)
         The motion from rest to the target.
     count
-        Number of solutions.
+        Number of given solutions.
     psi : shape (MOST_CANDIDATES, 6, 2)
         Positions of the screws: real and imaginary parts, rad or m.
     """

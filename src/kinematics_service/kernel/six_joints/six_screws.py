@@ -1,9 +1,9 @@
 """
-Six screws whose product of exponentials is the target, as a loop that may begin at any screw.
+Write the equation of six screws and a target as a loop that may begin at any screw.
 
 The product of exponentials (R. W. Brockett, "Robotic manipulators and the product of exponentials
-formula", 1984) e1 ... e6 = goal is a closed loop: e2 ... e6 (goal^-1 e1 goal) = goal is the same
-equation, and so is its inverse. So each joint can be the first, and the loop can run backwards.
+formula", 1984) is e1 ... e6 = goal. The equation e2 ... e6 (goal^-1 e1 goal) = goal is equivalent,
+and so is the inverse of either. So each joint can be the first, and the loop can run backwards.
 """
 
 import math
@@ -13,13 +13,13 @@ from ..layout import arrays
 from ..layout.arrays import Flat, Numbers, Vector
 from . import lines
 
-# Least unit of length, as a ratio to the largest distance of an axis from the origin: if four axes
-# meet, the median distance is 0 or an error of calibration, and coordinates of axes would be huge.
+# Least unit of length, as a ratio to the largest distance of an axis from the origin. If four axes
+# meet, the median distance is 0 or an error of calibration: coordinates in it would be huge.
 MIN_UNIT_RATIO = 1e-3
 
 
 def write_motion(pose: Numbers, home_inverse: Numbers, T: Numbers) -> None:
-    """Write the motion (3, 4) to a pose (4, 4) from the pose at rest, given its inverse (4, 4)."""
+    """Write the motion T (3, 4) from rest to a pose; `home_inverse` is the inverse rest pose."""
     for i in range(3):
         for j in range(4):
             T[4 * i + j] = 0.0
@@ -28,7 +28,7 @@ def write_motion(pose: Numbers, home_inverse: Numbers, T: Numbers) -> None:
 
 
 def write_inverse(T: Numbers, inverse: Numbers) -> None:
-    """Write the inverse of a rigid motion (3, 4)."""
+    """Write the inverse (3, 4) of a rigid motion T (3, 4)."""
     for i in range(3):
         inverse[4 * i + 3] = 0.0
         for j in range(3):
@@ -38,16 +38,17 @@ def write_inverse(T: Numbers, inverse: Numbers) -> None:
 
 class SixScrews:
     """
-    The screws and the goal of a loop, in a unit of length of its own.
+    The screws and the goal of a loop; `length` is the unit of length of both.
 
     Attributes
     ----------
     screws : shape (6, 7)
-        Axis, point, 1 if it slides; each point is the foot of the origin, which is on axis 3.
+        Axis, point, 1 if it slides. Each point is the foot of the perpendicular from the origin,
+        and the origin is on axis 3.
     goal : shape (3, 4)
         The product of the six screws.
     order : shape (6,)
-        The number of each in the arm.
+        Index in the arm, from 0, of each screw of the loop.
     length
         The unit of length, m.
     """
@@ -58,7 +59,9 @@ class SixScrews:
         self.length = 1.0
 
     def close(self, screws: Flat, T: Numbers, first: int, backwards: bool) -> None:
-        """Fill in the loop of an arm's screws and motion T from screw `first` on."""
+        """
+        Fill the loop from the screws of an arm (6, 7) and a motion T, beginning at screw `first`.
+        """
         back = [0.0] * 12
         write_inverse(T, back)
         for k in range(12):
@@ -84,7 +87,7 @@ class SixScrews:
         screw[6] = slides
 
     def _choose_unit(self) -> None:
-        # The origin is the point of axis 3 next to the mean of the points.
+        # Choose as origin the point of axis 3 nearest to the mean of the points of all axes.
         distances = [0.0] * 6
         origin, axis = vectors.point_of(self.screws, 2), vectors.axis_of(self.screws, 2)
         mean: Vector = (0.0, 0.0, 0.0)
@@ -92,7 +95,8 @@ class SixScrews:
             mean = vectors.plus(mean, 1.0 / 6, vectors.point_of(self.screws, k))
         along = vectors.dot(axis, vectors.plus(mean, -1.0, origin))
         origin = vectors.plus(origin, along, axis)
-        # The unit is the median of the distances, so that one long link does not make all short.
+        # The unit is the median distance of the points from the origin: one long link does not
+        # change it.
         for k in range(6):
             v = vectors.plus(vectors.point_of(self.screws, k), -1.0, origin)
             distance = math.sqrt(vectors.dot(v, v))

@@ -1,22 +1,27 @@
 """
-Six joints of which two or three slide: a resultant in one joint's angle, by Cramer's rule.
+Solve six joints, two or three of which slide, by a resultant in the angle of one joint.
 
 Let y and z be the axes of the last two joints that turn, R the rotation of y by the joints before
-them, and G the rotation of the goal. Joints y and z change neither their own axes, so
-R y . G z = y . z.
+y and z, and G the rotation of the goal. The first equation is R y . G z = y . z, because joints y
+and z change neither y nor z.
 
-Three joints turn: R is the rotation of the first, and the equation has two roots.
+Three joints turn: R is the rotation of the first joint, and the first equation has two roots.
 
 Four joints turn: R = A B. The slides move the tool in a plane with the normal n = s x u, where s
-is the direction of the first slide and u that of the second, turned by A and B. The rest of the
-way to the goal lies in this plane, too: the second equation. The last part of it is the common
-perpendicular of y and z along R y x G z, with n . (R y x G z) = (s . R y)(G z . u) - (s . G z)
-(u . R y). The first equation makes (s . R y)(G z . u) = (y . z)(s . u) + (s x G z) . (R y x u), so
-both equations are linear in the products of (1, cos, sin) of A and of B. At an angle of the hidden
-joint they are linear in (1, cos, sin) of the other, with coefficients E and F. V = E x F is
-proportional to it (Cramer's rule), and cos^2 + sin^2 = 1 becomes the resultant V1^2 + V2^2 = V0^2,
-a trigonometric polynomial of degree 4. So a target has at most eight isolated solutions. (If
-several share a root, an arm nearby has as many, each with a root of its own.)
+is the direction of the first slide, and u that of the second slide, turned by A and B. The vector
+from the tool, moved by the turning joints alone, to the goal lies in this plane: the second
+equation.
+
+The last part of this vector is the common perpendicular of y and z along R y x G z, with
+n . (R y x G z) = (s . R y)(G z . u) - (s . G z)(u . R y). The first equation makes
+(s . R y)(G z . u) = (y . z)(s . u) + (s x G z) . (R y x u). So both equations are linear in the
+products of (1, cos, sin) of A and of B.
+
+At an angle of the hidden joint, the equations are linear in (1, cos, sin) of the other joint, with
+coefficients E and F. V = E x F is proportional to (1, cos, sin) (Cramer's rule). cos^2 + sin^2 = 1
+becomes the resultant V1^2 + V2^2 = V0^2, a trigonometric polynomial of degree 4. So a target has
+at most eight isolated solutions. (If several solutions share a root, an arm nearby has the same
+number of solutions, each with its own root.)
 """
 
 import math
@@ -29,17 +34,19 @@ from .complex_motion import Motion
 from .pairs import Complex
 from .six_screws import SixScrews
 
-# Samples of the resultant of degree 4, whose nine coefficients leave six to measure the round-off.
+# Number of samples of the resultant. Degree 4 has nine coefficients; the other harmonics measure
+# the round-off.
 RESULTANT_SAMPLES = 16
-# sin(120 degrees) times 2/3: the weight of the sine in three samples.
+# sin(120 degrees) times 2/3: weight of one of three samples in the coefficient of the sine.
 ROOT_THIRD = math.sqrt(1.0 / 3)
-# Largest sine of parallel directions, and largest cosine of perpendicular ones: a thousand times
-# the round-off of unit vectors.
+# Two directions are parallel if the sine between them is below this, and perpendicular if the
+# cosine is: a thousand times the round-off of unit vectors.
 PARALLEL_SINE = 1e-12
 
 
 def _mean(p: int, turn: int) -> float:
-    # Weight of the value at `turn` thirds of a turn in the coefficient of 1, cos or sin (p).
+    # Returns the weight of the sample at `turn` times 120 degrees in the coefficient of 1, cos or
+    # sin (p = 0, 1 or 2).
     if p == 0:
         return 1.0 / 3
     if p == 1:
@@ -54,7 +61,8 @@ def _dot(a: Numbers, b: Numbers) -> Complex:
 
 
 def _at(table: Numbers, c: float, s: float) -> Vector:
-    # The coefficients of the other joint at an angle of the hidden one.
+    # Returns the coefficients of (1, cos, sin) of the other joint, at cosine c and sine s of the
+    # hidden joint.
     v = vectors.plus(vectors.three(table, 0), c, vectors.three(table, 3))
     return vectors.plus(v, s, vectors.three(table, 6))
 
@@ -66,14 +74,14 @@ class SphericalLinkage:
     Attributes
     ----------
     hidden
-        The joint of the loop whose angle is the resultant's variable.
+        Index of the joint of the loop whose angle is the variable of the resultant.
     degree
         Degree of the resultant; 0 if the loop does not begin with a slide, if more than two
         turning joints are before the second slide, or if the last two axes are parallel.
     coefficients : shape (5,)
-        Complex, of e^(i k t); those of -k are conjugate.
+        Complex coefficients of e^(i k t), k = 0 to 4; the coefficients of -k are conjugate.
     noise
-        Round-off relative to the largest sample of the resultant.
+        Round-off of the resultant divided by its largest sample.
     """
 
     def __init__(self) -> None:
@@ -88,7 +96,7 @@ class SphericalLinkage:
         self.across, self.offset, self.bound, self.noise = False, 0.0, 0.0, 1.0
 
     def build(self, loop: SixScrews, swapped: bool) -> None:
-        """Fill in the resultant of the first turning joint; `swapped`: of the second one."""
+        """Compute the resultant in the first turning joint; in the second if `swapped`."""
         self.degree, self.noise = 0, 1.0
         self._sort(loop)
         self.hidden, self.other = self.order[0], self.order[1]
@@ -106,7 +114,7 @@ class SphericalLinkage:
         self._sample(4)
 
     def _sort(self, loop: SixScrews) -> None:
-        # The turning joints come first in `order`, then the slides.
+        # Fills `order` with the indices of the turning joints, then those of the slides.
         self.turning = 0
         for k in range(6):
             if not vectors.slides(loop.screws, k):
@@ -122,7 +130,8 @@ class SphericalLinkage:
         self.before = self.second - 1
 
     def _write_way(self, loop: SixScrews) -> bool:
-        # The parts of the way to the goal that the base carries, A, and A and B.
+        # Splits the vector from the tool to the goal into three parts: fixed in the base, rotated
+        # by A, and rotated by A and B. Returns False if the last two axes are parallel.
         screws, order = loop.screws, self.order
         first, last = vectors.axis_of(screws, order[0]), vectors.axis_of(screws, order[3])
         axis = vectors.axis_of(screws, order[2])
@@ -157,7 +166,8 @@ class SphericalLinkage:
         return True
 
     def _write_tables(self, loop: SixScrews, swapped: bool) -> None:
-        # Coefficients of the products of (1, cos, sin), the hidden joint first, from nine samples.
+        # Computes E and F, the coefficients of the products of (1, cos, sin), from nine samples.
+        # The rows belong to the hidden joint.
         for k in range(9):
             self.E[k], self.F[k] = 0.0, 0.0
         for i in range(3):
@@ -171,7 +181,7 @@ class SphericalLinkage:
                         self.F[at] += weight * self.vector[1]
 
     def _evaluate(self, loop: SixScrews, alpha: float, beta: float) -> None:
-        # Both equations at angles of the first two turning joints.
+        # Evaluates both equations at angles alpha and beta of the first two turning joints.
         screws, order = loop.screws, self.order
         y = vectors.axis_of(screws, order[self.turning - 2])
         z = vectors.axis_of(screws, order[self.turning - 1])
@@ -217,7 +227,8 @@ class SphericalLinkage:
         self.noise = polynomials.write_coefficients(
             self.values, RESULTANT_SAMPLES, self.circle, largest, degree, self.coefficients
         )
-        # Errors of the equations change no harmonic beyond the degree.
+        # Add a bound of the errors of the equations: they change no harmonic beyond the degree, so
+        # the samples do not show them.
         error = 10.0 * complex_numbers.ROUND_OFF
         error *= 1.0 if degree == 1 else self.bound * math.sqrt(steepest)
         self.noise = max(self.noise, error / largest)
@@ -232,7 +243,8 @@ class SphericalLinkage:
             return False
         for k in range(self.turning - 2, self.turning):
             joint = self.order[k]
-            # A direction that the joints behind this one do not change: the axis of the next.
+            # v is a direction that the joints behind `joint` do not change: the axis of the next
+            # turning joint, or a direction across the last axis.
             v = vectors.across(vectors.axis_of(loop.screws, joint))
             if k + 1 < self.turning:
                 v = vectors.axis_of(loop.screws, self.order[k + 1])
@@ -243,7 +255,8 @@ class SphericalLinkage:
         return self._write_slides(loop, motion, t)
 
     def _write_other(self, t: Numbers) -> bool:
-        # The other joint by Cramer's rule: V is proportional to (1, cos, sin).
+        # Computes the angle of the other joint by Cramer's rule: V is proportional to its
+        # (1, cos, sin).
         turn, C = self.turn, self.columns
         complex_numbers.write_turn(pairs.pair(t, self.hidden), turn)
         for k in range(3):
@@ -262,7 +275,8 @@ class SphericalLinkage:
         return complex_numbers.is_near(angle)
 
     def _write_slides(self, loop: SixScrews, motion: Motion, t: Numbers) -> bool:
-        # With the angles known, the way to the goal is linear in the slides: Cramer's rule.
+        # Solves the slides by Cramer's rule: the angles are known, so the vector to the goal is
+        # linear in the slides.
         motion.residual(loop, t)
         left, M, C = self.columns, arrays.after(self.columns, 6), self.vector
         for i in range(3):
@@ -272,7 +286,8 @@ class SphericalLinkage:
                 axis = pairs.pair(motion.axes, 3 * self.order[self.turning + k] + i)
                 pairs.put(M, 3 * k + i, axis)
         if self.turning == 4:
-            # A third direction beside two slides: the conjugate normal is never in their plane.
+            # Two slides need a third direction for a square system: the conjugate of their normal
+            # is never in their plane.
             normal = arrays.after(M, 12)
             pairs.write_cross(M, arrays.after(M, 6), normal)
             for i in range(3):
