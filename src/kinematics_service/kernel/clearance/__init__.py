@@ -1,1 +1,1 @@
-"""The clearance: a radius around a pose in which, by proof, no pose is singular."""
+"""The clearance: a proved radius, rad, around joint positions without singular poses."""

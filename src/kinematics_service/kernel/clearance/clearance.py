@@ -1,14 +1,15 @@
 """
-The clearance of a pose: a proved radius in which no pose is singular, by Weyl's inequality.
+Compute the clearance of joint positions: a proved radius, rad, without singular poses.
 
-J_t is written in the bases of its singular vectors. The block of all singular values but the
-smallest stays invertible while bounds of its change are below 1. Then J_t has full rank if the
-Schur complement of this block is not zero. The bases move with the block, so that the coupling
-between the block and the last direction is zero to first order. The complement is expanded to
-third order, and bounds are added for the higher orders.
+A first radius follows from Weyl's inequality. For a larger radius, J_t is written in the bases of
+its singular vectors. The block of all singular values except the smallest is invertible if a bound
+of its relative change is below 1. Then J_t has full rank if the Schur complement of the block is
+not zero. The bases move with the block, so that the coupling between the block and the last
+direction is zero to first order. The complement is expanded to third order, and bounds are added
+for the higher orders.
 
-For a redundant arm the complement has several entries, and J_t has full rank unless all of them
-are zero. A sum of the entries, with polynomials as weights, is proved to be positive.
+The complement of a redundant arm has several entries, and J_t has full rank unless all entries are
+zero. The proof shows that a sum of the entries, with polynomials as weights, is positive.
 """
 
 import math
@@ -25,28 +26,28 @@ from .expansion import Expansion
 
 # Largest number of bisections of the radius.
 HALVINGS = 32
-# Relative error of the radius at which the bisection ends.
+# The bisection ends if the relative error of the radius is below this.
 RADIUS_TOLERANCE = 1e-5
-# Number of weighted sums of the complement's entries that are tried.
+# Number of weighted sums of the entries of the complement that are tried.
 MAX_SUMS = 4
 
 
 class Clearance:
     """
-    Bounds of the derivatives of an arm's J_t, and scratch memory for the clearances of its poses.
+    Compute clearances of an arm from bounds of the derivatives of J_t.
 
     Parameters
     ----------
     arm
         The arm.
     moving
-        The joints that can change the rank of J_t, counted from 0.
+        Indices, from 0, of the joints that can change the rank of J_t.
     point : shape (3,), m
-        The point whose velocity is taken, in tool axes relative to the tool's origin. If J_t has
-        all six rows, its rank is the same for each point.
+        The point whose velocity J_t describes, in tool axes relative to the tool's origin. If J_t
+        has all six rows, the rank is the same for each point.
     bend, twist, fourth
         Bounds of the second, third and fourth derivatives of the scaled J_t along a unit motion of
-        the joints in `moving`; infinity for an unknown third or fourth one.
+        the joints in `moving`. The third and fourth can be infinite if they are unknown.
     """
 
     def __init__(
@@ -82,7 +83,7 @@ class Clearance:
         self.gram, self.factor = arrays.rooms(count * count, count * count)
 
     def radius(self, q: Flat) -> float:
-        """Return the radius around q (n,) within which no pose is singular, rad."""
+        """Return the proved radius around q (n,) without singular poses, rad."""
         k = self.arm.task.generic_rank
         self._evaluate(q)
         sigma = self.directions.sigma
@@ -115,19 +116,21 @@ class Clearance:
         return radius
 
     def _mix(self, share: float) -> None:
-        # Weights between those of the first entry alone and those of the smallest slope.
+        # Fills `across` with weights between those of the first entry alone (share 0) and those of
+        # the smallest slope (share 1).
         for i in range(self.directions.count):
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
         unit(self.across, self.directions.count)
 
     def _set_sum(self, cubic: Cubic, shares: Flat) -> None:
-        # Sets a cubic to a weighted sum of the complement's entries.
+        # Sets `cubic` to the sum of the entries of the complement, weighted by `shares`.
         count = self.directions.count
         smallest = self.directions.sigma[self.arm.task.generic_rank - 1]
         cubic.set_sum(self.expansion, self.F, shares, count, shares[0] * smallest)
 
     def _evaluate(self, q: Flat) -> None:
-        # Evaluates q, changes the velocities to those of the point, and decomposes J_t.
+        # Evaluates the row at q, changes linear velocities to those of `point`, and decomposes
+        # J_t.
         n = self.arm.chain.dof
         arrays.copy(self.directions.q, n, q)
         row = self.directions.row
@@ -148,9 +151,10 @@ class Clearance:
         self.directions.decompose()
 
     def _condition(self) -> float:
-        # The search tests the ratio of singular values for the velocity of the tool's origin. To
-        # change from the point p to the origin, J_t is multiplied by [1, p x / length; 0, 1]. The
-        # ratio decreases at most by the condition number of this matrix.
+        # Returns the factor by which the ratio of singular values can decrease if the velocity of
+        # `point` is replaced by that of the tool's origin, which the search uses. J_t is then
+        # multiplied by [1, p x / length; 0, 1], and the factor is the condition number of this
+        # matrix.
         away = 0.0
         for i in range(self.arm.task.count):
             if self.arm.task.axis[i] >= 3:
@@ -160,11 +164,12 @@ class Clearance:
         return root * root
 
     def _changed(self, r: float) -> float:
-        # Bound of the change of J_t and of its singular values within r.
+        # Returns a bound of the change of J_t, and so of its singular values, within radius r.
         return self.change * r + 0.5 * self.bend * r * r
 
     def _by_change(self, smallest: float) -> float:
-        # Weyl's inequality: no singular value changes by more than the norm of the change of J_t.
+        # Returns the radius that Weyl's inequality proves: no singular value changes by more than
+        # the norm of the change of J_t.
         good, bad = 0.0, places.FARTHEST
         for _ in range(HALVINGS):
             r = 0.5 * (good + bad)
@@ -176,8 +181,8 @@ class Clearance:
         return good
 
     def _write_complement(self) -> None:
-        # Fills F, the complement of each line to third order; and B and C, the second order of the
-        # turns and lines in the moving bases, where the first order is 0.
+        # Fills F with the complement of each line to third order. Fills B and C with the second
+        # order of the blocks of turns and lines in the moving bases; their first order is 0.
         d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
@@ -202,7 +207,7 @@ class Clearance:
                 self._subtract(turn, arrays.after(line, d), 2, cubed)
 
     def _cell(self, turn: int, line: int) -> Flat:
-        # The terms of the entry of J_t between a turn and a line.
+        # Returns the terms of the entry of J_t in row `turn` and column `line`: see `Directions`.
         cell = turn * self.directions.length + line
         return arrays.after(self.expansion.G, cell * self.expansion.terms)
 
@@ -218,7 +223,8 @@ class Clearance:
                     product[triple[(i * d + j) * d + p]] -= a[i] * b[pair[j * d + p]]
 
     def _write_norms(self) -> None:
-        # Bounds of the changes of block, turns and lines by a motion of length 1, for each order.
+        # Computes bounds of the change of the block, of the turns and of the lines by a motion of
+        # length 1, for each order.
         k, count, d = self.arm.task.generic_rank - 1, self.directions.count, self.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         step, cubed = self.directions.length * terms, d + pairs
@@ -235,8 +241,9 @@ class Clearance:
         self.twist_of_lines = self.expansion.norm(lines, k, terms, 1, 0, 1, 3)
 
     def _choose_shares(self) -> bool:
-        # Chooses the weights of a sum of the complement's entries with the smallest slope relative
-        # to its value, and those of the steepest sum orthogonal to it. Returns whether both exist.
+        # Chooses two weightings of the entries of the complement: `shares`, whose sum has the
+        # smallest slope relative to its value, and `steepest`, whose sum is the steepest
+        # orthogonal to `shares`. Returns whether both exist.
         d, count, terms = self.count, self.directions.count, self.expansion.terms
         trace, most = 0.0, 0.0
         for i in range(count):
@@ -264,7 +271,8 @@ class Clearance:
         return most > 0.0
 
     def _by_complement(self, best: float) -> float:
-        # The largest radius in which the sum is proved to be positive; `best` if it is larger.
+        # Returns the largest radius in which the sum is proved to be positive, by bisection;
+        # `best` if that is larger.
         self.sum.write_sizes()
         self.sum.diagonalise()
         good, bad = best, places.FARTHEST
@@ -284,11 +292,11 @@ class Clearance:
         return good
 
     def _is_proved(self, r: float) -> bool:
-        # Whether the sum is proved to be positive for all |d| <= r. P, B, C are the changes of
-        # block, turns and lines, and B1, C1 their first orders. In the moving bases the complement
-        # is f - C1 B' - C B1 - C' (1 + P)^-1 B', with B' = B - (1 + P) B1 and C' = C - C1 (1 + P).
-        # The largest singular value that counts as zero is added to the change of J_t: the proof
-        # holds for each perturbation of that size.
+        # Returns whether the sum is proved to be positive for all motions |d| <= r. P, B, C are
+        # the changes of block, turns and lines, and B1, C1 their first orders. In the moving bases
+        # the complement is f - C1 B' - C B1 - C' (1 + P)^-1 B', with B' = B - (1 + P) B1 and C' =
+        # C - C1 (1 + P). The largest singular value that is taken as zero is added to the change
+        # of J_t, so that the proof holds for each perturbation of that size.
         square, singular = r * r, self.share * (self.largest + self._changed(r))
         third = self.twist * square * r / 6.0 + singular
         fourth = self.fourth * square * square / 24.0 + singular
@@ -305,7 +313,8 @@ class Clearance:
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         rest += twisted * turns + behind * before / (1.0 - inside)
-        # The weight of the steepest sum, and its products with that sum from fourth order on.
+        # Enlarge the remainder by the weight of the steepest sum, and add the products of weight
+        # and sum from fourth order on.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
         rest *= 1.0 + abs(self.sum.weight) + slope + bend
@@ -314,7 +323,7 @@ class Clearance:
 
 
 def unit(v: Flat, count: int) -> bool:
-    """Normalize v (count,), with its first number >= 0; return False if v is 0."""
+    """Normalize v (count,) so that its first number is >= 0; return False if v is 0."""
     size = directions.length_of(v, count)
     if not size > 0.0:
         return False
@@ -326,7 +335,7 @@ def unit(v: Flat, count: int) -> bool:
 
 
 def clearances(clearance: Clearance, q: Floats, radii: Floats) -> None:
-    """Fill `radii` (N,) with the radius around each q (N, n) in which no pose is singular, rad."""
+    """Fill `radii` (N,) with the proved radius, rad, around each q (N, n): see `Clearance`."""
     n, count = clearance.arm.chain.dof, arrays.extent(q, 0)
     positions, results = arrays.numbers(q, count * n), arrays.results(radii, count)
     lock = arrays.let_go()

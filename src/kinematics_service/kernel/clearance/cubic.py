@@ -1,4 +1,4 @@
-"""Polynomials of third order in a joint motion, and a lower bound of each in a ball (dual)."""
+"""Bound polynomials of third order in a joint motion from below in a ball (Lagrange dual)."""
 
 from ..layout import arrays
 from ..layout.arrays import Flat
@@ -7,9 +7,9 @@ from . import directions
 from .expansion import Expansion
 from .norms import Norms
 
-# Bisections of the Lagrange multiplier; the bound holds for each multiplier.
+# Number of bisections of the Lagrange multiplier; the bound holds for each multiplier.
 MULTIPLIER_HALVINGS = 20
-# Number of repetitions of `take_away`'s division.
+# Number of times that `take_away` repeats the division.
 DIVISIONS = 4
 # Smallest denominator of the bound, relative to curvature and slope.
 MIN_DENOMINATOR = 1e-14
@@ -27,11 +27,12 @@ class Cubic:
     Attributes
     ----------
     constant, g, Q, T
-        Its coefficients: a number, (d,), symmetric (d, d), and symmetric (d, d, d).
+        Coefficients: a number, (d,), symmetric (d, d), and symmetric (d, d, d).
     weight, l, M
-        Coefficients of the quadratic polynomial that `take_away` multiplied the other one by.
+        Coefficients of the quadratic polynomial that `take_away` multiplied the other polynomial
+        by.
     size_of_l, size_of_M, size_of_Q, size_of_T
-        Bounds of these parts for motions of length 1.
+        Bounds of l.d, d'Md, d'Qd and T(d, d, d) for motions of length 1.
     """
 
     def __init__(self, count: int) -> None:
@@ -48,7 +49,7 @@ class Cubic:
     def set_sum(
         self, expansion: Expansion, F: Flat, shares: Flat, count: int, constant: float
     ) -> None:
-        """Set it to the sum of `count` rows of terms of the expansion, weighted by `shares`."""
+        """Set the polynomial to the sum of `count` rows of F, weighted by `shares`."""
         d, begins = self.count, expansion.begins
         self.constant, self.weight, self.size_of_l, self.size_of_M = constant, 0.0, 0.0, 0.0
         for a in range(d):
@@ -66,9 +67,9 @@ class Cubic:
 
     def take_away(self, other: 'Cubic') -> None:
         """
-        Add another polynomial times a quadratic one, which removes the terms along its slope.
+        Add another polynomial times a quadratic polynomial, to remove the terms along its slope.
 
-        At motions at which the other polynomial is 0 the value does not change.
+        The value does not change at motions at which the other polynomial is 0.
         """
         d = self.count
         slope = directions.length_of(other.g, d)
@@ -91,8 +92,8 @@ class Cubic:
                 self.T[p] = -self.T[p]
 
     def _divide(self, slope: float) -> None:
-        # The quadratic factor (along[0], more, half) of the linear form slope way.d, whose product
-        # removes the parts of g, Q and T along `way`.
+        # Computes the quadratic polynomial along[0] + more.d + d' half d. Its product with the
+        # linear form slope way.d, if added, removes the parts of g, Q and T along `way`.
         d, way, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0
@@ -118,7 +119,7 @@ class Cubic:
         self.along[0] = -value / slope
 
     def _add_product(self, other: 'Cubic') -> None:
-        # Adds another polynomial times the factor of `_divide`, up to third order.
+        # Adds another polynomial times the quadratic polynomial of `_divide`, up to third order.
         d, first, more, half = self.count, self.along[0], self.more, self.half
         self.weight += first
         self.constant += first * other.constant
@@ -142,12 +143,12 @@ class Cubic:
         self.size_of_T = self._norm(self.T, self.count * self.count)
 
     def _norm(self, matrix: Flat, length: int) -> float:
-        # An upper bound of the largest singular value of a matrix (d, length).
+        # Returns an upper bound of the largest singular value of a matrix (d, length).
         arrays.copy(self.norms.W, self.count * length, matrix)
         return self.norms.norm(self.count, length)
 
     def diagonalise(self) -> None:
-        """Decompose Q for `lowest`; call `write_sizes` before."""
+        """Compute eigenvalues and eigenvectors of 2 Q for `lowest`; call `write_sizes` before."""
         d = self.count
         for p in range(d * d):
             self.H[p] = 2.0 * self.Q[p]
@@ -159,8 +160,8 @@ class Cubic:
         """
         Return a lower bound of the polynomial over |d| <= r.
 
-        The bound of g.d + d'Qd is the Lagrange dual. It is a lower bound for each multiplier that
-        makes 2 Q + multiplier positive (Boyd and Vandenberghe, Convex Optimization, 5.2).
+        The bound of g.d + d'Qd is the Lagrange dual. It is a lower bound for each multiplier for
+        which 2 Q + multiplier 1 is positive (Boyd and Vandenberghe, Convex Optimization, 5.2).
         """
         d = self.count
         least, size = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Singular values and directions of J_t at a pose, including its null space."""
+"""Compute the singular values and singular vectors of J_t, including the null space."""
 
 import math
 
@@ -11,23 +11,25 @@ from ..measures.task_rows import TaskRows
 
 class Directions:
     """
-    Memory for a pose, its Jacobian and the decomposition of J_t.
+    Joint positions, the Jacobian there, and the singular value decomposition of J_t.
 
-    The max(m, n) `lines` and the min(m, n) `turns` are the singular directions of both sides. For
-    a redundant arm the lines are joint motions and the turns are tool motions; else the reverse.
+    The max(m, n) singular vectors of one side are called lines, and the min(m, n) singular vectors
+    of the other side are called turns. For a redundant arm (n > m) the lines are joint motions and
+    the turns are tool motions; else the reverse.
 
     Attributes
     ----------
     q, still : shape (n,)
-        The pose, and zero velocities.
+        Joint positions, rad or m, and zero velocities.
     row
-        The evaluated row of the pose.
+        The row evaluated at q.
     W, sigma
-        The results of `unit_rows`; W has a row for each line.
+        Singular vectors and singular values, as `unit_rows` writes them. W has a row for each
+        line.
     length, width
         Number of lines, and length of a row of W.
     count
-        Number of lines from the generic rank on, those of the last direction and the null space.
+        Number of lines that belong to the smallest singular value or to the null space.
     """
 
     def __init__(self, chain: Chain, task: TaskRows) -> None:
@@ -42,7 +44,7 @@ class Directions:
         arrays.fill(self.still, n, 0.0)
 
     def decompose(self) -> None:
-        """Fill W and sigma from the row."""
+        """Fill W and sigma with the singular value decomposition of J_t in `row`."""
         singularity.write_directions(self.chain.dof, self.task, self.row, self.W, self.sigma)
         for i in range(self.turns, self.length):
             singular_values.write_orthogonal_row(self.W, i, self.length, self.width)

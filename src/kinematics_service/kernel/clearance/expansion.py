@@ -1,4 +1,4 @@
-"""The Taylor expansion of J_t at a pose to third order, in the bases of its singular vectors."""
+"""Expand J_t at given joint positions to third order, in the bases of its singular vectors."""
 
 import math
 
@@ -11,39 +11,41 @@ from ..measures.task_rows import TaskRows
 from .directions import Directions
 from .norms import Norms
 
-# The highest order.
+# Highest order of the expansion.
 MAX_ORDER = 3
 
 
 class Expansion:
     """
-    The Taylor expansion of the scaled J_t at a pose, to third order in the motions of some joints.
+    The Taylor expansion of the scaled J_t, to third order in the motions of some joints.
 
-    A term is a product of one, two or three of these motions. The terms of first order come first,
-    then those of second and of third order.
+    A term is a product of one, two or three motions of joints. The terms of first order come
+    first, then those of second and of third order.
 
     Parameters
     ----------
     chain, task
         The arm.
     moving
-        The joints whose motions are variables, counted from 0.
+        Indices, from 0, of the joints whose motions are variables.
     orders
-        The highest order, 1 or 3. The third order is large if there are many joints.
+        The highest order, 1 or 3. If there are many joints, the third order has many terms.
 
     Attributes
     ----------
     terms
         Number of terms.
     begins, sizes : shape (4,)
-        Index of the first term of each order, and number of its terms.
+        Index of the first term of each order, and number of terms of each order.
     pair, triple : shape (d, d), (d, d, d)
-        Index of a product among those of its order.
+        Index of the product of two or three motions among the terms of second or third order.
     share : shape (terms,)
-        1 over the number of permutations of the factors of each term; `root` is its square root.
+        1 over the number of permutations of the factors of each term; `root` is the square root of
+        `share`.
     G : shape (rank, lines, terms)
-        The terms of the entry between each turn and each line, divided by the square roots of
-        their singular values, except the last one.
+        The terms of the entry of J_t for each turn and each line (see `Directions`), divided by
+        the square roots of the singular values of both. The smallest singular value does not
+        divide.
     """
 
     def __init__(self, chain: Chain, task: TaskRows, moving: Integers, orders: int) -> None:
@@ -104,11 +106,12 @@ class Expansion:
 
     def write(self, row: Flat) -> None:
         """
-        Fill the terms at an evaluated row.
+        Fill the terms K from an evaluated row.
 
-        For entries a, b, c, ... in the order of the chain, the derivative of the linear velocity
-        of each of these columns is w_a x (w_b x ... v_c). The derivative of the angular velocity
-        of a column i after all of them is w_a x (w_b x ... w_i).
+        Let a, b, ..., c be entries in the order of the chain. The derivative of the linear
+        velocity of any one of these columns by the other entries is w_a x (w_b x ... v_c). The
+        derivative of the angular velocity of a later column i by all of them is w_a x (w_b x ...
+        w_i).
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
         arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
@@ -142,13 +145,13 @@ class Expansion:
         return self.task.column_scale[self.chain.joint[entry]]
 
     def _add(self, term: int, order: int, share: float, row: Flat) -> None:
-        # Adds the derivative of all columns of J by the first `order` chosen entries to a term.
+        # Adds to a term the derivative of all columns of J by chosen[0] to chosen[order - 1].
         entries = self.chain.entries
         v = arrays.after(row, self.chain.screws_at)
         w = arrays.after(v, 3 * entries)
         K = arrays.after(self.K, term * self.turns * self.length)
         for i in range(entries):
-            # All earlier entries move the last one of the column and the chosen entries.
+            # `last` is the last of entry i and the chosen entries. The earlier ones rotate its v.
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
             left = i < last
@@ -172,7 +175,7 @@ class Expansion:
                 K[r * self.length + j if self.wide else j * self.length + r] += value
 
     def turn(self, directions: Directions) -> None:
-        """Fill G from the terms and the singular directions of the pose."""
+        """Fill G: transform the terms K to the bases of the singular vectors."""
         turns, length, rank, terms = self.turns, self.length, self.rank, self.terms
         for k in range(terms):
             K = arrays.after(self.K, k * turns * length)
@@ -193,7 +196,7 @@ class Expansion:
                     self.G[(a * length + b) * terms + k] = share * value
 
     def change(self) -> float:
-        """Return an upper bound of the first-order change of J_t by a motion of length 1."""
+        """Return an upper bound of the first-order change of J_t by a joint motion of length 1."""
         cells = self.turns * self.length
         return self.norm(self.K, self.turns, self.length, self.length, 1, cells, 1)
 
@@ -208,10 +211,11 @@ class Expansion:
         order: int,
     ) -> float:
         """
-        Return an upper bound of the norm of a matrix of terms of one order, for a unit motion.
+        Return an upper bound of the norm of a matrix whose entries are terms of one order.
 
-        Its rows are `step` numbers apart, its columns `stride`, its terms `apart`. The bound is
-        the smallest norm of three matrices: with its rows, its columns or its joints as rows.
+        The bound holds for all motions of length 1. In `terms`, rows are `step` numbers apart,
+        columns `stride` and terms `apart`. The bound is the least norm of up to three matrices:
+        the rows, the columns or the terms of the given matrix become the rows.
         """
         count, W = self.sizes[order], self.norms.W
         root = arrays.after(self.root, self.begins[order])
@@ -219,7 +223,7 @@ class Expansion:
         for rows in range(3 if order == 1 else 2):
             if rows == 1 and inner == 1:
                 continue
-            # The shape (number, length) of the matrix in W, and the strides of its indices.
+            # Choose the shape (number, length) of the matrix in W, and the strides of its indices.
             number, length = outer, inner * count
             by_outer, by_inner, by_term = length, count, 1
             if rows == 1:

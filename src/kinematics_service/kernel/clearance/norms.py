@@ -1,19 +1,20 @@
-"""Upper bounds of the largest singular value of a matrix, by Gershgorin's theorem."""
+"""Bound the largest singular value of a matrix from above by Gershgorin's theorem."""
 
 import math
 
 from ..layout import arrays
 from ..measures import symmetric
 
-# Relative round-off of a norm, about 5,000 machine epsilons.
+# Bound of the relative round-off of a norm, about 5,000 machine epsilons.
 ROUND_OFF = 1e-12
-# Tolerance of the off-diagonal entries: the bound is larger by this times the number of rows.
+# Tolerance of off-diagonal entries, relative to the largest diagonal entry. The bound is too large
+# by at most this times the number of rows.
 OFF_DIAGONAL_TOLERANCE = 1e-4
 
 
 class Norms:
     """
-    Memory for matrices with at most `rows` rows and `size` numbers.
+    Compute norms of matrices with at most `rows` rows and `size` numbers.
 
     Attributes
     ----------
@@ -26,7 +27,7 @@ class Norms:
 
     def norm(self, count: int, length: int) -> float:
         """Return an upper bound of the largest singular value of W (count, length)."""
-        # For a tall matrix the Frobenius norm is used.
+        # If the matrix is tall, use the Frobenius norm.
         if count > length:
             squares = arrays.dot(self.W, self.W, count * length)
             return (1.0 + ROUND_OFF) * math.sqrt(squares)

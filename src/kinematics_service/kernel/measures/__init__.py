@@ -1,1 +1,1 @@
-"""How near an arm is to a singular pose."""
+"""Measures of the distance of an arm from a singular pose."""

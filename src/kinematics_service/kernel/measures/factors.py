@@ -1,7 +1,8 @@
 """
-Values and gradients of an arm's named factors, by forward differentiation of a tape of operations.
+Compute values and gradients of the named factors of an arm's determinant.
 
-Number k of a step in a lane is at k * lanes + lane. Each lane has the same bits as one pose alone.
+The method is forward automatic differentiation of a tape, a list of operations. Number k of a step
+in a lane is at k * lanes + lane. Each lane gives the same bits as one pose alone.
 """
 
 import math
@@ -15,7 +16,7 @@ from .task_rows import TaskRows
 
 
 def _goes_together(table: Integers, ends: Integers) -> bool:
-    # Whether every index exists; operands of a step must be earlier steps.
+    # Returns whether every index exists. The operands of a step must be earlier steps.
     operands, of_steps = table[:, 1:], table[:, 0] > places.JOINT
     earlier = operands < np.arange(len(table))[:, None]
     fits = np.all(operands >= 0) and np.all(earlier[of_steps])
@@ -31,15 +32,16 @@ class Tape:
     Attributes
     ----------
     operations : shape (3 steps,)
-        Operation and two operands of each step. An operand is an earlier step, or a joint.
+        Operation and two operands of each step. An operand is the index of an earlier step, or of
+        a joint.
     constants : shape (steps,)
-        The constant of each step, or the scale of its operand.
+        The constant of each step, or the factor of its operand.
     ends : shape (factors,)
-        The step with the value of each factor.
+        Index of the step with the value of each factor.
     steps, factors
         Numbers of steps and of factors.
     joints
-        Smallest number of joints of an arm that the tape is for.
+        Smallest number of joints that an arm must have: the largest joint index plus 1.
     """
 
     def __init__(self, operations: Integers, constants: Floats, ends: Integers) -> None:
@@ -54,8 +56,8 @@ class Tape:
 
 
 def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int) -> bool:
-    # Fills `steps` with the gradient (n) and the value of each step of a tape at q (n,). Returns
-    # False if an angle is too large for several lanes at once.
+    # Fills `steps` with the gradient (n,) and then the value of each step of a tape, at q (n,).
+    # Returns False if an angle is too large for several lanes at once.
     width = (n + 1) * lanes
     da, db = [0.0] * 16, [0.0] * 16  # one number of LANES poses
     for i in range(tape.steps):
@@ -92,7 +94,8 @@ def _operate(
     db: Numbers,
     lanes: int,
 ) -> bool:
-    # Writes the value of a step, and the derivatives by its operands.
+    # Writes the value of a step, and the derivatives da and db by its operands. Returns False if
+    # an angle is too large for several lanes at once.
     if operation == places.SINE or operation == places.COSINE:
         return _write_sines(operation, number, a, value, da, db, lanes)
     if operation <= places.PRODUCT or operation == places.NEGATIVE:
@@ -147,7 +150,7 @@ def _combine(
 
 
 def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
-    # Value and derivatives of an operation that may be undefined; NaN if it is.
+    # Returns value and two derivatives of an operation that can be undefined; NaN if it is.
     if operation == places.QUOTIENT and b != 0.0:
         return a / b, 1.0 / b, -a / (b * b)
     if operation == places.SQUARE_ROOT and a >= 0.0:
@@ -163,7 +166,7 @@ def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, 
 
 
 def distance_to_zero(value: float, slope: float) -> float:
-    """Return the first-order distance to the zero of a factor, at most pi; `slope` is >= 0."""
+    """Return the first-order distance to the zero of a factor, rad, at most pi; slope >= 0."""
     if value == 0.0:
         return 0.0
     return abs(value) / slope if abs(value) < places.PI * slope else places.PI
@@ -173,10 +176,10 @@ def judge_factors(
     tape: Tape, task: TaskRows, distances: int, q: Flat, judged: Flat, steps: Flat, lanes: int
 ) -> bool:
     """
-    Write the distances of all factors, and value and gradient of each factor after `distances`
-    numbers.
+    Write the distances of all factors to `judged`, then value and gradient of each factor.
 
-    Return False if an angle is too large for several lanes; then call it for each pose.
+    The values begin after `distances` numbers. Returns False if an angle is too large for several
+    lanes; then call it for each pose alone.
     """
     if lanes == 1:
         return _judge_factors(tape, task, distances, q, judged, steps, 1)
@@ -199,7 +202,7 @@ def _judge_factors(
 def _write_factor(
     n: int, step: Flat, scales: Flat, distances: Flat, result: Flat, lanes: int
 ) -> None:
-    # Writes distance to zero, value and gradient of a factor.
+    # Writes the first-order distance to the zero of a factor, and its value and gradient.
     squares = [0.0] * 16
     value = arrays.after(step, n * lanes)
     for lane in range(lanes):

@@ -1,10 +1,12 @@
 """
-The gradient of a weighted sum of the entries of a Jacobian by the joints, for the measures.
+Compute the gradient of a weighted sum of the entries of a Jacobian by the joints.
 
-If loops are closed, J = J_open G with G = [1; C] and C = -Phi_psi^-1 Phi_q, and G changes too.
-Phi_x G = 0 holds along every motion, so Phi_psi dC = -dPhi_x G. The weighted sum of J_psi dC is
-therefore a weighted sum of dPhi_x, with the weights mu G^T, mu = -Phi_psi^-T J_psi^T Y. Phi_x has
-screws as its columns, so the same function computes its gradient.
+If the arm has closed loops, J = J_open G with G = [1; C]. C = -Phi_psi^-1 Phi_q are the
+derivatives of the passive variables psi by the joints, where Phi is the residual of the loops, and
+G depends on the joints. Phi_x G = 0 holds along every motion, so Phi_psi dC = -dPhi_x G. Therefore
+the weighted sum of J_psi dC is a weighted sum of dPhi_x, with the weights mu G^T, mu = -Phi_psi^-T
+J_psi^T Y. The columns of Phi_x are screws, so the function for J also computes the gradient of
+Phi_x.
 """
 
 from ..forward import linear_equations
@@ -19,22 +21,24 @@ LOOP_SCREWS = 32
 
 def write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None:
     """
-    Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian, from the screws of
-    its entries; Y is in base axes. If loops are closed, j and k are all variables.
+    Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian.
+
+    `screws` are the screws of the entries, and Y is in base axes. If the arm has loops, j and k
+    run over all variables.
     """
     _write_of_screws(chain, screws, Y, gradient, 1)
 
 
 def write_side_by_side(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None:
-    """Fill the gradients of LANES poses side by side, as `write_of_screws` fills each."""
+    """Fill the gradients of LANES poses side by side, each as `write_of_screws` does."""
     _write_of_screws(chain, screws, Y, gradient, places.LANES)
 
 
 def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes: int) -> None:
-    # A joint f rotates all later screws by its own screw (v_f, w_f), and moves the tool relative
-    # to all earlier ones. For a later entry e (or f itself) dv_e = w_f x v_e and dw_e = w_f x w_e;
-    # for an earlier one dv_e = w_e x v_f. So with two running sums g_f = w_f . sum_later(v_e x Yv
-    # + w_e x Yw) + v_f . sum_earlier(Yv x w_e).
+    # A joint f rotates all later screws by its screw (v_f, w_f), and moves the tool relative to
+    # all earlier screws. For a later entry e (or e = f), dv_e = w_f x v_e and dw_e = w_f x w_e;
+    # for an earlier entry, dv_e = w_e x v_f. So two running sums suffice: g_f = w_f .
+    # sum_later(v_e x Yv + w_e x Yw) + v_f . sum_earlier(Yv x w_e).
     step = chain.entries * lanes
     earlier, later = [0.0] * 48, [0.0] * 48  # three numbers of LANES poses
     arrays.fill(gradient, chain.variables * lanes, 0.0)
@@ -57,7 +61,7 @@ def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes:
 
 
 def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds Yv x w of an entry; the components of its screw are `step` numbers apart.
+    # Adds Yv x w of an entry to `total`; the components of the screw are `step` numbers apart.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -68,7 +72,7 @@ def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> 
 
 
 def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds v x Yv + w x Yw of an entry.
+    # Adds v x Yv + w x Yw of an entry to `total`.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -81,7 +85,7 @@ def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) ->
 
 
 def _add_along(screw: Flat, step: int, total: Numbers, gradient: Flat, lanes: int) -> None:
-    # Adds the scalar product of half a screw and a sum.
+    # Adds to the gradient the scalar product of `total` with half a screw, v or w.
     for lane in range(lanes):
         x, y, z = total[lane], total[lanes + lane], total[2 * lanes + lane]
         gradient[lane] += screw[lane] * x + screw[step + lane] * y + screw[2 * step + lane] * z
@@ -95,12 +99,12 @@ def room(chain: Chain) -> int:
 
 
 def _room_of_groups(variables: int) -> int:
-    # Scratch numbers of `_add_residual`, and of the slopes of a group.
+    # Returns the number of scratch numbers of `_add_residual` and for the slopes of a group.
     return 8 * variables + 6 * LOOP_SCREWS + places.MAX_LOOP_ROWS * places.MAX_LOOP_ROWS
 
 
 def write_gradient(chain: Chain, row: Flat, Y: Flat, gradient: Flat, work: Flat) -> None:
-    """Fill the gradient by the joints (n,), as `write_of_screws`, from a row; Y (n, 6)."""
+    """Fill the gradient (n,) of `write_of_screws` by the joints, from a row; Y is (n, 6)."""
     screws = arrays.after(row, chain.screws_at)
     if chain.loops == 0:
         write_of_screws(chain, screws, Y, gradient)
@@ -124,7 +128,7 @@ def _write_closed(
             for j in range(n):
                 weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
     write_of_screws(chain, screws, weights, work)
-    # The weights of the screws of the passive variables: J_psi^T Y.
+    # Fill mu with J_psi^T Y, the weights of the screws of the passive variables.
     arrays.fill(mu, passive * n, 0.0)
     for e in range(chain.entries):
         a = chain.joint[e] - n
@@ -138,7 +142,7 @@ def _write_closed(
 
 
 def _reduce_to_joints(n: int, passive: int, coupling: Flat, total: Flat, gradient: Flat) -> None:
-    # The gradient by the joints, from the gradient by all variables.
+    # Computes the gradient by the joints from `total`, the gradient by all variables.
     for j in range(n):
         gradient[j] = total[j]
         for a in range(passive):
@@ -154,7 +158,8 @@ def _add_groups(
     mu: Flat,
     work: Flat,
 ) -> None:
-    # The last group first: its weights of earlier variables are added to the earlier groups.
+    # Adds the gradients of this group and of all later groups to `work`. The last group comes
+    # first, because it changes the weights mu of earlier groups.
     if left > 1:
         following = arrays.after(screws, 6 * group.entries)
         _add_groups(group.following, left - 1, closure, coupling, following, mu, work)
@@ -174,14 +179,15 @@ def _add_groups(
 
 
 def _slopes_in(work: Flat, variables: int) -> Flat:
-    # Scratch memory for the slopes of a group, after that of `_add_residual`.
+    # Returns the part of `work` for the slopes of a group; it follows that of `_add_residual`.
     return arrays.after(work, 8 * variables + 6 * LOOP_SCREWS)
 
 
 def _add_loops(
     loop: Loop, group: LoopGroup, n: int, coupling: Flat, screws: Flat, mu: Flat, work: Flat
 ) -> None:
-    # Adds the gradients of the loops of a group. Each is in the axes of its common first frame.
+    # Adds the gradients of this loop and the following loops of a group. All numbers of a loop are
+    # in the axes of the common first frame of its two chains.
     first = group.first
     weights = arrays.after(work, group.variables)
     own = arrays.after(mu, (first - n + loop.row) * n)
@@ -193,7 +199,7 @@ def _add_loops(
             for a in range(first + group.count - n):
                 weights[6 * (n + a) + axis] += own[i * n + j] * coupling[a * n + j]
     _add_residual(loop, screws, work)
-    # Variables of earlier groups move the residual of this one.
+    # Variables of earlier groups move the residual of this group: add their weights to mu.
     back = arrays.after(screws, 6 * loop.there.entries)
     _add_to_earlier_groups(loop, loop.there, -1.0, first, n, screws, own, mu)
     _add_to_earlier_groups(loop, loop.back, 1.0, first, n, back, own, mu)
@@ -215,9 +221,8 @@ def _add_to_earlier_groups(
 
 
 def _add_residual(loop: Loop, screws: Flat, work: Flat) -> None:
-    # Adds the gradient of the weighted slopes of a loop's residual to the first numbers of `work`,
-    # one for each variable. The next numbers are the weights, six for each variable, then scratch
-    # memory.
+    # Adds the gradient of the weighted slopes of a loop's residual to `work`, one number for each
+    # variable. After them `work` has the weights, six for each variable, then scratch memory.
     _add_end(loop.there, -1.0, screws, work)
     _add_end(loop.back, 1.0, arrays.after(screws, 6 * loop.there.entries), work)
 
@@ -236,8 +241,10 @@ def _add_end(chain: Chain, sign: float, screws: Flat, work: Flat) -> None:
 
 def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> None:
     """
-    Fill the determinant of the slopes of each group's residual by its passive variables, and the
-    gradient of the determinant by the joints: 1 + n numbers for each group.
+    Fill the determinant of each group of loops, and its gradient by the joints.
+
+    The matrix has the slopes of the residual of the group by its passive variables. `results` has
+    1 + n numbers for each group.
     """
     section = arrays.after(row, chain.closure_at)
     screws = arrays.after(section, chain.closure.screws_at)
@@ -250,7 +257,7 @@ def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> No
 def _write_determinant(
     group: LoopGroup, left: int, n: int, coupling: Flat, screws: Flat, results: Flat, work: Flat
 ) -> None:
-    # d det = det trace(slopes^-1 d slopes).
+    # Uses Jacobi's formula d det = det trace(slopes^-1 d slopes).
     order = [0] * 18
     slopes = _slopes_in(work, group.variables)
     residual.write_slopes(group, screws, slopes)
@@ -273,7 +280,8 @@ def _add_inverse(
     screws: Flat,
     work: Flat,
 ) -> None:
-    # Adds the gradients of the slopes of the loops, weighted by the columns of det slopes^-1.
+    # Adds the gradients of the slopes of this loop and the following ones, weighted by the columns
+    # of det slopes^-1.
     gap = [0.0] * 18
     weights = arrays.after(work, group.variables)
     arrays.fill(weights, 6 * group.variables, 0.0)

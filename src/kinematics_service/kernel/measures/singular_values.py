@@ -1,10 +1,11 @@
 """
-Singular value decomposition of a small matrix by one-sided Jacobi rotations, and its determinant.
+Compute singular values of small matrices by one-sided Jacobi rotations, and determinants.
 
-A matrix A of `count` rows is in W with the rotations V beside it: each row has `length` numbers of
-A, then `count` numbers of V. Number k of the matrix in a lane is at k * lanes + lane. A matrix has
-the same bits alone and side by side with others, if none of its numbers is -0.0: a rotation by
-zero would change -0.0 to 0.0.
+A matrix A of `count` rows is stored in W with the rotations V beside it: each row has `length`
+numbers of A, then `count` numbers of V. Several matrices can be stored side by side, each in a
+lane: number k of the matrix in a lane is at k * lanes + lane. A matrix alone and the same matrix
+side by side with others give the same bits if no number is -0.0: a rotation by zero would change
+-0.0 to 0.0.
 """
 
 import math
@@ -12,14 +13,16 @@ import math
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers
 
-# Largest number of sweeps. Six rows of 6 to 96 numbers needed at most 8 in experiments.
+# Largest number of sweeps over all pairs of rows. Six rows of 6 to 96 numbers needed at most 8 in
+# experiments.
 MAX_SWEEPS = 60
 # Two rows are orthogonal if (a.b)^2 <= this times |a|^2 |b|^2: 4.5 machine epsilons, squared.
 SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
-# No further sweep is needed if the largest squared cosine of a sweep was below this. The next
-# sweep squares it (quadratic convergence), or keeps it if singular values are equal.
+# A sweep is the last one if its largest squared cosine was at most this. The next sweep would
+# square the cosine (quadratic convergence), or keep it if singular values are equal.
 LAST_SQUARED_COSINE = 1e-26
-# With this tolerance all rows are orthogonal, because a squared cosine is at most 1.
+# Tolerance that stops the rotation of a finished matrix: a squared cosine is at most 1, so all
+# rows count as orthogonal.
 NO_ROTATION = 2.0
 
 
@@ -34,8 +37,8 @@ def _rotate_pair(
     lanes: int,
 ) -> None:
     # Rotates two rows of `width` numbers, so that their first `length` numbers are orthogonal.
-    # `worst` becomes the larger of itself and the squared cosine of their angle before. Orthogonal
-    # rows are rotated by 0. `room` has |a|^2, then the cosine; |b|^2, then the sine; and a.b.
+    # `worst` is raised to the squared cosine of the angle before the rotation. Orthogonal rows are
+    # rotated by 0. `room` holds |a|^2, |b|^2 and a.b, then the cosine and sine of the rotation.
     for lane in range(lanes):
         room[lane] = room[lanes + lane] = room[2 * lanes + lane] = 0.0
     for column in range(length):
@@ -51,7 +54,8 @@ def _rotate_pair(
         limit = tolerances[lane] * aa * bb
         if lanes == 1 and square <= limit:
             return
-        # Tangent, cosine and sine of the smaller one of the two angles that make them orthogonal.
+        # Compute tangent t, cosine c and sine s of the rotation. Two angles make the rows
+        # orthogonal; take the smaller.
         away = bb - aa
         root = math.sqrt(away * away + 4.0 * square)
         both = abs(away) + root
@@ -61,7 +65,7 @@ def _rotate_pair(
         c = math.sqrt(0.5 * both / root)
         s: float = c * t
         cosine = square / (aa * bb)
-        # The compiler makes selections of these, for several lanes at once.
+        # Conditional expressions, not branches: the compiler can compute several lanes at once.
         room[lane] = c if square > limit else 1.0
         room[lanes + lane] = s if square > limit else 0.0
         cosine = cosine if square > limit else 0.0
@@ -76,11 +80,12 @@ def _rotate_pair(
 
 def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> None:
     """
-    Rotate the rows of A until they are orthogonal, and the rows of V with them.
+    Rotate the rows of A until they are orthogonal, and rotate the rows of V by the same rotations.
 
     The method is one-sided Jacobi (Hestenes, 1958). It keeps all digits of small singular values;
-    the eigenvalues of A A^T would not. V is beside A, so that one loop rotates both. Without V the
-    width of a row is its length. A finished matrix is not rotated while other lanes continue.
+    the eigenvalues of A A^T would lose digits. V is beside A, so that one loop rotates both.
+    Without V, `width` equals `length`. A finished matrix is not rotated while other lanes
+    continue.
     """
     if lanes == 1:
         room = [0.0] * 3
@@ -93,8 +98,8 @@ def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> N
 def _orthogonalise(
     W: Flat, count: int, length: int, width: int, room: Numbers, lanes: int
 ) -> None:
-    # The pairs of a sweep are in the order of a round-robin tournament (Brent and Luk, 1985).
-    # Successive pairs share no row, so the processor works on several pairs at once.
+    # A sweep rotates all pairs of rows in the order of a round-robin tournament (Brent and Luk,
+    # 1985). Successive pairs share no row, so the processor works on several pairs at once.
     last = count - 1 if count % 2 == 0 else count
     tolerances, worst = [0.0] * 16, [0.0] * 16  # one number of LANES matrices
     for lane in range(lanes):
@@ -123,14 +128,14 @@ def _orthogonalise(
 
 
 def _swap(numbers: Flat, first: int, second: int, count: int, lanes: int) -> None:
-    # Swaps `count` numbers of one lane that begin at two indices.
+    # Swaps `count` numbers of one lane, beginning at `first`, with those beginning at `second`.
     for column in range(count):
         k = column * lanes
         numbers[first + k], numbers[second + k] = numbers[second + k], numbers[first + k]
 
 
 def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> None:
-    """Write the norms of the rows of A, descending, and sort the rows of A and V by them."""
+    """Write the norms of the rows of A to sigma, descending, and sort A and V by these norms."""
     if lanes == 1:
         _sort_by_norm(W, sigma, count, length, width, 1)
     else:
@@ -170,8 +175,8 @@ def unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> None
     """
     Normalize the rows of A.
 
-    The direction of a row that is round-off is lost. For one lane such a row is replaced by a unit
-    vector orthogonal to the rows above it. Side by side no row may be round-off.
+    If a row is round-off, its direction is meaningless. For one lane the row is replaced by a unit
+    vector orthogonal to the rows above it. For several lanes no row may be round-off.
     """
     if lanes == 1:
         _unit_rows(W, sigma, count, length, 1)
@@ -199,7 +204,7 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
     """
     Make row i of A a unit vector orthogonal to the unit rows above it (Gram-Schmidt).
 
-    It starts from the unit vector with the smallest projection onto these rows.
+    The method starts from the coordinate vector with the smallest projection onto the rows above.
     """
     row = arrays.after(W, i * width)
     axis, least = 0, 2.0
@@ -265,9 +270,9 @@ def _write_determinant(A: Flat, size: int, determinants: Numbers, lanes: int) ->
 
 def least_pivot(A: Flat, count: int, length: int) -> float:
     """
-    Return the ratio of the last pivot to the first, by elimination with complete pivoting.
+    Return the ratio of the last pivot of A to the first, by elimination with complete pivoting.
 
-    A (count, length) is overwritten.
+    A has shape (count, length) and is overwritten.
     """
     first, last = 0.0, 0.0
     for k in range(min(count, length)):
@@ -302,7 +307,8 @@ def decompose(work: Floats, sigma: Floats) -> None:
     Parameters
     ----------
     work : shape (count, length + count)
-        A with the identity beside it; then U with orthonormal rows, and the orthogonal V.
+        Input: A with the identity beside it. Output: U with orthonormal rows, and the orthogonal V
+        beside it.
     sigma : shape (count,)
         Singular values, descending.
     """

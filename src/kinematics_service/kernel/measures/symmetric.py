@@ -5,15 +5,16 @@ import math
 from ..layout import arrays
 from ..layout.arrays import Flat, Floats
 
-# Largest number of sweeps. Matrices of 12 rows needed 8 in experiments.
+# Largest number of sweeps over all entries. Matrices of 12 rows needed 8 in experiments.
 MAX_SWEEPS = 30
-# Off-diagonal entries below this multiple of the largest diagonal one are round-off (4.5 machine
-# epsilons).
+# An off-diagonal entry is round-off if it is below this multiple of the largest diagonal entry:
+# 4.5 machine epsilons.
 ROUND_OFF = 1e-15
 
 
 def _rotate(H: Flat, Z: Flat, size: int, i: int, j: int) -> None:
-    # The rotation in the plane of i and j that makes H[i, j] zero (Golub and Van Loan, 8.5.2).
+    # Rotates H and Z in the plane of i and j, so that H[i, j] becomes zero (Golub and Van Loan,
+    # 8.5.2).
     off = H[i * size + j]
     half = 0.5 * (H[j * size + j] - H[i * size + i])
     root = math.sqrt(half * half + off * off)
@@ -37,8 +38,8 @@ def diagonalise(H: Flat, Z: Flat, size: int, tolerance: float) -> None:
     """
     Make a symmetric matrix H (size, size) diagonal, and fill Z with its eigenvectors.
 
-    The eigenvectors are the rows of Z, in no order; H[i, i] is the eigenvalue of row i.
-    Off-diagonal entries are at most `tolerance` times the largest diagonal one.
+    The eigenvectors are the rows of Z, not sorted; H[i, i] is the eigenvalue of row i. It ends if
+    off-diagonal entries are at most `tolerance` times the largest diagonal entry.
     """
     for i in range(size):
         for j in range(size):
@@ -58,7 +59,9 @@ def diagonalise(H: Flat, Z: Flat, size: int, tolerance: float) -> None:
 
 
 def damped_step(n: int, A: Flat, g: Flat, damping: float, L: Flat, step: Flat) -> bool:
-    """Solve (A + damping) step = g by Cholesky; return False if A + damping is not positive."""
+    """
+    Solve (A + damping 1) step = g by Cholesky; return False if A + damping 1 is not positive.
+    """
     for i in range(n):
         for j in range(i + 1):
             value = A[i * n + j]
@@ -86,6 +89,6 @@ def damped_step(n: int, A: Flat, g: Flat, damping: float, L: Flat, step: Flat) -
 
 
 def eigenvectors(H: Floats, Z: Floats) -> None:
-    """Make H (size, size) diagonal and fill Z with its eigenvectors, as `diagonalise`."""
+    """Make H (size, size) diagonal and fill Z with its eigenvectors by `diagonalise`."""
     size = arrays.extent(H, 0)
     diagonalise(arrays.results(H, size * size), arrays.results(Z, size * size), size, ROUND_OFF)

@@ -1,4 +1,4 @@
-"""The rows of the Jacobian for the singularity measures, and their weights."""
+"""Select and weight the rows of the Jacobian for the singularity measures."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from ..layout.arrays import Floats, Integers
 
 class TaskRows:
     """
-    The rows J_t of the Jacobian, in the axes of frame 0, as the kernel reads them, frozen.
+    The frozen selection and scaling of the rows J_t of the Jacobian, in the axes of frame 0.
 
     In the compiled kernel the arrays are addresses that Python does not see.
 
@@ -17,15 +17,15 @@ class TaskRows:
     joints, count
         Number n of columns, and number m of rows.
     generic_rank
-        Rank of J_t at random poses.
+        Rank of J_t at random joint positions.
     axis : shape (m,)
-        The row of the Jacobian that each row of J_t is, 0 to 5.
+        Index, 0 to 5, of the row of the Jacobian that gives each row of J_t.
     rotation : shape (9,)
         The rotation of frame 0 in the base frame, row by row.
     row_scale : shape (m,), column_scale : shape (n,)
         Factors of the rows and columns of the scaled J_t.
     zero : m
-        Singular values up to this count as zero, for any largest one.
+        Singular values up to this are taken as zero, independent of the largest singular value.
     """
 
     def __init__(

@@ -20,8 +20,8 @@ class Arm:
         The kinematic chain, the rows of the Jacobian for the measures, and the named factors of
         the determinant.
     factors_complete
-        Whether the product of the factors is the determinant. If so, there are no singular poses
-        except the zeros of the factors.
+        Whether the product of the factors is the determinant. If so, only the zeros of the factors
+        are singular poses.
     watched
         Column of the measure that is compared with the thresholds.
     warn, stop

@@ -113,7 +113,7 @@ class NearestSearch:
         """
         Update the search for the next positions q (n,) of a motion, which `row` evaluates.
 
-        It searches from all starts if there were no positions before, or if the step is long.
+        It searches from all starts if q is the first position of the motion, or after a long step.
         """
         if not self.is_following:
             self.look(q, row)
