@@ -12,8 +12,8 @@ from .layout.places import *  # noqa: F403
 
 compiled.use_compiled()
 
-# The stub lists the exported names and their modules, for type checkers and for this module. Each
-# of its lines is `from .module import name as name`.
+# The stub `__init__.pyi` lists the exported names and their modules, for type checkers and for the
+# code below. Each line of the stub is `from .module import name as name`.
 with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:  # noqa: F405
     _LINES = [_line.split() for _line in _stub if ' as ' in _line]
 _HOME = {_words[-1]: (_words[1], _words[3]) for _words in _LINES}

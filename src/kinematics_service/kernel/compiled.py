@@ -1,4 +1,4 @@
-"""Selection of the compiled kernel or its plain Python source."""
+"""Select the compiled kernel or its plain Python source."""
 
 import copyreg
 import functools
@@ -50,8 +50,9 @@ def is_stale() -> bool:
 
 @functools.cache
 def _built() -> Any:
-    # The module that describes the compiled modules; None without them. An editable installation
-    # could also find those of another copy of the package, so only this folder is searched.
+    # Returns the module `_origin`, which describes the compiled modules; None if it does not
+    # exist. Only this folder is searched, because an editable installation could also find the
+    # modules of another copy of the package.
     name = f'{__package__}._origin'
     return importlib.import_module(name) if PathFinder.find_spec(name, [str(_FOLDER)]) else None
 
@@ -60,22 +61,22 @@ def as_exported(value: Any) -> Any:
     """
     Return a class, a function or a type of the kernel as the kernel exports it.
 
-    A class is pickled by its exported name, which is the same compiled and uncompiled. A function
-    of plain Python gives no warnings of numpy, as a compiled one: overflows and invalid numbers
-    are in its results.
+    A class is pickled by its exported name, which is the same for the compiled kernel and plain
+    Python. A function of plain Python is wrapped, so that it gives no warnings of numpy, as a
+    compiled function: overflows and invalid numbers are only in the results.
     """
     if isinstance(value, FunctionType):
         return _quiet(value)
     if isinstance(value, type) and value.__module__.startswith(f'{__package__}._'):
         try:
             value.__module__ = __package__
-        except TypeError:  # that of an extension type is fixed
+        except TypeError:  # the module of an extension type cannot be changed
             copyreg.pickle(value, _reduced)
     return value
 
 
 def restored(name: str, *arguments: Any) -> Any:
-    """Return an unpickled object of an exported class."""
+    """Return an object of an exported class when it is unpickled: call the class."""
     return getattr(sys.modules[__package__], name)(*arguments)
 
 
@@ -99,7 +100,7 @@ def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def hash_of(names: Sequence[str]) -> str:
     """
-    Return the hash of the present content of files of the kernel; '' if one is missing.
+    Return the SHA-256 hash of the present content of files of the kernel; '' if a file is missing.
     """
     try:
         return hashlib.sha256(
@@ -111,15 +112,16 @@ def hash_of(names: Sequence[str]) -> str:
 
 def notice() -> str:
     """
-    Return a warning if the kernel runs as plain Python, with the command that compiles it; else
-    ''.
+    Return a warning if the kernel runs as plain Python, else ''.
+
+    The warning includes the command that compiles the kernel, unless VARIABLE is set.
     """
     slowly = 'runs as plain Python, hundreds of times slower'
     if os.environ.get(VARIABLE):
         return f'the kernel {slowly}, since {VARIABLE} is set'
     if is_compiled():
         return ''
-    # Imported here, because the import takes 60 ms.
+    # Import it only if it is needed, because the import takes 60 ms.
     from .reinstallation import command
 
     if is_stale():

@@ -1,4 +1,4 @@
-"""Pose, Jacobian, twist and frames of one or many joint positions; quaternions of poses."""
+"""Compute pose, Jacobian, twist and frames at joint positions, and quaternions of poses."""
 
 import math
 
@@ -13,15 +13,15 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
     """
     Fill `rows` with pose, quaternion, Jacobian, twist and frames of each q.
 
-    Return -1, or the index of the first q or qdot that is not finite, or too large for finite
-    results.
+    Return -1, or the index of the first row with a q or qdot that is not finite or too large for
+    finite results, or with a loop that does not close.
 
     Parameters
     ----------
     chain
         The chain of the arm.
     q, qdot : shape (N, n) and (N, n) or (1, n), rad or m, rad/s or m/s
-        A single row of `qdot` is used for all rows of `q`.
+        Joint positions and velocities. A single row of `qdot` is used for all rows of `q`.
     depth
         POSE, JACOBIAN (with the twist and the screws) or ALL_FRAMES.
     rows : shape (N, width)
@@ -69,9 +69,10 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
 
 def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
     """
-    Fill a row as `evaluate` does, followed by q, qdot and a copy of the quaternion.
+    Fill a row as `evaluate` does, then append q, qdot and a copy of the quaternion.
 
-    Return -1; 0 if a number is not finite or too large; -2 if q or qdot does not have n numbers.
+    Return -1; 0 if a number is not finite or too large, or if a loop does not close; -2 if q or
+    qdot does not have n numbers.
 
     Parameters
     ----------
@@ -106,8 +107,8 @@ def evaluate_tail(chain: Chain, row: Flat, at: int, closed: bool) -> int:
     """
     Fill a row of width `at` from the q and qdot that follow it.
 
-    `closed`: the row has the closed loops already. Return -1, or 0 if a number is not finite or
-    too large, or if a loop does not close.
+    `closed` says whether the row already has the passive variables. Return -1, or 0 if a number is
+    not finite or too large, or if a loop does not close.
     """
     n = chain.dof
     nothing = 0.0

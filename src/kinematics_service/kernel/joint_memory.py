@@ -1,4 +1,4 @@
-"""The stored state of each joint, and the joints that a message reports."""
+"""Store the state of each joint, and the joint states that a message reports."""
 
 from typing import Any, NamedTuple
 
@@ -15,21 +15,22 @@ class JointColumns(NamedTuple):
     Attributes
     ----------
     position, before, velocity : rad or m, rad/s or m/s
-        Present and previous position, and velocity; NaN if unknown.
+        Present position, previous position, and velocity; NaN if unknown.
     differenced, known, stamped, wraps
-        1 or 0: the velocity is a difference of positions; the joint is known; its last message had
-        a stamp; the joint turns without limits.
+        1 or 0. differenced: the velocity is a difference of positions. known: a message has
+        reported the joint. stamped: the last message of the joint had a stamp. wraps: the joint
+        turns without limits.
     stamp, arrival : ns
-        Time of the last message: its stamp, or the receipt for a message without a stamp; and the
-        receipt on the steady clock.
+        Times of the last message. stamp: the stamp of the message, or the time of receipt if it
+        had no stamp. arrival: the time of receipt on the steady clock.
     jump_count
-        Number of jumps.
+        Number of jumps of each joint.
     jumps : shape (n, JUMPS_KEPT), ns
-        Times of the last jumps on the steady clock: a ring buffer.
+        Times of the last jumps on the steady clock, in a ring buffer.
     last_quaternion : shape (4,)
         The quaternion of the last tool state.
     closed : shape (width of the closure,)
-        The section of the closed loops of the last tool state.
+        The section of the closed loops (see `Closure`) of the last tool state.
     """
 
     position: Floats
@@ -63,22 +64,22 @@ class JointMemory:
     joints
         Number of joints n.
     closure
-        Width of the arm's closure; 0 without loops.
+        Width of the closure of the arm; 0 if the arm has no loops.
 
     Attributes
     ----------
     columns
-        Its arrays. The kernel uses the same arrays, flat, in fields of the same names; in the
-        compiled kernel these fields are addresses that Python does not see.
+        The arrays of the memory. The kernel uses the same arrays, flat, in fields of the same
+        names; in the compiled kernel these fields are addresses that Python does not see.
     timeout : ns
-        A joint without a position for longer is missing. If a stamp steps back by more, all joints
-        are forgotten, and a new time begins.
+        A joint is missing if it has no position for longer than this. If a stamp steps back by
+        more than this, all joints are forgotten.
     velocity_source
         AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     is_new_tool
-        Whether the next quaternion has no previous one whose sign it follows.
+        Whether there is no previous quaternion. If so, the sign of the next one is free.
     is_closed
-        Whether the loops closed at the last tool state.
+        Whether the loops closed at the last joint positions.
     """
 
     def __init__(self, joints: int, closure: int = 0) -> None:
@@ -107,23 +108,24 @@ class JointMemory:
 
 class OurJoints:
     """
-    The joints of an arm in messages with the same names.
+    Where messages with given joint names report the joints of an arm.
 
     Parameters
     ----------
     joints, places_of
-        Indices of the joints in the arm, and in the messages.
+        Indices of the reported joints in the arm, and in the messages.
 
     Attributes
     ----------
     table
         The arrays `joints` and `places_of`.
     count
-        Number of these joints.
+        Number of reported joints of the arm.
     joint, place
-        Indices of the joints in the arm, and in the message.
+        `joints` and `places_of`, flat, for the kernel.
     joints_needed, places_needed
-        Smallest number of joints of an arm, and of positions in a message, with these indices.
+        Smallest number of joints of an arm, and of positions in a message, for which all indices
+        exist.
     """
 
     def __init__(self, joints: Integers, places_of: Integers) -> None:
@@ -146,9 +148,10 @@ class ReportedJoints:
     ours
         The joints of the arm that the message names.
     positions, velocities : rad or m, rad/s or m/s
-        The numbers of the message. Velocities are used if there are as many as positions.
+        The numbers of the message. Velocities are used if there are as many velocities as
+        positions.
     stamp, received, arrival : ns
-        The times in joint_sample.JointSample.
+        The times of the message: see joint_sample.JointSample.
     """
 
     def __init__(
@@ -167,7 +170,7 @@ class ReportedJoints:
 
 
 def clear(memory: JointMemory) -> None:
-    """Forget the states of all joints, for callers in the kernel."""
+    """Forget the states of all joints (for callers in the kernel; others call `forget`)."""
     memory.is_closed = False
     for j in range(memory.joints):
         memory.position[j] = places.NAN

@@ -1,4 +1,4 @@
-"""Singularity measures, factors and level of evaluated rows, and their nearest singular poses."""
+"""Compute singularity measures, factors, level and nearest singular pose of evaluated rows."""
 
 import math
 
@@ -11,11 +11,11 @@ from .singular_search.nearest_search import NearestSearch
 
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
-    # Writes the distances of the loops' determinants, after those of the factors. Near the end of
-    # a branch a determinant is proportional to the square root of the distance, so half of the
-    # first order is taken. J grows toward the end of a branch, so the gradient of the
-    # manipulability would lead there. If the end of a branch is nearest, the way out is that of
-    # its determinant.
+    # Writes the distances to zeros of the determinants of the loops, after those of the factors.
+    # Near the end of a branch a determinant is proportional to the square root of the distance, so
+    # half of the first-order distance is used. J grows toward the end of a branch, so the gradient
+    # of the manipulability would lead to it. Therefore, if the end of a branch is nearest, the way
+    # out is computed from its determinant.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest, first = measures[places.DISTANCE], -1
@@ -36,7 +36,8 @@ def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
 
 
 def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
-    # Writes the motion that leads away from a zero of a determinant, from its value and gradient.
+    # Writes the joint motion that leads away from the zero of a determinant. `determinant` has its
+    # value and gradient.
     n, squares = arm.chain.dof, 0.0
     way_out = arrays.after(measures, places.LOST_AT + 6 + n)
     sign = 1.0 if determinant[0] > 0.0 else -1.0
@@ -49,7 +50,7 @@ def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
 
 
 def _judge(arm: Arm, measures: Flat) -> None:
-    # Writes the watched measure, its level and the nearest factor.
+    # Writes the watched measure, its level (0, 1 for WARN, 2 for ERROR) and the nearest factor.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
@@ -62,7 +63,7 @@ def _judge(arm: Arm, measures: Flat) -> None:
     level = 0.0
     by_distance = arm.watched == places.DISTANCE
     if by_distance and not watched < places.FARTHEST:
-        level = 0.0  # none was found, and thresholds are at most FARTHEST
+        level = 0.0  # no singular pose was found, and thresholds are at most FARTHEST
     elif not sign * watched > sign * arm.stop:
         level = 2.0
     elif not sign * watched > sign * arm.warn:
@@ -74,8 +75,9 @@ def _judge(arm: Arm, measures: Flat) -> None:
 
 
 def _first_order(arm: Arm, measures: Flat) -> float:
-    # Between two singular surfaces the first-order distance of the manipulability is wrong, and
-    # those of the factors are right. If their product is the determinant, they are sufficient.
+    # Returns the first-order distance to a singular pose, rad. Between two singular surfaces the
+    # distance computed from the manipulability is wrong, but the distances of the factors are
+    # right. If the product of the factors is the determinant, only the factors are used.
     estimate = measures[places.DISTANCE]
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest = places.PI
@@ -101,7 +103,7 @@ def _judge_first_order(arm: Arm, measures: Flat) -> None:
 def _write_search_result(
     arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
-    # Replaces the first-order distance by the result of the search.
+    # Writes the result of the search in place of the first-order distance.
     measures[places.DISTANCE] = places.FARTHEST
     if search.distance <= places.FARTHEST:
         search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
@@ -114,8 +116,8 @@ def _write_search_result(
 def _write_loop_results(
     arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
-    # Writes the distances of the zeros of determinants that the search found, and the way out of
-    # the nearest singular pose.
+    # Writes the distances to the zeros of the loop determinants that the search found, and the way
+    # out of the nearest singular pose.
     n, first = arm.chain.dof, -1
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED + arm.tape.factors)
@@ -141,7 +143,7 @@ def judge_row(
     """
     Fill the measures of a row, its factors, and the level without hysteresis.
 
-    `work` has `room` numbers. The search is that of the previous pose, or a new one.
+    `work` has `room` numbers. `search` is the search of the previous pose, or a new one.
     """
     _judge_one(arm, row, q, measures, work)
     search.follow(q, row)
@@ -149,7 +151,8 @@ def judge_row(
 
 
 def _judge_one(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None:
-    # As `judge_row`, with the first-order distance. The singular directions stay in `work`.
+    # Fills the measures as `judge_row` does, but with the first-order distance. The singular
+    # vectors stay in `work`.
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
         steps = arrays.after(work, _directions(arm))
@@ -168,7 +171,8 @@ def _judge_rows(
     measures: Flat,
     work: Flat,
 ) -> int:
-    # Fills LANES rows as `_judge_one`. Returns a bit for each row that `_judge_one` must fill.
+    # Fills the measures of LANES rows, each as `_judge_one` does. Returns a bit for each row that
+    # must still be filled by `_judge_one`.
     n, columns, length = arm.chain.dof, width(arm), arm.chain.frames_at
     measured = work
     evaluated = arrays.after(measured, columns * places.LANES)
@@ -191,7 +195,7 @@ def _judge_rows(
 
 
 def _is_regular(arm: Arm) -> bool:
-    # Whether LANES poses can be measured side by side.
+    # Returns whether LANES poses can be measured side by side.
     return arm.task.generic_rank == min(arm.chain.dof, arm.task.count) and arm.chain.loops == 0
 
 
@@ -200,12 +204,13 @@ def _judged_at(arm: Arm) -> int:
 
 
 def _factors(arm: Arm) -> int:
-    # Number of factors of the robot file and determinants of loops.
+    # Returns the number of factors: those of the robot file, and one determinant for each group of
+    # loops.
     return arm.tape.factors + arm.chain.groups
 
 
 def _directions(arm: Arm) -> int:
-    # Number of numbers of the singular directions that `measure_row` leaves in `work`.
+    # Returns how many numbers the singular vectors have, which `measure_row` leaves in `work`.
     n, m = arm.chain.dof, arm.task.count
     return min(m, n) * (m + n)
 
@@ -243,22 +248,22 @@ def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     """
     Fill `measures` with the singularity measures of each evaluated row (depth JACOBIAN or more).
 
-    The distance is of first order; `find_nearest` searches the singular poses.
+    The distance is of first order; `find_nearest` replaces it by a search.
 
     Parameters
     ----------
     arm
         The arm.
     rows : shape (N, width)
-        Rows as `evaluate` fills them.
+        Rows that `evaluate` has filled.
     q : shape (N, n), rad or m
         Joint positions of the rows.
     measures : shape (N, 6 + 6 + 2 n + min(m, n) + 4 + F (2 + n) + n)
         The scalars DETERMINANT (NaN if J_t is not square) to RANK, the lost direction (6,) in base
-        axes, the joint motion (n,) and the way out (n,) in rad or m, the singular values, WATCHED
-        to FIRST_ORDER, the distances to the zeros of the F factors (first those of the robot file,
-        then those of loops), value and gradient of each factor, and the nearest singular pose
-        (n,).
+        axes, the joint motion (n,) and the way out (n,) in rad or m, and the singular values. Then
+        WATCHED to FIRST_ORDER, the distances to the zeros of the F factors (first those of the
+        robot file, then those of loops), value and gradient of each factor, and the nearest
+        singular pose (n,).
     """
     _check_rows(arm, rows, measures)
     n, columns, regular = arm.chain.dof, width(arm), _is_regular(arm)
@@ -302,7 +307,8 @@ def find_nearest(
     rows, q, measures
         As in `measure`.
     in_order
-        Whether the poses are those of a motion. Then the search continues from the previous pose.
+        Whether the rows are successive poses of a motion. If so, each search continues from the
+        previous pose.
     """
     arm = search.arm
     _check_rows(arm, rows, measures)
@@ -325,7 +331,9 @@ def find_nearest(
 
 def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
     """
-    Do `measure` and `find_nearest` for one row with its q after it, as `evaluate_one` fills it.
+    Fill the measures of one row, including the search for the nearest singular pose.
+
+    The row has q at its end, as `evaluate_one` fills it.
     """
     arm = search.arm
     tail = 2 * arm.chain.dof + places.ROW_TAIL
@@ -340,7 +348,7 @@ def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
 def evaluate_and_measure_one(
     arm: Arm, q: Floats, qdot: Floats, row: Floats, measures: Floats
 ) -> int:
-    """Call `evaluate_one`, then `measure_one` with a new search; return the first result."""
+    """Call `evaluate_one`, then `measure_one` with a new search; return the code of the first."""
     stopped = evaluation.evaluate_one(arm.chain, q, qdot, row)
     if stopped == -1:
         measure_one(NearestSearch(arm), row, measures)

@@ -1,4 +1,4 @@
-"""Joint states from the bytes of serialized messages, and the messages that answer them."""
+"""Read joint states from the bytes of serialized messages, and fill the messages that answer."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from .singular_search.nearest_search import NearestSearch
 
 class IncomingForm:
     """
-    The byte layout of serialized joint states with the same names.
+    The byte layout of serialized joint states that have the same joint names.
 
     Parameters
     ----------
@@ -23,9 +23,9 @@ class IncomingForm:
     stamp_at
         Offset of the stamp: int32 seconds, then uint32 nanoseconds, in this machine's byte order.
     positions, velocities
-        Byte ranges of the doubles.
+        Byte ranges of the doubles with positions, and with velocities.
     ours
-        The joints of the arm in the messages.
+        Which joints of the arm the messages report, and at which indices.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class IncomingForm:
 
 
 def _fits(form: IncomingForm, data: FlatBytes) -> bool:
-    # Whether all fixed bits have the values of the form.
+    # Returns whether all fixed bits of the data have the values of the form.
     other = 0
     for k in range(form.size):
         other |= (data[k] & form.fixed[k]) ^ form.same[k]
@@ -87,27 +87,28 @@ def observe_bytes(
     answers: OutgoingMessages | None,
 ) -> int:
     """
-    Take a serialized message of a known form into the memory, and fill the answers.
+    Store a serialized message of a known form in the memory, compute the tool state, and fill
+    the answers.
 
-    Return the result of `observe`, or NOT_THIS_FORM for bytes of another form and for a message
-    without a stamp.
+    Return the code of `observe`, or NOT_THIS_FORM if the bytes have another form or the stamp is
+    0.
 
     Parameters
     ----------
     search
-        The search of the arm from the previous message, or a new one.
+        The search for singular poses that the previous message used, or a new one.
     memory, row
-        As in `observe`.
+        As for `observe`.
     form
-        The form. The call overwrites its `reported`.
+        The byte layout. The call overwrites `form.reported`.
     data
-        The message.
+        The bytes of the message.
     arrival : ns
-        Time of receipt, steady clock.
+        Time of receipt on the steady clock.
     measures
-        As in `measure_one`.
+        As for `measure_one`.
     answers
-        Messages to fill with the new state, as `fill_messages` fills them; None for no answers.
+        Messages that are filled with the new tool state and its covariances; None for no answers.
     """
     arm = search.arm
     if len(data) != form.size:

@@ -1,4 +1,4 @@
-"""The update of the joint memory by a message, and the tool state that follows from it."""
+"""Update the joint memory by a message, and compute the tool state from the memory."""
 
 import math
 
@@ -10,10 +10,11 @@ from .layout.arrays import Flat, Floats, Nanoseconds
 from .loops import closing
 from .singular_search.arm import Arm
 
-# Two publishers disagree about a joint if it jumps and returns repeatedly.
-# Smallest jump, rad or m.
+# If a joint jumps and returns repeatedly, two publishers report different positions of it.
+# Smallest difference of positions that is a jump, rad or m.
 MIN_JUMP = 1e-3
-# A joint has returned if it is within this fraction of the jump of its earlier position.
+# A joint has returned if its distance from the position before the jump is below this fraction of
+# the jump.
 RETURN_RATIO = 0.2
 
 
@@ -24,9 +25,9 @@ def _note_jump(memory: JointMemory, j: int, arrival: Nanoseconds) -> None:
 
 
 def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
-    # Messages of a publisher whose clock is late are never accepted. They still show a
-    # disagreement: a position that the joint cannot have had at that time, at twice its present
-    # velocity.
+    # Records a jump for each joint that a late message contradicts. Messages of a publisher whose
+    # clock is late are never accepted. A joint is contradicted if it cannot have been at the
+    # reported position at the time of the stamp, even at twice its present velocity.
     for k in range(reported.ours.count):
         j = reported.ours.joint[k]
         if memory.known[j] == 0:
@@ -81,7 +82,8 @@ def _all_computable(numbers: Flat, ours: OurJoints) -> bool:
 
 
 def _latest_stamp(memory: JointMemory, ours: OurJoints) -> Nanoseconds:
-    # The latest stamp of these joints; a time before all stamps if no joint has a stamp.
+    # Returns the latest stamp of the joints in `ours`, ns; a time before all stamps if none has a
+    # stamp.
     latest = -places.LARGEST_STAMP
     for k in range(ours.count):
         j = ours.joint[k]
@@ -91,12 +93,12 @@ def _latest_stamp(memory: JointMemory, ours: OurJoints) -> Nanoseconds:
 
 
 def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
-    # Updates the memory. Returns the result of `observe` before the evaluation.
+    # Updates the memory by a message. Returns the result that `observe` has before the evaluation.
     if not _all_computable(reported.positions, reported.ours):
         return places.BAD_POSITION
 
-    # Stamps of the arm's joints must increase. A step back by more than the timeout is a new time,
-    # not an old message.
+    # Stamps of the arm's joints must increase. If a stamp steps back by more than the timeout, the
+    # clock was reset: forget all joints instead of rejecting the message.
     new_start = 0
     if reported.stamp != 0:
         latest = _latest_stamp(memory, reported.ours)
@@ -128,8 +130,8 @@ def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
 
 
 def _write_continuous_quaternion(memory: JointMemory, row: Flat, at: int) -> None:
-    # Selects the sign for which the scalar product with the last quaternion is positive, so that
-    # the quaternion is continuous over time.
+    # Writes the quaternion with the sign for which the scalar product with the last quaternion is
+    # positive, so that the quaternion is continuous over time.
     along = 0.0
     for i in range(4):
         along += row[places.QUATERNION_AT + i] * memory.last_quaternion[i]
@@ -141,8 +143,8 @@ def _write_continuous_quaternion(memory: JointMemory, row: Flat, at: int) -> Non
 
 
 def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
-    # Closes the loops at q, continuing from the last tool state if they closed there. After a pose
-    # at which a loop did not close, the branch of the known pose is taken.
+    # Closes the loops at q. Continues from the last tool state if the loops closed at it, and from
+    # the known pose of the robot file otherwise.
     if memory.is_closed:
         failed = closing.close_next(arm.chain.closure, memory.closed, q, section)
     else:
@@ -154,7 +156,7 @@ def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
 
 
 def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at: int) -> int:
-    """Do what `observe` does, for a row of width `at`, without its checks."""
+    """Take a message as `observe` does, but without checks; `at` is the width of the row."""
     outcome = _merge(memory, reported)
     if outcome % places.STARTED_ANEW > places.WITH_DIFFERENCES:
         return outcome
@@ -177,7 +179,7 @@ def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at:
 
 
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
-    """Raise TypeError if the numbers of joints differ, or a row of width `at` is too short."""
+    """Raise TypeError if numbers of joints differ, or if the row width `at` is too small."""
     if (
         memory.joints != arm.chain.dof
         or ours.joints_needed > memory.joints
@@ -189,20 +191,20 @@ def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
 
 def observe(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Floats) -> int:
     """
-    Take a message into the memory, and fill a row with the tool state that follows from it.
+    Store the content of a message in the memory, and fill a row with the new tool state.
 
-    Return WITHOUT_VELOCITIES to NOT_CLOSED, plus STARTED_ANEW if the stamp stepped back by more
-    than the timeout, and all joints were forgotten.
+    Return a code from WITHOUT_VELOCITIES to NOT_CLOSED. STARTED_ANEW is added if the stamp stepped
+    back by more than the timeout, so that all joints were forgotten.
 
     Parameters
     ----------
     arm, memory
-        The arm, and the states of its joints.
+        The arm, and the stored states of the joints.
     reported
         The content of the message.
     row : shape (width + 2 n + ROW_TAIL,)
-        The results, as of `evaluate_one`; the sign of the quaternion at its end is continuous over
-        time. If the width is 0, only q and qdot are filled.
+        Filled as by `evaluate_one`, but the quaternion at the end has the sign that is continuous
+        over time. If the width is 0, only q and qdot are filled.
     """
     at = arrays.size(row) - 2 * memory.joints - places.ROW_TAIL
     check_fit(arm, memory, reported.ours, at)

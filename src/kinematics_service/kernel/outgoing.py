@@ -1,4 +1,4 @@
-"""Serialized outgoing messages, and the numbers of a tool state that are written into them."""
+"""Write the numbers of a tool state into serialized outgoing messages."""
 
 from typing import NamedTuple
 
@@ -15,19 +15,19 @@ TOO_FEW = 'a state has fewer numbers than the messages take'
 
 class OutgoingTable(NamedTuple):
     """
-    The arrays of outgoing messages.
+    The bytes of outgoing messages, and where stamps and numbers are written into them.
 
     Attributes
     ----------
     data
         The bytes of all messages. Bytes outside of stamps and targets do not change.
     stamps
-        Offsets of stamps: int32 seconds, then uint32 nanoseconds.
+        Byte offsets of the stamps: int32 seconds, then uint32 nanoseconds.
     targets
-        Offsets of doubles.
+        Byte offsets of the doubles to write.
     sources : shape of targets
-        Index of each number in a row, followed by its measures and by the covariances of pose and
-        twist.
+        Source of each double: the index in a row of results, followed by its measures and then by
+        the covariances of pose and twist.
     """
 
     data: Bytes
@@ -38,20 +38,21 @@ class OutgoingTable(NamedTuple):
 
 class OutgoingMessages:
     """
-    Messages to fill.
+    Serialized messages that the kernel fills with a tool state.
 
     Parameters
     ----------
     table
-        The arrays.
+        The arrays of the messages.
     errors, of_pose, of_twist
-        For messages with covariances: the errors of the arm, and the covariances that are needed.
+        If messages have covariances: the errors of the arm, and whether the covariances of pose
+        and twist are needed.
 
     Attributes
     ----------
     table
-        The arrays. The kernel uses the same arrays, flat, in fields of the same names; in the
-        compiled kernel these fields are addresses that Python does not see.
+        The arrays of the messages. The kernel uses the same arrays, flat, in fields of the same
+        names; in the compiled kernel these fields are addresses that Python does not see.
     stamped, count
         Number of stamps, and number of doubles.
     needed
@@ -94,9 +95,9 @@ def fill_messages(
     messages
         The messages.
     stamp : ns
-        A stamp outside the range of a message becomes the nearest one.
+        If the stamp is outside the range of a message, the nearest possible stamp is written.
     row, measures
-        Together at least `messages.needed` numbers.
+        A row of results and its measures; together at least `messages.needed` numbers.
     """
     size, measured = arrays.size(row), arrays.size(measures)
     if messages.needed > size + measured:
@@ -106,7 +107,9 @@ def fill_messages(
 
 def check_fit(messages: OutgoingMessages, chain: Chain, width: int, numbers: int) -> None:
     """
-    Raise TypeError if a row of `width` numbers, `numbers` with tail and measures, is too short.
+    Raise TypeError if the messages need more numbers than there are, or errors of another arm.
+
+    `width` is the length of a row; `numbers` is its length with tail and measures.
     """
     if messages.errors is not None:
         if messages.errors.chain is not chain or width < chain.width:
@@ -124,7 +127,7 @@ def fill(
     measures: Flat,
     measured: int,
 ) -> None:
-    """Do what `fill_messages` does, for `size` numbers of a row and `measured` measures."""
+    """Fill messages as `fill_messages` does, from `size` numbers of a row and their measures."""
     seconds = stamp // 1_000_000_000
     if seconds * 1_000_000_000 > stamp:  # C rounds towards zero
         seconds -= 1
@@ -145,7 +148,7 @@ def fill(
 
 
 def fill_covariances(messages: OutgoingMessages, row: Flat, q: Flat, qdot: Flat) -> None:
-    """Compute the covariances of a row if the messages have covariances."""
+    """Compute the covariances at a row and store them, if the messages have covariances."""
     if messages.errors is not None:
         work = arrays.scratch(pose_errors.room(messages.errors))
         pose_errors.write_covariances(

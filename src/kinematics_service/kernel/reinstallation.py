@@ -1,4 +1,4 @@
-"""The command that compiles the kernel again, by installing this copy of the package again."""
+"""Find the command that compiles the kernel again: it reinstalls this copy of the package."""
 
 import json
 import shlex
@@ -31,7 +31,7 @@ def command() -> str:
 
 def _by_pip(what: str) -> str:
     command = f'{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {what}'
-    # A compiler needs the headers of Python.
+    # Compiling needs the headers of Python: install them first if they are missing.
     headers = Path(sysconfig.get_path('include'), 'Python.h').exists()
     return command if headers else f'sudo apt install python3-dev && {command}'
 
@@ -45,7 +45,8 @@ def _by_colcon(build: Path, option: str = '') -> str:
 
 
 def _origin(written: str | None) -> str:
-    # The source of the package that pip recorded (PEP 610); the package's name for an index.
+    # Returns the source of the package that pip recorded (PEP 610), or the name of the package if
+    # pip installed it from an index.
     if not written:
         return _PACKAGE
     record = json.loads(written)

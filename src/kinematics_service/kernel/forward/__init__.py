@@ -1,1 +1,1 @@
-"""Frames, screws and the twist from joint variables: of one pose, or of 16 side by side."""
+"""Forward kinematics: frames, screws and twist, of one pose or of 16 poses side by side."""

@@ -1,4 +1,4 @@
-"""Remainders of angles after full turns, and sine and cosine."""
+"""Reduce angles by full turns, and compute sine and cosine."""
 
 import math
 
@@ -7,7 +7,7 @@ from . import chain_pass
 
 
 def shortest_angle(step: float) -> float:
-    """Return the step of an angle without its full turns: math.remainder(step, 2 pi), exactly."""
+    """Return an angle step, rad, minus full turns: math.remainder(step, 2 pi), bit for bit."""
     size = abs(step)
     if not math.isfinite(size):
         return places.NAN
@@ -23,5 +23,5 @@ def shortest_angle(step: float) -> float:
 
 
 def sine_and_cosine(x: float) -> tuple[float, float]:
-    """Return sine and cosine of x in rad, as `chain_pass.sincos`."""
+    """Return sine and cosine of x, rad, by `chain_pass.sincos`."""
     return chain_pass.sincos(x)

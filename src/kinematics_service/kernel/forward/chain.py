@@ -1,8 +1,8 @@
 """
-The chain of an arm as the kernel reads it: constant motions, and one screw about z between two.
+Store the kinematic chain of an arm for the kernel: constant motions with a screw about z between.
 
-If the arm has closed loops, its screws have passive variables besides the joints. The passive
-variables follow from the joints.
+If the arm has closed loops, passive variables also move screws. They follow from the joint
+positions.
 """
 
 from typing import Any, NamedTuple
@@ -25,18 +25,19 @@ class ChainTable(NamedTuple):
     dof
         Number of joints n.
     before : shape (elements + 1, 3, 4)
-        The constant motion before each element, and after the last one; the first three rows of a
-        4 x 4 matrix.
+        The constant motion before each element, and after the last element; each is the first
+        three rows of a 4 x 4 matrix.
     theta_0, d_0 : shape (elements,), rad, m
         Angle and translation of each element if all joints are 0.
     first_entry : shape (elements + 1,)
         First entry of each element; the last number is the number of entries.
     joint : shape (entries,)
-        The joint of each entry.
+        Index of the joint of each entry.
     by_theta, by_d : shape (entries,)
-        Angle and translation of the element per unit of the entry's joint.
+        Angle and translation of the element for a motion of the joint by 1 rad or 1 m.
     frame_parent : shape (frames,)
-        The last element before each frame of the table, base to tool; -1 for a fixed frame.
+        Index of the last element before each frame of the table, from base to tool; -1 for a fixed
+        frame.
     frame_offset : shape (frames, 3, 4)
         The pose of each frame in the frame of its parent.
     """
@@ -54,7 +55,7 @@ class ChainTable(NamedTuple):
 
 
 def _goes_together(table: ChainTable, variables: int) -> bool:
-    # Whether every index exists.
+    # Returns whether every index exists.
     elements, entries = len(table.theta_0), len(table.joint)
     first = table.first_entry
     return bool(
@@ -67,7 +68,7 @@ def _goes_together(table: ChainTable, variables: int) -> bool:
 
 
 def _is_twist(motion: Floats) -> bool:
-    # Whether the motion is Rx(alpha) Tx(a), as in a row of a Denavit-Hartenberg table.
+    # Returns whether the motion is Rx(alpha) Tx(a), as in a row of a Denavit-Hartenberg table.
     c, s = motion[1, 1], motion[2, 1]
     return np.array_equal(motion, [[1, 0, 0, motion[0, 3]], [0, c, -s, 0], [0, s, c, 0]])
 
@@ -85,32 +86,33 @@ def _form(table: ChainTable) -> int:
 
 class Chain:
     """
-    A chain as the kernel reads it, frozen.
+    The frozen kinematic chain of an arm, as the kernel reads it.
 
     Parameters
     ----------
     table
-        Its arrays.
+        The arrays of the chain.
     closure
         The closed loops of the arm, a `Closure`; None for an arm without loops.
 
     Attributes
     ----------
     table
-        Its arrays, read-only. The kernel reads the same arrays, flat, in fields of the same names;
-        in the compiled kernel these fields are addresses that Python does not see.
+        The arrays of the chain, read-only. The kernel reads the same arrays, flat, in fields of
+        the same names; in the compiled kernel these fields are addresses that Python does not see.
     dof, elements, entries, frames
         Numbers of joints, elements, entries and frames.
     form
-        MIXED, PLAIN, TWISTED or CLOSED.
+        MIXED, PLAIN, TWISTED or CLOSED: see layout/places.py.
     variables, loops, groups
-        Numbers of joints and passive variables together, of loops, and of groups of loops.
+        Number of joints and passive variables together, number of loops, and number of groups of
+        loops.
     screws_at, closure_at, frames_at, width
-        Indices in a row of results at which the screws of the entries (6, entries), the numbers of
-        the closure, and the frames of the table begin; and the length of the row.
+        First indices, in a row of results, of the screws of the entries (6, entries), the numbers
+        of the closure, and the frames of the table; and the length of the row.
     widths, single_widths
-        Length of a row at each depth (POSE, JACOBIAN, ALL_FRAMES); and of the row of one pose,
-        which has q, qdot and a quaternion at its end.
+        Length of a row at each depth (POSE, JACOBIAN, ALL_FRAMES), without and with q, qdot and a
+        quaternion at the end. `evaluate_one` fills the longer row.
     at_rest : shape (n,)
         Zero velocities; read-only.
     """
@@ -142,7 +144,8 @@ class Chain:
         self.closure_at: int = after_twist + (6 * self.entries if mixed else 0)
         self.frames_at: int = self.closure_at + (0 if closure is None else closure.width)
         self.width: int = self.frames_at + 16 * self.frames
-        # A pose of an arm with loops needs the passive variables, which are after it in the row.
+        # If the arm has loops, a row of depth POSE includes the passive variables: the pose is
+        # computed from them.
         self.pose_width: int = places.JACOBIAN_AT if closure is None else self.frames_at
         self.widths: tuple[int, ...] = (self.pose_width, self.frames_at, self.width)
         self.single_widths: tuple[int, ...] = tuple(
@@ -168,7 +171,7 @@ class Chain:
 
 class Loop:
     """
-    A closed loop, frozen: two chains that begin in the same frame, and whose ends coincide.
+    A frozen closed loop: two chains that begin in the same frame and whose ends coincide.
 
     The variables of both chains are the joints, then the passive variables of all loops.
 
@@ -182,7 +185,7 @@ class Loop:
     row
         Number of components of the loops before this one in its group.
     following
-        The next loop of its group; None for the last one.
+        The next loop of the group; None for the last loop.
 
     Attributes
     ----------
@@ -238,11 +241,11 @@ class LoopGroup:
     first
         Index of the first passive variable of the group.
     size : m
-        Length scale: position residuals are divided by it.
+        Length scale by which position residuals are divided.
     units : shape (variables,), rad or m
-        The motion of each variable that is equivalent to 1 rad.
+        The motion of each variable that counts as 1 rad.
     following
-        The next group, which this group's variables may move; None for the last one.
+        The next group, which variables of this group may move; None for the last group.
 
     Attributes
     ----------
@@ -257,7 +260,7 @@ class LoopGroup:
     spans : shape (p,), m or rad
         Scale of each component of the residual: the size for a position, 1 for a rotation.
     scale
-        Factor that makes the determinant of the residual's slopes dimensionless.
+        Factor that makes the determinant of the slopes of the residual dimensionless.
     """
 
     def __init__(
@@ -310,7 +313,7 @@ class LoopGroup:
 
 
 def groups_from(first: LoopGroup) -> list[LoopGroup]:
-    """Return a group and all that follow it."""
+    """Return a list of a group of loops and all groups that follow it."""
     groups, group = [first], first
     while group.arguments[4] is not None:
         group = group.following
@@ -319,7 +322,7 @@ def groups_from(first: LoopGroup) -> list[LoopGroup]:
 
 
 def section_width(dof: int, first: LoopGroup) -> int:
-    """Return the length of a section: the numbers that a row of results has about closed loops."""
+    """Return the length of a section, the part of a row of results about closed loops."""
     groups, variables = groups_from(first), first.variables
     entries = sum(group.entries for group in groups)
     return 2 * variables + (variables - dof) * dof + 3 * len(groups) + 6 * entries
@@ -338,12 +341,13 @@ class Closure:
     turns : shape (n,)
         1 for each joint without limits whose full turns do not change the loops; else 0.
     start : shape (width,)
-        The section at which the loops are known to close, as `closing.assemble` completes it. A
-        section has: the variables (n + P); their rates (n + P); the derivatives of the passive
-        variables by the joints (P, n); three numbers for each group; and the screws of each loop's
-        entries. The three numbers are the determinant of the slopes of the residual by the group's
-        passive variables, the largest component of the residual (divided by the loops' size, or
-        rad), and the number of Newton steps. A row of results has a section of its own pose.
+        A section, the numbers about closed loops at one pose, at which the loops are known to
+        close: `closing.assemble` completes it. A section has the variables (n + P), their rates
+        (n + P), the derivatives of the passive variables by the joints (P, n), three numbers for
+        each group, and the screws of the entries of each loop. The three numbers are: the
+        determinant of the slopes of the residual by the passive variables of the group; the
+        largest component of the residual (divided by `size`, or rad); the number of Newton steps.
+        Each row of results also has a section, at the pose of the row.
 
     Attributes
     ----------
@@ -352,8 +356,8 @@ class Closure:
     loops, groups
         Numbers of loops and of groups.
     coupling_at, status_at, screws_at
-        Indices in a section at which the derivatives, the three numbers of each group, and the
-        screws begin.
+        First indices, in a section, of the derivatives, of the three numbers of each group, and of
+        the screws.
     """
 
     def __init__(self, dof: int, first: LoopGroup, turns: Integers, start: Floats) -> None:
@@ -381,7 +385,7 @@ class Closure:
         self.start = arrays.numbers(start, width)
 
     def assembled(self) -> Floats:
-        """Return the joint positions at which the loops close, from the robot file, shape (n,)."""
+        """Return the joint positions of the robot file at which the loops close, shape (n,)."""
         start: Floats = self.arguments[3]
         return start[: self.dof].copy()
 
@@ -391,7 +395,7 @@ class Closure:
         return start[: self.variables].copy()
 
     def is_periodic(self) -> tuple[bool, ...]:
-        """Return for each joint whether a full turn of it leaves the loops unchanged."""
+        """Return, for each joint, whether a full turn leaves the loops unchanged."""
         turns = self.arguments[2] != 0
         return tuple((turns | np.isinf(self.units())).tolist())
 

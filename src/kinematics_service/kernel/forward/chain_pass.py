@@ -1,13 +1,14 @@
 """
-Pose, quaternion, Jacobian, twist and frames of joint positions, in one pass over the chain.
+Compute pose, quaternion, Jacobian, twist and frames from joint positions in one pass.
 
 The pass evaluates one pose, or LANES poses side by side: number k of the pose in a lane is at
-k * lanes + lane. Both use the same operations in the same order, so the bits are the same.
+k * lanes + lane. One pose and several poses use the same operations in the same order, so the
+results have the same bits.
 
 An element k is one moving screw of the chain. Its axis is the unit vector z through the point o.
 Its motion is Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and d = d_0 + sum(c_d q_j).
-Each pair (c_theta, c_d) of one joint in one element is an entry. A motion has twelve numbers, row
-by row.
+Each pair (c_theta, c_d) of one joint in one element is an entry. A motion is a 3 x 4 matrix,
+twelve numbers row by row.
 """
 
 import math
@@ -16,9 +17,9 @@ from ..layout import arrays, blocks, places
 from ..layout.arrays import Flat, Int32, Numbers
 from .chain import Chain
 
-# Sine and cosine together take 0.4 of the time of two calls of the C library. The coefficients of
-# sine and cosine and the parts of pi/2 are from fdlibm (Sun Microsystems 1993: k_sin.c, k_cos.c,
-# e_rem_pio2.c), whose names are in the comments.
+# The kernel computes sine and cosine together, in 0.4 of the time of two calls of the C library.
+# The coefficients and the parts of pi/2 are from fdlibm (Sun Microsystems 1993: k_sin.c, k_cos.c,
+# e_rem_pio2.c). The comments have the names in fdlibm.
 SIN_3 = -1.66666666666666324348e-01  # S1
 SIN_5 = 8.33333333332248946124e-03  # S2
 SIN_7 = -1.98412698298579493134e-04  # S3
@@ -31,8 +32,8 @@ COS_8 = 2.48015872894767294178e-05  # C3
 COS_10 = -2.75573143513906633035e-07  # C4
 COS_12 = 2.08757232129817482790e-09  # C5
 COS_14 = -1.13596475577881948265e-11  # C6
-# Adding and then subtracting it rounds a double to an integer, because doubles above 2^52 are
-# integers.
+# Adding and then subtracting this number rounds a double to an integer, because doubles above 2^52
+# are integers.
 ROUNDER = 1.5 * 2.0**52
 # 2 / pi, and pi / 2 as the sum of three numbers; the first two have 33 bits.
 TWO_BY_PI = 6.36619772367581382433e-01
@@ -42,8 +43,8 @@ HALF_PI_3 = 2.02226624879595063154e-21  # pio2_2t
 
 
 def _sincos_reduced(x: float) -> tuple[float, float]:
-    # For an angle up to LARGEST_REDUCED. It has no branch and no call, so that a loop computes
-    # several lanes at once.
+    # Returns sine and cosine of an angle up to LARGEST_REDUCED, rad. The function has no branch
+    # and no call, so that a loop over lanes computes several lanes at once.
     turns = (x * TWO_BY_PI + ROUNDER) - ROUNDER
     first = x - turns * HALF_PI_1
     second = turns * HALF_PI_2
@@ -58,7 +59,7 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
     half = 0.5 * z
     w = 1.0 - half
     cosine = w + (((1.0 - w) - half) + (z * p - y * tail))
-    # The compiler makes selections of these, not branches, which would be mispredicted.
+    # The compiler turns these conditions into selections. Branches would be mispredicted.
     quarter: Int32 = int(turns)
     if quarter & 1:
         sine, cosine = cosine, sine
@@ -77,9 +78,9 @@ def sincos(x: float) -> tuple[float, float]:
 
 
 def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None:
-    """Write the results of `sincos` for LANES angles up to LARGEST_REDUCED."""
-    # The compiler knows that local arrays do not overlap with the constants, so it computes
-    # several lanes at once.
+    """Write sines and cosines of LANES angles up to LARGEST_REDUCED, rad, as `sincos`."""
+    # Use local arrays: the compiler knows that they do not overlap with the constants, so it
+    # computes several lanes at once.
     s, c = [0.0] * 16, [0.0] * 16
     for lane in range(places.LANES):
         pair = _sincos_reduced(angles[lane])
@@ -95,7 +96,7 @@ def _start(T: Numbers, motion: Flat, lanes: int) -> None:
 
 
 def times(T: Numbers, motion: Flat) -> None:
-    """Multiply T by a constant motion from the right."""
+    """Multiply T by a motion from the right, in place; both are 3 x 4, twelve numbers."""
     _times(T, motion, 1)
 
 
@@ -115,7 +116,7 @@ def _times(T: Numbers, motion: Flat, lanes: int) -> None:
 
 
 def _times_twist(T: Numbers, motion: Flat, lanes: int) -> None:
-    # As `_times`, for a motion Rx(alpha) Tx(a).
+    # Multiplies T by a motion Rx(alpha) Tx(a) from the right, with fewer operations than `_times`.
     a, c, s = motion[3], motion[5], motion[9]
     for row in range(3):
         i = 4 * row * lanes
@@ -127,7 +128,7 @@ def _times_twist(T: Numbers, motion: Flat, lanes: int) -> None:
 
 
 def times_screw(T: Numbers, theta: float, d: float) -> None:
-    """Multiply T by Rz(theta) Tz(d) from the right."""
+    """Multiply T by Rz(theta) Tz(d) from the right, in place."""
     sine, cosine, along = [0.0], [0.0], [0.0]
     pair = sincos(theta)
     sine[0], cosine[0], along[0] = pair[0], pair[1], d
@@ -153,9 +154,9 @@ def _write_motion(T: Numbers, row: Flat, lanes: int) -> None:
 
 def write_quaternion(T: Numbers, row: Flat, at: int) -> None:
     """
-    Write the unit quaternion x y z w of the rotation in T, w >= 0.
+    Write the unit quaternion x y z w, w >= 0, of the rotation in T to `row` from index `at`.
 
-    It is computed from its largest component (Shepperd, 1978), which avoids cancellation.
+    The computation starts from the largest component (Shepperd, 1978), which avoids cancellation.
     """
     _write_quaternion(T, arrays.after(row, at), 1)
 
@@ -182,8 +183,8 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
 
 
 def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
-    # Writes point and axis of an element in the place of an entry's screw; `_finish` turns them
-    # into the screw when the tool pose is known.
+    # Writes point and axis of an element where the screw of an entry will be. `_finish` computes
+    # the screw from them after the tool pose is known.
     for i in range(3):
         for lane in range(lanes):
             screw[i * step + lane] = T[(4 * i + 3) * lanes + lane]
@@ -192,8 +193,8 @@ def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> Non
 
 
 def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Flat) -> int:
-    # Writes the frames whose parent is `element` (-1: fixed frames), the first of which is
-    # `frame`. Returns the first frame of the next element.
+    # Writes the frames whose parent is `element` (-1: fixed frames), beginning with index `frame`.
+    # Returns the index of the first frame of the next element.
     pose = [0.0] * 12
     while frame < chain.frames and chain.frame_parent[frame] == element:
         offset = arrays.after(chain.frame_offset, 12 * frame)
@@ -217,7 +218,8 @@ def write_jacobian(chain: Chain, q: Flat, row: Flat) -> None:
     """
     Fill only the Jacobian and the screws of a row.
 
-    The search for singular poses needs no other numbers, and takes 5 % less time.
+    The search for singular poses needs no other numbers, and takes 5 % less time with this
+    function.
     """
     T, twist = [0.0] * 12, [0.0] * 12
     _evaluate(chain, q, q, places.JACOBIAN, False, row, T, twist, 1)
@@ -239,9 +241,9 @@ def evaluate_rows(
     work: Flat,
 ) -> bool:
     """
-    Fill LANES rows, of depth POSE or JACOBIAN, as `evaluate_row` fills each.
+    Fill LANES rows of depth POSE or JACOBIAN, each as `evaluate_row` does.
 
-    Return False if a number is too large or not finite; then fill them one by one.
+    Return False if a number is too large or not finite; then fill the rows one by one.
     """
     n = chain.dof
     positions = arrays.after(work, chain.frames_at * places.LANES)
@@ -250,8 +252,8 @@ def evaluate_rows(
     blocks.put_side_by_side(qdot, each, n, rates)
     if not blocks.all_within(positions, 2 * n, places.LARGEST):  # positions and rates
         return False
-    # 12 * LANES. A C array needs a literal length. The compiler knows that local arrays overlap
-    # with no others.
+    # The length is 12 * LANES, written as a literal for C. The arrays are local, because the
+    # compiler then knows that they do not overlap.
     T, twist = [0.0] * 192, [0.0] * 192
     size = _evaluate(chain, positions, rates, depth, True, work, T, twist, places.LANES)
     if not size <= places.LARGEST:
@@ -272,9 +274,9 @@ def _evaluate(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Returns a number at least as large as each number in the rows, if all are finite. T and
-    # `twist` are local arrays of the caller, twelve numbers for each pose. Without `whole` it
-    # writes no pose and no twist.
+    # Fills rows. Returns a number that is at least as large as each number in the rows, and not
+    # finite if one of them is not. T and `twist` are local arrays of the caller, twelve numbers
+    # for each pose. If not `whole`, no pose and no twist are written.
     elements, step = chain.elements, chain.entries * lanes
     twisted = chain.form == places.TWISTED
     framed = lanes == 1 and depth >= places.ALL_FRAMES
@@ -328,9 +330,9 @@ def _finish(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Completes rows whose tool poses T are known. Points and axes become screws: the linear
-    # velocity of the tool's origin and the angular velocity of the tool per unit of each entry.
-    # The last six numbers of `twist` are memory for a screw.
+    # Completes rows after the tool poses T are known. Replaces point and axis of each entry by its
+    # screw: linear velocity of the tool's origin and angular velocity of the tool, for a unit
+    # velocity of the joint. The last six numbers of `twist` are memory for a screw.
     step = chain.entries * lanes
     screws = arrays.after(rows, chain.screws_at * lanes)
     twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)
@@ -383,7 +385,7 @@ def _finish(
 
 
 def add_up_screws(chain: Chain, screws: Flat, row: Flat) -> None:
-    """Fill the Jacobian with the sums of the screws of each joint's entries."""
+    """Fill the Jacobian of a row: column j is the sum of the screws of the entries of joint j."""
     _add_up_screws(chain, screws, row, 1)
 
 

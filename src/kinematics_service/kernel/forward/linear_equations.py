@@ -1,13 +1,14 @@
-"""Linear equations by LU decomposition with partial pivoting, also of the transposed matrix."""
+"""Solve A x = b and A' x = b by LU decomposition with partial pivoting."""
 
 from ..layout.arrays import Numbers, WholeNumbers
 
 
 def factorise(A: Numbers, size: int, order: WholeNumbers) -> float:
     """
-    Overwrite A (size, size) with its factors for `solve`; return its determinant, 0 if singular.
+    Overwrite A (size, size) with its LU factors for `solve`; return the determinant of A.
 
-    `order` (size,) becomes the row of the pivot of each step.
+    The determinant is 0 if A is singular. `order` (size,) is filled with the pivot row of each
+    step.
     """
     product = 1.0
     for i in range(size):

@@ -1,10 +1,10 @@
 """
-Covariances of the tool's pose and twist from the errors of an arm, by linear error propagation.
+Compute covariances of the tool's pose and twist by linear error propagation.
 
 An error of a joint position or of a number of the table moves the tool along a screw that is fixed
-in one frame of the arm. The frames of one pass over the chain give the derivatives: the screw
-itself is the derivative of the pose. The derivative of the twist follows from the twists of the
-parts of the arm before and after the screw.
+in one frame of the arm. One pass over the chain gives these frames, and so the derivatives. The
+derivative of the pose is the screw itself. The derivative of the twist follows from the twists of
+the parts of the arm before and after the screw.
 """
 
 from typing import NamedTuple
@@ -15,29 +15,30 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
 from .chain import Chain
 
-# Number of entries of two covariances, of the pose and of the twist, 6 x 6 each.
+# Number of entries of the covariances of pose and twist: two 6 x 6 matrices.
 COVARIANCES = 72
 
 
 class PoseErrorTable(NamedTuple):
     """
-    The arrays of the errors of an arm.
+    The arrays that describe the errors of an arm.
 
     Attributes
     ----------
     frame : shape (screws,)
-        The frame of the table in which each screw is fixed, ascending.
+        Index of the frame of the table in which each screw is fixed, ascending.
     screw : shape (screws, 6)
-        Each screw: linear velocity of that frame's origin and angular velocity, in its axes.
+        Linear velocity of the origin of the frame, and angular velocity, in the axes of the frame.
     gear : shape (screws,)
-        The joint whose position the motion along the screw is proportional to, for an error of its
-        scale; -1 for a motion that depends on no joint.
+        For an error of the scale of a joint, the motion along the screw is proportional to the
+        joint position: the index of this joint. -1 for other errors.
     spread : shape (screws, causes)
-        The motion along each screw by one standard deviation of each independent cause.
+        The motion along each screw that one standard deviation of each independent cause produces.
     rates : shape (n,)
         Standard deviations of the joint velocities, rad/s or m/s.
     floor : shape (6,)
-        Variances added to those of the pose: x y z in m^2, rotations in rad^2.
+        Variances that are added to the diagonal of the covariance of the pose: x y z in m^2,
+        rotations in rad^2.
     """
 
     frame: Integers
@@ -49,7 +50,7 @@ class PoseErrorTable(NamedTuple):
 
 
 def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
-    # Whether every index exists, and the lengths of the arrays agree.
+    # Returns whether every index exists and the lengths of the arrays agree.
     screws = len(table.frame)
     return bool(
         table.screw.shape == (screws, 6)
@@ -67,7 +68,8 @@ def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
 
 
 def _reaches(spread: Floats) -> Integers:
-    # For each screw the first cause that moves along it, and the last one plus 1; zeros if none.
+    # Returns, for each screw, the first cause with a motion along it, and the last cause plus 1;
+    # zeros if there is none.
     ranges = np.zeros((len(spread), 2), dtype=np.int64)
     for bounds, row in zip(ranges, spread):
         moving = np.flatnonzero(row)
@@ -78,7 +80,7 @@ def _reaches(spread: Floats) -> Integers:
 
 class PoseErrors:
     """
-    The errors of an arm as the kernel reads them, frozen.
+    The frozen errors of an arm, as the kernel reads them.
 
     Attributes
     ----------
@@ -87,9 +89,9 @@ class PoseErrors:
     table
         The arrays, read-only; the kernel reads the same arrays.
     reaches : shape (screws, 2)
-        The range of causes that move along each screw: the first one, and the last one plus 1.
+        The range of causes with a motion along each screw: the first cause, and the last plus 1.
     screws, causes
-        Their number.
+        Number of screws, and number of causes.
     """
 
     def __init__(self, chain: Chain, table: PoseErrorTable) -> None:
@@ -115,7 +117,8 @@ def room(errors: PoseErrors) -> int:
 
 
 def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> None:
-    # The motion of the tool along a screw: linear velocity of its origin, angular velocity.
+    # Writes the motion of the tool along screw s: linear velocity of the tool's origin and angular
+    # velocity, in base axes.
     T = arrays.after(row, errors.chain.frames_at + 16 * errors.frame[s])
     screw = arrays.after(errors.screw, 6 * s)
     for i in range(3):
@@ -129,8 +132,9 @@ def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> Non
 
 
 def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) -> None:
-    # The change of the twist by a motion along a screw. The twist of the part of the arm after the
-    # screw is rotated, w x v. The part before it moves the tool, which is at another place.
+    # Writes the change of the twist by a motion along a screw. The motion rotates the twist of the
+    # part of the arm after the screw, w x v. It also moves the tool's origin, which changes the
+    # linear velocity that the part before the screw gives the tool.
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         vj, vk = twist[j] - before[j], twist[k] - before[k]
@@ -142,7 +146,7 @@ def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) ->
 
 
 def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers) -> None:
-    # The change of the twist in the axes of the tool, which rotate with the error.
+    # Changes `rate` to the change of the twist in tool axes, which rotate with the error.
     turned = [0.0] * 6
     for part in range(0, 6, 3):
         for i in range(3):
@@ -158,7 +162,7 @@ def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers)
 
 
 def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers) -> None:
-    # Adds the twist of an element to the twist of the part of the arm before it.
+    # Adds the twist of an element to `before`, the twist of the part of the arm before it.
     screws = arrays.after(row, chain.screws_at)
     for e in range(chain.first_entry[element], chain.first_entry[element + 1]):
         rate = qdot[chain.joint[e]]
@@ -167,8 +171,8 @@ def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers
 
 
 def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> None:
-    # Adds the motion of the tool by each cause along a screw: moved (causes, 6). The six lines are
-    # written out, because the compiler computes two at once.
+    # Adds to `moved` (causes, 6) the motion of the tool that each cause produces along screw s.
+    # Six lines instead of a loop, because the compiler computes two at once.
     spread = arrays.after(errors.spread, s * errors.causes)
     vx, vy, vz = column[0], column[1], column[2]
     wx, wy, wz = column[3], column[4], column[5]
@@ -183,7 +187,8 @@ def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> Non
 
 
 def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat) -> None:
-    # The noise of each joint velocity is a cause: its change of the twist, moved (n, 6).
+    # Writes to `moved` (n, 6) the change of the twist by one standard deviation of each joint
+    # velocity.
     n = errors.chain.dof
     twist = arrays.after(row, places.JACOBIAN_AT + 6 * n)
     still, rate = [0.0] * 6, [0.0] * 6
@@ -196,7 +201,7 @@ def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat)
 
 
 def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
-    # The covariance moved' moved of `moved` (count, 6).
+    # Writes the covariance moved' moved; `moved` has shape (count, 6).
     sums = [0.0] * 36
     for k in range(count):
         motion = arrays.after(moved, 6 * k)
@@ -218,16 +223,17 @@ def write_covariances(
     work: Flat,
 ) -> None:
     """
-    Write the covariance of the pose if `of_pose`, and that of the twist if `of_twist`.
+    Write the covariance of the pose if `of_pose`, and the covariance of the twist if `of_twist`.
 
-    Both are in base axes; with `in_tool_axes` the covariance of the twist is in tool axes.
+    Both are in base axes; if `in_tool_axes`, the covariance of the twist is in tool axes.
 
     Parameters
     ----------
     errors
         The errors of the arm.
     row, q, qdot
-        A row as `evaluate` fills it with ALL_FRAMES, and its joint positions and velocities.
+        A row that `evaluate` has filled with depth ALL_FRAMES, and the joint positions and
+        velocities of the row.
     covariances : shape (2, 6, 6)
         Pose, then twist. Rows and columns: x y z of the tool's origin, rotations about x y z.
     work
@@ -248,7 +254,7 @@ def write_covariances(
             _write_rate(column, before, twist, rate)
         gear = errors.gear[s]
         if gear >= 0:
-            for i in range(6):  # d(q s) = q ds + dq s: the motion is proportional to the joint
+            for i in range(6):  # the motion is q s, so its rate is q ds/dt + qdot s
                 rate[i] = q[gear] * rate[i] + qdot[gear] * column[i]
                 column[i] = q[gear] * column[i]
         if of_pose:
@@ -277,14 +283,14 @@ def covariances(
     """
     Fill `results` (N, 2, 6, 6) with the covariances of pose and twist of each evaluated row.
 
-    Both are in base axes; with `in_tool_axes` the covariance of the twist is in tool axes.
+    Both are in base axes; if `in_tool_axes`, the covariance of the twist is in tool axes.
 
     Parameters
     ----------
     errors
         The errors of the arm.
     rows : shape (N, width)
-        Rows as `evaluate` fills them with ALL_FRAMES.
+        Rows that `evaluate` has filled with depth ALL_FRAMES.
     q, qdot : shape (N, n), rad or m, rad/s or m/s
         Joint positions and velocities of the rows.
     """

@@ -1,5 +1,5 @@
 """
-Vectors of three numbers, and points that move with screws.
+Compute with vectors of three numbers, and move points by screws.
 
 A screw has seven numbers: its axis (3), a point on the axis (3), and 1 if it is prismatic, else 0.
 """
@@ -67,7 +67,7 @@ def turned(axis: Vector, angle: float, v: Vector) -> Vector:
 
 
 def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
-    """Return a point moved by screw k, by a value in rad or m."""
+    """Return a point moved by screw k; the motion `value` is in rad or m."""
     axis = axis_of(screws, k)
     if slides(screws, k):
         return plus(point, value, axis)
@@ -77,11 +77,12 @@ def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
 
 def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
     """
-    Return the angle about the axis from a to b; `otherwise` if a is parallel to the axis, and
-    every angle is a solution.
+    Return the angle about the axis that rotates a towards b, rad.
+
+    If a is parallel to the axis, every angle is a solution, and `otherwise` is returned.
     """
-    # Project onto the plane normal to the axis first: for vectors nearly parallel to the axis,
-    # differences of products would be round-off.
+    # First project a and b onto the plane normal to the axis. Without it, differences of products
+    # would be round-off for vectors nearly parallel to the axis.
     size = dot(a, a)
     a = plus(a, -dot(axis, a), axis)
     b = plus(b, -dot(axis, b), axis)
@@ -99,7 +100,7 @@ def across(axis: Vector) -> Vector:
 
 
 def times_vector(T: Numbers, v: Vector) -> Vector:
-    """Return a direction rotated by a motion (4 x 4)."""
+    """Return a direction v rotated by a motion T (4 x 4, or its first three rows)."""
     return (
         T[0] * v[0] + T[1] * v[1] + T[2] * v[2],
         T[4] * v[0] + T[5] * v[1] + T[6] * v[2],
@@ -108,5 +109,5 @@ def times_vector(T: Numbers, v: Vector) -> Vector:
 
 
 def times_point(T: Numbers, v: Vector) -> Vector:
-    """Return a point moved by a motion (4 x 4)."""
+    """Return a point v moved by a motion T (4 x 4, or its first three rows)."""
     return plus(times_vector(T, v), 1.0, (T[3], T[7], T[11]))

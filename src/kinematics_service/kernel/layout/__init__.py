@@ -1,1 +1,1 @@
-"""The interface of the kernel to numpy arrays, and the indices of the numbers in them."""
+"""Interface of the kernel to numpy arrays, and the indices of the numbers in the arrays."""

@@ -1,9 +1,9 @@
 """
-Access to numpy arrays: each function checks an array once, and the kernel reads it without checks.
+Check numpy arrays once, so that the kernel can read and write them without further checks.
 
 In plain Python the functions return flat views of the arrays. The compiled kernel uses addresses
-instead, and its versions of these functions are in arrays.pxd. Some functions read the bits of a
-double as an integer, or write those of an integer.
+instead; arrays.pxd has the compiled versions of the functions. Some functions read the bits of a
+double as an integer, or write the bits of an integer.
 """
 
 from typing import Annotated, Any, TypeAlias, TypeVar
@@ -15,9 +15,9 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.uint8]
 Vector = tuple[float, float, float]
-# Types that only the compiled kernel distinguishes from the ones above.
-# Flat, FlatIntegers, FlatBytes: addresses of the numbers of an array. Numbers, WholeNumbers: such
-# an address or a small array on the stack of a function. Nanoseconds and Int32: integers of 64 and
+# The compiled kernel distinguishes the following types; plain Python does not.
+# Flat, FlatIntegers, FlatBytes: addresses of the numbers of an array. Numbers, WholeNumbers: an
+# address, or a small array on the stack of a function. Nanoseconds and Int32: integers of 64 and
 # 32 bits on every machine. Public: a field that Python can set.
 Flat = Floats
 FlatIntegers = Integers
@@ -61,37 +61,37 @@ def extent(array: Floats | Integers | Bytes, axis: int) -> int:
 
 
 def numbers(array: Floats, count: int) -> Flat:
-    """Return the numbers of an array, at least `count`, to be read."""
+    """Return a flat view to read an array of at least `count` float64 numbers."""
     return _flat(array, count, np.float64, 'float64', False)  # type: ignore[no-any-return]
 
 
 def results(array: Floats, count: int) -> Flat:
-    """Return the numbers of an array, at least `count`, to be written."""
+    """Return a flat view to write an array of at least `count` float64 numbers."""
     return _flat(array, count, np.float64, 'float64', True)  # type: ignore[no-any-return]
 
 
 def whole(array: Integers, count: int) -> FlatIntegers:
-    """Return the integers of an array, at least `count`, to be read."""
+    """Return a flat view to read an array of at least `count` int64 numbers."""
     return _flat(array, count, np.int64, 'int64', False)  # type: ignore[no-any-return]
 
 
 def whole_results(array: Integers, count: int) -> FlatIntegers:
-    """Return the integers of an array, at least `count`, to be written."""
+    """Return a flat view to write an array of at least `count` int64 numbers."""
     return _flat(array, count, np.int64, 'int64', True)  # type: ignore[no-any-return]
 
 
 def octets(array: Bytes, count: int) -> FlatBytes:
-    """Return the bytes of an array, at least `count`, to be read."""
+    """Return a flat view to read an array of at least `count` bytes."""
     return _flat(array, count, np.uint8, 'uint8', False)  # type: ignore[no-any-return]
 
 
 def octets_to_fill(array: Bytes, count: int) -> FlatBytes:
-    """Return the bytes of an array, at least `count`, to be written."""
+    """Return a flat view to write an array of at least `count` bytes."""
     return _flat(array, count, np.uint8, 'uint8', True)  # type: ignore[no-any-return]
 
 
 def octets_of(data: bytes) -> FlatBytes:
-    """Return the bytes of a message."""
+    """Return a flat view to read the bytes of a message."""
     return np.frombuffer(data, np.uint8)
 
 
@@ -101,12 +101,12 @@ def scratch(count: int) -> Flat:
 
 
 def rooms(*counts: int) -> list[Flat]:
-    """Return rows of numbers for the fields of an object; the object frees them at its end."""
+    """Return an array of zeros for each count; the object that stores them frees them."""
     return [np.zeros(count) for count in counts]
 
 
 def whole_rooms(*counts: int) -> list[FlatIntegers]:
-    """Return rows of integers for the fields of an object; the object frees them at its end."""
+    """Return an array of integer zeros for each count; the object that stores them frees them."""
     return [np.zeros(count, dtype=np.int64) for count in counts]
 
 
@@ -116,10 +116,10 @@ def give_back(room: Flat) -> None:
 
 def let_go() -> np.errstate:
     """
-    Release the interpreter's lock, so that other threads run until `take_back`.
+    Release the interpreter's lock, so that other threads can run until `take_back`.
 
-    Until then numpy gives no warnings, like the compiled kernel: lanes may compute numbers that
-    nothing reads.
+    In plain Python this function only switches off numpy's warnings until `take_back`. Lanes may
+    compute invalid numbers that are not used, and the compiled kernel gives no warnings either.
     """
     errors_ignored = np.errstate(all='ignore')
     errors_ignored.__enter__()
@@ -132,7 +132,7 @@ def take_back(lock: np.errstate) -> None:
 
 
 def after(numbers: Flat, place: int) -> Flat:
-    """Return the row of numbers that begins at index `place`."""
+    """Return the part of `numbers` that begins at index `place`, without copying."""
     return numbers[place:]
 
 
@@ -155,7 +155,7 @@ def dot(a: Numbers, b: Numbers, count: int) -> float:
 
 
 def whole_after(integers: FlatIntegers, place: int) -> FlatIntegers:
-    """Return the row of integers that begins at index `place`."""
+    """Return the part of `integers` that begins at index `place`, without copying."""
     return integers[place:]
 
 
@@ -165,25 +165,25 @@ def as_whole(numbers: Flat) -> FlatIntegers:
 
 
 def number_at(data: Bytes, place: int) -> float:
-    """Return the double at an offset in bytes."""
+    """Return the double that begins at byte `place` of the data."""
     return float(data[place : place + 8].view(np.float64)[0])
 
 
 def seconds_at(data: Bytes, place: int) -> int:
-    """Return the int32 at an offset in bytes."""
+    """Return the int32 that begins at byte `place` of the data: the seconds of a stamp."""
     return int(data[place : place + 4].view(np.int32)[0])
 
 
 def nanoseconds_at(data: Bytes, place: int) -> int:
-    """Return the uint32 at an offset in bytes."""
+    """Return the uint32 that begins at byte `place` of the data: the nanoseconds of a stamp."""
     return int(data[place : place + 4].view(np.uint32)[0])
 
 
 def put_number(data: Bytes, place: int, number: float) -> None:
-    """Write a double at an offset in bytes."""
+    """Write a double to the data from byte `place` on."""
     data[place : place + 8].view(np.float64)[0] = number
 
 
 def put_half_word(data: Bytes, place: int, number: int) -> None:
-    """Write the lowest 32 bits of an integer at an offset in bytes."""
+    """Write the lowest 32 bits of an integer to the data from byte `place` on."""
     data[place : place + 4].view(np.uint32)[0] = number & 0xFFFFFFFF

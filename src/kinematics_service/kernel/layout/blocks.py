@@ -1,5 +1,5 @@
 """
-Rows of LANES poses side by side: number k of the row in a lane is at k * LANES + lane.
+Store rows of LANES poses side by side: number k of the row in a lane is at k * LANES + lane.
 
 A loop over the lanes applies one operation to neighbours in memory, so the processor computes
 several lanes at once.
@@ -10,14 +10,14 @@ from .arrays import Flat, Numbers
 
 
 def put_side_by_side(rows: Flat, width: int, count: int, lanes: Flat) -> None:
-    """Write the first `count` numbers of LANES rows, `width` numbers each, side by side."""
+    """Copy the first `count` numbers of LANES rows of length `width` to `lanes`, side by side."""
     for k in range(count):
         for lane in range(places.LANES):
             lanes[k * places.LANES + lane] = rows[lane * width + k]
 
 
 def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
-    """Write `count` numbers of each lane to the beginning of LANES rows, `width` numbers each."""
+    """Copy `count` numbers of each lane to the beginning of its row; rows have length `width`."""
     for lane in range(places.LANES):
         row, of_lane = arrays.after(rows, lane * width), arrays.after(lanes, lane)
         for k in range(0, count - 1, 2):  # the compiler stores two at once

@@ -1,10 +1,11 @@
-"""A timer of the operating system that a signal starts, even if Python does not run."""
+"""Start a timer of the operating system by a signal, even if the interpreter is blocked."""
 
 
 def start_at(number: int, seconds: int) -> None:
     """
     Let the first signal `number` start a timer that ends the process with the code 128 + `number`.
 
-    Call it after you have set Python's own handler. C starts the timer, and then calls that
-    handler. Uncompiled it does nothing, because no call holds the interpreter's lock for long.
+    The process ends `seconds` after the signal. Call this function after you have set Python's own
+    handler: the C handler starts the timer and then calls Python's handler. In plain Python the
+    function does nothing, because no call holds the interpreter's lock for long.
     """

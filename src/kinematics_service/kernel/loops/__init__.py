@@ -1,1 +1,1 @@
-"""Closed loops: the passive variables and their rates from the joints."""
+"""Closed loops: compute passive variables and their rates from the joint positions and rates."""

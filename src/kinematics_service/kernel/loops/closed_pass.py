@@ -1,4 +1,4 @@
-"""Pose, Jacobian, twist and frames of an arm with closed loops, in one pass over its chain."""
+"""Compute pose, Jacobian, twist and frames of an arm with closed loops."""
 
 from ..forward import chain_pass
 from ..forward.chain import Chain
@@ -21,7 +21,7 @@ def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> fl
 
 
 def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
-    """Fill a row whose section has the closed loops of this pose already."""
+    """Fill a row whose section already has the passive variables for its joint positions."""
     n, variables = chain.dof, chain.variables
     x = arrays.after(row, chain.closure_at)
     rates = arrays.after(x, variables)
@@ -39,8 +39,8 @@ def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
 
 
 def _add_up_screws(chain: Chain, screws: Flat, coupling: Flat, row: Flat) -> None:
-    # J = J_open [1; C]: adds the screw of a passive variable, times its derivative by a joint, to
-    # the column of that joint.
+    # Fills J = J_open [1; C]: the screw of a passive variable, times the derivative of the
+    # variable by a joint, is added to the column of that joint.
     n, entries = chain.dof, chain.entries
     J = arrays.after(row, places.JACOBIAN_AT)
     arrays.fill(J, 6 * n, 0.0)

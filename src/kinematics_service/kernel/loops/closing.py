@@ -1,12 +1,13 @@
 """
-Passive variables of closed loops from the joints: Newton's method with continuation.
+Compute the passive variables of closed loops from the joints by Newton's method with continuation.
 
-The loops are known to close at one pose. The continuation goes from there to the joint positions
-along a straight line, by small steps, so that it stays on the same branch. Each step predicts the
-variables by their derivatives and corrects them by Newton's method. A step is accepted if the
-corrections are small and decrease, and no determinant changes its sign or much of its size.
-Branches meet or end only at poses with determinant 0. A rejected step is halved, until it is
-shorter than MIN_STEP_LENGTH: there the branch ends.
+The loops are known to close at one pose. The continuation goes from this pose to the joint
+positions along a straight line, by small steps, so that it stays on the same branch. Each step
+predicts the variables by their derivatives and corrects them by Newton's method.
+
+A step is accepted if the corrections are small and decrease, and if each determinant keeps its
+sign and changes its size by a limited ratio. Branches meet or end only at poses with determinant
+0. A rejected step is halved. If it becomes shorter than MIN_STEP_LENGTH, the branch ends.
 
 Loops that share variables form a group with one determinant and are solved together. Groups are
 solved in order, because variables of an earlier group may move a later one.
@@ -20,34 +21,37 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers
 from . import residual
 
-# Tolerance of the largest component of a residual, divided by the size of the loops, or rad.
+# The loops are closed if no component of the residual exceeds this, divided by the size of the
+# loops, or in rad.
 CLOSED_TOLERANCE = 1e-13
-# A residual of round-off: two machine epsilons. Newton's method ends there at once.
+# A residual up to this is round-off, two machine epsilons: Newton's method ends at once.
 ROUND_OFF = 4e-16
 MAX_NEWTON_STEPS = 12
-# Largest correction of a Newton step in the continuation, rad, or divided by the size of the
-# loops.
+# Largest correction of a variable by a Newton step of the continuation, rad; a slide is divided by
+# its unit in `LoopGroup`.
 MAX_CORRECTION = 0.1
-# The same for the positions in a robot file, which are approximate.
+# Largest such correction for the positions in a robot file, which are approximate.
 MAX_FILE_CORRECTION = 0.35
 # Largest step of the continuation, rad.
 MAX_STEP_LENGTH = 0.25
-# Smallest step, rad: a branch ends if a step must be shorter.
+# Smallest step, rad: the branch ends if a step would have to be shorter.
 MIN_STEP_LENGTH = 1e-8
 MAX_STEPS = 1000
-# Smallest ratio of a determinant after a step to the one before it.
+# A step is accepted if the ratio of each determinant after the step to the determinant before it
+# exceeds this.
 MIN_DET_RATIO = 0.4
-# Largest ratio, the inverse of the smallest one.
+# The ratio must also be below this, the inverse of MIN_DET_RATIO.
 MAX_DET_RATIO = 2.5
-# A dimensionless determinant is round-off below this multiple of the product of the largest slope
-# by each variable.
+# A dimensionless determinant is round-off if it is below this multiple of a product: the largest
+# slope by each variable, multiplied over the variables.
 DETERMINANT_TOLERANCE = 1e-9
-# Lower bound of these slopes, dimensionless.
+# Least value of a slope in this product, dimensionless.
 MIN_SLOPE = 0.01
-# Largest motion from the last pose, rad, for which the continuation begins there and not at the
-# pose of the robot file.
+# The continuation begins at the last pose if the joints have moved by at most this, rad; otherwise
+# at the pose of the robot file.
 MAX_MOTION = 1.0
-# Largest number of joints without limits that are also turned the other way.
+# Largest number of joints without limits for which the continuation also tries the other direction
+# of rotation.
 MAX_OTHER_WAYS = 4
 # Offset of the middle of a line that passes a singular pose on one side, rad.
 BEND = 0.3
@@ -62,9 +66,9 @@ def _solve(
     status: Numbers,
     at: int,
 ) -> int:
-    # Newton's method for the passive variables of a group. Returns the number of steps; -1 if it
-    # does not converge, or the determinant is 0 there. Writes the screws, the determinant and the
-    # size of the residual.
+    # Solves for the passive variables of a group by Newton's method. Writes the screws, the
+    # determinant and the size of the residual. Returns the number of steps; -1 if the method does
+    # not converge, or if the determinant is 0 at the solution.
     gap, order = [0.0] * 18, [0] * 18
     before = places.INFINITY
     for step in range(MAX_NEWTON_STEPS):
@@ -88,7 +92,8 @@ def _solve(
 
 
 def _slope_product(group: LoopGroup, slopes: Numbers) -> float:
-    # The product of the largest slope by each variable, dimensionless.
+    # Returns the product, over the passive variables of a group, of the largest slope by each
+    # variable, dimensionless.
     product: float = 1.0
     for k in range(group.count):
         longest: float = MIN_SLOPE
@@ -110,9 +115,9 @@ def _solve_all(
     status: Numbers,
     at: int,
 ) -> int:
-    # Solves this group and the `left` - 1 groups after it. Returns 0, or the number of groups from
-    # the one that failed to the last. `before` has the status of the previous pose, if `known`.
-    # The status of a group is its determinant, its residual and the number of Newton steps.
+    # Solves this group and the `left` - 1 groups after it. Returns 0 if all are solved, or the
+    # number of groups from the failed group to the last. If `known`, `before` has the status of
+    # the previous pose. The status of a group is determinant, residual and number of Newton steps.
     largest = MAX_CORRECTION if known else MAX_FILE_CORRECTION
     steps = _solve(group, x, largest, screws, slopes, status, at)
     if steps < 0 or known and not MIN_DET_RATIO < status[at] / before[at] < MAX_DET_RATIO:
@@ -127,7 +132,7 @@ def _solve_all(
 def _couple(
     group: LoopGroup, left: int, n: int, section: Flat, screws: Flat, slopes: Numbers
 ) -> None:
-    # Fills the derivatives of the passive variables by the joints, from the screws.
+    # Fills the derivatives of the passive variables by the joints in a section, from the screws.
     count = group.count
     gap, order = [0.0] * 18, [0] * 18
     residual.write_slopes(group, screws, slopes)
@@ -144,7 +149,7 @@ def _couple(
 
 
 def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
-    # The largest motion of a joint from a section to q, rad.
+    # Returns the largest motion of a joint from the positions in a section to q, rad.
     farthest = 0.0
     for j in range(dof):
         moved = abs(q[j] - section[j]) / group.unit[j]
@@ -154,8 +159,8 @@ def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
 
 
 def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
-    # Continues a section to q. Returns 0, or the number of groups from the one that failed to the
-    # last; then the section is that of the last closed pose.
+    # Changes a section step by step to joint positions q. Returns 0, or the number of groups from
+    # the failed group to the last; then the section belongs to the last pose with closed loops.
     n, variables = closure.dof, closure.variables
     status_at = closure.status_at
     screws = arrays.after(section, closure.screws_at)
@@ -192,9 +197,9 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
-    # Copies a section, and turns its joints without limits by full turns to the positions nearest
-    # to q. A bit of `other_ways` for each of the first MAX_OTHER_WAYS of these joints turns it to
-    # the other side of q. Returns the number of these joints.
+    # Copies a section, and adds full turns to its joints without limits, so that they are nearest
+    # to q. Each bit of `other_ways` moves one of the first MAX_OTHER_WAYS of these joints to the
+    # other side of q. Returns the number of joints that a bit can move.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
@@ -213,7 +218,8 @@ def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: F
 
 
 def _continue_beside(closure: Closure, q: Flat, joint: int, bend: float, section: Flat) -> bool:
-    # Continues from the known pose to q by way of a pose beside the middle, offset in one joint.
+    # Continues from the known pose to q through a pose near the middle of the line, offset in one
+    # joint by `bend` rad. Returns whether the loops close at q.
     unit = closure.first.unit[joint]
     if not unit < places.INFINITY:
         return False
@@ -230,11 +236,11 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
     Fill a section with the passive variables at q, on the branch of the known pose.
 
     The result depends on q only. The continuation goes along a straight line from the known pose.
-    If it fails, joints without limits are turned the other way. If it still fails, the line is
-    bent to both sides, which passes an isolated pose with determinant 0.
+    If it fails, it rotates joints without limits in the other direction. If it still fails, it
+    bends the line to both sides, so that it avoids an isolated pose with determinant 0.
 
-    Returns 0, or the number of groups from the one that does not close to the last; then the
-    section is that of the end of the straight line.
+    Returns 0, or the number of groups from the first group that does not close to the last; then
+    the section belongs to the end of the straight line.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _continue(closure, q, section)
@@ -254,7 +260,7 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
 
 
 def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
-    """Do what `close` does, from the last section if q is within MAX_MOTION of it."""
+    """Fill a section at q as `close` does, but from the last section if q is near it."""
     _begin(closure, last, q, 0, section)
     if _farthest(closure.first, closure.dof, q, section) <= MAX_MOTION:
         return _continue(closure, q, section)
@@ -263,10 +269,10 @@ def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
 
 def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
-    Complete a section from approximate variables.
+    Complete a section from approximate variables by Newton's method.
 
-    Returns 0, or the number of groups from the one that does not close to the last; the section
-    has its determinant and residual.
+    Returns 0, or the number of groups from the first group that does not close to the last; the
+    section has the determinant and residual of that group.
 
     Parameters
     ----------
@@ -275,7 +281,7 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     dof
         Number of joints.
     section : shape (Closure.width,)
-        As in `Closure`, with the variables filled.
+        Section as in `Closure`. Its variables must be filled; the call fills the other numbers.
     """
     known = len(groups_from(first))
     status, slopes = [0.0] * 72, [0.0] * 324
@@ -294,7 +300,7 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
 
 def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     """
-    Close the loops of a chain at many poses, each on its own.
+    Close the loops of a chain at many joint positions, each independent of the others.
 
     Parameters
     ----------
@@ -303,9 +309,11 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     q : shape (N, n), rad or m
         Joint positions.
     sections : shape (N, width)
-        As in `Closure`; if a loop does not close, that of the end of the straight line.
+        Sections as in `Closure`. If a loop does not close, the section belongs to the end of the
+        straight line.
     closed : shape (N,)
-        0 if the loops close, or the number of groups from the one that does not close to the last.
+        0 if the loops close, or the number of groups from the first group that does not close to
+        the last.
     """
     arrays.given(chain.closure)
     count, n, width = arrays.extent(q, 0), chain.dof, chain.closure.width

@@ -1,10 +1,10 @@
 """
-Residuals of closed loops, and their slopes by the variables.
+Compute residuals of closed loops, and the slopes (derivatives) of residuals by the variables.
 
-The residual of a loop is the pose of the end of one of its chains relative to the end of the
-other. Both chains begin in the same frame, and all numbers are in its axes. The residuals of the
-loops of a group are stacked. The slopes are the screws of the ends. For the rotation they are
-exact only if the ends are parallel.
+The residual of a loop is the pose of the end of one of its chains relative to the end of the other
+chain. Both chains begin in the same frame, and all numbers are in the axes of this frame. The
+residuals of the loops of a group are stacked. The slopes are the screws of the ends. The slopes of
+the rotation are exact only if the ends are parallel.
 """
 
 import math
@@ -16,8 +16,8 @@ from ..layout.arrays import Flat, Numbers
 
 
 def _write_end(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -> None:
-    # Writes the pose T of the end of a chain, and the screw of each entry, six numbers: linear
-    # velocity of the origin of the end, and its angular velocity.
+    # Writes the pose T of the end of a chain, and the screw of each entry. A screw has six
+    # numbers: linear velocity of the origin of the end, and angular velocity of the end.
     arrays.copy(T, 12, chain.before)
     for k in range(chain.elements):
         theta = chain.theta_0[k]
@@ -45,7 +45,8 @@ def _write_end(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -
 
 
 def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
-    # The pose of the end of `back` relative to the end of `there`: translation, rotation vector.
+    # Writes the pose of the end of `back` relative to the end of `there`: translation and rotation
+    # vector, six numbers.
     x, y, z, along = 0.0, 0.0, 0.0, 0.0
     for i in range(3):
         gap[i] = back[4 * i + 3] - there[4 * i + 3]
@@ -66,8 +67,9 @@ def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
 
 def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat) -> float:
     """
-    Fill the residual of a group of loops (p,) and the screws of its entries; return its largest
-    component.
+    Fill the residual (p,) of a group of loops and the screws of its entries.
+
+    Returns the largest component of the residual, divided by the scale of the component.
 
     Parameters
     ----------
@@ -76,9 +78,10 @@ def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat
     x : shape (variables,), rad or m
         Joints and passive variables.
     residual : shape (p,), m or rad
-        The components, 0 if the loops are closed.
+        The components of the residual; they are 0 if the loops are closed.
     screws : shape (entries, 6)
-        For each loop the screws of the entries of `there`, then of `back`; each moves its own end.
+        For each loop, the screws of the entries of `there`, then those of `back`. A screw is the
+        motion of the end of its own chain.
     """
     _write_residuals(group.loop, x, residual, screws)
     largest: float = 0.0
@@ -127,9 +130,10 @@ def write_by_joint(
     loop: Loop, first: int, dof: int, joint: int, screws: Flat, section: Flat, slopes: Numbers
 ) -> None:
     """
-    Fill the slope (p,) of the residual by a joint of the arm, for a loop and the next ones of its
-    group. The joint also moves the passive variables of earlier groups, those before `first`;
-    their derivatives are in `section`.
+    Fill the slope (p,) of the residual by a joint of the arm, for a loop and the loops after it.
+
+    The joint also moves the passive variables of earlier groups, whose indices are below `first`.
+    The derivatives of these variables are in `section`.
     """
     back = arrays.after(screws, 6 * loop.there.entries)
     for i in range(loop.count):
@@ -150,7 +154,8 @@ def write_by_joint(
 def _derivative(
     loop: Loop, first: int, dof: int, joint: int, variable: int, section: Flat
 ) -> float:
-    # The derivative of a variable by a joint. Variables of this group and later ones are fixed.
+    # Returns the derivative of a variable by a joint. Variables of this group and of later groups
+    # are constant.
     if variable < dof:
         return 1.0 if variable == joint else 0.0
     if variable >= first:

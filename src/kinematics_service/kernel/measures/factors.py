@@ -1,5 +1,5 @@
 """
-Compute values and gradients of the named factors of an arm's determinant.
+Compute values and gradients of the named singular factors of an arm.
 
 The method is forward automatic differentiation of a tape, a list of operations. Number k of a step
 in a lane is at k * lanes + lane. Each lane gives the same bits as one pose alone.

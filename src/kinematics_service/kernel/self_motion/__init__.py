@@ -1,1 +1,1 @@
-"""Curves of solutions of an arm with one joint more than its target asks for."""
+"""Curves of inverse kinematics solutions, if an arm has one joint more than its target needs."""

@@ -1,10 +1,10 @@
 """
 Interpolate a curve of solutions between its samples, and find roots of functions along it.
 
-A place on the curve is a number: k + x is the fraction x of the way from sample k to the next one.
+A place on the curve is a number k + x: the fraction x of the way from sample k to sample k + 1.
 Cubic Hermite interpolation predicts the solution, and Newton's method corrects it perpendicular to
-the chord. Roots are found by the Illinois method (Dowell and Jarratt 1971): regula falsi that
-halves the value at the end that does not move.
+the chord. The Illinois method (Dowell and Jarratt 1971) finds roots: regula falsi that halves the
+value at the end that does not move.
 """
 
 import math
@@ -15,11 +15,11 @@ from .curve_point import CurvePoint
 
 # Largest number of steps to a root; ten are usual.
 MAX_ROOT_STEPS = 100
-# Largest distance of a joint from a level at a root, rad or m: round-off of 100 operations at 3
-# rad.
+# A joint is at a level if its distance from the level is below this, rad or m: round-off of 100
+# operations at 3 rad.
 LEVEL_TOLERANCE = 1e-13
-# Largest slope of a joint at a turning point, or of the distance at a nearest place. The error of
-# the position is of the order of its square.
+# A place is a turning point of a joint, or a nearest place, if the slope of the joint or of the
+# distance is below this. The error of the position is of the order of the square of the slope.
 SLOPE_TOLERANCE = 1e-9
 
 
@@ -30,15 +30,16 @@ class CurvePath:
     Parameters
     ----------
     point
-        Room for a solution of the arm and its target.
+        A point of the curve, which the methods move.
     samples : shape (m, 2 n), rad or m
-        Joint positions and unit tangents, at least two.
+        Joint positions and unit tangents of at least two samples.
 
     Attributes
     ----------
     joint, level
-        The function whose roots are found: the distance of a joint above a level, or its slope if
-        the level is NaN. For joint -1 it is the slope of the distance from `goal`.
+        The function whose roots are found: position of the joint minus the level, or the slope of
+        the joint if the level is NaN. If the joint is -1, the function is the slope of the
+        distance from `goal`.
     """
 
     def __init__(self, point: CurvePoint, samples: Floats) -> None:
@@ -64,7 +65,8 @@ class CurvePath:
             chord = border[j]
             bend = y * (size * a[n + j] - chord) - x * (size * b[n + j] - chord)
             q[j] = a[j] + x * chord + x * y * bend
-        # Newton's method may fail near a singular pose; the samples at both ends are solutions.
+        # Ignore a failure of Newton's method near a singular pose: the samples at both ends are
+        # solutions.
         self.point.improve()
 
     def value(self) -> float:
@@ -98,7 +100,7 @@ class CurvePath:
 
 
 def write_places(path: CurvePath, places: Floats, q: Floats) -> None:
-    """Fill in joint positions (m, n) at places (m,) of a curve."""
+    """Fill q (m, n) with the joint positions at places (m,) of a curve."""
     count, n = arrays.size(places), path.n
     at, rows = arrays.numbers(places, count), arrays.results(q, count * n)
     for i in range(count):
@@ -108,17 +110,18 @@ def write_places(path: CurvePath, places: Floats, q: Floats) -> None:
 
 def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
     """
-    Fill in the places at which joints are at levels or turn round.
+    Find the places at which joints are at given levels or change their direction.
 
     Parameters
     ----------
     path
         The curve.
     brackets : shape (6, m)
-        Joint and level (NaN for a turning point); a place and the value of the function there;
-        another place and the value, of opposite sign.
+        Joint and level (NaN for a turning point); a place and the value of the function at it;
+        another place and its value, of opposite sign.
     roots : shape (m, k)
-        The place and the joint positions (n,) of each root; further columns do not change.
+        Filled with the place and the joint positions (n,) of each root; further columns do not
+        change.
     """
     count, wide, n = arrays.extent(roots, 0), arrays.extent(roots, 1), path.n
     if wide < 1 + n:
@@ -134,16 +137,16 @@ def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
 
 def nearest_place(path: CurvePath, goal: Floats, begin: float, end: float) -> float:
     """
-    Return the place between two neighboring places that is nearest to a goal.
+    Return the place, between two neighboring places, at which the curve is nearest to a goal.
 
     Parameters
     ----------
     path
         The curve.
     goal : shape (2, n)
-        Joint positions, and the weights of the squares.
+        Joint positions, and the weights of the squared differences.
     begin, end
-        The places.
+        The two places.
     """
     path.goal, path.joint = arrays.numbers(goal, 2 * path.n), -1
     path.level = math.nan

@@ -2,8 +2,9 @@
 Correct a point onto a curve of solutions by Newton's method, and compute the tangent of the curve.
 
 Allgower and Georg, Introduction to Numerical Continuation Methods, section 3.3: the derivative of
-the target's rows has one row less than columns. A row below, the border, makes it square. The
-correction is perpendicular to the border, and the tangent is the null vector of the rows above it.
+the target's rows has one row fewer than columns. An additional last row, the border, makes the
+matrix square. The correction is perpendicular to the border. The tangent is the null vector of the
+rows above the border.
 """
 
 import math
@@ -13,32 +14,33 @@ from ..inverse.residuals import Residual
 from ..layout import arrays, places
 from ..layout.arrays import Floats
 
-# Largest number of Newton steps; from a prediction three are usual.
+# Largest number of Newton steps; three steps are usual after a prediction.
 MAX_NEWTON_STEPS = 12
-# Length of the last step, rad or m: Newton's method squares the error to 1e-14, round-off.
+# Length of the last step, rad or m. Newton's method squares the error of this step to 1e-14, which
+# is round-off.
 STEP_TOLERANCE = 1e-7
 
 
 class CurvePoint:
     """
-    A solution, and the tangent of the curve of solutions there.
+    A point of a curve of solutions, and the tangent of the curve at it.
 
     Parameters
     ----------
     residual
         The residual of the target, with one weighted row fewer than joints.
     periods : shape (n,), rad or m
-        Motion of a joint after which the tool is back; 1e12 for no period.
+        Motion of a joint after which the tool has the same pose; 1e12 if none has.
 
     Attributes
     ----------
     q, tangent : shape (n,)
-        Joint positions; the unit tangent, at an acute angle to the border.
+        Joint positions, rad or m, and the unit tangent at an acute angle to the border.
     border : shape (n,)
         Direction to which corrections are perpendicular.
     orientation
-        The sign of the determinant of the derivative with the tangent below: constant along a
-        curve, and the opposite one on a curve that another curve nearly crosses (Allgower and
+        The sign of the determinant of the derivative with the tangent as last row. It is constant
+        along a curve, and opposite on another curve that nearly crosses this curve (Allgower and
         Georg, definition 2.1.1).
     """
 
@@ -63,7 +65,7 @@ class CurvePoint:
         """
         Set the border to the null vector at q whose orientation is `side`, 1 or -1.
 
-        Its elements are cofactors: determinants with a unit vector as the border.
+        The elements of the null vector are cofactors: determinants with a unit vector as border.
         """
         n, null = self.n, self.tangent
         arrays.fill(self.border, n, 0.0)
@@ -97,7 +99,7 @@ class CurvePoint:
         return False
 
     def linearise(self) -> None:
-        """Write the derivative at q with the border below, and the errors in `step`."""
+        """Write the derivative at q and the border as last row to A, and the errors to `step`."""
         n = self.n
         self.residual.square(self.q, places.JACOBIAN)
         self.residual.write_columns(self.ones)
@@ -119,7 +121,7 @@ class CurvePoint:
             tangent[j] *= size
 
     def way(self, j: int, way: float) -> float:
-        """Return a motion of a joint less its full turns: at most half a period."""
+        """Return a motion of joint j minus full turns, so that it is at most half a period."""
         return way - self.periods[j] * math.floor(way / self.periods[j] + 0.5)
 
 

@@ -1,10 +1,10 @@
 """
-Trace a curve of solutions by numerical continuation: predictor and corrector, until it closes.
+Trace a curve of solutions by numerical continuation (predictor and corrector) until it closes.
 
 Allgower and Georg, Introduction to Numerical Continuation Methods, chapters 2 and 6: an Euler step
-along the tangent, Newton's method across it, a step length by how far the tangent turns. A step
-onto another curve that nearly crosses this one has the other orientation, and is repeated with
-half its length.
+goes along the tangent, and Newton's method corrects it across the tangent. The step length depends
+on the angle by which the tangent turns. If a step ends on another curve that nearly crosses this
+curve, the orientation is opposite, and the step is repeated with half its length.
 """
 
 from ..layout import arrays
@@ -13,31 +13,31 @@ from .curve_point import CurvePoint
 
 # Length of the first step, rad.
 FIRST_STEP = 0.02
-# Length of the longest step, rad: the distance of samples.
+# Length of the longest step, rad: the largest distance between samples, without corrections.
 MAX_STEP = 0.1
-# Length of the shortest step, rad. If it fails, the curve ends at a singular pose.
+# Length of the shortest step, rad. If this step fails, the curve ends at a singular pose.
 MIN_STEP = 1e-7
-# Least cosine of the angle between two tangents, 0.35 rad, with which a step is accepted.
+# A step is accepted if the cosine of the angle between the tangents exceeds this: 0.35 rad.
 MIN_COSINE = 0.94
-# Least cosine of the angle between two tangents, 0.1 rad, with which the next step is doubled.
+# The next step is doubled if the cosine of the angle between the tangents exceeds this: 0.1 rad.
 DOUBLING_COSINE = 0.995
-# Largest ratio of the correction to the step. On a circle whose tangent turns by 0.35 rad it is
-# 0.18.
+# Largest ratio of the correction to the step. The ratio is 0.18 on a circle whose tangent turns by
+# 0.35 rad.
 MAX_CORRECTION = 0.25
-# Largest motion of a joint between two samples, rad: MAX_STEP and its largest correction.
+# Largest motion of a joint between two samples, rad: MAX_STEP plus its largest correction.
 MAX_GAP = 0.125
-# Largest difference of joint positions of one solution, rad or m: ten times the last step of
-# Newton's method.
+# Two joint positions are the same solution if no joint differs by more than this, rad or m: ten
+# times the last step of Newton's method.
 SOLUTION_TOLERANCE = 1e-6
 
 
 def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     """
-    Follow the curve of solutions from one of them until it closes.
+    Follow the curve of solutions from one solution until the curve closes.
 
-    Returns the number of samples, negative for a closed curve, whose last sample is the first one
-    plus full turns. Another curve ends at a singular pose, or the array is full. Returns 0 if
-    Newton's method finds no solution at the start.
+    Returns the number of samples; negative if the curve is closed, whose last sample is the first
+    sample plus full turns. If the number is positive, the curve ends at a singular pose, or the
+    array is full. Returns 0 if Newton's method finds no solution at the start.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     side
         1 or -1: the orientation of the curve in the direction in which it is followed.
     samples : shape (m, 2 n), rad or m
-        Joint positions and the unit tangent, to be written. Give the first joint positions, near a
-        solution.
+        Filled with joint positions and unit tangents. On input, the first joint positions must be
+        near a solution.
     """
     n, max_count = point.n, arrays.extent(samples, 0)
     rows = arrays.results(samples, 2 * max_count * n)
@@ -84,9 +84,9 @@ def _write(point: CurvePoint, row: Flat) -> None:
 
 
 def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> float:
-    # Moves the point to the solution a step ahead of a sample, and returns the cosine of the angle
-    # between the tangents. Returns 0 if Newton's method fails, or if the solution may be beyond a
-    # bend or on another curve.
+    # Moves the point to the solution one step ahead of a sample. Returns the cosine of the angle
+    # between the tangents; 0 if Newton's method fails, or if the solution may be beyond a bend or
+    # on another curve.
     n, border = point.n, point.border
     arrays.copy(border, n, arrays.after(sample, n))
     for j in range(n):
@@ -103,7 +103,8 @@ def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> flo
 
 
 def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float:
-    # Moves the point to the next solution; returns the length of the step after it, 0 on failure.
+    # Moves the point to the next solution. Returns the length of the following step, rad; 0 on
+    # failure.
     h: float = step
     while h > MIN_STEP:
         cosine: float = _step_from(point, before, h, side)
@@ -114,8 +115,8 @@ def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float
 
 
 def _reaches(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: float) -> bool:
-    # Returns whether a step from a sample reaches a goal on the curve. The step exceeds `least`, a
-    # negative length if steps back are allowed.
+    # Returns whether a step from a sample along the curve reaches a goal. The step must be longer
+    # than `least`, which is negative if steps back are allowed.
     n = point.n
     step: float = 0.0
     for j in range(n):
@@ -149,7 +150,7 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
         for j in range(n):
             distance = max(distance, abs(point.way(j, goal[j] - row[j])))
         is_passed = distance < MAX_GAP and _reaches(point, 1.0, row, goal, -MAX_GAP)
-        # Skip samples that are too distance away: neighbors are within MAX_GAP.
+        # Skip samples that are too far away: neighboring samples are within MAX_GAP.
         k += 1 + int(max(distance / MAX_GAP - 1.0, 0.0))
     arrays.take_back(lock)
     return is_passed

@@ -17,8 +17,8 @@ class Arm:
     Attributes
     ----------
     chain, task, tape
-        The kinematic chain, the rows of the Jacobian for the measures, and the named factors of
-        the determinant.
+        The kinematic chain, the rows of the Jacobian for the measures, and the named singular
+        factors.
     factors_complete
         Whether the product of the factors is the determinant. If so, only the zeros of the factors
         are singular poses.
