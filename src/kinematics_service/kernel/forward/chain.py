@@ -1,5 +1,5 @@
 """
-Store the kinematic chain of an arm for the kernel: constant motions with a screw about z between.
+Store the kinematic chain of an arm: constant motions and, between them, screws about z.
 
 If the arm has closed loops, passive variables also move screws. They follow from the joint
 positions.

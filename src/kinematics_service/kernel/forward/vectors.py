@@ -81,8 +81,8 @@ def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
 
     If a is parallel to the axis, every angle is a solution, and `otherwise` is returned.
     """
-    # First project a and b onto the plane normal to the axis. Without it, differences of products
-    # would be round-off for vectors nearly parallel to the axis.
+    # First project a and b onto the plane normal to the axis. Without this projection, differences
+    # of products would be round-off for vectors nearly parallel to the axis.
     size = dot(a, a)
     a = plus(a, -dot(axis, a), axis)
     b = plus(b, -dot(axis, b), axis)

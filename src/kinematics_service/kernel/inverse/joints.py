@@ -17,7 +17,8 @@ class Joints:
     scales : shape (n,)
         The inverse of `Task.column_scales` for each joint.
     periods : shape (n,)
-        Motion of a joint, rad or m, after which the tool has the same pose; infinite if none has.
+        Motion of a joint, rad or m, after which the tool has the same pose; infinite if there is
+        none.
     limits : shape (n, 2), rad or m
         Limits of positions; infinite for none.
     """

@@ -64,7 +64,7 @@ class Servo:
         return max((self.limits[2 * j + 1] - q[j]) / self.horizon, 0.0)
 
     def lower(self, q: Flat, j: int) -> float:
-        """Return the largest velocity of joint j towards its lower limit, negative or 0."""
+        """Return the largest velocity of joint j towards its lower limit, <= 0, rad/s or m/s."""
         return min((self.limits[2 * j] - q[j]) / self.horizon, 0.0)
 
 

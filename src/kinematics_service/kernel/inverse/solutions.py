@@ -18,7 +18,8 @@ MAX_DUPLICATE_DISTANCE = 1e-2
 # The midpoint of two candidates is a solution if its error, divided by `residual.size()`, is below
 # this: 500 times the round-off of forward kinematics.
 MIDPOINT_TOLERANCE = 1e-13
-# The midpoint is also a solution if its error is less than this many errors of the candidate.
+# The midpoint is also a solution if its error is less than this factor times the error of the
+# candidate.
 MIDPOINT_ERROR_RATIO = 4.0
 
 

@@ -112,7 +112,7 @@ def closed_solutions(
     only_inside
         Whether to omit solutions that are clearly outside the limits.
     result
-        Receives the solutions. It has room for MOST_CANDIDATES, or for one with `only_one`.
+        Receives the solutions. It has room for MOST_CANDIDATES, or for one if `only_one`.
     """
     most = places.MOST_CANDIDATES
     result.require_fit(refinement.residual, form.n, 1 if only_one else most)
@@ -136,7 +136,8 @@ def _solve(
         count = _add_nearest(refinement, wanted, candidates, result)
     else:
         count = _add_all(refinement, wanted, candidates, result)
-    # If no candidate is missing and each converged to its own solution, `count` equals `wanted`.
+    # If `accuracy` is finite, no candidate is missing. If `count` equals `wanted`, each candidate
+    # converged to its own solution.
     result.regular = accuracy[0] < places.INFINITY and count == wanted
     result.sure = accuracy[0] < MAX_SURE_ERROR and count == wanted
     for i in range(first, first + count):

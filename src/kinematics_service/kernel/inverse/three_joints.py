@@ -40,8 +40,8 @@ MIN_SCALE = 1e-300
 
 
 def _write_equations(screws: Numbers, p: Vector, turn: float, F: Numbers, G: Numbers) -> float:
-    # Writes the two equations that joint 1 does not change into F and G. Returns the error of
-    # their directions, rad.
+    # Writes to F and G the two equations that joint 1 does not change. Returns the error of their
+    # directions, rad.
     z1, z2 = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
     if not vectors.slides(screws, 0):
         _write_equation(F, 0.0, z1, -vectors.dot(z1, p))
@@ -163,8 +163,8 @@ def _third_joint(
     value_error: float
     slides_3 = vectors.slides(screws, 2)
     g, c, z, bounds = [0.0] * 5, [0.0] * 10, [0.0] * 8, [0.0] * 4
-    # A root is the position of joint 3 divided by `unit` (m if joint 3 slides). A slide is at most
-    # `scale`, so its root is at most 2.
+    # If joint 3 slides, a root is its position divided by `unit`, m. A slide is at most `scale`,
+    # so its root is at most 2.
     error, largest, unit = 0.0, 0.0, 0.5 * scale if slides_3 else 1.0
     for j in range(5):
         x = unit * (j - 2.0) if slides_3 else 2.0 * places.PI * j / 5.0

@@ -103,7 +103,8 @@ LARGEST_STAMP = 2**62
 # Closed forms of `inverse_candidates` (kinematics/inverse/problem/plan.py).
 POSITION_3, SPHERICAL_WRIST, PARALLEL_AXES = range(3)
 
-# Largest number of candidates: 2 x 4 of three joints, doubled by a wrist.
+# Room for candidates of one target: twice the largest number of solutions of six joints, 16. A
+# closed form has at most 2 x 4 candidates of three joints, times 2 of a wrist.
 MOST_CANDIDATES = 32
 
 # Results of `take_target`, which checks a target.

@@ -239,8 +239,8 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
     If it fails, it rotates joints without limits in the other direction. If it still fails, it
     bends the line to both sides, so that it avoids an isolated pose with determinant 0.
 
-    Returns 0, or the number of groups from the first group that does not close to the last; then
-    the section belongs to the end of the straight line.
+    Returns 0, or the number of groups from the first one that is not closed, up to the last. In
+    the second case the section belongs to the end of the straight line.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _continue(closure, q, section)
@@ -271,8 +271,8 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
     Complete a section from approximate variables by Newton's method.
 
-    Returns 0, or the number of groups from the first group that does not close to the last; the
-    section has the determinant and residual of that group.
+    Returns 0, or the number of groups from the first one that is not closed, up to the last. The
+    section has the determinant and residual of that first group.
 
     Parameters
     ----------
@@ -312,7 +312,7 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
         Sections as in `Closure`. If a loop does not close, the section belongs to the end of the
         straight line.
     closed : shape (N,)
-        0 if the loops close, or the number of groups from the first group that does not close to
+        0 if the loops close, or the number of groups from the first one that is not closed, up to
         the last.
     """
     arrays.given(chain.closure)

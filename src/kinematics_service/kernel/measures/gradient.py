@@ -241,10 +241,10 @@ def _add_end(chain: Chain, sign: float, screws: Flat, work: Flat) -> None:
 
 def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> None:
     """
-    Fill the determinant of each group of loops, and its gradient by the joints.
+    Fill, for each group of loops, a determinant and its gradient by the joints: 1 + n numbers.
 
-    The matrix has the slopes of the residual of the group by its passive variables. `results` has
-    1 + n numbers for each group.
+    The matrix of the determinant has the slopes of the residual of the group by the passive
+    variables of the group.
     """
     section = arrays.after(row, chain.closure_at)
     screws = arrays.after(section, chain.closure.screws_at)

@@ -30,7 +30,7 @@ class CurvePoint:
     residual
         The residual of the target, with one weighted row fewer than joints.
     periods : shape (n,), rad or m
-        Motion of a joint after which the tool has the same pose; 1e12 if none has.
+        Motion of a joint after which the tool has the same pose; 1e12 if there is none.
 
     Attributes
     ----------

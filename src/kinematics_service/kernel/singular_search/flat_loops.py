@@ -36,7 +36,7 @@ FLAT_STEPS = 30
 
 
 def room(chain: Chain) -> int:
-    """Return the number of numbers in the work array of `look`."""
+    """Return the length of the work array of `look`."""
     return 4 * chain.dof + chain.groups * (1 + chain.dof) + gradient.room(chain)
 
 

@@ -5,10 +5,11 @@ M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and r
 J. Mech. Des. 115 (1993) 502. The loop equation e3 e4 e5 (line of axis 6) = e2^-1 e1^-1 goal (line
 of axis 6), with lines as in lines.py, has 14 components.
 
-The left sides are linear in 27 products: one part each of joints 3, 4 and 5, where the parts of a
-joint are (1, cos, sin). The right sides are linear in the 9 products of joints 1 and 2, one of
-which is 1. Gaussian elimination of the other eight columns leaves six equations in joints 3, 4 and
-5, and more if axes are special. Modified Gram-Schmidt makes the equations orthonormal.
+The parts of a joint are (1, cos, sin) of its angle, or (1, d, d^2) of its slide d. The left sides
+are linear in the 27 products of one part each of joints 3, 4 and 5. The right sides are linear in
+the 9 products of joints 1 and 2, one of which is 1. Gaussian elimination of the other eight
+columns leaves six equations in joints 3, 4 and 5, and more if axes are special. Modified
+Gram-Schmidt makes the equations orthonormal.
 """
 
 import math
