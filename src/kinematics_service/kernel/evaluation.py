@@ -13,8 +13,8 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
     """
     Fill `rows` with pose, quaternion, Jacobian, twist and frames of each q.
 
-    Return -1, or the index of the first row with a q or qdot that is not finite or too large for
-    finite results, or with a loop that does not close.
+    Return -1, or the index of the first row that cannot be computed: q or qdot is not finite or
+    too large for finite results, or a loop does not close.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
 """
 Name the posture of an arm with a closed form: shoulder right, elbow up, wrist not flipped.
 
-Each of the three signs is the sign of a triple product. A sign is 0 if two solutions meet there:
-for the shoulder if the end of joint 3 is in the plane of axes 1 and 2, for the elbow if it is
-stretched, for the wrist if axes 4 and 6 are parallel.
+Each of the three signs is the sign of a triple product. A sign is 0 if two solutions meet. The
+shoulder is 0 if the end of joint 3 is in the plane of axes 1 and 2. The elbow is 0 if it is
+stretched, and the wrist is 0 if axes 4 and 6 are parallel.
 """
 
 import math

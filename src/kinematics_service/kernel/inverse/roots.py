@@ -14,9 +14,9 @@ from ..layout import places
 from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs, polynomials
 
-# If a cosine exceeds 1 by at most this, or if a square is negative by at most this ratio of its
-# terms, the target is taken as on the border of the reach: targets are given to six digits.
-# Forward kinematics later rejects solutions of targets beyond the border.
+# A target is taken as on the border of the reach if a cosine exceeds 1 by at most this: targets
+# are given to six digits. For a negative square the tolerance is relative to its terms. Forward
+# kinematics later rejects solutions of targets beyond the border.
 BORDER_TOLERANCE = 1e-6
 # Smaller squared sines, and smaller squares relative to their terms, are replaced by this number,
 # the round-off. So two equal roots are returned 2e-8 apart, and other joints can distinguish them.

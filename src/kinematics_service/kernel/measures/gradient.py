@@ -1,12 +1,12 @@
 """
 Compute the gradient of a weighted sum of the entries of a Jacobian by the joints.
 
-If the arm has closed loops, J = J_open G with G = [1; C]. C = -Phi_psi^-1 Phi_q are the
-derivatives of the passive variables psi by the joints, where Phi is the residual of the loops, and
-G depends on the joints. Phi_x G = 0 holds along every motion, so Phi_psi dC = -dPhi_x G. Therefore
-the weighted sum of J_psi dC is a weighted sum of dPhi_x, with the weights mu G^T, mu = -Phi_psi^-T
-J_psi^T Y. The columns of Phi_x are screws, so the function for J also computes the gradient of
-Phi_x.
+If the arm has closed loops, J = J_open G with G = [1; C], and G depends on the joints. Let Phi be
+the residual of the loops, and x = (q, psi) the joints and the passive variables. The derivatives
+of psi by the joints are C = -Phi_psi^-1 Phi_q. Phi_x G = 0 holds along every motion, so
+Phi_psi dC = -dPhi_x G. Therefore the weighted sum of J_psi dC is a weighted sum of dPhi_x, with
+the weights mu G^T, mu = -Phi_psi^-T J_psi^T Y. The columns of Phi_x are screws, so the function
+for J also computes the gradient of Phi_x.
 """
 
 from ..forward import linear_equations

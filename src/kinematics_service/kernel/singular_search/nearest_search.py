@@ -1,11 +1,16 @@
 """
 Find the singular pose nearest to given joint positions: multi-start sequential projection.
 
-The starts are the points at which singular values are zero to first order, mixtures of the
-directions of the two least singular values, a motion of each joint in both directions, and the
-nearest samples of the atlas. If the joints move, the search follows the singular poses that it has
-found, and tries the starts again one by one. It tries all starts while the joints move by a
-quarter of the distance to the nearest singular pose.
+The starts are:
+
+- the points at which singular values are zero to first order;
+- mixtures of the directions of the two least singular values;
+- a motion of each joint in both directions;
+- the nearest samples of the atlas.
+
+If the joints move, the search follows the singular poses that it has found, and tries the starts
+again one by one. It tries all starts while the joints move by a quarter of the distance to the
+nearest singular pose.
 """
 
 import math
