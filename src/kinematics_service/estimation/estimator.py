@@ -121,7 +121,7 @@ class StreamQuantity(ABC):
         self, answer: EstimatorOutput, message: 'JointMessage', joints: NamedJoints
     ) -> Floats | None:
         """
-        Return the numbers of this quantity after a message; None if they are not known.
+        Return the values of this quantity in the state after a message; None if they are unknown.
 
         Parameters
         ----------

@@ -219,8 +219,8 @@ class Outputs:
         return StateReport(answer, settings)
 
     def _configured(self, channel: Channel) -> Channel:
-        # Returns the channel with content and layout for the settings. A layout for bytes is
-        # checked against ROS's serializer.
+        # Returns the channel with the content and message layout that the settings ask for. A
+        # layout for bytes is first checked against ROS's serializer.
         topic = channel.topic
         settings = self._settings.points[topic.of] if topic.of else self._settings
         content = topic.content(settings) or SILENT

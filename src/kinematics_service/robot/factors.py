@@ -284,7 +284,7 @@ def _check_zeros(factors: Factors, k: int, name: str, chain: Chain, task: Task, 
 
 
 def _task_jacobians(chain: Chain, task: Task, q: Floats) -> Floats:
-    # Return the scaled J_t, shape (N, m, n), at joint positions q, shape (N, n).
+    # Return the scaled Jacobian of the task rows, J_t (N, m, n), at joint positions q (N, n).
     _, J = poses_and_jacobians(chain, q)
     halves = task.rotation.T @ J.reshape(len(J), 2, 3, chain.dof)
     J_t = halves.reshape(J.shape)[:, task.axes]

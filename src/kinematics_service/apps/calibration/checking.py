@@ -66,7 +66,8 @@ OPTIONS = {
 }
 # Names that users may not give to points or sessions, since names of parameters begin with them.
 TAKEN = re.compile(r'(base|tool)\d*|compliance')
-# Groups of the parameters for sessions (drifts) and for loads (compliances).
+# Groups of parameters: PLACEMENT and ZEROS are drifts from session to session, COMPLIANCE is that
+# of the joints under load.
 PLACEMENT, ZEROS, COMPLIANCE = 'placement', 'zeros', 'compliance'
 # Parameters that are not in a table: the delay of the joint states, and the backlash of the
 # joints. Each joint stops half the backlash before its measured position.

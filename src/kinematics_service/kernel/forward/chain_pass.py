@@ -241,7 +241,8 @@ def evaluate_rows(
     work: Flat,
 ) -> bool:
     """
-    Fill LANES rows of depth POSE or JACOBIAN, each as `evaluate_row` does.
+    Evaluate LANES poses side by side: fill their rows as `evaluate_row` does, with depth POSE or
+    JACOBIAN.
 
     Return False if a number is too large or not finite; then fill the rows one by one.
     """

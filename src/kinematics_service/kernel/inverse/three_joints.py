@@ -158,8 +158,9 @@ def _third_joint(
     way: float,
     thirds: Numbers,
 ) -> int:
-    # Writes up to four positions of joint 3 at which joints 1 and 2 have a solution, and the error
-    # of these positions to thirds[4]. Returns their number, or -1 if every position is a solution.
+    # Finds up to four positions of joint 3 at which joints 1 and 2 have a solution, and writes
+    # them to `thirds`. thirds[4] is the largest error of these positions. Returns their number, or
+    # -1 if every position is a solution.
     value_error: float
     slides_3 = vectors.slides(screws, 2)
     g, c, z, bounds = [0.0] * 5, [0.0] * 10, [0.0] * 8, [0.0] * 4

@@ -22,7 +22,7 @@ from .six_screws import SixScrews
 
 # Number of equations: the numbers p, p.p, l, p.l, m and h of a line, without the leading 1.
 EQUATIONS = 14
-# Number of products on the left side: three parts for each of joints 3, 4 and 5.
+# Number of products on the left side, 3^3: one of the three parts of each of joints 3, 4 and 5.
 LEFT = 27
 # Number of products on the right side: three parts for each of joints 1 and 2, without 1 times 1.
 RIGHT = 8

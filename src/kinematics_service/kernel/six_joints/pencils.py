@@ -1,5 +1,6 @@
 """
-Compute the matrix M(t) of the hidden joint 3 and its determinant (Raghavan and Roth 1993).
+Compute the matrix M(t) and its determinant, where t is the angle of joint 3 (Raghavan and Roth
+1993).
 
 The dialytic step multiplies each of the six equations of `Elimination` by cos(t/2) and by sin(t/2)
 of one joint, 4 or 5. The results are linear in twelve products: (cos t/2, sin t/2, cos 3t/2,
@@ -7,9 +8,9 @@ sin 3t/2) of the multiplied joint times (1, cos, sin) of the other joint. Half a
 tangents of the paper, which are infinite at 180 degrees. If the multiplied joint slides by d, the
 products have (1, d, d^2, d^3).
 
-The loop closes only if M(t) = M0 + cos(t) M1 + sin(t) M2 is singular, where t is the angle of
-joint 3. The determinant is a trigonometric polynomial, interpolated by a discrete Fourier
-transform (polynomials.py). The null vector of M(t) at a root gives joints 4 and 5.
+The loop closes only if M(t) = M0 + cos(t) M1 + sin(t) M2 is singular. The determinant is a
+trigonometric polynomial, interpolated by a discrete Fourier transform (polynomials.py). The null
+vector of M(t) at a root gives joints 4 and 5.
 """
 
 import math

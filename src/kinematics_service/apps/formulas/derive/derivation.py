@@ -153,8 +153,8 @@ class Derivation:
     @property
     def loop_coupling(self) -> sympy.Matrix:
         """
-        Return C = d (q, psi) / d q of joints q and passive joints psi; `jacobian` is
-        `jacobian_open` C.
+        Return C, the derivative of all positions (q, psi) by q; psi are those of the passive
+        joints. `jacobian` is the product of `jacobian_open` and C.
         """
         rows = [sympy.eye(len(self.variables)), *(loop.coupling for loop in self.loops)]
         return sympy.ImmutableMatrix(sympy.Matrix.vstack(*rows))

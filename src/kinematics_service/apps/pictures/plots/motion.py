@@ -57,7 +57,8 @@ class PlottedMotion:
     @property
     def described(self) -> str:
         """
-        Return the name and, if there are any, the number of rows at which loops do not close.
+        Return the name of the motion; if loops do not close at some rows, add the number of these
+        rows.
         """
         if not len(self.open_rows):
             return self.name

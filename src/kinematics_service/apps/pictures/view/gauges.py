@@ -12,7 +12,7 @@ from ....robot.measures import MEASURES, Level
 
 # Value of a measure at which its gauge is full, divided by the threshold of WARN.
 FULL_RATIO = 5.0
-# Time to the threshold at which its gauge is full, s.
+# The gauge of the time to the threshold is full from this time on, s.
 FULL_TIME = 10.0
 # Time to the threshold below which its gauge has the colour of WARN, s.
 WARN_TIME = 2.0

@@ -150,7 +150,7 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
 def _idle_motions(
     robot: Robot, rows: tuple[str, ...], axis: str, scales: Floats
 ) -> tuple[Floats, int]:
-    # Returns the motions in the null space of every J, and the rank of J at most poses.
+    # Returns the joint motions in the null space of J at all poses, and the generic rank of J.
     poses = generic_poses(robot.chain, robot.limits, robot.prismatic)
     q = np.ascontiguousarray(poses[:RANK_POSES])
     n = robot.dof

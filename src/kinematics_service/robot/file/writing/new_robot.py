@@ -177,7 +177,8 @@ def _elementary(links: Sequence[_Link], _: Convention, units: Units) -> Iterator
 
 
 def _shape(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
-    # Yield Sheth-Uicker rows: `in` has the d, a and alpha of the previous standard row.
+    # Yield rows of Sheth and Uicker. The key `in`, the fixed motion before a joint, has d, a and
+    # alpha of the standard row before.
     way = ''
     for i, link in enumerate(links, 1):
         yield f'{{{way}joint: Rz(q{i})}}'

@@ -108,7 +108,7 @@ def _quantities(check: QuantityCheck) -> Iterator[tuple[Quantity, str]]:
 
 
 def sign(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the right formula with the opposite sign."""
+    """Yield the correct values with the opposite sign."""
     yield Variant('the sign is wrong', -check.right)
 
 

@@ -22,8 +22,9 @@ STEPS = 32
 STEPS_PER_CHECK = 8
 # Number of points checked for a zero, those with the smallest values.
 CHECKED_POSES = 10
-# After this number of term evaluations, or of boxes, the search ends undecided: it takes seconds.
+# Largest number of term evaluations, which take seconds. After them the search ends undecided.
 MAX_TERM_EVALUATIONS = 100_000_000
+# Largest number of boxes of joint positions; after them the search ends undecided.
 MAX_BOXES = 200_000
 BATCH_SIZE = 4096  # boxes evaluated at once, to bound memory
 
