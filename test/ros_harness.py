@@ -27,6 +27,8 @@ from kinematics_service.node.node import KinematicsNode  # noqa: E402
 BOTH_TRANSPORTS = pytest.mark.parametrize('transport', ['bytes', 'messages'])
 # Nothing that is waited for takes longer than this on a machine that much else keeps busy (s).
 DEADLINE = 30.0
+# A request without a response is sent again after this time (s), several times within the deadline.
+REPEAT_AFTER = 5.0
 # What is no message is looked for after pauses that grow (s): a look takes a third of a ms.
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.005, 0.1
 RELIABLE = QoSProfile(depth=1000)
@@ -145,12 +147,29 @@ class Peer:
         return bool(publisher.get_subscription_count() == listeners)
 
     def call(self, kind: Any, service: str, request: Any) -> Any:
-        """Return the response of a service."""
-        client = self.peer.create_client(kind, service)
-        self.spin_until(client.service_is_ready, f'service {service}')
-        future = client.call_async(request)
-        self.spin_until(future.done, f'response of {service}')
-        return future.result()
+        """Return the response of a service to a request that may be handled twice."""
+        return self.ask(self.peer.create_client(kind, service), request)
+
+    def ask(self, client: Any, request: Any) -> Any:
+        """
+        Return the response to a client's request that may be handled twice.
+
+        The response to a new client is lost if the server has not discovered it yet, so the
+        request is repeated.
+        """
+        self.spin_until(client.service_is_ready, f'service {client.srv_name}')
+        futures = [client.call_async(request)]
+        repeat = time.monotonic() + REPEAT_AFTER
+
+        def is_answered() -> bool:
+            nonlocal repeat
+            if time.monotonic() > repeat:
+                futures.append(client.call_async(request))
+                repeat = time.monotonic() + REPEAT_AFTER
+            return any(future.done() for future in futures)
+
+        self.spin_until(is_answered, f'response of {client.srv_name}')
+        return next(future.result() for future in futures if future.done())
 
     def close(self) -> None:
         """Destroy the nodes, and the context where it is the peer's own."""

@@ -20,6 +20,7 @@ from target_harness import pose_target
 import kinematics_service as ks
 
 Q = (0.1, 0.2, 0.3)
+NO_TRANSITION = 254
 ROBOT = """
 robot: {name}
 convention: standard
@@ -38,6 +39,8 @@ class Manager(Peer):
         self.stamp = START
         # A node that subscribes with best effort loses what comes before it knows the publisher.
         self.states = self.peer.create_publisher(JointState, '/joint_states', RELIABLE)
+        self.changes = self.peer.create_client(ChangeState, '/kinematics/change_state')
+        self.is_discovered = False
 
     def hear(self):
         """Listen to what a node publishes that has been configured."""
@@ -45,8 +48,14 @@ class Manager(Peer):
         self.warnings = self.listen('/kinematics/singularity/warning', DiagnosticStatus, LATCHED)
 
     def change(self, transition):
-        request = ChangeState.Request(transition=Transition(id=transition))
-        return self.call(ChangeState, '/kinematics/change_state', request).success
+        if not self.is_discovered:
+            # The response to a new client may be lost, and a transition cannot be asked for twice:
+            # ask for one that no state allows until the node answers.
+            self.ask(self.changes, _change(NO_TRANSITION))
+            self.is_discovered = True
+        future = self.changes.call_async(_change(transition))
+        self.spin_until(future.done, f'response to transition {transition}')
+        return future.result().success
 
     @property
     def state(self):
@@ -58,6 +67,10 @@ class Manager(Peer):
         names = [f'q{j + 1}' for j in range(len(q))]
         self.states.publish(joint_state(names, q, stamp=self.stamp))
         return self.stamp
+
+
+def _change(transition):
+    return ChangeState.Request(transition=Transition(id=transition))
 
 
 @pytest.fixture
