@@ -27,7 +27,7 @@ from kinematics_service.node.node import KinematicsNode  # noqa: E402
 BOTH_TRANSPORTS = pytest.mark.parametrize('transport', ['bytes', 'messages'])
 # Nothing that is waited for takes longer than this on a machine that much else keeps busy (s).
 DEADLINE = 30.0
-# A request without a response is sent again after this time (s), several times within the deadline.
+# A request without a response is sent again after this time (s).
 REPEAT_AFTER = 5.0
 # What is no message is looked for after pauses that grow (s): a look takes a third of a ms.
 SHORTEST_PAUSE, LONGEST_PAUSE = 0.005, 0.1

@@ -1,7 +1,9 @@
 """
 Define the errors of the package: each is a KinematicsError, and its text is a sentence.
 
-Errors with (V) are also ValueErrors. The words after a colon are the attributes of an error.
+Errors with (V) are also ValueErrors. The words after a colon are the attributes of an error. Each
+error has a `code` that names its cause in one to three words and stays the same when the sentence
+changes.
 
     KinematicsError
     +-- RobotFileError (V): faults
@@ -56,12 +58,15 @@ class Fault:
         The key in the file, for example `links[2].alpha`; empty for the whole file.
     message
         The fault, and the accepted values.
+    code
+        Stable name of the fault, for example `unknown-key`; it is not printed.
     """
 
     file: str
     line: int
     where: str
     message: str
+    code: str = 'fault'
 
     def __str__(self) -> str:
         """Return `file:line: where: message`, without empty parts."""
@@ -70,11 +75,28 @@ class Fault:
 
 
 class KinematicsError(Exception):
-    """Base of all errors of this package."""
+    """
+    Base of all errors of this package.
+
+    Attributes
+    ----------
+    code
+        Stable name of the cause, for example `unknown-name`; it is not printed. Each class has a
+        general one, for errors that are raised without.
+    """
+
+    code = 'error'
+
+    def __init__(self, message: str = '', *, code: str = '') -> None:
+        super().__init__(message)
+        if code:
+            self.code = code
 
 
 class RobotFileError(KinematicsError, ValueError):
     """A robot file does not describe a robot; the text of the error has one line per fault."""
+
+    code = 'robot-file'
 
     def __init__(self, faults: Sequence[Fault]) -> None:
         self.faults = tuple(faults)
@@ -95,17 +117,25 @@ class RobotNotFoundError(KinematicsError, ValueError):
         The name, and the names of the bundled robots.
     """
 
-    def __init__(self, message: str, name: str = '', known: Sequence[str] = ()) -> None:
+    code = 'unknown-robot'
+
+    def __init__(
+        self, message: str, name: str = '', known: Sequence[str] = (), *, code: str = ''
+    ) -> None:
         self.name, self.known = name, tuple(known)
-        super().__init__(message)
+        super().__init__(message, code=code)
 
 
 class RobotFileWriteError(KinematicsError):
     """A part of a robot file cannot be changed without a change of other parts of the file."""
 
+    code = 'robot-file-write'
+
 
 class ExpressionError(KinematicsError, ValueError):
     """A text is not an accepted mathematical expression."""
+
+    code = 'expression'
 
 
 # A shape as text, or as dimensions, which may be letters: (6, 4), ('N', 6).
@@ -126,11 +156,19 @@ class ArgumentError(KinematicsError, ValueError):
         The given shape or text; None for a value without a shape.
     """
 
+    code = 'argument'
+
     def __init__(
-        self, message: str, argument: str = '', expected: Sequence[Shape] = (), given: Any = None
+        self,
+        message: str,
+        argument: str = '',
+        expected: Sequence[Shape] = (),
+        given: Any = None,
+        *,
+        code: str = '',
     ) -> None:
         self.argument, self.expected, self.given = argument, tuple(expected), given
-        super().__init__(message)
+        super().__init__(message, code=code)
 
 
 class JointVectorError(ArgumentError):
@@ -144,6 +182,7 @@ class JointVectorError(ArgumentError):
         the shape is wrong.
     """
 
+    code = 'joint-positions'
     row: int | None = None
 
 
@@ -157,65 +196,92 @@ class LoopError(JointVectorError):
         Name of the loop.
     """
 
+    code = 'open-loop'
     loop = ''
 
 
 class PointError(ArgumentError):
     """The arm does not have a point, row or axes; or a position is not three numbers."""
 
+    code = 'point'
+
 
 class TargetError(ArgumentError):
     """A target is neither a pose nor a position, or is not finite; or its rows do not exist."""
+
+    code = 'target'
 
 
 class TwistError(ArgumentError):
     """A twist is not six finite numbers, or is given in axes that do not exist."""
 
+    code = 'twist'
+
 
 class WrenchError(ArgumentError):
     """A wrench is not six finite numbers, or its leading dimensions do not fit the positions."""
+
+    code = 'wrench'
 
 
 class PlanError(ArgumentError):
     """The times of a plan do not increase, or a setting for its check has no meaning."""
 
+    code = 'plan'
+
 
 class ServoSettingsError(ArgumentError):
     """A setting for joint velocities (servo, damping or scale) is outside its range."""
+
+    code = 'servo-settings'
 
 
 class SweepError(KinematicsError):
     """The worker processes of a sweep cannot be used."""
 
+    code = 'sweep'
+
 
 class DerivationError(KinematicsError, ValueError):
     """Formulas cannot be derived exactly; the message has the reason."""
+
+    code = 'derivation'
 
 
 class FormulaError(KinematicsError, ValueError):
     """A formula cannot be read; the error has the line and column."""
 
-    def __init__(self, message: str, line: int = 0, column: int = 0) -> None:
+    code = 'formula'
+
+    def __init__(self, message: str, line: int = 0, column: int = 0, *, code: str = '') -> None:
         self.message = message
         self.line = line
         self.column = column
-        super().__init__(message)
+        super().__init__(message, code=code)
 
 
 class UrdfError(KinematicsError, ValueError):
     """A URDF cannot be read, or its chain cannot be described by a robot file."""
 
+    code = 'urdf'
+
 
 class RecordingError(KinematicsError, ValueError):
     """A recording cannot be read or judged; the message has the reason."""
+
+    code = 'recording'
 
 
 class FramesError(KinematicsError, ValueError):
     """Measured poses and joint positions cannot be compared with an arm."""
 
+    code = 'frames'
+
 
 class CalibrationError(KinematicsError, ValueError):
     """Measured poses do not identify the parameters of a robot; the message has the reason."""
+
+    code = 'calibration'
 
 
 class ParameterNotFoundError(CalibrationError):
@@ -228,42 +294,64 @@ class ParameterNotFoundError(CalibrationError):
         The name, and the names of groups and parameters.
     """
 
-    def __init__(self, message: str, name: str = '', known: Sequence[str] = ()) -> None:
+    code = 'unknown-parameter'
+
+    def __init__(
+        self, message: str, name: str = '', known: Sequence[str] = (), *, code: str = ''
+    ) -> None:
         self.name, self.known = name, tuple(known)
-        super().__init__(message)
+        super().__init__(message, code=code)
 
 
 class PlotError(KinematicsError, ValueError):
     """A picture cannot be drawn."""
 
+    code = 'plot'
+
 
 class ViewError(KinematicsError):
     """The live page cannot be served, because of its address or because viser is missing."""
+
+    code = 'view'
 
 
 class ArmsError(KinematicsError, ValueError):
     """Several arms cannot run together in one process: wrong usage."""
 
+    code = 'arms'
+
 
 class RobotConflictError(KinematicsError, ValueError):
     """The command line and a parameter name different robots: wrong usage."""
+
+    code = 'robot-conflict'
 
 
 class SettingsError(KinematicsError, ValueError):
     """A parameter has a wrong value; the message has the name, the value and accepted values."""
 
+    code = 'parameter'
+
 
 class RefusedTargetError(KinematicsError, ValueError):
     """The node cannot use a target, or cannot use it now; the message has the reason."""
+
+    code = 'refused-target'
 
 
 class LayoutError(KinematicsError, ValueError):
     """The layout of a Float64MultiArray does not describe a matrix with labels."""
 
+    code = 'layout'
+
 
 class CdrError(KinematicsError, ValueError):
     """The encapsulation or the lengths in serialized bytes are not those of a message."""
 
+    code = 'cdr'
+
 
 class WireError(KinematicsError, ValueError):
     """Bytes are not a message of their type; ROS's own deserializer refuses them as well."""
+
+    code = 'wire'

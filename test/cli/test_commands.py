@@ -109,6 +109,22 @@ def test_every_rare_option_is_one():
     assert names >= commands.RARE_OPTIONS
 
 
+def test_an_error_is_also_json_with_its_code_where_json_is_printed(capsys, tmp_path):
+    file = tmp_path / 'bad.yaml'
+    file.write_text(TWO_FAULTS)
+    assert main(['fk', '--robot', str(file), '--q', '0', '--json']) == 1
+    out, err = capsys.readouterr()
+    error = json.loads(out)['error']
+    assert (error['code'], error['message']) == ('robot-file', err.rstrip('\n'))
+    places = [(fault['line'], fault['where']) for fault in error['faults']]
+    assert places == [(6, 'links[0].a'), (7, 'links[1].theta')]
+    assert all(fault['code'] for fault in error['faults'])
+    # The JSON of these goes into a file.
+    words = ['audit', str(tmp_path / 'none.csv'), '--robot', str(file)]
+    assert main([*words, '--json', str(tmp_path / 'out.json')]) == 1
+    assert capsys.readouterr().out == ''
+
+
 def test_the_help_without_a_command_names_every_command(capsys, narrow):
     text = answer(capsys, '--help')
     assert all(re.search(rf'^  {command} ', text, re.MULTILINE) for command in COMMANDS)

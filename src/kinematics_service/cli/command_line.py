@@ -6,8 +6,9 @@ import sys
 import traceback
 from collections.abc import Sequence
 from contextlib import nullcontext, suppress
+from typing import Any
 
-from ..errors import ArmsError, KinematicsError, RobotConflictError
+from ..errors import ArmsError, KinematicsError, RobotConflictError, RobotFileError
 from ..stop_signals import interruptible
 from .arguments import WrongArguments, join_numbers, name_robots, split_ros_arguments
 from .missing_ros import RosMissingError
@@ -76,9 +77,9 @@ def _code_of(argv: Sequence[str] | None) -> int:
             return READER_GONE
         return end.code if isinstance(end.code, int) else 0
     except (RobotConflictError, ArmsError) as error:
-        return _failed(str(error), 2)
+        return _refused(error, ours, 2)
     except KinematicsError as error:
-        return _failed(str(error))
+        return _refused(error, ours)
     except RosMissingError as error:
         return _failed(f'kinematics_service: {error}')
     except (RosVariableError, WrongArguments) as error:
@@ -86,6 +87,26 @@ def _code_of(argv: Sequence[str] | None) -> int:
     except Exception as error:
         text = ' '.join(f'{type(error).__name__}: {error}'.split())
         return _failed(f'kinematics_service: {text} (set KINEMATICS_TRACEBACK=1 for the details)')
+
+
+def _refused(error: KinematicsError, ours: Sequence[str], code: int = 1) -> int:
+    if '--json' in ours and _prints_json(ours[0]):
+        from ..printing import attributes, json_text
+
+        entry: dict[str, Any] = {'code': error.code, 'message': str(error)}
+        if isinstance(error, RobotFileError):
+            fields = ('file', 'line', 'where', 'message', 'code')
+            entry['faults'] = [attributes(fault, *fields) for fault in error.faults]
+        print(json_text({'error': entry}))
+    return _failed(str(error), code)
+
+
+def _prints_json(name: str) -> bool:
+    # Whether --json of a command is a flag, and not an option with the name of a file.
+    from .commands import command_group
+
+    command = command_group().get_command(None, name)
+    return any('--json' in option.opts and option.is_flag for option in command.params)
 
 
 def _failed(sentence: str, code: int = 1) -> int:

@@ -112,7 +112,7 @@ def pose_faults(robot: Robot, errors: Sequence[PoseError]) -> tuple[Fault, ...]:
             tolerance = _tolerance(robot, error)
             message += f', as its rounded digits may be: write tolerance: {{{tolerance}}}'
         where = f'known_poses[{error.index}]'
-        faults.append(Fault(robot.description.file, 0, where, message))
+        faults.append(Fault(robot.description.file, 0, where, message, 'known-pose'))
     return tuple(faults)
 
 

@@ -109,13 +109,13 @@ def _checked(file: str) -> FileCheck:
     except RobotFileError as error:
         return FileCheck(None, error.faults)
     except KinematicsError as error:
-        return FileCheck(None, [Fault('', 0, '', str(error))])
+        return FileCheck(None, [Fault('', 0, '', str(error), error.code)])
     if robot.description.letters:  # with letters instead of numbers, poses cannot be computed
         return FileCheck(robot, (), robot.description.warnings)
     errors = pose_errors(robot)
     faults = pose_faults(robot, errors)
     if faults and (cause := str(pose_causes(robot))):
-        faults = (*faults, Fault(robot.description.file, 0, 'known_poses', cause))
+        faults = (*faults, Fault(robot.description.file, 0, 'known_poses', cause, 'cause'))
     return FileCheck(robot, faults, robot.description.warnings, errors)
 
 
@@ -131,7 +131,7 @@ def _print_check(out: Output, found: FileCheck) -> None:
 
 
 def _entry(file: str, found: FileCheck) -> dict[str, Any]:
-    robot, fields = found.robot, ('line', 'where', 'message')
+    robot, fields = found.robot, ('line', 'where', 'message', 'code')
     entry: dict[str, Any] = {
         'file': file,
         'robot': None if robot is None else robot.name,

@@ -76,17 +76,17 @@ class Place:
         """Return the line of the place in the file."""
         return self.report.document.line(self.path)
 
-    def fault(self, message: str) -> None:
+    def fault(self, message: str, code: str = 'fault') -> None:
         """Report a fault at this place."""
         # The search for a line takes time: use line 0 if the list is full and omits the fault.
-        self.report.add(self.path, 0 if self.report.full else self.line, message)
+        self.report.add(self.path, 0 if self.report.full else self.line, message, code)
 
-    def warn(self, message: str) -> None:
+    def warn(self, message: str, code: str = 'doubt') -> None:
         """Report a probable mistake at this place; the file stays valid."""
         report = self.report
         if len(report.warned) < MAX_FAULTS:
             file = report.document.file
-            report.warned.append(Fault(file, self.line, dotted(self.path), message))
+            report.warned.append(Fault(file, self.line, dotted(self.path), message, code))
 
     def remark(self, sentence: str) -> None:
         """Add a sentence about this place that only the command `check` prints."""
@@ -111,11 +111,11 @@ class FaultReport:
         """Return whether MAX_FAULTS faults are listed; further faults are only counted."""
         return self.fault_count >= MAX_FAULTS
 
-    def add(self, path: Path, line: int, message: str) -> None:
+    def add(self, path: Path, line: int, message: str, code: str = 'fault') -> None:
         """Add a fault at a path and line of the file."""
         self.fault_count += 1
         if self.fault_count <= MAX_FAULTS:
-            self._faults.append(Fault(self.document.file, line, dotted(path), message))
+            self._faults.append(Fault(self.document.file, line, dotted(path), message, code))
 
     def warnings(self) -> tuple[Fault, ...]:
         """Return the warnings in the order of the file."""
@@ -139,5 +139,5 @@ class FaultReport:
         faults = sorted(self._faults, key=lambda fault: fault.line)
         if self.fault_count > MAX_FAULTS:
             more = f'{self.fault_count - MAX_FAULTS} more faults are not listed'
-            faults.append(Fault(self.document.file, 0, '', more))
+            faults.append(Fault(self.document.file, 0, '', more, 'too-many-faults'))
         raise RobotFileError(faults)
