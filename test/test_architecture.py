@@ -8,10 +8,8 @@ lines of the core's rooms and of the apps.
 """
 
 import ast
-import io
 import subprocess
 import sys
-import tokenize
 from collections import Counter
 from functools import cache
 from pathlib import Path
@@ -170,10 +168,6 @@ RULES = {
 }
 
 
-NO_CODE = {
-    *(tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT),
-    tokenize.ENDMARKER,
-}
 DOCUMENTED = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
@@ -189,13 +183,17 @@ class Content(NamedTuple):
     imports: frozenset[str]  # absolute names, also of what is imported inside functions
     calls: frozenset[str]  # names of functions that are called by their name alone
     classes: tuple[str, ...]
+    lines_of_code: int  # without docstrings, comments and blank lines
+    open_annotations: tuple[str, ...]  # `line: text` of public ones with Any or object
 
 
 @cache
 def content(file, package):
     """Return what stands in a file; the tree is not kept, it is what takes memory and time."""
-    tree = ast.parse((package / file).read_text(encoding='utf-8'), file)
+    text = (package / file).read_text(encoding='utf-8')
+    tree = ast.parse(text, file)
     imports, calls, classes = set(), set(), []
+    docstrings, strings = set(), set()
     folder = [NAME, *file.split('/')[:-1]]
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -209,8 +207,24 @@ def content(file, package):
             calls.add(node.func.id)
         elif isinstance(node, ast.ClassDef):
             classes.append(node.name)
-    documented = bool(ast.get_docstring(tree))
-    return Content(documented, frozenset(imports), frozenset(calls), tuple(classes))
+        elif isinstance(node, (ast.Constant, ast.JoinedStr)):
+            strings.update(range(node.lineno, node.end_lineno + 1))
+        if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
+            docstrings.update(range(node.body[0].lineno, node.body[0].end_lineno + 1))
+    lines = {
+        number
+        for number, line in enumerate(text.splitlines(), start=1)
+        if (number in strings or line.strip() and not line.lstrip().startswith('#'))
+    }
+    annotations = (f'{line}: {annotation}' for line, annotation in open_annotations(tree.body))
+    return Content(
+        documented=bool(ast.get_docstring(tree)),
+        imports=frozenset(imports),
+        calls=frozenset(calls),
+        classes=tuple(classes),
+        lines_of_code=len(lines - docstrings),
+        open_annotations=tuple(annotations),
+    )
 
 
 @cache
@@ -251,23 +265,10 @@ def area_of(file):
     return '/'.join(folders[: 2 if folders[:1] == ['apps'] else 1])
 
 
-def lines_of_code(file, package=PACKAGE):
-    """Return the number of lines with a token, without docstrings and comments."""
-    text = (package / file).read_text(encoding='utf-8')
-    lines = set()
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        if token.type not in NO_CODE:
-            lines.update(range(token.start[0], token.end[0] + 1))
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, DOCUMENTED) and ast.get_docstring(node, clean=False) is not None:
-            lines.difference_update(range(node.body[0].lineno, node.body[0].end_lineno + 1))
-    return len(lines)
-
-
 def lines_of_areas(package=PACKAGE):
     lines = Counter()
     for file in files(package):
-        lines[area_of(file)] += lines_of_code(file, package)
+        lines[area_of(file)] += content(file, package).lines_of_code
     return lines
 
 
@@ -390,11 +391,7 @@ def test_the_core_and_each_app_can_be_held():
 
 def test_public_annotations_say_their_types():
     found = [
-        f'{file}:{line}: {text}'
-        for file in files()
-        for line, text in open_annotations(
-            ast.parse((PACKAGE / file).read_text(encoding='utf-8')).body
-        )
+        f'{file}:{text}' for file in files() for text in content(file, PACKAGE).open_annotations
     ]
     assert len(found) <= OPEN_ANNOTATIONS, '\n'.join(found)
 
