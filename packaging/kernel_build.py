@@ -8,7 +8,6 @@ compiled as one, of a room as far as they have the compiler's options in common.
 import gc
 import hashlib
 import os
-import sys
 import sysconfig
 import threading
 from pathlib import Path
@@ -172,11 +171,11 @@ WITHOUT = (
 )
 
 
-class BuildIfPossible(build_ext):
+class BuildKernel(build_ext):
     """
-    Builds all modules or none: without them the same source runs as plain Python.
+    Builds all modules or fails: the same source as plain Python is hundreds of times slower.
 
-    A wheel, which others may install, has them, unless KINEMATICS_UNCOMPILED asks for one without.
+    With KINEMATICS_UNCOMPILED set, setup.py asks for no modules.
     """
 
     def finalize_options(self) -> None:
@@ -186,7 +185,7 @@ class BuildIfPossible(build_ext):
         self._translating, self._failed = threading.Lock(), False
 
     def run(self) -> None:
-        """Build; where that fails, say so and go on."""
+        """Build; if that fails, leave no module and say what to do."""
         in_place, self.inplace = self.inplace, False
         wanted = self._paths()  # where they are built, and where they are copied to
         self.inplace = in_place
@@ -199,17 +198,16 @@ class BuildIfPossible(build_ext):
             self._write_sources()
             super().run()
         except Exception as error:
-            if 'bdist_wheel' in self.distribution.command_obj:
-                raise ExecError(f'the kernel cannot be compiled: {error}\n{WITHOUT}') from error
-            print(f'the kernel is not compiled, it stays plain Python: {error}', file=sys.stderr)
-            self.inplace, self.extensions, wanted = in_place, [], set()
+            wanted = set()
+            raise ExecError(f'the kernel cannot be compiled: {error}\n{WITHOUT}') from error
         finally:
             if collected:
                 gc.enable()
-        # Left of another build they would be imported, not the source of that name.
-        for folder in folders:
-            for path in set(folder.rglob(f'*{sysconfig.get_config_var("EXT_SUFFIX")}')) - wanted:
-                path.unlink()
+            # Modules left of another build would be imported instead of the source.
+            suffix = sysconfig.get_config_var('EXT_SUFFIX')
+            for path in {file for folder in folders for file in folder.rglob(f'*{suffix}')}:
+                if path not in wanted:
+                    path.unlink()
 
     def _paths(self) -> set[Path]:
         return {Path(self.get_ext_fullpath(module.name)).resolve() for module in self.extensions}

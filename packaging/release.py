@@ -1,20 +1,26 @@
 """
-Make what a release is, and try each file of it:
+Make the files of a release, and test each of them:
 
     python packaging/release.py [3.12 3.13 ...] [--also aarch64]
 
-It makes in dist/ the source, with its tests, pages and examples; a compiled wheel for each of the
-Pythons that are asked for (all of `PYTHONS` that this machine has, `python3.12` or of pyenv), for
-any Linux with glibc of `GLIBC` or newer; and a wheel of plain Python for everything else, which
-says at each start that it is slow. Each wheel is installed into an empty environment, without a
-compiler, and passes the tests that pyproject.toml names for wheels. At the end stands a table of
-files, sizes and tests; one that fails ends it. With --also it compiles the wheels of another
-machine too, which only that machine, or an emulator, can try.
+In dist/ it makes
+- the source, with tests, pages and examples;
+- a compiled wheel for each Python that is named (default: all of `PYTHONS` on this machine, as
+  `python3.12` or of pyenv), for any Linux with the glibc of `GLIBC` or a newer one;
+- a wheel of plain Python for all other systems, which says at each start that it is slow.
+
+It installs each wheel into an empty environment without a compiler, and runs the tests that
+pyproject.toml names for wheels. At the end it prints a table of files, sizes and tests, and the
+hash of each file: two runs of one commit, with the same tools, make equal files. With --also it
+compiles the wheels of another machine, too; only that machine, or an emulator, can test them.
 
 It needs `pip install '.[release]'`. Uploading is another step: `twine upload dist/*`.
 """
 
 import argparse
+import gzip
+import hashlib
+import io
 import os
 import re
 import shutil
@@ -73,11 +79,35 @@ def pythons(wanted: Sequence[str]) -> dict[str, str]:
     return found
 
 
+def set_date() -> int:
+    """Return the time of all files in a release (s): SOURCE_DATE_EPOCH, or the last commit's."""
+    if 'SOURCE_DATE_EPOCH' not in os.environ:
+        commit = run(['git', '-C', ROOT, 'log', '-1', '--format=%ct'])
+        os.environ['SOURCE_DATE_EPOCH'] = commit.strip()
+    return int(os.environ['SOURCE_DATE_EPOCH'])
+
+
 def source() -> Path:
     """Make the source and return it."""
     run([sys.executable, '-m', 'build', '--sdist', '--outdir', OUT, ROOT])
     (packed,) = OUT.glob('*.tar.gz')
+    packed.write_bytes(reproducible(packed, set_date()))
     return packed
+
+
+def reproducible(packed: Path, date: int) -> bytes:
+    """Return a compressed archive with the same files in order, of one date and no owner."""
+    plain, result = io.BytesIO(), io.BytesIO()
+    with tarfile.open(packed) as old, tarfile.open(fileobj=plain, mode='w') as new:
+        for member in sorted(old.getmembers(), key=lambda member: member.name):
+            member.mtime, member.uid, member.gid = date, 0, 0
+            member.uname = member.gname = ''
+            member.mode = 0o755 if member.isdir() or member.mode & 0o100 else 0o644
+            member.pax_headers = {}
+            new.addfile(member, old.extractfile(member) if member.isfile() else None)
+    with gzip.GzipFile(filename='', mode='wb', fileobj=result, mtime=date) as stream:
+        stream.write(plain.getvalue())
+    return result.getvalue()
 
 
 def wheel_of(packed: Path, python: str, folder: Path, environment: Mapping[str, str]) -> Path:
@@ -147,6 +177,7 @@ def tried(wheel: Path, python: str, packed: Path, folder: Path, commands: Sequen
 def main(wanted: Sequence[str], others: Sequence[str]) -> None:
     """Make and try everything; for other machines make the compiled wheels."""
     shutil.rmtree(OUT, ignore_errors=True)
+    set_date()
     packed = source()
     lines = [(packed, '')]
     commands = settings()['tool']['release']['test-command']
@@ -169,6 +200,8 @@ def main(wanted: Sequence[str], others: Sequence[str]) -> None:
     run([sys.executable, '-m', 'twine', 'check', '--strict', *sorted(OUT.iterdir())])
     for file, tests in lines:
         print(f'{file.name:75} {file.stat().st_size / 2**20:6.2f} MiB  {tests}')
+    for file, _ in lines:
+        print(f'sha256 {hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}')
 
 
 if __name__ == '__main__':

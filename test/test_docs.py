@@ -163,7 +163,7 @@ def parse(command, where):
 
 def extras_of_setup():
     text = (ROOT / 'setup.py').read_text(encoding='utf-8')
-    return set(re.findall(r"^        '(\w+)': ", text, re.MULTILINE))
+    return set(re.findall(r"^ +'([\w-]+)': ", text, re.MULTILINE))
 
 
 def parameters():

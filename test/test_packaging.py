@@ -15,6 +15,7 @@ import sys
 import sysconfig
 import tarfile
 import xml.etree.ElementTree as ElementTree
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -201,6 +202,8 @@ def clone(tmp_path):
         'README.md',
         'MANIFEST.in',
         'CHANGELOG.rst',
+        'LICENSE',
+        'NOTICE',
     ):
         shutil.copy(ROOT / name, tmp_path)
     for name in ('packaging', 'src', 'config', 'resource'):
@@ -340,18 +343,26 @@ def test_describing_the_package_translates_nothing(clone):
     assert not [*clone.rglob('*.c')]
 
 
+WITHOUT_CYTHON = "import sys; sys.modules['Cython'] = None\n"
+
+
 @pytest.mark.slow
-def test_a_failing_compiler_leaves_the_whole_source_and_no_module(small_clone):
+def test_a_build_that_cannot_compile_fails_and_leaves_no_module(small_clone):
     clone = small_clone
     kernel_folder = clone / 'src' / NAME / 'kernel'
-    # One of an older build in place: with the others gone it would be a half-built set.
+    # A module of an older build: with the others gone the set would be half built.
     older = kernel_folder / f'vectors{ENDING}'
-    older.touch()
-    for options, left in (([], [older]), (['--inplace'], [])):
-        build = [sys.executable, '-c', SMALLEST_SETUP, '-q', 'build_ext', *options]
+    for before, command, left in (
+        ('', ['build_ext'], [older]),
+        ('', ['build_ext', '--inplace'], []),
+        (WITHOUT_CYTHON, ['build'], [older]),
+    ):
+        older.touch()
+        build = [sys.executable, '-c', before + SMALLEST_SETUP, '-q', *command]
         done = run(build, clone, CC='false', LDSHARED='false')
-        assert done.returncode == 0, done.stderr
-        assert 'the kernel is not compiled, it stays plain Python' in done.stderr
+        assert done.returncode != 0
+        assert 'the kernel cannot be compiled' in done.stderr
+        assert 'KINEMATICS_UNCOMPILED=1' in done.stderr
         assert compiled_files(clone) == left
 
 
@@ -367,7 +378,7 @@ def test_after_a_failed_build_nothing_more_is_translated_or_installed(tmp_path, 
         raise OSError('no compiler')
 
     modules = [Extension(f'kernel._{name}', [f'{name}.c']) for name in ('first', 'second')]
-    build = kernel_build.BuildIfPossible(Distribution({'ext_modules': modules}))
+    build = kernel_build.BuildKernel(Distribution({'ext_modules': modules}))
     build.inplace = True
     build.ensure_finalized()
     translated = []
@@ -378,27 +389,70 @@ def test_after_a_failed_build_nothing_more_is_translated_or_installed(tmp_path, 
         build.build_extension(modules[0])
     build.build_extension(modules[1])
     assert translated == modules[:1]
-    # What asks after a build where its modules are is told of none, and of the place asked for.
-    monkeypatch.setattr(kernel_build.build_ext, 'build_extensions', refuse)
-    build.run()
-    assert (build.inplace, build.get_outputs()) == (True, [])
 
 
 @pytest.mark.slow
-def test_a_wheel_has_the_compiled_kernel_or_fails_unless_asked(small_clone):
-    clone = small_clone
+def test_a_wheel_of_plain_python_is_made_if_it_is_asked_for(small_clone):
     if importlib.util.find_spec('setuptools.command.bdist_wheel') is None:
         pytest.importorskip('wheel')
     build = [sys.executable, '-c', SMALLEST_SETUP, '-q', 'bdist_wheel']
-    done = run(build, clone, CC='false', LDSHARED='false')
-    assert done.returncode != 0
-    assert 'the kernel cannot be compiled' in done.stderr
-    assert 'KINEMATICS_UNCOMPILED=1' in done.stderr
-    assert not [*clone.glob('dist/*')]
-    done = run(build, clone, CC='false', LDSHARED='false', KINEMATICS_UNCOMPILED='1')
+    done = run(build, small_clone, CC='false', KINEMATICS_UNCOMPILED='1')
     assert done.returncode == 0, done.stderr
-    (wheel,) = clone.glob('dist/*')
+    (wheel,) = small_clone.glob('dist/*')
     assert wheel.name.endswith('-py3-none-any.whl')
+    with zipfile.ZipFile(wheel) as archive:
+        names = [name.rpartition('/')[2] for name in archive.namelist()]
+    # Each robot once, and the launch file, which a ROS workspace also has in its share.
+    assert names.count('ur5e.yaml') == names.count('kinematics.launch.py') == 1
+
+
+README = """\
+<img src="logo.svg" alt="">
+
+![A picture](docs/a.svg), [a page](docs/b.md#part), [elsewhere](https://a.org/c.md).
+<!-- file: a.csv -->
+"""
+
+
+@in_clone
+def test_the_page_on_pypi_has_whole_addresses_or_none(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
+    from description import long_description
+
+    at = 'https://host/owner/name'
+    assert long_description(README, at, '1.2.3') == (
+        f'<img src="{at}/raw/v1.2.3/logo.svg" alt="">\n\n'
+        f'![A picture]({at}/raw/v1.2.3/docs/a.svg), [a page]({at}/blob/v1.2.3/docs/b.md#part), '
+        '[elsewhere](https://a.org/c.md).\n'
+    )
+    without = ', a page, [elsewhere](https://a.org/c.md).\n'
+    assert long_description(README, '', '1.2.3') == without
+    page = long_description((ROOT / 'README.md').read_text(encoding='utf-8'), '', '1.2.3')
+    assert not re.findall(r'\]\((?!https:)[^)]*\)|<img|!\[', page)
+
+
+@in_clone
+def test_one_command_sets_the_address_of_the_repository(clone, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
+    from repository import set_repository
+
+    shutil.copy(ROOT / 'CITATION.cff', clone)
+    files = [clone / name for name in ('package.xml', 'CITATION.cff')]
+    before = [file.read_text() for file in files]
+    for _ in range(2):
+        set_repository('https://host/owner/name', clone)
+    manifest = ElementTree.parse(files[0]).getroot()
+    assert {url.get('type'): url.text for url in manifest.findall('url')} == {
+        'repository': 'https://host/owner/name',
+        'bugtracker': 'https://host/owner/name/issues',
+    }
+    done = run([sys.executable, 'setup.py', '-q', 'egg_info'], clone)
+    assert done.returncode == 0, done.stderr
+    about = (clone / 'src' / f'{NAME}.egg-info' / 'PKG-INFO').read_text()
+    assert 'Project-URL: Source, https://host/owner/name\n' in about
+    assert '](https://host/owner/name/raw/v' in about
+    set_repository('', clone)
+    assert [file.read_text() for file in files] == before
 
 
 def test_colcons_folder_of_symlinks_describes_the_package_too(clone, tmp_path):
@@ -847,7 +901,7 @@ def test_a_module_is_translated_again_when_what_it_uses_has_changed(tmp_path, mo
         # The modules' sources, and those that are older than what they are made of.
         monkeypatch.setattr('Cython.Build.Dependencies._dep_tree', None)  # remembers ages
         modules = kernel_build.extension_modules()
-        build = kernel_build.BuildIfPossible(Distribution({'ext_modules': modules}))
+        build = kernel_build.BuildKernel(Distribution({'ext_modules': modules}))
         build.build_temp = 'temporary'
         build.force = False
         build._write_sources()
