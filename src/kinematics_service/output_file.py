@@ -24,6 +24,9 @@ from .errors import KinematicsError
 OVERWRITE_ERRORS = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
 # File descriptors of standard output and standard error.
 STREAMS = (1, 2)
+# POSIX: a terminal that is opened does not become the terminal of this process. Windows: bytes are
+# written as they are.
+OPEN_FLAGS = os.O_WRONLY | getattr(os, 'O_NOCTTY', 0) | getattr(os, 'O_BINARY', 0)
 
 
 def write_file(path: Path, content: str | bytes) -> None:
@@ -53,7 +56,7 @@ def new_file(path: Path) -> Iterator[Path]:
         with tempfile.TemporaryDirectory(prefix='.kinematics_service.', dir=_folder(path)) as own:
             made = Path(own) / 'made'
             yield made
-            with made.open('rb') as stream:
+            with made.open('rb+') as stream:  # Windows refuses fsync of a file that is only read
                 os.fsync(stream.fileno())
             _put(made, path)
     except OSError as error:
@@ -121,7 +124,8 @@ def _put(made: Path, path: Path) -> None:
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     else:
         try:
-            os.chown(made, found.st_uid, found.st_gid)
+            if hasattr(os, 'chown'):  # not on Windows
+                os.chown(made, found.st_uid, found.st_gid)
             made.chmod(stat.S_IMODE(found.st_mode) & 0o777)
             os.replace(made, _target(path))
         except OSError as error:
@@ -136,7 +140,7 @@ def _pour(made: Path, path: Path, found: os.stat_result) -> None:
         sys.stdout.flush()  # write earlier output before the content
     # Open without O_TRUNC, which would lose the old content if the disk is full, and without
     # O_CREAT, which systems refuse for pipes of other users.
-    handle = os.open(path, os.O_WRONLY | os.O_NOCTTY) if number is None else os.dup(number)
+    handle = os.open(path, OPEN_FLAGS) if number is None else os.dup(number)
     with made.open('rb') as content, os.fdopen(handle, 'wb') as stream:
         whole = number is None and stat.S_ISREG(found.st_mode)
         size = made.stat().st_size

@@ -26,6 +26,8 @@ INTERRUPTED = 130  # exit code after SIGINT, as in shells
 # If Python has not run for this time after a signal, s, C code ends the process.
 PYTHON_TIMEOUT = 3
 SHOW_CURSOR = b'\x1b[?25h'
+# Whether the system has alarms, and pipes that `select` waits for; Windows has neither.
+HAS_ALARM = hasattr(signal, 'alarm')
 
 
 class StopSignal:
@@ -93,9 +95,13 @@ def stop_signals() -> Iterator[StopSignal]:
 
     rclpy's own handlers often end a busy node with a traceback. Here a thread follows the signals,
     so that they also work while the main thread is inside a library. After the block the
-    interpreter ends, so the process ignores both signals.
+    interpreter ends, so the process ignores both signals. On Windows the Python handlers do the
+    work: they run only when the main thread returns to Python, and `meanwhile` is not called.
     """
     stop = StopSignal()
+    if not HAS_ALARM:
+        yield from _by_handlers(stop)
+        return
     # The Python handlers do nothing; the signals arrive as bytes in a pipe.
     descriptor = _watched(NUMBERS, lambda number, frame: None, stop.follow)
     try:
@@ -108,6 +114,22 @@ def stop_signals() -> Iterator[StopSignal]:
         os.close(descriptor)  # ends the thread
 
 
+def _by_handlers(stop: StopSignal) -> Iterator[StopSignal]:
+    def handle(number: int, frame: FrameType | None) -> None:
+        if stop.came:
+            os._exit(0)
+        stop.came = True
+        stop.then()
+
+    for number in NUMBERS:
+        signal.signal(number, handle)
+    try:
+        yield stop
+    finally:
+        for number in NUMBERS:
+            signal.signal(number, signal.SIG_IGN)
+
+
 @contextmanager
 def interruptible() -> Iterator[None]:
     """
@@ -116,8 +138,9 @@ def interruptible() -> Iterator[None]:
     The exception is raised only after a running library function returns, and a library that
     calls Python may lose the exception. A second Ctrl-C ends the process at once.
     """
-    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
-        # SIGINT stays ignored, as in background processes of a shell.
+    if not HAS_ALARM or signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        # SIGINT stays ignored, as in background processes of a shell. On Windows Python's own
+        # handler raises the exception.
         yield
         return
     _watched((signal.SIGINT,), signal.default_int_handler, _end_in_time)

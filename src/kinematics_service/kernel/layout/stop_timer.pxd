@@ -1,6 +1,9 @@
-# A signal handler may call alarm, sigaction and _exit (POSIX.1-2024, 2.4.3).
+# A signal handler may call alarm, sigaction and _exit (POSIX.1-2024, 2.4.3). Windows has no alarm.
 cdef extern from *:
     """
+    #ifdef _WIN32
+    static void stop_timer_start_at(int number, int seconds) {}
+    #else
     #include <signal.h>
     #include <unistd.h>
     static volatile sig_atomic_t stop_timer_first, stop_timer_seconds;
@@ -19,5 +22,6 @@ cdef extern from *:
         stop_timer_seconds = seconds;
         stop_timer_before[number] = PyOS_setsig(number, stop_timer_take);
     }
+    #endif
     """
     void start_at "stop_timer_start_at"(int, int) noexcept nogil
