@@ -45,7 +45,10 @@ def _build_folder():
     # What was left of another build, or of another compiler, is not used.
     with tempfile.TemporaryDirectory() as folder:
         settings = Path(folder, 'setup.cfg')
-        settings.write_text(f'[build]\nbuild_base = {folder}/build\n', encoding='utf-8')
+        text = f'[build]\nbuild_base = {folder}/build\n'
+        if os.name == 'nt':  # the options of the kernel are those of GCC and Clang
+            text += '[build_ext]\ncompiler = mingw32\n'
+        settings.write_text(text, encoding='utf-8')
         os.environ.setdefault('DIST_EXTRA_CONFIG', str(settings))
         _choose_compiler(folder)
         yield

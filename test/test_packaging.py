@@ -432,6 +432,23 @@ def test_the_page_on_pypi_has_whole_addresses_or_none(monkeypatch):
 
 
 @in_clone
+def test_the_notes_of_a_release_are_the_part_of_its_version(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
+    from release_notes import notes
+
+    text = (ROOT / 'CHANGELOG.rst').read_text(encoding='utf-8')
+    heading = 'Forthcoming\n-----------\n'
+    assert text.count(heading) == 1
+    later = '0.2.0 (2027-02-01)\n------------------\n* New.\n\n'
+    dated = text.replace(heading, f'{later}0.1.0 (2027-01-15)\n------------------\n')
+    assert notes('0.2.0', dated) == '* New.\n'
+    assert notes('0.1.0', dated).startswith('The first release.\n\n* ')
+    assert '``' not in notes('0.1.0', dated)
+    with pytest.raises(ValueError, match=r"no section '0\.1\.0 "):
+        notes('0.1.0', text)
+
+
+@in_clone
 def test_one_command_sets_the_address_of_the_repository(clone, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / 'packaging'))
     from repository import set_repository
