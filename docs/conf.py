@@ -31,5 +31,5 @@ html_theme_options = {'navigation_with_keys': True}
 # Seen on a light page and on a dark one.
 html_logo = html_favicon = 'logo.svg'
 html_show_copyright = False
-html_static_path = ['site.css']
+html_static_path = ['site.css', 'front/arms.js', 'front/live.js']
 html_css_files = ['site.css']

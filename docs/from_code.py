@@ -34,6 +34,9 @@ PLACE = re.compile(
 )
 ON_THE_SITE = '<!-- on the site: the docstrings -->'
 DRAWN = re.compile(r'^\$ python -m kinematics_service (plot .*--save (\S+\.svg))$', re.MULTILINE)
+# The arms of the live example on the first page, and the file of their formulas.
+LIVE_ARMS = ('planar_2r', 'craig_3r')
+LIVE_FILE = HERE / 'front' / 'arms.js'
 SHOWN = re.compile(r'!\[[^\]]*\]\(([\w-]+\.svg)\)')
 
 
@@ -443,8 +446,19 @@ def run_notebook(notebook: dict[str, Any]) -> None:
             ]
 
 
+def live_arms() -> str:
+    """Return the formulas of the live example, each arm an object of functions."""
+    parts = []
+    for name in LIVE_ARMS:
+        code = _printed(f'derive {name} --code js').replace('export function', 'function')
+        names = ', '.join(re.findall(r'^function (\w+)', code, re.MULTILINE))
+        parts.append(f'const {name} = (() => {{\n{code}\nreturn {{ {names} }};\n}})();\n')
+    return '// Made by docs/from_code.py.\n' + '\n'.join(parts)
+
+
 def renew(pictures: bool) -> None:
     """Renew every page and notebook, and pictures where that is asked for."""
+    LIVE_FILE.write_text(live_arms(), encoding='utf-8')
     for file in sorted((HERE.parent / 'examples').glob('*.ipynb')):
         notebook = json.loads(file.read_text(encoding='utf-8'))
         run_notebook(notebook)

@@ -40,6 +40,7 @@ class Code(str, Enum):
 
     numpy = 'numpy'
     c = 'c'
+    js = 'js'
     latex = 'latex'
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 
 import sympy
 from sympy.printing.c import C99CodePrinter
+from sympy.printing.jscode import JavascriptCodePrinter
 from sympy.printing.numpy import NumPyPrinter
 
 from ..derivation import Derivation
@@ -31,6 +32,11 @@ def _functions(
     for name, expression in found.items():
         replaced, (reduced,) = sympy.cse([expression], symbols=sympy.numbered_symbols('x_'))
         yield name, replaced, reduced
+
+
+def _argument(derivation: Derivation) -> str:
+    # The name of the joint positions, which no joint variable may have in C and JavaScript.
+    return 'joint_positions' if 'q' in {v.name for v in derivation.variables} else 'q'
 
 
 def _about(derivation: Derivation) -> list[str]:
@@ -78,13 +84,14 @@ def _c(derivation: Derivation) -> str:
     lengths = [symbol.name for symbol in derivation.names.lengths]
     for name, replaced, reduced in _functions(derivation):
         matrix = isinstance(reduced, sympy.MatrixBase)
-        arguments = ['const double q[]', *(f'double {n}' for n in lengths)]
+        q = _argument(derivation)
+        arguments = [f'const double {q}[]', *(f'double {n}' for n in lengths)]
         if matrix:
             arguments.append(f'double out[{len(reduced)}]')
         kind = 'void' if matrix else 'double'
         lines += [f'{kind} {derivation.robot.name}_{name}({", ".join(arguments)})', '{']
         for k, variable in enumerate(derivation.variables):
-            lines.append(f'    const double {variable.name} = q[{k}];')
+            lines.append(f'    const double {variable.name} = {q}[{k}];')
         lines += [
             f'    const double {symbol} = {printer.doprint(value)};' for symbol, value in replaced
         ]
@@ -98,6 +105,27 @@ def _c(derivation: Derivation) -> str:
     return '\n'.join(lines)
 
 
+def _javascript(derivation: Derivation) -> str:
+    printer = JavascriptCodePrinter()
+    lines = [f'// {line}' for line in _about(derivation)]
+    lengths = [symbol.name for symbol in derivation.names.lengths]
+    names, q = ', '.join(v.name for v in derivation.variables), _argument(derivation)
+    factors = sympy.Matrix([f.expression for f in derivation.singular_set.factors])
+    for name, replaced, reduced in [*_functions(derivation), ('factors', [], factors)]:
+        lines += ['', f'export function {name}({", ".join([q, *lengths])}) {{']
+        lines += [f'  const [{names}] = {q};']
+        lines += [f'  const {symbol} = {printer.doprint(value)};' for symbol, value in replaced]
+        if isinstance(reduced, sympy.MatrixBase):
+            written = [[printer.doprint(e) for e in row] for row in reduced.tolist()]
+            rows = [
+                ', '.join(row) if name == 'factors' else f'[{", ".join(row)}]' for row in written
+            ]
+            lines += ['  return [', *(f'    {row},' for row in rows), '  ];', '}']
+        else:
+            lines += [f'  return {printer.doprint(reduced)};', '}']
+    return '\n'.join(lines) + '\n'
+
+
 def _latex(derivation: Derivation) -> str:
     lines = [f'% {line}' for line in _about(derivation)]
     symbols = {'pose': 'T', 'jacobian': 'J', 'determinant': r'\det J', 'manipulability': 'w'}
@@ -108,4 +136,9 @@ def _latex(derivation: Derivation) -> str:
     return '\n'.join(lines) + '\n'
 
 
-_WRITERS: dict[str, Callable[[Derivation], str]] = {'numpy': _numpy, 'c': _c, 'latex': _latex}
+_WRITERS: dict[str, Callable[[Derivation], str]] = {
+    'numpy': _numpy,
+    'c': _c,
+    'js': _javascript,
+    'latex': _latex,
+}
