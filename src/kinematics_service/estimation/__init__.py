@@ -1,1 +1,3 @@
-"""Keep joint states in memory, and turn them into states of the tool and warnings."""
+"""
+Merge joint states from messages, and compute the tool's state and singularity warnings from them.
+"""

@@ -1,4 +1,7 @@
-"""Decide when to publish a singularity warning: at changes, and repeatedly while it lasts."""
+"""
+Decide when the node publishes a singularity warning: if the level changes, and repeatedly while
+the level is WARN or ERROR.
+"""
 
 import math
 from typing import NamedTuple
@@ -6,21 +9,23 @@ from typing import NamedTuple
 from ..kernel import Floats
 from ..robot.measures import Level
 
-# The warning is repeated if the lost direction has turned by more than this, rad.
+# The node repeats the warning if the lost direction turns by more than this angle, rad.
 TURNED = math.radians(30.0)
-# Cosine between two lost directions below which the warning is repeated.
+# Cosine of the angle `TURNED`: the warning is repeated if two lost directions have a smaller
+# cosine.
 TURNED_COSINE = math.cos(TURNED)
-# Smallest time between two repetitions because of turns, ns. If two directions are lost at once,
-# the lost direction is arbitrary and turns with every message.
+# Smallest time between two warnings if the lost direction keeps turning, ns. If two directions are
+# lost at once, the computed lost direction is arbitrary and turns with every message.
 MIN_TURN_PERIOD = 50_000_000
-# Period of the warning while the level is WARN or ERROR, ns.
+# Period at which the warning is repeated while the level is WARN or ERROR, ns.
 REPEAT_PERIOD = 1_000_000_000
 _QUIET = (Level.OK, Level.STALE)
 
 
 class Alarm(NamedTuple):
     """
-    The state of the last published warning; `step` returns the next state.
+    The level, direction, time and factor of the last published warning. `step` returns the next
+    `Alarm`.
 
     Attributes
     ----------
@@ -41,8 +46,8 @@ class Alarm(NamedTuple):
 
     def is_settled(self, level: Level, arrival: int) -> bool:
         """
-        Return whether `step` would neither publish nor change anything, for any direction and
-        factor.
+        Return whether `step` with this level and time surely returns the unchanged alarm and
+        False.
         """
         if self.last is None or level is not self.level:
             return False
@@ -56,11 +61,11 @@ class Alarm(NamedTuple):
         factor: int | None = None,
     ) -> tuple['Alarm', bool]:
         """
-        Return the alarm after a state of this level, and whether to publish a warning.
+        Return the next alarm, and whether the node must publish a warning now.
 
-        A warning is published for the first state, for each change of level, for each turn of the
-        lost direction and change of the nearest factor while the level is WARN or ERROR, and once
-        a second while the level is WARN or ERROR.
+        The node must publish for the first state and for each change of level. While the level is
+        WARN or ERROR, it must also publish once a second, and if the lost direction turns or
+        another factor becomes the nearest.
         """
         if self.last is None or level != self.level:
             say = True
@@ -78,5 +83,5 @@ class Alarm(NamedTuple):
     def _turned(self, direction: Floats | None) -> bool:
         if direction is None or self.direction is None:
             return direction is not self.direction
-        # The sign of a lost direction is arbitrary.
+        # A lost direction and its negative mean the same loss, so take the absolute value.
         return bool(abs(direction.dot(self.direction)) < TURNED_COSINE)

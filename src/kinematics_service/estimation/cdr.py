@@ -1,10 +1,10 @@
 """
 Read and write plain CDR, the encoding of ROS 2 messages (OMG, Common Data Representation).
 
-Four bytes of encapsulation name the byte order; the body follows. A number begins at a multiple of
-its size, counted from the start of the body. A text is encoded as its length, which includes the
-zero at the end, and its bytes. A sequence is encoded as its length and its members. Bytes skipped
-for alignment have no meaning; serializers leave them undefined.
+A message begins with four bytes, the encapsulation, which name the byte order; the body follows. A
+number begins at a multiple of its size, counted from the start of the body. A text is encoded as
+its length, which includes the zero at the end, and its bytes. A sequence is encoded as its length
+and its members. Bytes skipped for alignment have no meaning; serializers leave them undefined.
 """
 
 import struct
@@ -15,8 +15,9 @@ BODY = 4
 # The first two bytes of plain little-endian CDR. The second byte names the encoding; its lowest
 # bit is set for little-endian bytes. In the newer encodings doubles begin at multiples of four.
 PLAIN = b'\0\1'
-# Mask of the last two bits of the encapsulation: the number of padding bytes at the end of the
-# message. Serializers leave these bits 0; only newer deserializers, since Kilted, read the bits.
+# Mask of the last two bits of the encapsulation. These bits hold the number of padding bytes at
+# the end of the message. Serializers leave these bits 0; only newer deserializers, since ROS
+# Kilted, read the bits.
 PADDING = 3
 ENCAPSULATION_SAYS = bytes((255, 255, 0, PADDING))
 OLD_ENCODINGS, NEW_ENCODINGS = (0, 1, 2, 3), (6, 7, 8, 9, 10, 11)
@@ -32,7 +33,7 @@ STAMP_AT = BODY
 
 class CdrWriter:
     """
-    Writes one message field by field; numbers can be filled in later.
+    Writes one message field by field. Numbers can be filled in later at the returned offsets.
 
     Attributes
     ----------
@@ -68,7 +69,7 @@ class CdrWriter:
 
 class CdrReader:
     """
-    Finds the byte ranges of the fields of a message, in either byte order; reads only lengths.
+    Finds the byte ranges of the fields of a CDR message, in either byte order.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ class CdrReader:
         return self._at == len(self._data)
 
     def skip(self, size: int) -> slice:
-        """Return the range of the next `size` bytes, and move behind these bytes."""
+        """Return the byte range of the next `size` bytes, and move behind these bytes."""
         at = self._at
         self._at += size
         if self._at > len(self._data):
@@ -122,20 +123,22 @@ class CdrReader:
         return int(length)
 
     def text(self) -> slice:
-        """Return the range of a text, including the zero at the end."""
+        """Return the byte range of the next text, including the zero at its end."""
         place = self.skip(self._length())
         self.shape.append(place)
         return place
 
     def count(self) -> int:
-        """Return the length of a sequence, at most the number of remaining bytes."""
+        """
+        Read the length of a sequence and return it; CdrError if it exceeds the remaining bytes.
+        """
         count = self._length()
         if self._at + count > len(self._data):
             raise CdrError('a sequence beyond the end')
         return count
 
     def doubles(self, count: int) -> slice:
-        """Return the range of `count` doubles."""
+        """Return the byte range of the next `count` doubles, and move behind these bytes."""
         if count:
             self.skip(-(self._at - BODY) % self._aligned[1])
         return self.skip(DOUBLE * count)

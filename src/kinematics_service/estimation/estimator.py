@@ -1,7 +1,7 @@
 """
-Merge joint states by name and time, and evaluate the arm in the kernel: the estimator.
+Merge JointState messages by joint name and stamp into joint positions, and evaluate the arm there.
 
-The estimator is the only object with memory between JointState messages and the tool's state.
+The estimator is the only object that remembers earlier JointState messages.
 """
 
 import array
@@ -70,7 +70,7 @@ class EstimatorSettings:
 
 class EstimatorOutput(NamedTuple):
     """
-    A new state of the tool.
+    The tool's state after an accepted JointState message.
 
     Attributes
     ----------
@@ -99,7 +99,7 @@ class EstimatorOutput(NamedTuple):
 
 class StreamQuantity(ABC):
     """
-    Numbers for a topic that depend on several messages, not only on the newest state.
+    A quantity that depends on several past messages, not only on the newest state of the tool.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class StreamQuantity(ABC):
 
 class AcceptedMessage(NamedTuple):
     """
-    Joint positions and velocities after a message.
+    The joint positions and velocities that the estimator knows after an accepted message.
 
     Attributes
     ----------
@@ -147,7 +147,7 @@ class AcceptedMessage(NamedTuple):
     stamp : ns
         Stamp of the message, or its time of receipt without a stamp.
     velocity_source
-        `message`, `difference`, or `none`.
+        Source of the velocities: `message`, `difference`, or `none`.
     """
 
     q: Floats
@@ -162,7 +162,7 @@ _StreamQuantity = TypeVar('_StreamQuantity', bound=StreamQuantity)
 
 class RefusedMessage(NamedTuple):
     """
-    The result for a message that did not lead to a new state.
+    The reason why a message did not lead to a new state of the tool.
 
     Attributes
     ----------
@@ -176,7 +176,7 @@ class RefusedMessage(NamedTuple):
     sentence: str = ''
 
 
-# Keys of `Estimator.counts`, as the diagnostics show them.
+# Keys of `Estimator.counts`: the outcomes of messages, as the diagnostics show them.
 UNREADABLE = 'not a JointState'
 NOT_OURS = 'none of our joints'
 NO_POSITION = 'no position'
@@ -192,21 +192,23 @@ ACCEPTED = 'accepted'
 NOT_STAMPED = 'not stamped'
 RESETS = 'resets'
 
-# Number of jumps within joint_memory.DISPUTE_WINDOW after which a joint is disputed.
+# A joint is disputed between drivers if its position jumps at least this number of times within
+# joint_memory.DISPUTE_WINDOW.
 JUMPS = 4
 
 
 class MessageOutcome(NamedTuple):
     """
-    The result of the kernel for a message.
+    What the kernel did with a message: it computed a new state, or refused the message, or left it
+    to the general reader.
 
     Attributes
     ----------
     velocity_source
         `message`, `difference` or `none` if there is a new state; otherwise empty.
     refusal
-        The reason why the message gave no new state. None with a new state, and for bytes that
-        another reader must read.
+        The reason why the message gave no new state. None if there is a new state, and if the
+        message must be read as a sample.
     starts_anew
         Whether all joints were forgotten, because the stamp stepped back by more than the timeout.
     """
@@ -220,7 +222,7 @@ _UNREAD = MessageOutcome()
 _NOT_COMPUTABLE = RefusedMessage(
     TOO_LARGE, 'positions or velocities are too large to compute with'
 )
-# Outcome of a message for each code that `kernel.observe` returns.
+# The `MessageOutcome` for each code that `kernel.observe` returns.
 _OUTCOMES = {
     kernel.WITHOUT_VELOCITIES: MessageOutcome('none'),
     kernel.WITH_VELOCITIES: MessageOutcome('message'),
@@ -234,10 +236,12 @@ _OUTCOMES |= {
     kernel.STARTED_ANEW + code: outcome._replace(starts_anew=True)
     for code, outcome in _OUTCOMES.items()
 }
-# Bytes with these codes are read again into a sample, for which a sentence can name the fault.
+# If the kernel returns one of these codes, the message is read again as a sample, and an error
+# sentence names its fault.
 _OUTCOMES |= {kernel.NOT_THIS_FORM: _UNREAD, kernel.BAD_POSITION: _UNREAD}
 _NOTHING = np.empty(0)
-# Largest number of message forms in memory.
+# Largest number of message forms that the estimator remembers. A form is the list of joint names
+# and lengths.
 MAX_FORMS = 16
 
 
@@ -245,7 +249,7 @@ class Estimator:
     """
     Merges joint samples by name and time, and evaluates the arm in the kernel.
 
-    The memory does not grow with time, and no sample raises an exception.
+    The estimator's memory does not grow with time, and no sample raises an exception.
 
     Parameters
     ----------
@@ -257,9 +261,10 @@ class Estimator:
     Attributes
     ----------
     counts
-        Number of messages by outcome, with the keys above.
+        Number of messages for each outcome. The keys are `ACCEPTED`, `DROPPED` and the other texts
+        of this module.
     integration
-        The integration of velocities to positions.
+        Integrates the velocities of messages that have no positions.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -272,11 +277,11 @@ class Estimator:
         self._is_open = False
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """Apply another arm or new settings; joints that keep their names keep their states."""
+        """Apply another arm or new settings. Joints that keep their names keep their positions."""
         former = self._joints
         if robot is not self.robot:
             self._search = NearestSearch(robot.singularity.arm)
-            former.is_closed = False  # close the loops from the assembled position
+            former.is_closed = False  # start closing the loops at the assembled position
         moves_alike = robot.chain is self.robot.chain
         self.robot, self.settings = robot, settings
         same_names = joint_names(robot, settings.joint_prefix) == former.names
@@ -294,7 +299,8 @@ class Estimator:
 
     def anew(self, answer: EstimatorOutput) -> EstimatorOutput | None:
         """
-        Return the last output, evaluated again for the present arm; None if a joint is unknown.
+        Return `answer` with the state of the present arm at the last joint positions. Returns None
+        if a joint position is unknown.
         """
         known = self._joints.joint_vectors()
         if known is None:
@@ -311,7 +317,8 @@ class Estimator:
 
     def _new_joints(self) -> NamedJoints:
         settings = self.settings
-        # The kernel's form for each message form; None if its messages must be read as samples.
+        # For each message form, the kernel's description of that form. None if messages of that
+        # form must be read as samples.
         self._forms: dict[JointStateForm, IncomingForm | None] = {}
         self._quantities: dict[type[StreamQuantity], StreamQuantity] = {}
         self.integration = Integration(self.robot)
@@ -319,11 +326,11 @@ class Estimator:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the names of the joints in messages."""
+        """Return the joint names that messages must have: prefix and name in the robot file."""
         return self._joints.names
 
     def reset(self) -> None:
-        """Forget all joints, because the clock or the recording started again."""
+        """Forget all joint positions. Call it if the clock or the recording has started again."""
         self.counts[RESETS] += 1
         kernel.forget(self._joints)
         self.integration.forget()
@@ -331,13 +338,15 @@ class Estimator:
 
     def clock_stepped_back(self, now: int, back: int) -> bool:
         """
-        Reset if the ROS clock stepped back by `back` to `now` (ns); return whether it reset.
+        Forget all joints if the ROS clock stepped back by `back` to `now` (ns); return whether it
+        did.
 
-        If messages with new stamps came before the clock's step, they have caused the reset
-        already.
+        If a message with a new stamp came before this call, that message has already reset the
+        estimator.
         """
         latest = self._joints.newest()
-        # The latest stamp is from before the step if it is nearer to the old than to the new time.
+        # If the latest stamp is nearer to the clock's new time than to its old time, the stamp is
+        # from after the step: keep the joints.
         if latest is None or latest <= now + back // 2:
             return False
         self.reset()
@@ -345,17 +354,20 @@ class Estimator:
 
     def missing(self, arrival: int) -> tuple[str, ...]:
         """
-        Return the names of joints without a message in the timeout before `arrival` (steady clock,
-        ns).
+        Return the names of the joints that no message has had within the timeout before `arrival`
+        (steady clock, ns).
         """
         return self._joints.missing(arrival, self.settings.timeout)
 
     def unmatched(self) -> tuple[tuple[str, ...], ...]:
-        """Return the lists of names in messages if no list has a joint of the arm; else empty."""
+        """
+        Return the joint-name lists of the messages if none of the lists names a joint of the arm.
+        Returns an empty tuple otherwise.
+        """
         return self._joints.unmatched()
 
     def age(self, arrival: int) -> float:
-        """Return the age in seconds of the oldest joint position, inf if a joint has none."""
+        """Return the age of the oldest joint position, s; inf if a joint has no position yet."""
         return self._joints.age(arrival)
 
     def beyond_limits(self) -> tuple[str, ...]:
@@ -368,8 +380,8 @@ class Estimator:
 
     def is_settled(self, state: ToolState, arrival: int) -> bool:
         """
-        Return whether `judge` would neither publish nor change anything, decided only by the level
-        that the kernel computed. If False, call `judge`.
+        Return True if `judge` would surely return OK without a warning. The test reads only the
+        level that the kernel computed. If the result is False, call `judge`.
         """
         alarm, measures = self._alarm, state.measures
         if measures is None or alarm.level is not Level.OK:
@@ -381,10 +393,13 @@ class Estimator:
         """Return the level of a new state, with hysteresis, and whether to publish a warning."""
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
-            level: Level = singularity.level  # no hysteresis
+            level: Level = (
+                singularity.level
+            )  # hysteresis applies only if the last level is WARN or ERROR
         else:
             value = watched_value(self.robot, singularity)
-            # The level without hysteresis may be higher: nearly singular poses are at least WARN.
+            # Take the higher level: a nearly singular pose is at least WARN whatever the watched
+            # value.
             level = max(
                 self.robot.singularity.thresholds.level(value, alarm.level), singularity.level
             )
@@ -400,7 +415,7 @@ class Estimator:
         return level, say
 
     def go_stale(self, arrival: int) -> bool:
-        """Mark the state as stale; return True if a warning of this must be published."""
+        """Set the level to STALE; return whether the node must publish a warning of it."""
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
 
@@ -412,10 +427,12 @@ class Estimator:
         quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
-        Return the new state after a message, with its measures, or the reason for no new state.
+        Return the tool's state and measures after a message, or the reason why there is no new
+        state.
 
-        Returns None for bytes that must be read into a sample: bytes of another form, without a
-        stamp, or with a fault that a sentence must name. Then the memory has not changed.
+        Returns None if the bytes must be read as a sample. This is so if the bytes have another
+        form or no stamp, or have a fault that an error sentence must name. In these cases the
+        estimator's memory has not changed.
 
         Parameters
         ----------
@@ -447,11 +464,11 @@ class Estimator:
         """
         Return the joint positions and velocities after a sample, or the reason for no new state.
 
-        This is the part of `take` that uses the memory. Recordings call it for each message, and
-        then evaluate the arm in one batch.
+        `accept` updates the memory like `take`, but does not evaluate the arm. Readers of
+        recordings call `accept` for each message, and then evaluate the arm in one batch.
         """
         chain = self.robot.chain
-        # The row has no place for a pose, unless the kernel must close loops.
+        # The array `row` gets no columns for a pose, unless the kernel must close loops.
         pose = 0 if chain.loops else chain.widths[kernel.POSE]
         row = np.empty(chain.single_widths[kernel.POSE] - pose)
         outcome = self._observe(sample, row)
@@ -467,7 +484,8 @@ class Estimator:
         measures: Floats | None = None,
         answers: OutgoingMessages | None = None,
     ) -> MessageOutcome:
-        # Reads a message into the memory, fills the row, and counts the message.
+        # Reads a message into the memory of joints, writes the new state into `row`, and counts
+        # the message by its outcome.
         if isinstance(message, SerializedSample):
             assert measures is not None
             outcome = self._read_bytes(message, row, measures, answers)
@@ -534,7 +552,10 @@ class Estimator:
         return incoming
 
     def quantity(self, kind: type[_StreamQuantity]) -> _StreamQuantity:
-        """Return the quantity of a kind; the first call creates it with an empty memory."""
+        """
+        Return the `StreamQuantity` of class `kind`; the first call creates it without past
+        messages.
+        """
         if kind not in self._quantities:
             self._quantities[kind] = kind(self.robot, self.settings)
         return cast(_StreamQuantity, self._quantities[kind])
@@ -553,13 +574,14 @@ class Estimator:
 
     def _explained(self, refusal: RefusedMessage) -> RefusedMessage:
         if refusal is _NOT_COMPUTABLE:
-            # Forget all joints: positions that overflow in the kernel must not stay in memory.
+            # Forget all joint positions, because positions that overflow in the kernel must not
+            # stay in memory.
             kernel.forget(self._joints)
         return self._not_closed() if refusal.reason == NOT_CLOSED else refusal
 
     def _not_closed(self) -> RefusedMessage:
-        # Only the first message gets a sentence, until the loops close again: making the sentence
-        # takes 100 times as long as a message.
+        # Only the first message with open loops gets a sentence, because making the sentence takes
+        # 100 times as long as reading a message.
         if self._is_open:
             return RefusedMessage(NOT_CLOSED)
         self._is_open = True
@@ -589,7 +611,10 @@ class Estimator:
 
 
 def doubles(numbers: Sequence[float] | Floats) -> Floats:
-    """Return numbers in the kernel's layout; arrays in this layout are not copied."""
+    """
+    Return numbers as a float64 array for the kernel. Arrays that the kernel can take are not
+    copied.
+    """
     if type(numbers) is array.array and numbers.typecode == 'd':
         return np.asarray(numbers)
     if as_the_kernel_takes_it(numbers):

@@ -1,8 +1,10 @@
 """
-Check the joint states of the last seconds: stamps, jumps, speeds, velocities, mimic joints.
+Check the JointState messages of the last seconds for wrong stamps, jumps, speeds, velocities and
+mimic joints.
 
-Stamps are compared with times of arrival; `motion_checks` checks the motions. Lags, bursts and
-noise of healthy drivers pass. Each sentence begins with the kind of fault, up to a colon.
+Stamps are compared with times of arrival; the module `motion_checks` checks the motions. Lags,
+bursts and noise of healthy drivers are not faults. Each sentence begins with the kind of fault, up
+to a colon.
 """
 
 from collections import Counter
@@ -18,23 +20,25 @@ from .cdr import SECOND
 from .joint_state_columns import Flags, columns_of
 from .motion_checks import POSITION_TOLERANCE, SAMPLE_MINIMUM
 
-# Largest number of messages in memory: one second at 1 kHz.
+# Largest number of messages that are kept for the checks: one second at 1 kHz.
 MESSAGE_LIMIT = 1000
-# Largest size of a message, bytes: 8 MB in total.
+# Largest size of a message that is checked, bytes. The kept messages take at most 8 MB.
 SIZE_LIMIT = 8192
-# Messages of this time are checked, ns: ten messages of a driver with 2 Hz.
+# The messages of the last 5 s are checked, ns: ten messages of a driver with 2 Hz.
 WINDOW = 5 * SECOND
-# Largest number of lists of joint names that are checked: a topic has few drivers.
+# At most this number of different lists of joint names is checked: a topic has few drivers.
 FORM_LIMIT = 8
-# The ratio of time by stamps to time of arrival is wrong if it or its inverse is above this.
+# The pace is the time that passed by stamps divided by the time that passed by arrivals. A pace
+# above PACE or below 1 / PACE is a fault.
 PACE = 3.0
 MICROSECONDS = 'nanosec most likely holds microseconds; write nanoseconds'
 MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
-# Causes of a wrong pace, by the ratio of time by stamps to time of arrival.
+# Likely cause of a wrong pace, by the pace (time by stamps divided by time of arrival).
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
-# A cause is named if the ratio differs by less than this, relative: jitter in half a second.
+# Relative tolerance within which the pace must agree with a key of PACE_CAUSES: jitter in half a
+# second.
 PACE_TOLERANCE = 0.1
-# Causes by bounds: the cause applies if nanosec stays below the bound for more than a second.
+# Likely cause if the field nanosec stays below the key for more than a second.
 NANOSEC_CAUSES = {
     1: 'their stamps are whole seconds; fill nanosec',
     SECOND // 1_000_000: MILLISECONDS,
@@ -42,16 +46,17 @@ NANOSEC_CAUSES = {
     SECOND // 100: 'nanosec most likely counts steps of 100 ns; write nanoseconds',
     SECOND // 10: 'nanosec most likely counts steps of 10 ns; write nanoseconds',
 }
-# Largest ratio of a speed to its limit: jitter of stamps adds 10 % over SPEED_BASELINE.
+# A measured speed may exceed the velocity limit by this factor: jitter of stamps adds 10 % to a
+# speed averaged over SPEED_BASELINE.
 SPEED_TOLERANCE = 1.1
-# Lags at which a mimic joint is compared with its leader, s. At 1 rad/s the nearest lag is at most
-# 0.01 rad off, half of the tolerance.
+# Lags at which a mimic joint is compared with the joint that it follows, s. At 1 rad/s the nearest
+# lag leaves a difference of at most 0.01 rad, half of POSITION_TOLERANCE.
 MIMIC_LAGS = np.linspace(0.0, 0.5, 26)
 
 
 class JointMessages(NamedTuple):
     """
-    N messages with the same k joint names.
+    N JointState messages with equal lists of k joint names, as arrays.
 
     Attributes
     ----------
@@ -70,7 +75,7 @@ class JointMessages(NamedTuple):
 
     @property
     def stamps(self) -> Integers:
-        """Return the stamps, ns."""
+        """Return the stamps of the messages, shape (N,), ns."""
         return self.seconds * SECOND + self.nanoseconds
 
     @property
@@ -79,7 +84,7 @@ class JointMessages(NamedTuple):
         return f'{1e-9 * float(self.arrivals[-1] - self.arrivals[0]):.2g} s'
 
     def taken(self, rows: slice | Flags) -> 'JointMessages':
-        """Return the messages of some rows."""
+        """Return only the messages that `rows` selects."""
         return JointMessages._make([self.names, *(column[rows] for column in self[1:])])
 
     def newest(self, timeout: int) -> 'JointMessages':
@@ -89,9 +94,10 @@ class JointMessages(NamedTuple):
 
 def messages_of(recent: Sequence[tuple[int, bytes]], now: int) -> list[JointMessages]:
     """
-    Read the messages of the last `WINDOW`, grouped by joint names.
+    Return the messages of the last `WINDOW` ns, grouped by joint names.
 
-    `recent` has the time of arrival (ns) and the bytes of each message.
+    `recent` has the time of arrival (ns) and the bytes of each message; `now` is the present time
+    (ns).
     """
     found, waiting = list[JointMessages](), [one for one in recent if now - one[0] <= WINDOW]
     for _ in range(FORM_LIMIT):
@@ -130,11 +136,11 @@ def input_faults(
     robot, names
         The arm, and for each joint to check, including mimic joints, its name in messages.
     timeout : ns
-        After a larger step back of stamps, earlier messages are ignored.
+        If stamps step back by more than this, earlier messages are ignored.
     simulated
-        Whether time is simulated: it may pass at any rate.
+        Whether ROS time is simulated. If it is, stamps may advance at any rate.
     reported
-        Whether reported velocities are used.
+        Whether the estimator uses the velocities of messages.
     """
     faults, offsets = list[str](), dict[str, float]()
     ours = {names[name]: j for j, name in enumerate(robot.joint_names) if name in names}
@@ -146,7 +152,7 @@ def input_faults(
             fault = _stamp_fault(group, simulated) if group.stamps[-1] else ''
             if group.stamps[-1] and not simulated:
                 offsets[group.names[0]] = float(np.median(group.stamps - group.arrivals))
-            # Speeds are not checked if stamps are wrong.
+            # Motions are not checked if stamps are wrong, because speeds depend on the stamps.
             faults += [fault] if fault else _motion_faults(group, robot, ours, reported)
         apart = 1e-9 * float(np.ptp([*offsets.values()])) if offsets else 0.0
         if not faults and apart > 1e-9 * timeout:
@@ -158,12 +164,14 @@ def input_faults(
 
 
 def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str:
-    """Return a text about the error of speeds that use times of arrival instead of stamps."""
+    """
+    Return a sentence with the relative error of speeds that are computed from times of arrival.
+    """
     text = 'no stamps: speeds are differences over times of arrival'
     for group in groups:
         if len(group.q) >= SAMPLE_MINIMUM and not set(names).isdisjoint(group.names):
-            # Half the range of the middle 68 % of all intervals is one standard deviation of a
-            # normal distribution.
+            # Half the range of the middle 68 % of the intervals is the standard deviation if the
+            # intervals are normally distributed.
             low, middle, high = np.percentile(np.diff(group.arrivals) * 1e-6, (16, 50, 84))
             jitter = 0.5 * float(high - low)
             text += f'; an arrival jitter of {jitter:.2g} ms in {middle:.3g} ms '
@@ -173,8 +181,8 @@ def arrival_jitter(groups: Sequence[JointMessages], names: Sequence[str]) -> str
 
 def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int, int]:
     """
-    Return the number of messages in which all joints of `names` are 0, and the number of all
-    messages with such joints.
+    Return two numbers of messages: those in which the positions of all joints of `names` are 0,
+    and those with at least one such joint.
     """
     values = [group.q[:, np.isin(group.names, names)] for group in groups]
     values = [one for one in values if one.shape[1]]
@@ -182,7 +190,8 @@ def zeros_of(groups: Sequence[JointMessages], names: Sequence[str]) -> tuple[int
 
 
 def _last(where: Flags) -> int:
-    # Returns the index of the message after the last true interval; 0 without one.
+    # Returns the index of the message after the last interval at which `where` is true; 0 if
+    # `where` is false everywhere.
     return int(np.flatnonzero(np.append(True, where))[-1])
 
 
@@ -190,7 +199,7 @@ def _last(where: Flags) -> int:
 
 
 def _stamp_fault(group: JointMessages, simulated: bool) -> str:
-    # Returns the first fault of the stamps that applies, or ''.
+    # Returns a sentence about the first fault of the stamps that is found, or ''.
     late = group.arrivals > group.arrivals[-1] - SECOND
     late[-SAMPLE_MINIMUM:] = True
     if np.ptp(group.stamps[late]) == 0:
@@ -200,7 +209,8 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
         return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
     total, largest = f'{len(group.q)} messages in {group.duration}', int(group.nanoseconds.max())
     dropped, cause = ~_advances(group.stamps), _cause_of_nanosec(group)
-    # If most messages are dropped, leave out messages that a relay sent twice, and count again.
+    # If most of the late messages would be dropped, leave out messages that a relay sent twice,
+    # and count again.
     if 2 * np.sum(dropped & late) > np.sum(late):
         late &= ~(dropped & _came_twice(group))
     if 2 * np.sum(dropped & late) > np.sum(late):
@@ -223,13 +233,13 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
 
 
 def _advances(stamps: Integers) -> Flags:
-    # Returns whether the stamp of each message is newer than all earlier ones.
+    # Returns for each message whether its stamp is newer than all earlier stamps.
     return np.append(True, stamps[1:] > np.maximum.accumulate(stamps)[:-1])
 
 
 def _came_twice(group: JointMessages) -> Flags:
-    # Returns for each message whether exactly one other message has its stamp and numbers, as from
-    # a relay.
+    # Returns for each message whether exactly one other message has equal stamp and numbers. A
+    # relay of the topic causes this.
     columns = zip(group.stamps, group.q, group.qdot)
     messages = [b''.join(one.tobytes() for one in row) for row in columns]
     counts = Counter(messages)
@@ -237,7 +247,7 @@ def _came_twice(group: JointMessages) -> Flags:
 
 
 def _cause_of_nanosec(group: JointMessages) -> str:
-    # Returns the cause if nanosec stays below a bound of NANOSEC_CAUSES; otherwise ''.
+    # Returns the entry of NANOSEC_CAUSES if the field nanosec stays below its key; otherwise ''.
     gaps = np.diff(group.arrivals)
     within = gaps[np.diff(group.seconds) == 0].sum()
     if 2 * within < gaps.sum() or np.ptp(group.seconds) == 0:
@@ -247,9 +257,9 @@ def _cause_of_nanosec(group: JointMessages) -> str:
 
 
 def _pace(group: JointMessages) -> float:
-    # Returns the ratio of time by stamps to time of arrival if this ratio or its inverse is above
-    # PACE in both halves of the time; otherwise 1. A burst after a stall, or a step of a clock,
-    # changes only one half.
+    # Returns the pace, the ratio of time by stamps to time of arrival, if the pace is wrong in
+    # both halves of the time. Returns 1 otherwise, because a burst after a stall or a step of a
+    # clock changes only one half.
     begin = _last(np.diff(group.stamps) < 0)
     s, t = group.stamps[begin:], group.arrivals[begin:]
     middle = int(np.searchsorted(t, (t[0] + t[-1]) // 2))
@@ -270,7 +280,8 @@ def _motion_faults(
     places = {name: group.names.index(name) for name in ours if name in group.names}
     sizes = [np.abs(values[:, list(places.values())]) for values in (group.q, group.qdot)]
     known, told = (np.all(values <= LARGEST, axis=1) for values in sizes)
-    # The estimator uses either all velocities of a message or none.
+    # Replace all velocities of a message by NaN if one is not usable, because the estimator uses
+    # either all of them or none.
     group = group._replace(qdot=np.where(reported & told[:, None], group.qdot, np.nan))
     unstamped = group.stamps[-1] == 0
     group = group.taken(known & (unstamped | _advances(group.stamps)))
@@ -294,7 +305,8 @@ def _motion_faults(
         name, j, q, qdot = list(places)[k], joints[k], every_q[:, k], every_qdot[:, k]
         unit, limit, speed = robot.units[j], float(limits[k]), float(speeds[k])
         text = motion_checks.contradiction(t, q, qdot, float(tolerances[k]), unit)
-        # Do not use velocities that contradict the positions to explain a step.
+        # Do not use reported velocities that contradict the positions to decide whether a step is
+        # a jump.
         found = motion_checks.jumps(robot, j, t, q, np.nan * qdot if text else qdot)
         if len(found):
             steps[name] = np.diff(q)[found]
@@ -330,7 +342,8 @@ def _mimic_faults(
                 continue
             q, driven = (group.q[:, group.names.index(one)] for one in pair)
             formula, t = multiplier * driven + offset, 1e-9 * (group.arrivals - group.arrivals[0])
-            # A mimic joint that lags has an earlier value of its formula.
+            # Evaluate the formula of the mimic joint at earlier times, because the mimic joint may
+            # lag behind the joint that it follows.
             past = [np.interp(t - lag, t, formula) for lag in MIMIC_LAGS]
             if min(np.median(np.abs(q - one)) for one in past) > POSITION_TOLERANCE[slides]:
                 unit = 'm' if slides else 'rad'

@@ -11,13 +11,15 @@ from ..robot.robot import Robot
 from .joint_memory import NamedJoints
 from .joint_sample import JointSample
 
-# Velocities above this times the joint's limit are refused: encoder noise may exceed the limit.
+# A velocity above its limit times this factor is refused. The factor is above 1 because encoder
+# noise may exceed the limit.
 LIMIT_MARGIN = 1.1
 
 
 class Integration:
     """
-    Integrates velocities from the last reported joint positions by the trapezoidal rule.
+    Integrates joint velocities to positions by the trapezoidal rule, from the last reported
+    positions.
 
     Parameters
     ----------
@@ -33,7 +35,10 @@ class Integration:
 
     @property
     def seconds(self) -> float:
-        """Return the longest time of integration since a joint's last reported position, s."""
+        """
+        Return the longest time since a message reported a joint's position, s, while velocities
+        are integrated.
+        """
         return float(self._seconds.max())
 
     def deviation(self, robot: Robot) -> float | None:
@@ -44,19 +49,22 @@ class Integration:
         said = robot.description.uncertainty
         if said is None or said.velocity_noise is None:
             return None
-        # The velocity errors of messages are taken as independent, so their variances add up.
+        # The velocity errors of messages are taken as independent, so the variances of the
+        # positions add up.
         return float(np.max(np.array(said.velocity_noise) * np.sqrt(self._squares)))
 
     def forget(self, joints: slice | Integers = slice(None)) -> None:
-        """Start the integration of joints again, because a message has reported positions."""
+        """
+        Set the time of integration of joints to 0, because a message has reported their positions.
+        """
         self._seconds[joints] = self._squares[joints] = 0.0
 
     def too_fast(self, velocities: Floats, names: Sequence[str], ours: OurJoints) -> str:
         """
-        Return a sentence if a velocity is above the joint's limit; empty otherwise, and for NaN.
+        Return an error sentence if a velocity is too large to integrate, otherwise ''. NaN passes.
 
-        If the robot file has no limit for a joint, `FASTEST_JOINT` is used. `names` are the names
-        of the arm's joints.
+        The largest velocity is LIMIT_MARGIN times the joint's limit, or `FASTEST_JOINT` if the
+        robot file has no limit. `names` are the names of the arm's joints.
         """
         for j, place in zip(*ours.table):
             if place < len(velocities) and abs(velocities[place]) > self._fastest[j]:
@@ -70,10 +78,11 @@ class Integration:
         self, sample: JointSample, velocities: Floats, memory: NamedJoints, ours: OurJoints
     ) -> Floats | None:
         """
-        Return integrated positions for a message without positions, one for each of its names.
+        Return integrated positions for a message without positions, one for each of its joint
+        names.
 
-        Returns None if a joint of the arm in the message has no position yet or a stale one, if a
-        velocity is not finite, or if the stamp is missing or does not advance.
+        Returns None in three cases. A joint of the arm in the message has no position yet, or a
+        stale one. A velocity is not finite. The stamp is missing or does not advance.
 
         Parameters
         ----------

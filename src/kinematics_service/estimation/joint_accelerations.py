@@ -7,26 +7,29 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity
 from .joint_memory import NamedJoints
 
-# Number of velocities in memory for each joint. If a window contains more, it is shortened.
+# Number of velocities that are kept for each joint. If a window contains more, only these last
+# ones are fitted.
 SAMPLE_COUNT = 64
 
 
 class JointAccelerations(StreamQuantity):
     """
-    The slope of a straight line through the last velocities of each joint, by least squares.
+    Estimates each joint's acceleration as the slope of a least-squares line through its last
+    velocities.
 
     The slope is the acceleration half a window ago. It is exact if the acceleration changes at a
     constant rate and messages come at equal intervals. If N velocities in a window of T seconds
-    have the standard deviation s (rad/s), that of the slope is about 3.5 s / (T sqrt(N)).
+    have the standard deviation s (rad/s), the slope has about 3.5 s / (T sqrt(N)).
 
     Only reported velocities are used: differences of positions would divide their noise by the
     square of the time step. Velocities older than the window are left out, except the last two. If
-    stamps have a gap longer than the timeout or step back, the joint starts again.
+    stamps have a gap longer than the timeout or step back, the joint's earlier velocities are
+    forgotten.
 
     Attributes
     ----------
     delay
-        Mean age of the velocities behind the last slope, s; the largest of all joints.
+        Mean age of the fitted velocities, s; the largest of all joints.
     """
 
     def __init__(self, robot: Robot, settings: EstimatorSettings) -> None:
@@ -42,7 +45,9 @@ class JointAccelerations(StreamQuantity):
     def take(
         self, answer: EstimatorOutput, message: JointMessage, joints: NamedJoints
     ) -> Floats | None:
-        """Return the accelerations, rad/s^2 or m/s^2; None if one is unknown."""
+        """
+        Return the joint accelerations after a message, rad/s^2 or m/s^2; None if one is unknown.
+        """
         if answer.velocity_source != 'message':
             self._count[:] = 0
             return None
@@ -50,7 +55,8 @@ class JointAccelerations(StreamQuantity):
 
     def slope(self, stamps: Integers, qdot: Floats) -> Floats | None:
         """
-        Return the accelerations, rad/s^2 or m/s^2; None if a joint has only one velocity.
+        Return the slope of the last velocities of each joint, rad/s^2 or m/s^2. Returns None if a
+        joint has only one velocity.
 
         Parameters
         ----------
@@ -77,7 +83,8 @@ class JointAccelerations(StreamQuantity):
         count = np.sum(used, axis=0)
         mean = np.sum(ages, axis=0, where=used) / count
         since = np.where(used, mean - ages, 0.0)
-        # Subtract the last velocity: a common offset would only add round-off.
+        # Subtract the last velocity from all: the slope does not change, and the round-off is
+        # smaller.
         with np.errstate(over='ignore', invalid='ignore'):
             changes = self._velocities - qdot
             slope = np.sum(since * changes, axis=0) / np.sum(since * since, axis=0)

@@ -1,4 +1,7 @@
-"""Subtract a bias from the joint efforts of messages; on request the bias is their last mean."""
+"""
+Subtract a bias from the joint efforts of messages. On request the mean of the last efforts becomes
+the bias.
+"""
 
 from collections import deque
 
@@ -10,13 +13,13 @@ from ..robot.robot import Robot
 from .estimator import EstimatorOutput, EstimatorSettings, JointMessage, StreamQuantity, doubles
 from .joint_memory import NamedJoints
 
-# Number of messages whose mean effort becomes the bias.
+# Number of last messages whose mean effort becomes the bias.
 AVERAGED = 100
 
 
 class JointEfforts(StreamQuantity):
     """
-    The last effort of each joint minus a bias, N m or N.
+    Remembers the last effort of each joint and subtracts a bias from it, N m or N.
 
     Attributes
     ----------
@@ -43,10 +46,13 @@ class JointEfforts(StreamQuantity):
         return self.efforts if self.bias is None else self.efforts - self.bias
 
     def note(self, ours: OurJoints, names: int, efforts: Floats) -> None:
-        """Store the efforts of a message with `names` names and the arm's joints `ours`."""
+        """
+        Store the efforts of a message that has `names` joint names; `ours` are the arm's joints in
+        it.
+        """
         joints, places = ours.table
         new = efforts[places] if len(efforts) == names else np.full(len(joints), np.nan)
-        # Change a copy, because callers keep the former array.
+        # Copy the array before the change, because callers keep the earlier array.
         self.efforts = self.efforts.copy()
         self.efforts[joints] = np.where(np.abs(new) <= kernel.LARGEST, new, np.nan)
         if np.isnan(self.efforts).any():
@@ -55,7 +61,10 @@ class JointEfforts(StreamQuantity):
             self._recent.append(self.efforts)
 
     def take_bias(self) -> int:
-        """Set the bias to the mean of the last messages, and return their number."""
+        """
+        Set the bias to the mean effort of the last messages, and return the number of these
+        messages.
+        """
         if self._recent:
             self.bias = np.mean(self._recent, axis=0)
         return len(self._recent)

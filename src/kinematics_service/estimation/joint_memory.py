@@ -9,16 +9,19 @@ import numpy as np
 from ..kernel import Floats, JointMemory, OurJoints
 from ..robot.robot import Robot
 
-# Largest number of lists of joint names in memory, one list per driver: a topic has few drivers.
+# Number of different lists of joint names that are remembered, one list per driver: a topic has
+# few drivers.
 MAX_LISTS = 16
 
-# Jumps of a joint's position within this time count as a dispute of drivers, ns.
+# Jumps of a joint's position within this time count together, ns. Several jumps mean that two
+# drivers send different positions.
 DISPUTE_WINDOW = 2_000_000_000
 
-# Tolerance of joint limits, rad or m: encoders round, so a joint at its limit may seem beyond it.
+# A joint may exceed its limit by this, rad or m: encoders round, so a joint at its limit may seem
+# beyond it.
 LIMIT_TOLERANCE = 1e-6
 
-# Columns of the memory that are copied if another arm has a joint of the same name.
+# Attributes of `columns` that are copied if another arm has a joint of equal name.
 JOINT_COLUMNS = (
     *('position', 'before', 'velocity', 'differenced', 'known', 'stamped', 'stamp', 'arrival'),
     *('jump_count', 'jumps'),
@@ -27,12 +30,12 @@ JOINT_COLUMNS = (
 
 class MessageJoints(NamedTuple):
     """
-    The arm's joints in a message with a given list of names.
+    The indices of the arm's joints in messages with one list of joint names.
 
     Attributes
     ----------
     ours
-        Indices of the joints in the arm and in the message, for the kernel.
+        For each joint found, its index in the arm and its index in the message, for the kernel.
     duplicates
         Names of the arm's joints that occur more than once in the message.
     """
@@ -42,7 +45,7 @@ class MessageJoints(NamedTuple):
 
 
 def joint_names(robot: Robot, prefix: str) -> tuple[str, ...]:
-    """Return the names of the joints as messages have them: prefix and name of the robot file."""
+    """Return the joint names that messages must have: `prefix` and the name in the robot file."""
     return tuple(prefix + name for name in robot.joint_names)
 
 
@@ -53,7 +56,8 @@ def _closure_width(robot: Robot) -> int:
 
 class NamedJoints(JointMemory):
     """
-    The memory of an arm's joints by name, which `kernel.observe` writes.
+    Stores the last message of each joint of an arm, by joint name; `kernel.observe` writes into
+    it.
 
     Parameters
     ----------
@@ -76,14 +80,17 @@ class NamedJoints(JointMemory):
         self.configure(robot, source, timeout)
 
     def configure(self, robot: Robot, source: int, timeout: int) -> None:
-        """Apply new settings and keep the states of the joints."""
+        """Apply new settings and keep the joint positions."""
         self.velocity_source = source
-        # Stamps are far below 2^62 ns (146 years); differences must not overflow.
+        # Limit the timeout to 2^62 ns (146 years), so that differences of stamps do not overflow.
         self.timeout = min(timeout, 2**62)
         self.columns.wraps[:] = robot.continuous
 
     def remember(self, former: 'NamedJoints') -> None:
-        """Take over the states of joints with equal names from the memory of another arm."""
+        """
+        Copy the positions, velocities and stamps of joints with equal names from another arm's
+        memory.
+        """
         ours, theirs = self.columns, former.columns
         for j, name in enumerate(self.names):
             k = former._index.get(name)
@@ -95,7 +102,7 @@ class NamedJoints(JointMemory):
         """
         Return positions (n,) and velocities (n,) of the joints, or None if a position is unknown.
 
-        The velocities are None if one of them is unknown.
+        The velocities are None if a velocity is unknown.
         """
         if not self.columns.known.all():
             return None
@@ -103,15 +110,15 @@ class NamedJoints(JointMemory):
         return self.columns.position.copy(), None if np.isnan(qdot).any() else qdot
 
     def positions(self) -> Floats:
-        """Return the joint positions, shape (n,), rad or m; NaN for unknown positions."""
+        """Return the last joint positions, shape (n,), rad or m; NaN for unknown positions."""
         return self.columns.position.copy()
 
     def fits(self, robot: Robot) -> bool:
-        """Return whether the memory has the size that the closed loops of an arm need."""
+        """Return whether this memory has room for the closed loops of `robot`."""
         return self.closure == _closure_width(robot)
 
     def joints_in(self, names: Sequence[str]) -> MessageJoints:
-        """Return the arm's joints in a message with the joint names `names`."""
+        """Return where the arm's joints are in a message with the joint names `names`."""
         key = tuple(names)
         found = self._lists.get(key)
         if found is not None:
@@ -124,33 +131,41 @@ class NamedJoints(JointMemory):
         found = MessageJoints(ours, tuple(duplicates))
         if len(self._lists) >= MAX_LISTS:
             self._lists.pop(next(iter(self._lists)))
-        if len(key) <= 8 * len(self.names) + 256:  # huge lists are not cached
+        if len(key) <= 8 * len(self.names) + 256:  # do not cache huge lists
             self._lists[key] = found
         return found
 
     def unmatched(self) -> tuple[tuple[str, ...], ...]:
-        """Return the lists of names in messages if no list has a joint of the arm; else empty."""
+        """
+        Return the joint-name lists of the messages if none of the lists names a joint of the arm.
+        Returns an empty tuple otherwise.
+        """
         has_ours = any(found.ours.count for found in self._lists.values())
         return () if has_ours else tuple(self._lists)
 
     def newest(self) -> int | None:
-        """Return the latest stamp (ns) of all joints; None if no joint position is known."""
+        """Return the latest stamp of all joints, ns; None if no joint position is known."""
         known = self.columns.known != 0
         return int(self.columns.stamp[known].max()) if known.any() else None
 
     def missing(self, arrival: int, timeout: int) -> tuple[str, ...]:
-        """Return the names of joints without a message in `timeout` before `arrival` (ns)."""
+        """
+        Return the names of the joints that no message has had within `timeout` before `arrival`,
+        ns.
+        """
         columns = zip(self.names, self.columns.arrival.tolist(), self.columns.known.tolist())
         return tuple(name for name, at, known in columns if not known or arrival - at > timeout)
 
     def age(self, arrival: int) -> float:
-        """Return the age in seconds of the oldest joint position; inf if a joint has none."""
+        """Return the age of the oldest joint position, s; inf if a joint has no position yet."""
         if not self.columns.known.all():
             return math.inf
         return (arrival - int(self.columns.arrival.min())) * 1e-9
 
     def beyond(self, limits: Floats) -> tuple[str, ...]:
-        """Return the names of known joints outside limits (n, 2)."""
+        """
+        Return the names of joints whose positions are outside `limits`, shape (n, 2), rad or m.
+        """
         columns = zip(self.names, self.columns.position.tolist(), limits.tolist())
         return tuple(
             name
@@ -159,7 +174,10 @@ class NamedJoints(JointMemory):
         )
 
     def disputed(self, arrival: int, jumps: int) -> tuple[str, ...]:
-        """Return the names of joints that jumped at least `jumps` times within DISPUTE_WINDOW."""
+        """
+        Return the names of joints that jumped at least `jumps` times within DISPUTE_WINDOW before
+        `arrival`.
+        """
         columns = zip(self.names, self.columns.jump_count.tolist(), self.columns.jumps.tolist())
         return tuple(
             name

@@ -8,7 +8,7 @@ from ..kernel import Floats
 
 class JointSample(NamedTuple):
     """
-    One JointState message: joint names, positions, velocities, efforts, and its times.
+    One JointState message: joint names, positions, velocities, efforts, and times.
 
     Attributes
     ----------
@@ -36,10 +36,10 @@ class JointSample(NamedTuple):
 
     @property
     def time(self) -> int:
-        """Return the stamp, or the time of receipt if the message has none, ns."""
+        """Return the stamp, ns, or the time of receipt if the message has no stamp."""
         return self.stamp or self.received
 
     @property
     def times(self) -> tuple[int, int, int]:
-        """Return stamp, receipt and arrival, ns."""
+        """Return the stamp, the time of receipt by the ROS clock, and by the steady clock, ns."""
         return self.stamp, self.received, self.arrival

@@ -1,7 +1,7 @@
 """
 Read many serialized JointState messages at once if they differ only in stamps and numbers.
 
-Messages of another form than the first message need the reader of single messages.
+Messages with other joint names or lengths than the first message must be read one by one.
 """
 
 from collections.abc import Sequence
@@ -19,9 +19,11 @@ Flags: TypeAlias = npt.NDArray[np.bool_]
 
 class MessageColumns(NamedTuple):
     """
-    Messages as columns, one row per message: both fields of the stamps (s, ns), and numbers.
+    JointState messages as arrays, one row per message: stamp fields (s, ns), positions and
+    velocities.
 
-    `alike` marks the rows of messages with the form of the first message; other rows are invalid.
+    `alike` is true for messages with the joint names and lengths of the first message; other rows
+    are invalid.
     """
 
     alike: Flags
@@ -33,12 +35,15 @@ class MessageColumns(NamedTuple):
 
     @property
     def stamps(self) -> Integers:
-        """Return the stamps, ns."""
+        """Return the stamps of the messages, ns."""
         return self.seconds * SECOND + self.nanoseconds
 
 
 def columns_of(raws: Sequence[bytes], ros1: bool = False) -> MessageColumns | None:
-    """Return messages of equal length as columns; None if the first message has no form."""
+    """
+    Return serialized messages of equal length as arrays; None if `form_of` cannot read the first
+    one.
+    """
     form = form_of(raws[0], ros1)
     if form is None:
         return None

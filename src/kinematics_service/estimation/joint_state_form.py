@@ -1,5 +1,5 @@
 """
-Find the form of serialized JointState messages: the offsets of their numbers.
+Find the form of serialized JointState messages: joint names and byte offsets of the numbers.
 
 A driver sends the same names in every message. So the messages of a driver differ only in stamps,
 numbers and bytes without a meaning.
@@ -19,10 +19,10 @@ _EMPTY = np.empty(0)
 _EMPTY.setflags(write=False)
 
 
-@dataclass(frozen=True, eq=False)  # arrays have no single truth value
+@dataclass(frozen=True, eq=False)  # eq=False: comparing arrays with == gives no single truth value
 class JointStateForm:
     """
-    The form of messages in plain CDR with equal names, frame and lengths.
+    Names and byte ranges that messages in plain CDR share if names, frame and lengths are equal.
 
     Attributes
     ----------
@@ -31,12 +31,12 @@ class JointStateForm:
     size
         Bytes of a message.
     positions, velocities, efforts
-        Byte ranges of these numbers, which are doubles of this machine. The stamp is at
-        `cdr.STAMP_AT`.
+        Byte ranges of the positions, velocities and efforts, which are doubles of this machine.
+        The stamp is at `cdr.STAMP_AT`.
     fixed : shape (size,)
-        Mask of the bits that are equal in all messages: 255 for a fixed byte, 0 for other bytes.
+        Bit mask for each byte: bits that are equal in all messages are 1. A fixed byte has 255.
     same : shape (size,)
-        The values of the fixed bits; 0 for other bits.
+        The values of the fixed bits. Other bits are 0.
     """
 
     names: tuple[str, ...]
@@ -49,36 +49,39 @@ class JointStateForm:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Return the numbers of positions and velocities."""
+        """Return how many positions and how many velocities a message has."""
         positions, velocities = (
             (one.stop - one.start) // DOUBLE for one in (self.positions, self.velocities)
         )
         return positions, velocities
 
     def fits(self, data: bytes) -> bool:
-        """Return whether a message is of this form."""
+        """Return whether a message has this form."""
         return len(data) == self.size and np.array_equal(
             np.frombuffer(data, np.uint8) & self.fixed, self.same
         )
 
     def for_joints(self, ours: OurJoints) -> IncomingForm:
-        """Return the kernel's form of these messages; `ours` are the arm's joints in them."""
+        """
+        Return this form for the kernel's reader; `ours` are the indices of the arm's joints in
+        messages.
+        """
         return IncomingForm(self.fixed, self.same, STAMP_AT, self.positions, self.velocities, ours)
 
 
 def doubles_of(data: bytes) -> Floats:
-    """Return bytes as doubles in the byte order of this machine; read-only."""
+    """Return bytes as a read-only array of float64, in the byte order of this machine."""
     return np.frombuffer(data, np.float64) if data else _EMPTY
 
 
 class SerializedSample(NamedTuple):
     """
-    A serialized JointState message, with the form that it is expected to have.
+    A serialized JointState message, and the form that the reader expects it to have.
 
     Attributes
     ----------
     form, data
-        The form, and the bytes.
+        The expected form, and the bytes of the message.
     arrival : ns
         Time of receipt, steady clock.
     """
@@ -89,18 +92,18 @@ class SerializedSample(NamedTuple):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Return the joint names."""
+        """Return the joint names of the message."""
         return self.form.names
 
     @property
     def time(self) -> int:
-        """Return the stamp, ns."""
+        """Return the stamp of the message, ns."""
         seconds, nanoseconds = STAMP.unpack_from(self.data, STAMP_AT)
         return seconds * SECOND + nanoseconds  # type: ignore[no-any-return]
 
     @property
     def efforts(self) -> Floats:
-        """Return the joint efforts, N m or N; read-only."""
+        """Return the joint efforts of the message, N m or N, as a read-only array."""
         return doubles_of(self.data[self.form.efforts])
 
 
@@ -116,7 +119,7 @@ class JointStateFields(NamedTuple):
 
 def fields_of(reader: CdrReader) -> JointStateFields:
     """
-    Return the byte ranges of the fields of a JointState, in the encoding of the reader.
+    Return the byte ranges of the fields of a JointState message that `reader` reads.
 
     Raises
     ------
@@ -134,10 +137,11 @@ def fields_of(reader: CdrReader) -> JointStateFields:
 
 def form_of(data: bytes, ros1: bool = False) -> JointStateForm | None:
     """
-    Return the form of a message; `ros1` for a message of ROS 1.
+    Return the form of a serialized JointState message; `ros1` is True for a message of ROS 1.
 
     Returns None if the message is not a whole JointState in plain CDR, if a text has a zero
-    elsewhere than at its end, or on a big-endian machine. Such messages need the general reader.
+    elsewhere than at its end, or on a big-endian machine. Read such messages with the general
+    reader.
     """
     try:
         reader = Ros1Reader(data) if ros1 else CdrReader(data)
@@ -166,8 +170,8 @@ def form_of(data: bytes, ros1: bool = False) -> JointStateForm | None:
 
 
 def _plain_text(data: bytes) -> str:
-    # Returns a text without its final zero. Other texts are refused, because readers of ROS treat
-    # a text without a final zero, or with a zero inside, differently.
+    # Returns a text without its final zero. Refuses a text without a final zero, or with a zero
+    # inside, because ROS readers disagree about such texts.
     if data.find(0) != len(data) - 1:
         raise CdrError('a text that does not end with its only zero')
     return data[:-1].decode()

@@ -1,8 +1,9 @@
 """
-Check the motion of one joint: steps too large for its speed, and contradictory velocities.
+Check the motion of one joint for jumps and for velocities that contradict the positions.
 
 Reported velocities are integrated by trapezoids and compared with the positions at the best lag.
-Lags, bursts and noise of healthy drivers pass. The node and `audit` use the same rules.
+Lags, bursts and noise of healthy drivers are not faults. The node and the command `audit` use
+these rules.
 """
 
 import math
@@ -14,35 +15,41 @@ from ..kernel import Floats, Integers
 from ..robot.robot import Robot
 from .joint_state_columns import Flags
 
-# Smaller differences of positions are not faults, rad, m: encoders, rounding, backlash.
+# Differences of positions below this are not faults, rad and m: encoders round, and joints have
+# backlash.
 POSITION_TOLERANCE = (0.02, 0.005)
-# A step is a jump above this times the motion at the larger reported speed.
+# A step of position is a jump if it exceeds this factor times the motion at the reported speed.
 SPEED_MARGIN = 3.0  # by trial: filters of drivers report accelerations late
-# Without a reported speed, a step is a jump above this times the motion at the velocity limit.
+# If no speed is reported, a step of position is a jump if it exceeds this factor times the motion
+# at the velocity limit.
 LIMIT_MARGIN = 2.0  # by trial: jitter of stamps halves an interval
-# Speed of a joint without a velocity limit, rad/s, m/s: above that of industrial arms.
+# Velocity limit of a joint for which the robot file has none, rad/s and m/s: above the speed of
+# industrial arms.
 FREE_SPEED = (10.0, 2.0)
-# A joint can start and stop within a longer interval, s, so reported speeds at both ends of such
-# an interval are not used.
+# Longest interval for which reported speeds bound the motion, s. Within a longer interval a joint
+# can start and stop unseen.
 START_AND_STOP = 0.05
-# Time over which a speed is averaged, s: jitter of stamps adds 10 %.
+# Time over which a speed is averaged, s. Jitter of stamps adds 10 % to such a speed.
 SPEED_BASELINE = 0.2
-# Time over which reported velocities are compared, s.
+# Time over which reported velocities are compared with the positions, s.
 VELOCITY_WINDOW = 1.0
-# Longest interval of the comparison, s: trapezoids are inexact below 7 Hz.
+# Longest interval between messages for the comparison, s: the trapezoidal rule is inexact below 7
+# Hz.
 INTERVAL_LIMIT = 0.15
-# Largest delay of velocities by filters, and largest lead of commanded velocities, s.
+# Largest delay or lead of velocities relative to positions, s. Filters delay velocities; commanded
+# velocities lead.
 LAG_LIMIT = 0.1
-# Largest difference of the integrated and the reported motion, relative to the larger motion:
+# Largest difference between the integrated and the reported motion, relative to the larger motion:
 # filters of drivers smooth velocities.
 VELOCITY_SHARE = 0.3
-# Smallest number of positions in a check: two intervals in each half of the time.
+# Smallest number of positions for a check: two intervals in each half of the time.
 SAMPLE_MINIMUM = 5
 
 
 def joint_steps(q: Floats, wraps: bool) -> Floats:
     """
-    Return the steps between positions, shape (N - 1,), rad or m; with `wraps` at most half a turn.
+    Return the differences of successive positions, shape (N - 1,), rad or m. If `wraps` is True, a
+    difference is at most half a turn.
     """
     steps = np.diff(q)
     return np.asarray(np.mod(steps + math.pi, math.tau) - math.pi if wraps else steps)
@@ -50,11 +57,12 @@ def joint_steps(q: Floats, wraps: bool) -> Floats:
 
 def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
     """
-    Return the indices of intervals in which the step of joint j is too large for its speed.
+    Return the indices of the intervals between messages in which joint j moves too far for its
+    speed.
 
-    The speed is the largest reported one within `LAG_LIMIT` of the interval. Intervals shorter
-    than the median count as the median: two messages may have nearly equal stamps although their
-    measurements are apart.
+    The speed is the largest reported one within `LAG_LIMIT` of the interval. An interval shorter
+    than the median is taken as the median: two messages may have nearly equal stamps although
+    their measurements are apart.
 
     Parameters
     ----------
@@ -67,7 +75,7 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
         return np.zeros(0, dtype=np.int64)
     usual = float(np.median(intervals[intervals > 0.0]))
     intervals = np.maximum(intervals, usual)
-    near = min(math.ceil(LAG_LIMIT / usual), len(t))  # largest lag of reported speeds, messages
+    near = min(math.ceil(LAG_LIMIT / usual), len(t))  # LAG_LIMIT as a number of messages
     speeds = sliding_window_view(np.pad(np.abs(qdot), near, 'edge'), 2 * near + 1).max(axis=1)
     reported = SPEED_MARGIN * np.maximum(speeds[1:], speeds[:-1])
     limit = LIMIT_MARGIN * float(robot.velocity_limits[j])
@@ -78,14 +86,14 @@ def jumps(robot: Robot, j: int, t: Floats, q: Floats, qdot: Floats) -> Integers:
 
 
 def integral(t: Floats, qdot: Floats) -> Floats:
-    """Return the integral of velocities (N,) or (N, k) from the first time, by trapezoids."""
+    """Return the integral of velocities (N,) or (N, k) from t[0] to each time, by trapezoids."""
     steps = (0.5 * (qdot[1:] + qdot[:-1]).T * np.diff(t)).T
     return np.concatenate([np.zeros_like(qdot[:1]), np.cumsum(steps, axis=0)])
 
 
 def largest_speed(t: Floats, q: Floats) -> Floats:
     """
-    Return the largest mean speed over `SPEED_BASELINE`, for positions (N,) or (N, k) at times t.
+    Return each joint's largest mean speed over `SPEED_BASELINE`; q is (N,) or (N, k) at times t.
     """
     ends = np.searchsorted(t, t + SPEED_BASELINE)
     begins = np.flatnonzero(ends < len(t))
@@ -96,16 +104,19 @@ def largest_speed(t: Floats, q: Floats) -> Floats:
 
 def path_errors(t: Floats, q: Floats, qdot: Floats, lags: Floats) -> Floats:
     """
-    Return the integrated velocities, shifted by each of L lags (s), minus the positions.
+    Return the integrated velocities, shifted in time by each of L lags (s), minus the positions.
 
-    Shape (L, N), rad or m, up to a constant. NaN if the shifted time is outside of `t`.
+    The shape is (L, N), in rad or m, up to a constant. Entries are NaN if the shifted time is
+    outside `t`.
     """
     path, nan = integral(t, qdot), math.nan
     return np.stack([np.interp(t + lag, t, path, left=nan, right=nan) - q for lag in lags])
 
 
 def scale_in_words(scale: float) -> str:
-    """Return a text with the ratio of integrated to reported motion, and its likely cause."""
+    """
+    Return a text with `scale`, the ratio of integrated to reported motion, and its likely cause.
+    """
     degrees, flipped = abs(scale - math.degrees(1.0)) < 2.0, abs(scale + 1.0) < 0.1
     cause = ': degrees?' if degrees else ': wrong sign' if flipped else ''
     return f'{scale:.3g} times the change of its position{cause}'
@@ -113,10 +124,10 @@ def scale_in_words(scale: float) -> str:
 
 def suspects(t: Floats, q: Floats, qdot: Floats, tolerances: Floats) -> Flags:
     """
-    Return for each of k joints whether `jumps` or `contradiction` may find a fault, shape (k,).
+    Return for each of k joints whether `jumps` or `contradiction` could find a fault, shape (k,).
 
-    This test takes few array operations for all joints; `jumps` and `contradiction` take thirty
-    for each joint.
+    This test needs few array operations for all joints together. `jumps` and `contradiction` need
+    thirty for each joint.
     """
     late = t >= t[-1] - VELOCITY_WINDOW
     agree = np.ptp(integral(t[late], qdot[late]) - q[late], axis=0) <= tolerances
@@ -125,7 +136,10 @@ def suspects(t: Floats, q: Floats, qdot: Floats, tolerances: Floats) -> Flags:
 
 
 def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: str) -> str:
-    """Return how reported velocities contradict the positions of the last second, or ''."""
+    """
+    Return a text that says how reported velocities contradict the positions of the last second, or
+    ''.
+    """
     late = t >= t[-1] - VELOCITY_WINDOW
     t, q, qdot = t[late], q[late], qdot[late]
     longest, path = float(np.max(np.diff(t), initial=0.0)), integral(t, qdot)
@@ -141,8 +155,8 @@ def contradiction(t: Floats, q: Floats, qdot: Floats, tolerance: float, unit: st
         return ''
     if moved <= tolerance:
         return f'up to {fastest:.3g} {unit}/s, but its position moves by {moved:.1g} {unit}'
-    # Fit the ratio to the second half of the time, because the first half may be from before the
-    # fault.
+    # Fit the ratio of the motions to the second half of the time, because the fault may have begun
+    # in the first half.
     x, y = (half - np.mean(half) for half in (q[len(q) // 2 :], path[len(q) // 2 :]))
     scale = float(np.dot(x, y) / max(np.dot(x, x), np.finfo(float).tiny))
     if np.ptp(y - scale * x) > VELOCITY_SHARE * np.ptp(y):

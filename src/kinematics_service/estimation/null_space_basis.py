@@ -1,4 +1,6 @@
-"""Compute a basis of the task's null space after each message, continuous over time."""
+"""
+Compute a basis of the null space of the task Jacobian after each message, continuous over time.
+"""
 
 from ..kernel import Floats
 from ..kinematics.null_space import basis_of
@@ -9,14 +11,14 @@ from .joint_memory import NamedJoints
 
 class NullSpaceBasis(StreamQuantity):
     """
-    A basis of the joint motions that leave the task's rows at rest, shape (n, k): at each message
-    the basis nearest to the one before.
+    Computes a basis of the joint motions that the task does not notice, shape (n, k). Of all bases
+    it takes the one nearest to the last message's basis.
     """
 
     _last: Floats | None = None
 
     def configure(self, robot: Robot, settings: EstimatorSettings) -> None:
-        """Apply new settings; another chain starts with a new basis."""
+        """Apply new settings. If the chain changes, the last basis is forgotten."""
         if robot.chain is not self.robot.chain:
             self._last = None
         super().configure(robot, settings)
@@ -24,7 +26,7 @@ class NullSpaceBasis(StreamQuantity):
     def take(
         self, answer: EstimatorOutput, message: JointMessage, joints: NamedJoints
     ) -> Floats | None:
-        """Return the basis (n, k) at a new state."""
+        """Return the null-space basis at the new state, shape (n, k)."""
         state = answer.state
         self._last = basis_of(state.robot.singularity.task, state.jacobian, self._last)
         return self._last

@@ -1,4 +1,4 @@
-"""Write the singularity warning as text: a level, a sentence, and keys with values."""
+"""Write the singularity warning as a level, a sentence, and keys with values."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -20,17 +20,17 @@ from ..robot.file.parts.loop_groups import closed_together, group_in_words, grou
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
 
-# Components below this ratio to the largest component are left out of texts.
+# Components smaller than this ratio times the largest component are left out of texts.
 NEGLIGIBLE_RATIO = 0.1
 
-# Largest length of an expression in the sentence, characters. Longer expressions are only in the
-# values.
+# Longest expression that the warning sentence shows, characters. Longer expressions are only in
+# the keys and values.
 MAX_EXPRESSION_LENGTH = 24
 
 
 @dataclass(frozen=True)
 class StatusText:
-    """A level, one sentence, and its details as keys and values."""
+    """The singularity warning as a level, one sentence, and keys with values."""
 
     level: Level
     sentence: str
@@ -40,7 +40,9 @@ class StatusText:
 def direction_in_words(
     direction: Floats, kinds: tuple[str, str] = ('motion along', 'rotation about')
 ) -> str:
-    """Return a direction (6,) as text: motion along an axis, rotation about an axis, or both."""
+    """
+    Return a twist direction (6,) as text: motion along an axis, rotation about an axis, or both.
+    """
     linear, angular = direction[:3], direction[3:]
     parts = []
     strongest = max(float(np.linalg.norm(linear)), float(np.linalg.norm(angular)))
@@ -55,13 +57,16 @@ def _axis_in_words(axis: Floats) -> str:
     for k, name in enumerate('xyz'):
         if abs(axis[k]) > math.cos(math.radians(2.0)):
             return name
-    # The sign of a lost direction is arbitrary: show it with its largest component positive.
+    # A lost direction has no sign: show it with its largest component positive.
     axis = axis * np.sign(axis[int(np.argmax(np.abs(axis)))])
     return '(' + ', '.join(f'{x + 0.0:.2f}' for x in axis) + ')'
 
 
 def joints_in_words(names: Sequence[str], motion: Floats) -> str:
-    """Return the joints that a joint motion (n,) moves most, with signs, as `q2 + q4 - q6`."""
+    """
+    Return the names of the joints that move most in a joint motion (n,), with signs: `q2 + q4 -
+    q6`.
+    """
     largest = float(np.max(np.abs(motion)))
     if largest == 0.0:
         return 'no joint'
@@ -155,19 +160,24 @@ def singularity_status(
 
 
 def flat_position(loop: str) -> str:
-    """Return the text for a flat position (singular loop equations) of one or several loops."""
+    """
+    Return the text for joint positions at which the equations of one or several loops are
+    singular.
+    """
     return f'a flat position of the {group_in_words(loop)}'
 
 
 def lost_hold(loop: str) -> str:
-    """Return a text about the effect of a flat position (singular equations) of a closed loop."""
+    """
+    Return a text about what the motors cannot hold if the equations of a closed loop are singular.
+    """
     moves = 'move' if closed_together(loop) else 'moves'
     return f'there the motors do not hold what the {group_in_words(loop)} {moves}'
 
 
 def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> str:
-    # Returns the name of the nearest singularity: a singular pose of the arm, or a flat position
-    # (singular equations) of a loop.
+    # Returns the head of the sentence: at or near a singular pose of the arm, or singular
+    # equations of a loop.
     thresholds, condition = robot.singularity.thresholds, singularity.condition_number
     none_near = thresholds.measure == 'distance' and singularity.distance > thresholds.warn
     if none_near and level == Level.WARN and condition > kernel.NEARLY_SINGULAR:
@@ -183,7 +193,7 @@ def _head(robot: Robot, singularity: Singularity, level: Level, loop: str) -> st
 
 
 def _loop_values(robot: Robot, singularity: Singularity, loop: str) -> Iterator[tuple[str, str]]:
-    # Yields the name of the loop at which the nearest singularity is (`arm` if none), and the
+    # Yields the name of the loop whose equations are nearest to singular (`arm` if none), then the
     # determinant of each loop.
     factors, names = singularity.factors, robot.loop_names
     if factors is None or not names:
@@ -241,7 +251,7 @@ def _seconds(time: float | None) -> str:
 
 
 def structure_in_words(robot: Robot) -> str:
-    """Return a text about the missing rank of an arm at every pose; empty for full rank."""
+    """Return a text about an arm whose Jacobian has full rank at no pose, or '' for other arms."""
     task = robot.singularity.task
     if not task.structurally_deficient:
         return ''
@@ -255,5 +265,5 @@ def structure_in_words(robot: Robot) -> str:
 
 
 def stale_status(robot: Robot, sentence: str) -> StatusText:
-    """Return the status text of an arm whose state is unknown."""
+    """Return the status text of an arm whose joint positions are unknown or stale."""
     return StatusText(Level.STALE, sentence, (('robot', robot.name),))

@@ -1,8 +1,9 @@
 """
 The kernel: the computations for each message, compiled when the package is installed.
 
-In plain Python each name is imported when it is first used, so a process that only needs the
-Jacobian does not load inverse kinematics. The compiled kernel imports all modules at once.
+If the kernel is not compiled, each name is imported when it is first used, so a process that only
+needs the Jacobian does not load inverse kinematics. The compiled kernel imports all modules at
+once.
 """
 
 from importlib import import_module
@@ -12,8 +13,8 @@ from .layout.places import *  # noqa: F403
 
 compiled.use_compiled()
 
-# The stub `__init__.pyi` lists the exported names and their modules, for type checkers and for the
-# code below. Each line of the stub is `from .module import name as name`.
+# Read the exported names and their modules from the stub `__init__.pyi`, which type checkers read
+# too. Each line of the stub is `from .module import name as name`.
 with open(f'{__path__[0]}/__init__.pyi', encoding='utf-8') as _stub:  # noqa: F405
     _LINES = [_line.split() for _line in _stub if ' as ' in _line]
 _HOME = {_words[-1]: (_words[1], _words[3]) for _words in _LINES}
@@ -24,7 +25,8 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     module, original = _HOME[name]
     value = getattr(import_module(module, __name__), original)
-    # Functions of `compiled` are plain Python in both cases.
+    # Export functions of the module `compiled` unchanged: they are plain Python even if the kernel
+    # is compiled.
     globals()[name] = value if module == '.compiled' else compiled.as_exported(value)
     return globals()[name]
 

@@ -1,4 +1,4 @@
-"""Select the compiled kernel or its plain Python source."""
+"""Decide whether the compiled kernel runs or its source as plain Python, and import it."""
 
 import copyreg
 import functools
@@ -16,18 +16,18 @@ import numpy as np
 
 from .layout.arrays import given
 
-# If this variable is set to any text, the kernel's source runs as plain Python: for coverage, for
-# a debugger, and as a second computation of each number.
+# Environment variable. If it is set to any text, the kernel's source runs as plain Python: for
+# coverage, for a debugger, and as a second computation of each number.
 VARIABLE = 'KINEMATICS_UNCOMPILED'
 _FOLDER = Path(__file__).parent
 
 
 def use_compiled() -> None:
     """
-    Register the compiled modules under the names of their source files.
+    Register the compiled modules in sys.modules under the names of their source files.
 
-    Nothing is registered if the environment asks for plain Python, or if the source has changed
-    since it was compiled: modules of different versions must not be mixed.
+    Register no module if the environment asks for plain Python. Register none either if the source
+    has changed since it was compiled, because versions must not be mixed.
     """
     if is_compiled():
         for module, files in _built().MODULES.items():
@@ -37,46 +37,48 @@ def use_compiled() -> None:
 
 @functools.cache
 def is_compiled() -> bool:
-    """Return whether the kernel runs compiled."""
+    """Return True if the compiled kernel runs, False if the kernel runs as plain Python."""
     return not os.environ.get(VARIABLE) and _built() is not None and not is_stale()
 
 
 @functools.cache
 def is_stale() -> bool:
-    """Return whether the source has changed since the kernel was compiled."""
+    """Return whether the kernel's source has changed since it was compiled."""
     built = _built()
     return built is not None and hash_of(built.FILES) != built.HASH
 
 
 @functools.cache
 def _built() -> Any:
-    # Returns the module `_origin`, which describes the compiled modules; None if it does not
-    # exist. Only this folder is searched, because an editable installation could also find the
-    # modules of another copy of the package.
+    # Returns the module `_origin`, which the build writes and which lists the compiled modules;
+    # None if it does not exist. Search only this folder, because an editable installation could
+    # also find the modules of another copy of the package.
     name = f'{__package__}._origin'
     return importlib.import_module(name) if PathFinder.find_spec(name, [str(_FOLDER)]) else None
 
 
 def as_exported(value: Any) -> Any:
     """
-    Return a class, a function or a type of the kernel as the kernel exports it.
+    Prepare a class, function or type of the kernel for export, and return it.
 
-    A class is pickled by its exported name, which is the same for the compiled kernel and plain
-    Python. A function of plain Python is wrapped, so that it gives no warnings of numpy, as a
-    compiled function: overflows and invalid numbers are only in the results.
+    A class gets its exported name, by which pickle finds it in the compiled kernel and in plain
+    Python. A function in plain Python is wrapped, so that numpy prints no warnings: as in the
+    compiled kernel, overflows and invalid numbers appear only in the results.
     """
     if isinstance(value, FunctionType):
         return _quiet(value)
     if isinstance(value, type) and value.__module__.startswith(f'{__package__}._'):
         try:
             value.__module__ = __package__
-        except TypeError:  # the module of an extension type cannot be changed
+        except TypeError:  # extension types do not let `__module__` change
             copyreg.pickle(value, _reduced)
     return value
 
 
 def restored(name: str, *arguments: Any) -> Any:
-    """Return an object of an exported class when it is unpickled: call the class."""
+    """
+    Create an object of the exported class `name`; pickle calls this function to restore an object.
+    """
     return getattr(sys.modules[__package__], name)(*arguments)
 
 
@@ -100,7 +102,8 @@ def _quiet(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def hash_of(names: Sequence[str]) -> str:
     """
-    Return the SHA-256 hash of the present content of files of the kernel; '' if a file is missing.
+    Return the SHA-256 hash of the present content of the kernel files `names`; '' if one is
+    missing.
     """
     try:
         return hashlib.sha256(
@@ -114,14 +117,15 @@ def notice() -> str:
     """
     Return a warning if the kernel runs as plain Python, else ''.
 
-    The warning includes the command that compiles the kernel, unless VARIABLE is set.
+    The warning includes the command that compiles the kernel, unless the variable
+    KINEMATICS_UNCOMPILED is set.
     """
     slowly = 'runs as plain Python, hundreds of times slower'
     if os.environ.get(VARIABLE):
         return f'the kernel {slowly}, since {VARIABLE} is set'
     if is_compiled():
         return ''
-    # Import it only if it is needed, because the import takes 60 ms.
+    # Import `command` only if it is needed, because the import takes 60 ms.
     from .reinstallation import command
 
     if is_stale():

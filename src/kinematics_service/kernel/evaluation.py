@@ -1,4 +1,7 @@
-"""Compute pose, Jacobian, twist and frames at joint positions, and quaternions of poses."""
+"""
+Compute the pose, Jacobian, twist and frames of an arm at joint positions, and quaternions of
+poses.
+"""
 
 import math
 
@@ -11,10 +14,12 @@ from .loops import closed_pass
 
 def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) -> int:
     """
-    Fill `rows` with pose, quaternion, Jacobian, twist and frames of each q.
+    Fill `rows` with the pose, quaternion, Jacobian, twist and frames at each of N joint positions
+    q.
 
-    Return -1, or the index of the first row that cannot be computed: q or qdot is not finite or
-    too large for finite results, or a loop does not close.
+    Return -1 if all rows were computed, else the index of the first row that cannot be computed. A
+    row cannot be computed if q or qdot is not finite or too large for finite results, or if a loop
+    does not close.
 
     Parameters
     ----------
@@ -69,10 +74,11 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
 
 def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
     """
-    Fill a row as `evaluate` does, then append q, qdot and a copy of the quaternion.
+    Fill `row` with the results of `evaluate` at one q, then with q, qdot and a copy of the
+    quaternion.
 
-    Return -1; 0 if a number is not finite or too large, or if a loop does not close; -2 if q or
-    qdot does not have n numbers.
+    Return -1 if the row was computed. Return 0 if a number is not finite or too large, or if a
+    loop does not close. Return -2 if q or qdot does not have n numbers.
 
     Parameters
     ----------
@@ -81,8 +87,8 @@ def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
     q, qdot : shape (n,) each, rad or m, rad/s or m/s
         Joint positions and velocities.
     row : shape (width + 2 n + ROW_TAIL,)
-        The results. Its length selects the depth of `evaluate`: an argument for the depth would
-        take as much time as a joint.
+        The results. The length of `row` selects the depth of `evaluate`: an argument for the depth
+        would take as much time as a joint.
     """
     n = chain.dof
     if arrays.size(q) != n or arrays.size(qdot) != n:
@@ -105,10 +111,11 @@ def evaluate_one(chain: Chain, q: Floats, qdot: Floats, row: Floats) -> int:
 
 def evaluate_tail(chain: Chain, row: Flat, at: int, closed: bool) -> int:
     """
-    Fill a row of width `at` from the q and qdot that follow it.
+    Evaluate the arm at the q and qdot that begin at index `at` of `row`, and fill the numbers
+    before them.
 
-    `closed` says whether the row already has the passive variables. Return -1, or 0 if a number is
-    not finite or too large, or if a loop does not close.
+    `closed` says whether the row already has the passive variables of the loops. Return -1 if the
+    row was computed, or 0 if a number is not finite or too large, or if a loop does not close.
     """
     n = chain.dof
     nothing = 0.0

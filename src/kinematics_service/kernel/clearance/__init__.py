@@ -1,1 +1,3 @@
-"""The clearance: a proved radius, rad, around joint positions without singular poses."""
+"""
+Compute the clearance of joint positions: a proved radius, rad, within which no pose is singular.
+"""

@@ -1,15 +1,16 @@
 """
-Compute the clearance of joint positions: a proved radius, rad, without singular poses.
+Compute the clearance of joint positions: a proved radius, rad, within which no pose is singular.
 
-A first radius follows from Weyl's inequality. For a larger radius, J_t is written in the bases of
-its singular vectors. The block of all singular values except the smallest is invertible if a bound
-of its relative change is below 1. Then J_t has full rank if the Schur complement of the block is
-not zero. The bases move with the block, so that the coupling between the block and the last
-direction is zero to first order. The complement is expanded to third order, and bounds are added
-for the higher orders.
+A first radius follows from Weyl's inequality. For a larger radius, the task Jacobian J_t is
+written in the bases of its singular vectors. The block of all singular values except the smallest
+is invertible if a bound of its relative change is below 1. Then J_t has full rank if the Schur
+complement of the block is not zero. The bases move with the block, so that the coupling between
+the block and the last direction is zero to first order. The Schur complement is expanded to third
+order, and bounds are added for the higher orders.
 
-The complement of a redundant arm has several entries, and J_t has full rank unless all entries are
-zero. The proof shows that a sum of the entries, with polynomials as weights, is positive.
+The Schur complement of a redundant arm has several entries, and J_t has full rank unless all
+entries are zero. The proof shows that a sum of the entries, with polynomials as weights, is
+positive.
 """
 
 import math
@@ -24,17 +25,17 @@ from .cubic import Cubic
 from .directions import Directions
 from .expansion import Expansion
 
-# Largest number of bisections of the radius.
+# Largest number of bisections in the search for the proved radius.
 HALVINGS = 32
-# The bisection ends if the relative error of the radius is below this.
+# The bisection for the radius ends if the relative error of the radius is below this.
 RADIUS_TOLERANCE = 1e-5
-# Number of weighted sums of the entries of the complement that are tried.
+# Number of weighted sums of the entries of the Schur complement for which a proof is tried.
 MAX_SUMS = 4
 
 
 class Clearance:
     """
-    Compute clearances of an arm from bounds of the derivatives of J_t.
+    Computes clearances of an arm from bounds of the derivatives of its task Jacobian J_t.
 
     Parameters
     ----------
@@ -83,7 +84,9 @@ class Clearance:
         self.gram, self.factor = arrays.rooms(count * count, count * count)
 
     def radius(self, q: Flat) -> float:
-        """Return the proved radius around q (n,) without singular poses, rad."""
+        """
+        Return the proved radius around the joint positions q (n,) without singular poses, rad.
+        """
         k = self.arm.task.generic_rank
         self._evaluate(q)
         sigma = self.directions.sigma
@@ -116,21 +119,22 @@ class Clearance:
         return radius
 
     def _mix(self, share: float) -> None:
-        # Fills `across` with weights between those of the first entry alone (share 0) and those of
-        # the smallest slope (share 1).
+        # Fills `across` with unit weights of the entries of the Schur complement. They go from
+        # weight 1 for the first entry alone (share 0) to the weights with the smallest slope
+        # (share 1).
         for i in range(self.directions.count):
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
         unit(self.across, self.directions.count)
 
     def _set_sum(self, cubic: Cubic, shares: Flat) -> None:
-        # Sets `cubic` to the sum of the entries of the complement, weighted by `shares`.
+        # Sets `cubic` to the sum of the entries of the Schur complement, weighted by `shares`.
         count = self.directions.count
         smallest = self.directions.sigma[self.arm.task.generic_rank - 1]
         cubic.set_sum(self.expansion, self.F, shares, count, shares[0] * smallest)
 
     def _evaluate(self, q: Flat) -> None:
-        # Evaluates the row at q, changes linear velocities to those of `point`, and decomposes
-        # J_t.
+        # Evaluates the Jacobian at q, changes its linear velocities to those of `point`, and
+        # computes the singular value decomposition of J_t.
         n = self.arm.chain.dof
         arrays.copy(self.directions.q, n, q)
         row = self.directions.row
@@ -151,8 +155,8 @@ class Clearance:
         self.directions.decompose()
 
     def _condition(self) -> float:
-        # Returns the factor by which the ratio of singular values can decrease if the velocity of
-        # `point` is replaced by that of the tool's origin, which the search uses. J_t is then
+        # Returns the factor by which the ratio of singular values can decrease if J_t describes
+        # the velocity of `point` instead of the tool's origin, which the search uses. J_t is then
         # multiplied by [1, p x / length; 0, 1], and the factor is the condition number of this
         # matrix.
         away = 0.0
@@ -164,7 +168,8 @@ class Clearance:
         return root * root
 
     def _changed(self, r: float) -> float:
-        # Returns a bound of the change of J_t, and so of its singular values, within radius r.
+        # Returns an upper bound of the norm of the change of J_t for joint motions up to length r.
+        # No singular value changes by more.
         return self.change * r + 0.5 * self.bend * r * r
 
     def _by_change(self, smallest: float) -> float:
@@ -181,8 +186,9 @@ class Clearance:
         return good
 
     def _write_complement(self) -> None:
-        # Fills F with the complement of each line to third order. Fills B and C with the second
-        # order of the blocks of turns and lines in the moving bases; their first order is 0.
+        # Fills F with each entry of the Schur complement to third order. Fills B and C with the
+        # second order of the blocks of turns and lines (see `Directions`) in the moving bases;
+        # their first order is 0.
         d, k, count = self.count, self.arm.task.generic_rank - 1, self.directions.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         for a in range(k):
@@ -207,7 +213,8 @@ class Clearance:
                 self._subtract(turn, arrays.after(line, d), 2, cubed)
 
     def _cell(self, turn: int, line: int) -> Flat:
-        # Returns the terms of the entry of J_t in row `turn` and column `line`: see `Directions`.
+        # Returns the Taylor terms of the entry of J_t in row `turn` and column `line`: see
+        # `Directions`.
         cell = turn * self.directions.length + line
         return arrays.after(self.expansion.G, cell * self.expansion.terms)
 
@@ -223,8 +230,8 @@ class Clearance:
                     product[triple[(i * d + j) * d + p]] -= a[i] * b[pair[j * d + p]]
 
     def _write_norms(self) -> None:
-        # Computes bounds of the change of the block, of the turns and of the lines by a motion of
-        # length 1, for each order.
+        # Computes bounds of the change of three blocks of J_t by a joint motion of length 1, for
+        # each order: the invertible block, the turns and the lines (see `Directions`).
         k, count, d = self.arm.task.generic_rank - 1, self.directions.count, self.count
         terms, pairs = self.expansion.terms, self.expansion.sizes[2]
         step, cubed = self.directions.length * terms, d + pairs
@@ -241,8 +248,8 @@ class Clearance:
         self.twist_of_lines = self.expansion.norm(lines, k, terms, 1, 0, 1, 3)
 
     def _choose_shares(self) -> bool:
-        # Chooses two weightings of the entries of the complement: `shares`, whose sum has the
-        # smallest slope relative to its value, and `steepest`, whose sum is the steepest
+        # Chooses two weightings of the entries of the Schur complement. `shares` gives the sum
+        # whose slope is smallest relative to its value. `steepest` gives the steepest sum
         # orthogonal to `shares`. Returns whether both exist.
         d, count, terms = self.count, self.directions.count, self.expansion.terms
         trace, most = 0.0, 0.0
@@ -271,8 +278,8 @@ class Clearance:
         return most > 0.0
 
     def _by_complement(self, best: float) -> float:
-        # Returns the largest radius in which the sum is proved to be positive, by bisection;
-        # `best` if that is larger.
+        # Returns by bisection the largest radius within which `self.sum` is proved to be positive,
+        # or `best` if `best` is larger.
         self.sum.write_sizes()
         self.sum.diagonalise()
         good, bad = best, places.FARTHEST
@@ -292,11 +299,11 @@ class Clearance:
         return good
 
     def _is_proved(self, r: float) -> bool:
-        # Returns whether the sum is proved to be positive for all motions |d| <= r. P, B, C are
-        # the changes of block, turns and lines, and B1, C1 their first orders. In the moving bases
-        # the complement is f - C1 B' - C B1 - C' (1 + P)^-1 B', with B' = B - (1 + P) B1 and C' =
-        # C - C1 (1 + P). The largest singular value that is taken as zero is added to the change
-        # of J_t, so that the proof holds for each perturbation of that size.
+        # Returns whether `self.sum` is proved to be positive for all joint motions |d| <= r. P, B,
+        # C are the changes of block, turns and lines, and B1, C1 their first orders. In the moving
+        # bases the Schur complement is f - C1 B' - C B1 - C' (1 + P)^-1 B', with B' = B - (1 + P)
+        # B1 and C' = C - C1 (1 + P). The largest singular value that is taken as zero is added to
+        # the change of J_t, so that the proof holds for each perturbation of that size.
         square, singular = r * r, self.share * (self.largest + self._changed(r))
         third = self.twist * square * r / 6.0 + singular
         fourth = self.fourth * square * square / 24.0 + singular
@@ -313,8 +320,8 @@ class Clearance:
         twisted = min(third / root, self.twist_of_lines * square * r + fourth / root)
         behind = self.bend_of_lines * square + twisted + self.by_lines * r * bent
         rest += twisted * turns + behind * before / (1.0 - inside)
-        # Enlarge the remainder by the weight of the steepest sum, and add the products of weight
-        # and sum from fourth order on.
+        # Enlarge the remainder of the expansion by the weight of the steepest sum, and add the
+        # products of weight and sum from fourth order on.
         slope, bend = self.sum.size_of_l * r, self.sum.size_of_M * square
         steep = self.steep.size_of_T * square * r
         rest *= 1.0 + abs(self.sum.weight) + slope + bend
@@ -323,7 +330,7 @@ class Clearance:
 
 
 def unit(v: Flat, count: int) -> bool:
-    """Normalize v (count,) so that its first number is >= 0; return False if v is 0."""
+    """Scale v (count,) to length 1 with its first number >= 0; return False if v is 0."""
     size = directions.length_of(v, count)
     if not size > 0.0:
         return False
@@ -335,7 +342,9 @@ def unit(v: Flat, count: int) -> bool:
 
 
 def clearances(clearance: Clearance, q: Floats, radii: Floats) -> None:
-    """Fill `radii` (N,) with the proved radius, rad, around each q (N, n): see `Clearance`."""
+    """
+    Fill `radii` (N,) with the proved radius without singular poses, rad, around each q (N, n).
+    """
     n, count = clearance.arm.chain.dof, arrays.extent(q, 0)
     positions, results = arrays.numbers(q, count * n), arrays.results(radii, count)
     lock = arrays.let_go()

@@ -1,4 +1,4 @@
-"""Bound polynomials of third order in a joint motion from below in a ball (Lagrange dual)."""
+"""Compute a lower bound of a cubic polynomial in a joint motion over a ball (Lagrange dual)."""
 
 from ..layout import arrays
 from ..layout.arrays import Flat
@@ -7,17 +7,20 @@ from . import directions
 from .expansion import Expansion
 from .norms import Norms
 
-# Number of bisections of the Lagrange multiplier; the bound holds for each multiplier.
+# Number of bisections for the Lagrange multiplier. More bisections improve the bound; the bound is
+# valid for each multiplier.
 MULTIPLIER_HALVINGS = 20
-# Number of times that `take_away` repeats the division.
+# Number of polynomial divisions in `take_away`; each division removes more of the terms along the
+# slope.
 DIVISIONS = 4
-# Smallest denominator of the bound, relative to curvature and slope.
+# Smallest denominator in the lower bound, relative to the polynomial's curvature and slope.
 MIN_DENOMINATOR = 1e-14
 
 
 class Cubic:
     """
-    A polynomial constant + g.d + d'Qd + T(d, d, d) of joint motions d.
+    A cubic polynomial constant + g.d + d'Qd + T(d, d, d) in the joint motion d, with a lower bound
+    over |d| <= r.
 
     Parameters
     ----------
@@ -29,8 +32,8 @@ class Cubic:
     constant, g, Q, T
         Coefficients: a number, (d,), symmetric (d, d), and symmetric (d, d, d).
     weight, l, M
-        Coefficients of the quadratic polynomial that `take_away` multiplied the other polynomial
-        by.
+        Coefficients of the quadratic polynomial by which `take_away` multiplied the other
+        polynomial.
     size_of_l, size_of_M, size_of_Q, size_of_T
         Bounds of l.d, d'Md, d'Qd and T(d, d, d) for motions of length 1.
     """
@@ -49,7 +52,9 @@ class Cubic:
     def set_sum(
         self, expansion: Expansion, F: Flat, shares: Flat, count: int, constant: float
     ) -> None:
-        """Set the polynomial to the sum of `count` rows of F, weighted by `shares`."""
+        """
+        Set this polynomial to the sum of `count` polynomials, the rows of F, weighted by `shares`.
+        """
         d, begins = self.count, expansion.begins
         self.constant, self.weight, self.size_of_l, self.size_of_M = constant, 0.0, 0.0, 0.0
         for a in range(d):
@@ -67,9 +72,10 @@ class Cubic:
 
     def take_away(self, other: 'Cubic') -> None:
         """
-        Add another polynomial times a quadratic polynomial, to remove the terms along its slope.
+        Add the polynomial `other`, multiplied by a quadratic polynomial that removes the terms
+        along the slope of `other`.
 
-        The value does not change at motions at which the other polynomial is 0.
+        The value of this polynomial does not change at motions at which `other` is 0.
         """
         d = self.count
         slope = directions.length_of(other.g, d)
@@ -93,7 +99,8 @@ class Cubic:
 
     def _divide(self, slope: float) -> None:
         # Computes the quadratic polynomial along[0] + more.d + d' half d. Its product with the
-        # linear form slope way.d, if added, removes the parts of g, Q and T along `way`.
+        # linear form slope way.d, if added to this polynomial, removes the parts of g, Q and T
+        # along `way`.
         d, way, whole = self.count, self.way, 0.0
         for a in range(d):
             self.more[a], self.along[a] = 0.0, 0.0
@@ -119,7 +126,7 @@ class Cubic:
         self.along[0] = -value / slope
 
     def _add_product(self, other: 'Cubic') -> None:
-        # Adds another polynomial times the quadratic polynomial of `_divide`, up to third order.
+        # Adds `other` times the quadratic polynomial of `_divide`, up to third order.
         d, first, more, half = self.count, self.along[0], self.more, self.half
         self.weight += first
         self.constant += first * other.constant
@@ -138,17 +145,19 @@ class Cubic:
                     self.T[p * d + c] += first * other.T[p * d + c] + value / 3.0
 
     def write_sizes(self) -> None:
-        """Fill the bounds size_of_Q and size_of_T."""
+        """
+        Compute size_of_Q and size_of_T, bounds of d'Qd and T(d, d, d) for motions of length 1.
+        """
         self.size_of_Q = self._norm(self.Q, self.count)
         self.size_of_T = self._norm(self.T, self.count * self.count)
 
     def _norm(self, matrix: Flat, length: int) -> float:
-        # Returns an upper bound of the largest singular value of a matrix (d, length).
+        # Returns an upper bound of the largest singular value of `matrix`, shape (d, length).
         arrays.copy(self.norms.W, self.count * length, matrix)
         return self.norms.norm(self.count, length)
 
     def diagonalise(self) -> None:
-        """Compute eigenvalues and eigenvectors of 2 Q for `lowest`; call `write_sizes` before."""
+        """Compute the eigenvalues and eigenvectors of 2 Q, which `lowest` needs."""
         d = self.count
         for p in range(d * d):
             self.H[p] = 2.0 * self.Q[p]
@@ -158,10 +167,11 @@ class Cubic:
 
     def lowest(self, r: float) -> float:
         """
-        Return a lower bound of the polynomial over |d| <= r.
+        Return a lower bound of this polynomial over all joint motions |d| <= r.
 
-        The bound of g.d + d'Qd is the Lagrange dual. It is a lower bound for each multiplier for
-        which 2 Q + multiplier 1 is positive (Boyd and Vandenberghe, Convex Optimization, 5.2).
+        Call `write_sizes` and `diagonalise` before. The bound of g.d + d'Qd is the Lagrange dual.
+        It is a lower bound for each multiplier for which 2 Q + multiplier 1 is positive (Boyd and
+        Vandenberghe, Convex Optimization, 5.2).
         """
         d = self.count
         least, size = 0.0, 0.0

@@ -1,4 +1,7 @@
-"""Compute the singular values and singular vectors of J_t, including the null space."""
+"""
+Compute the singular values and singular vectors of the task Jacobian J_t, including its null
+space.
+"""
 
 import math
 
@@ -11,7 +14,8 @@ from ..measures.task_rows import TaskRows
 
 class Directions:
     """
-    Joint positions, the Jacobian there, and the singular value decomposition of J_t.
+    Joint positions q, the Jacobian at q, and the singular value decomposition of the task Jacobian
+    J_t (m, n).
 
     The max(m, n) singular vectors of one side are called lines, and the min(m, n) singular vectors
     of the other side are called turns. For a redundant arm (n > m) the lines are joint motions and
@@ -22,10 +26,10 @@ class Directions:
     q, still : shape (n,)
         Joint positions, rad or m, and zero velocities.
     row
-        The row evaluated at q.
+        The row of results of `evaluate` at q: pose, Jacobian, twist and screws.
     W, sigma
-        Singular vectors and singular values, as `unit_rows` writes them. W has a row for each
-        line.
+        Singular vectors and singular values, as `unit_rows` writes them. Each line has one row of
+        W.
     length, width
         Number of lines, and length of a row of W.
     count
@@ -44,12 +48,12 @@ class Directions:
         arrays.fill(self.still, n, 0.0)
 
     def decompose(self) -> None:
-        """Fill W and sigma with the singular value decomposition of J_t in `row`."""
+        """Fill W and sigma with the singular value decomposition of the J_t that is in `row`."""
         singularity.write_directions(self.chain.dof, self.task, self.row, self.W, self.sigma)
         for i in range(self.turns, self.length):
             singular_values.write_orthogonal_row(self.W, i, self.length, self.width)
 
 
 def length_of(v: Flat, count: int) -> float:
-    """Return the length of a vector (count,)."""
+    """Return the Euclidean length of a vector v (count,)."""
     return math.sqrt(arrays.dot(v, v, count))

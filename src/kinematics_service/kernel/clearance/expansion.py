@@ -1,4 +1,6 @@
-"""Expand J_t at given joint positions to third order, in the bases of its singular vectors."""
+"""
+Expand the task Jacobian J_t to third order in joint motions, in the bases of its singular vectors.
+"""
 
 import math
 
@@ -11,13 +13,14 @@ from ..measures.task_rows import TaskRows
 from .directions import Directions
 from .norms import Norms
 
-# Highest order of the expansion.
+# Highest order of the Taylor expansion of J_t.
 MAX_ORDER = 3
 
 
 class Expansion:
     """
-    The Taylor expansion of the scaled J_t, to third order in the motions of some joints.
+    The Taylor expansion of the scaled task Jacobian J_t, to third order in the motions of some
+    joints.
 
     A term is a product of one, two or three motions of joints. The terms of first order come
     first, then those of second and of third order.
@@ -38,7 +41,8 @@ class Expansion:
     begins, sizes : shape (4,)
         Index of the first term of each order, and number of terms of each order.
     pair, triple : shape (d, d), (d, d, d)
-        Index of the product of two or three motions among the terms of second or third order.
+        Index of the product of two or three joint motions among the terms of second or third
+        order.
     share : shape (terms,)
         1 over the number of permutations of the factors of each term; `root` is the square root of
         `share`.
@@ -106,12 +110,12 @@ class Expansion:
 
     def write(self, row: Flat) -> None:
         """
-        Fill the terms K from an evaluated row.
+        Fill K with the Taylor terms of J_t, from a row of results evaluated at q.
 
-        Let a, b, ..., c be entries in the order of the chain. The derivative of the linear
-        velocity of any one of these columns by the other entries is w_a x (w_b x ... v_c). The
-        derivative of the angular velocity of a later column i by all of them is w_a x (w_b x ...
-        w_i).
+        Let a, b, ..., c be entries (joints) in the order of the chain, with angular velocities w
+        and linear velocities v. The derivative of the linear velocity of any one of these columns
+        by the other entries is w_a x (w_b x ... v_c). The derivative of the angular velocity of a
+        later column i by all of them is w_a x (w_b x ... w_i).
         """
         d, entries, joint = self.count, self.chain.entries, self.chain.joint
         arrays.fill(self.K, self.terms * self.turns * self.length, 0.0)
@@ -145,13 +149,15 @@ class Expansion:
         return self.task.column_scale[self.chain.joint[entry]]
 
     def _add(self, term: int, order: int, share: float, row: Flat) -> None:
-        # Adds to a term the derivative of all columns of J by chosen[0] to chosen[order - 1].
+        # Adds to term `term` of K the derivative of all columns of J by the entries chosen[0] to
+        # chosen[order - 1], times `share`.
         entries = self.chain.entries
         v = arrays.after(row, self.chain.screws_at)
         w = arrays.after(v, 3 * entries)
         K = arrays.after(self.K, term * self.turns * self.length)
         for i in range(entries):
-            # `last` is the last of entry i and the chosen entries. The earlier ones rotate its v.
+            # `last` is the entry nearest to the tool among entry i and the chosen entries. The
+            # other ones rotate its linear velocity.
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
             left = i < last
@@ -175,7 +181,9 @@ class Expansion:
                 K[r * self.length + j if self.wide else j * self.length + r] += value
 
     def turn(self, directions: Directions) -> None:
-        """Fill G: transform the terms K to the bases of the singular vectors."""
+        """
+        Fill G: transform the Taylor terms K to the bases of the singular vectors in `directions`.
+        """
         turns, length, rank, terms = self.turns, self.length, self.rank, self.terms
         for k in range(terms):
             K = arrays.after(self.K, k * turns * length)
@@ -211,11 +219,12 @@ class Expansion:
         order: int,
     ) -> float:
         """
-        Return an upper bound of the norm of a matrix whose entries are terms of one order.
+        Return an upper bound of the norm of a matrix whose entries are Taylor terms of one order.
 
-        The bound holds for all motions of length 1. In `terms`, rows are `step` numbers apart,
-        columns `stride` and terms `apart`. The bound is the least norm of up to three matrices:
-        the rows, the columns or the terms of the given matrix become the rows.
+        The bound holds for all joint motions of length 1. In `terms`, rows are `step` numbers
+        apart, columns `stride` and terms `apart`. The bound is the least of up to three norms.
+        They belong to three ways to order the numbers as a matrix: its rows are the given rows,
+        columns or terms.
         """
         count, W = self.sizes[order], self.norms.W
         root = arrays.after(self.root, self.begins[order])
@@ -223,7 +232,8 @@ class Expansion:
         for rows in range(3 if order == 1 else 2):
             if rows == 1 and inner == 1:
                 continue
-            # Choose the shape (number, length) of the matrix in W, and the strides of its indices.
+            # Choose the shape (number, length) of the matrix in W, and the strides of the given
+            # rows, columns and terms in it.
             number, length = outer, inner * count
             by_outer, by_inner, by_term = length, count, 1
             if rows == 1:

@@ -1,33 +1,37 @@
-"""Bound the largest singular value of a matrix from above by Gershgorin's theorem."""
+"""Compute an upper bound of the largest singular value of a matrix by Gershgorin's theorem."""
 
 import math
 
 from ..layout import arrays
 from ..measures import symmetric
 
-# Bound of the relative round-off of a norm, about 5,000 machine epsilons.
+# Bound of the relative round-off error of a computed norm, about 5,000 machine epsilons.
 ROUND_OFF = 1e-12
-# Tolerance of off-diagonal entries, relative to the largest diagonal entry. The bound is too large
-# by at most this times the number of rows.
+# Diagonalization stops if off-diagonal entries are below this, relative to the largest diagonal
+# entry. It makes the bound too large by at most this times the number of rows.
 OFF_DIAGONAL_TOLERANCE = 1e-4
 
 
 class Norms:
     """
-    Compute norms of matrices with at most `rows` rows and `size` numbers.
+    Computes upper bounds of the spectral norm of matrices with at most `rows` rows and `size`
+    numbers.
 
     Attributes
     ----------
     W
-        The numbers of a matrix, row by row.
+        The numbers of the matrix, row by row. The caller writes them before `norm`.
     """
 
     def __init__(self, rows: int, size: int) -> None:
         self.W, self.G, self.Z = arrays.rooms(size, rows * rows, rows * rows)
 
     def norm(self, count: int, length: int) -> float:
-        """Return an upper bound of the largest singular value of W (count, length)."""
-        # If the matrix is tall, use the Frobenius norm.
+        """
+        Return an upper bound of the largest singular value of the matrix in W, shape (count,
+        length).
+        """
+        # If the matrix has more rows than columns, return the Frobenius norm.
         if count > length:
             squares = arrays.dot(self.W, self.W, count * length)
             return (1.0 + ROUND_OFF) * math.sqrt(squares)

@@ -1,1 +1,1 @@
-"""Forward kinematics: frames, screws and twist, of one pose or of 16 poses side by side."""
+"""Forward kinematics: compute frames, screws and twist of one pose, or of 16 poses at once."""

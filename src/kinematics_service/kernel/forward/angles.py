@@ -1,4 +1,4 @@
-"""Reduce angles by full turns, and compute sine and cosine."""
+"""Reduce an angle to at most half a turn, and compute its sine and cosine."""
 
 import math
 
@@ -7,7 +7,7 @@ from . import chain_pass
 
 
 def shortest_angle(step: float) -> float:
-    """Return an angle step, rad, minus full turns: math.remainder(step, 2 pi), bit for bit."""
+    """Return `step`, rad, minus full turns: the bits of math.remainder(step, 2 pi)."""
     size = abs(step)
     if not math.isfinite(size):
         return places.NAN
@@ -23,5 +23,5 @@ def shortest_angle(step: float) -> float:
 
 
 def sine_and_cosine(x: float) -> tuple[float, float]:
-    """Return sine and cosine of x, rad, by `chain_pass.sincos`."""
+    """Return the sine and the cosine of x, rad, by the kernel's function `sincos`."""
     return chain_pass.sincos(x)

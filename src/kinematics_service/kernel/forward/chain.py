@@ -1,8 +1,8 @@
 """
-Store the kinematic chain of an arm: constant motions and, between them, screws about z.
+Store the kinematic chain of an arm as arrays: constant motions, and screws about z between them.
 
-If the arm has closed loops, passive variables also move screws. They follow from the joint
-positions.
+If the arm has closed loops, passive variables also move screws. The passive variables follow from
+the joint positions.
 """
 
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ from ..layout.arrays import Floats, Integers
 
 class ChainTable(NamedTuple):
     """
-    The arrays of a chain.
+    The arrays that describe a kinematic chain of screws about z.
 
     An element is one screw about its own z axis. An entry is one joint that moves one element;
     most elements have one entry.
@@ -39,7 +39,7 @@ class ChainTable(NamedTuple):
         Index of the last element before each frame of the table, from base to tool; -1 for a fixed
         frame.
     frame_offset : shape (frames, 3, 4)
-        The pose of each frame in the frame of its parent.
+        The pose of each frame in the frame of its parent, the element of `frame_parent`.
     """
 
     dof: int
@@ -55,7 +55,7 @@ class ChainTable(NamedTuple):
 
 
 def _goes_together(table: ChainTable, variables: int) -> bool:
-    # Returns whether every index exists.
+    # Returns whether all indices in the table are valid.
     elements, entries = len(table.theta_0), len(table.joint)
     first = table.first_entry
     return bool(
@@ -68,7 +68,8 @@ def _goes_together(table: ChainTable, variables: int) -> bool:
 
 
 def _is_twist(motion: Floats) -> bool:
-    # Returns whether the motion is Rx(alpha) Tx(a), as in a row of a Denavit-Hartenberg table.
+    # Returns whether `motion` (3, 4) is Rx(alpha) Tx(a), as in a row of a Denavit-Hartenberg
+    # table.
     c, s = motion[1, 1], motion[2, 1]
     return np.array_equal(motion, [[1, 0, 0, motion[0, 3]], [0, c, -s, 0], [0, s, c, 0]])
 
@@ -86,7 +87,7 @@ def _form(table: ChainTable) -> int:
 
 class Chain:
     """
-    The frozen kinematic chain of an arm, as the kernel reads it.
+    The kinematic chain of an arm for the kernel, immutable.
 
     Parameters
     ----------
@@ -98,8 +99,8 @@ class Chain:
     Attributes
     ----------
     table
-        The arrays of the chain, read-only. The kernel reads the same arrays, flat, in fields of
-        the same names; in the compiled kernel these fields are addresses that Python does not see.
+        The arrays of the chain, read-only. The kernel reads these arrays, flat, in fields of equal
+        names. In the compiled kernel these fields are addresses that Python does not see.
     dof, elements, entries, frames
         Numbers of joints, elements, entries and frames.
     form
@@ -137,15 +138,16 @@ class Chain:
         self.elements, self.entries = len(table.theta_0), len(table.joint)
         self.frames: int = len(table.frame_parent)
         self.form: int = _form(table) if closure is None else places.CLOSED
-        # If entry k is joint k, the screws of the entries are the columns of J in a row.
+        # If entry k is joint k for all k, the screws of the entries are the columns of J, so no
+        # second copy is stored in a row of results.
         mixed = self.form == places.MIXED or self.form == places.CLOSED
         after_twist = places.JACOBIAN_AT + 6 * n + 6
         self.screws_at: int = after_twist if mixed else places.JACOBIAN_AT
         self.closure_at: int = after_twist + (6 * self.entries if mixed else 0)
         self.frames_at: int = self.closure_at + (0 if closure is None else closure.width)
         self.width: int = self.frames_at + 16 * self.frames
-        # If the arm has loops, a row of depth POSE includes the passive variables: the pose is
-        # computed from them.
+        # If the arm has loops, a row of depth POSE includes the passive variables, because the
+        # pose depends on them.
         self.pose_width: int = places.JACOBIAN_AT if closure is None else self.frames_at
         self.widths: tuple[int, ...] = (self.pose_width, self.frames_at, self.width)
         self.single_widths: tuple[int, ...] = tuple(
@@ -165,25 +167,27 @@ class Chain:
         self.frame_offset = arrays.numbers(table.frame_offset, 12 * self.frames)
 
     def __reduce__(self) -> tuple[type, tuple[ChainTable, Any]]:
-        """Rebuild by the constructor."""
+        """Return the constructor and its arguments, by which pickle rebuilds the object."""
         return Chain, (self.table, self.closure)
 
 
 class Loop:
     """
-    A frozen closed loop: two chains that begin in the same frame and whose ends coincide.
+    A closed loop: two chains that begin in the same frame and whose end frames coincide;
+    immutable.
 
-    The variables of both chains are the joints, then the passive variables of all loops.
+    Both chains depend on all variables: the joints, then the passive variables of all loops.
 
     Parameters
     ----------
     there, back
         The chains. The residual is the pose of the end of `back` relative to the end of `there`.
     axes : shape (r,)
-        The components that coincide, in the axes of the common first frame: 0 to 2 for the
-        position, 3 to 5 for the rotation.
+        The components of the two end frames that coincide, in the axes of the common first frame:
+        0 to 2 for the position, 3 to 5 for the rotation.
     row
-        Number of components of the loops before this one in its group.
+        Index of this loop's first component in its group: the number of components of the earlier
+        loops.
     following
         The next loop of the group; None for the last loop.
 
@@ -221,18 +225,22 @@ class Loop:
         self.axis = arrays.whole(axes, count)
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        """Rebuild by the constructor."""
+        """Return the constructor and its arguments, by which pickle rebuilds the object."""
         return Loop, self.arguments
 
     def axes(self) -> Integers:
-        """Return the components that coincide, shape (r,)."""
+        """
+        Return the components in which the ends of the loop coincide, shape (r,): 0 to 2 position,
+        3 to 5 rotation.
+        """
         axes: Integers = self.arguments[2]
         return axes
 
 
 class LoopGroup:
     """
-    Closed loops that are solved together, frozen: one loop, or loops that share variables.
+    One closed loop, or several loops that share passive variables and are solved together;
+    immutable.
 
     Parameters
     ----------
@@ -258,9 +266,9 @@ class LoopGroup:
     variables
         Number of joints and passive variables of all groups.
     spans : shape (p,), m or rad
-        Scale of each component of the residual: the size for a position, 1 for a rotation.
+        Scale of each component of the residual: `size` for a position, 1 for a rotation.
     scale
-        Factor that makes the determinant of the slopes of the residual dimensionless.
+        Factor that makes the determinant of the derivatives of the residual dimensionless.
     """
 
     def __init__(
@@ -300,11 +308,11 @@ class LoopGroup:
             self.scale *= float(units[first + i]) / float(self.spans[i])
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        """Rebuild by the constructor."""
+        """Return the constructor and its arguments, by which pickle rebuilds the object."""
         return LoopGroup, self.arguments
 
     def members(self) -> list[Loop]:
-        """Return the loops of the group."""
+        """Return all loops of the group as a list."""
         members, loop = [self.loop], self.loop.following
         while loop is not None:
             members.append(loop)
@@ -313,7 +321,7 @@ class LoopGroup:
 
 
 def groups_from(first: LoopGroup) -> list[LoopGroup]:
-    """Return a list of a group of loops and all groups that follow it."""
+    """Return the group `first` and all loop groups that follow it, as a list."""
     groups, group = [first], first
     while group.arguments[4] is not None:
         group = group.following
@@ -322,7 +330,10 @@ def groups_from(first: LoopGroup) -> list[LoopGroup]:
 
 
 def section_width(dof: int, first: LoopGroup) -> int:
-    """Return the length of a section, the part of a row of results about closed loops."""
+    """
+    Return how many numbers of a row of results describe closed loops. These numbers are called a
+    section.
+    """
     groups, variables = groups_from(first), first.variables
     entries = sum(group.entries for group in groups)
     return 2 * variables + (variables - dof) * dof + 3 * len(groups) + 6 * entries
@@ -330,7 +341,7 @@ def section_width(dof: int, first: LoopGroup) -> int:
 
 class Closure:
     """
-    The closed loops of an arm with n joints and P passive variables, frozen.
+    All closed loops of an arm with n joints and P passive variables; immutable.
 
     Parameters
     ----------
@@ -342,12 +353,12 @@ class Closure:
         1 for each joint without limits whose full turns do not change the loops; else 0.
     start : shape (width,)
         A section, the numbers about closed loops at one pose, at which the loops are known to
-        close: `closing.assemble` completes it. A section has the variables (n + P), their rates
-        (n + P), the derivatives of the passive variables by the joints (P, n), three numbers for
-        each group, and the screws of the entries of each loop. The three numbers are: the
-        determinant of the slopes of the residual by the passive variables of the group; the
-        largest component of the residual (divided by `size`, or rad); the number of Newton steps.
-        Each row of results also has a section, at the pose of the row.
+        close: `closing.assemble` completes it. A section has the variables (n + P), their rates (n
+        + P), the derivatives of the passive variables by the joints (P, n), three numbers for each
+        group, and the screws of the entries of each loop. The three numbers are: the determinant
+        of the derivatives of the residual by the passive variables of the group; the largest
+        component of the residual (divided by `size`, or rad); the number of Newton steps. Each row
+        of results also has a section, at the pose of the row.
 
     Attributes
     ----------
@@ -356,8 +367,8 @@ class Closure:
     loops, groups
         Numbers of loops and of groups.
     coupling_at, status_at, screws_at
-        First indices, in a section, of the derivatives, of the three numbers of each group, and of
-        the screws.
+        First indices, in a section, of the derivatives of the passive variables, of the three
+        numbers of each group, and of the screws.
     """
 
     def __init__(self, dof: int, first: LoopGroup, turns: Integers, start: Floats) -> None:
@@ -385,28 +396,33 @@ class Closure:
         self.start = arrays.numbers(start, width)
 
     def assembled(self) -> Floats:
-        """Return the joint positions of the robot file at which the loops close, shape (n,)."""
+        """
+        Return the joint positions, given in the robot file, at which the loops close, shape (n,).
+        """
         start: Floats = self.arguments[3]
         return start[: self.dof].copy()
 
     def variables_at_start(self) -> Floats:
-        """Return joint positions and passive variables at which the loops close, (n + P,)."""
+        """
+        Return the joint positions and passive variables at which the loops are known to close,
+        shape (n + P,).
+        """
         start: Floats = self.arguments[3]
         return start[: self.variables].copy()
 
     def is_periodic(self) -> tuple[bool, ...]:
-        """Return, for each joint, whether a full turn leaves the loops unchanged."""
+        """Return for each joint whether a full turn of the joint leaves all loops unchanged."""
         turns = self.arguments[2] != 0
         return tuple((turns | np.isinf(self.units())).tolist())
 
     def units(self) -> Floats:
         """
-        Return the motion of each joint, rad or m, that counts as 1 rad, shape (n,); infinite for a
-        joint outside of all loops.
+        Return for each joint the motion, rad or m, that counts as 1 rad in loop residuals, shape
+        (n,). It is infinite for a joint outside of all loops.
         """
         units: Floats = self.first.arguments[3]
         return units[: self.dof].copy()
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        """Rebuild by the constructor."""
+        """Return the constructor and its arguments, by which pickle rebuilds the object."""
         return Closure, self.arguments
