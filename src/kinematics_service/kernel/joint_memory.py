@@ -1,4 +1,7 @@
-"""Store the state of each joint, and the joint states that a message reports."""
+"""
+Define the memory of the last position and velocity of each joint, and the joint state of one
+message.
+"""
 
 from typing import Any, NamedTuple
 
@@ -10,7 +13,7 @@ from .layout.arrays import Floats, Integers, Nanoseconds, Public
 
 class JointColumns(NamedTuple):
     """
-    The arrays of a joint memory, of shape (n,) if no other shape is given.
+    The arrays of a `JointMemory`, of shape (n,) if no other shape is given.
 
     Attributes
     ----------
@@ -30,7 +33,7 @@ class JointColumns(NamedTuple):
     last_quaternion : shape (4,)
         The quaternion of the last tool state.
     closed : shape (width of the closure,)
-        The section of the closed loops (see `Closure`) of the last tool state.
+        The numbers about the closed loops (a section, see `Closure`) of the last tool state.
     """
 
     position: Floats
@@ -57,7 +60,7 @@ def _empty_columns(joints: int, closure: int) -> JointColumns:
 
 class JointMemory:
     """
-    The state of each joint that an estimator keeps between messages.
+    The last position, velocity and times of each joint, which an estimator keeps between messages.
 
     Parameters
     ----------
@@ -69,15 +72,16 @@ class JointMemory:
     Attributes
     ----------
     columns
-        The arrays of the memory. The kernel uses the same arrays, flat, in fields of the same
-        names; in the compiled kernel these fields are addresses that Python does not see.
+        The arrays of the memory. The kernel uses these arrays, flat, in fields of equal names. In
+        the compiled kernel these fields are addresses that Python does not see.
     timeout : ns
         A joint is missing if it has no position for longer than this. If a stamp steps back by
         more than this, all joints are forgotten.
     velocity_source
         AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     is_new_tool
-        Whether there is no previous quaternion. If so, the sign of the next one is free.
+        Whether no quaternion has been computed yet. If so, the sign of the next quaternion is
+        free.
     is_closed
         Whether the loops closed at the last joint positions.
     """
@@ -108,7 +112,7 @@ class JointMemory:
 
 class OurJoints:
     """
-    Where messages with given joint names report the joints of an arm.
+    The indices at which messages with given joint names report the joints of an arm.
 
     Parameters
     ----------
@@ -125,7 +129,7 @@ class OurJoints:
         `joints` and `places_of`, flat, for the kernel.
     joints_needed, places_needed
         Smallest number of joints of an arm, and of positions in a message, for which all indices
-        exist.
+        are valid.
     """
 
     def __init__(self, joints: Integers, places_of: Integers) -> None:
@@ -170,7 +174,10 @@ class ReportedJoints:
 
 
 def clear(memory: JointMemory) -> None:
-    """Forget the states of all joints (for callers in the kernel; others call `forget`)."""
+    """
+    Forget the positions of all joints. Only the kernel calls this function; other code calls
+    `forget`.
+    """
     memory.is_closed = False
     for j in range(memory.joints):
         memory.position[j] = places.NAN
@@ -183,5 +190,5 @@ def clear(memory: JointMemory) -> None:
 
 
 def forget(memory: JointMemory) -> None:
-    """Forget the states of all joints."""
+    """Forget the positions, velocities and jumps of all joints."""
     clear(memory)

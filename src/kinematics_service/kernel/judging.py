@@ -1,4 +1,7 @@
-"""Compute singularity measures, factors, level and nearest singular pose of evaluated rows."""
+"""
+Compute the singularity measures, factors, level and nearest singular pose of rows that `evaluate`
+has filled.
+"""
 
 import math
 
@@ -11,11 +14,11 @@ from .singular_search.nearest_search import NearestSearch
 
 
 def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
-    # Writes the distances to zeros of the determinants of the loops, after those of the factors.
-    # Near the end of a branch a determinant is proportional to the square root of the distance, so
-    # half of the first-order distance is used. J grows toward the end of a branch, so the gradient
-    # of the manipulability would lead to it. Therefore, if the end of a branch is nearest, the way
-    # out is computed from its determinant.
+    # Writes the distances to the zeros of the loop determinants, after the distances of the
+    # factors. Near the end of a branch a determinant is proportional to the square root of the
+    # distance, so half of the first-order distance is used. J grows toward the end of a branch, so
+    # the gradient of the manipulability would lead to this end. Therefore, if the end of a branch
+    # is nearest, the way out is computed from its determinant.
     n, count = arm.chain.dof, _factors(arm)
     distances = arrays.after(measures, _judged_at(arm) + places.JUDGED)
     nearest, first = measures[places.DISTANCE], -1
@@ -36,8 +39,8 @@ def _judge_loops(arm: Arm, row: Flat, measures: Flat, work: Flat) -> None:
 
 
 def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
-    # Writes the joint motion that leads away from the zero of a determinant. `determinant` has its
-    # value and gradient.
+    # Writes to the way out the joint motion that leads away from the zero of a determinant. The
+    # array `determinant` has the value and the gradient.
     n, squares = arm.chain.dof, 0.0
     way_out = arrays.after(measures, places.LOST_AT + 6 + n)
     sign = 1.0 if determinant[0] > 0.0 else -1.0
@@ -50,7 +53,8 @@ def _write_way_out(arm: Arm, determinant: Flat, measures: Flat) -> None:
 
 
 def _judge(arm: Arm, measures: Flat) -> None:
-    # Writes the watched measure, its level (0, 1 for WARN, 2 for ERROR) and the nearest factor.
+    # Writes the watched measure, its level (0 for OK, 1 for WARN, 2 for ERROR) and the index of
+    # the nearest factor.
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED)
     nearest = 0
@@ -63,7 +67,7 @@ def _judge(arm: Arm, measures: Flat) -> None:
     level = 0.0
     by_distance = arm.watched == places.DISTANCE
     if by_distance and not watched < places.FARTHEST:
-        level = 0.0  # no singular pose was found, and thresholds are at most FARTHEST
+        level = 0.0  # OK: no singular pose was found within FARTHEST
     elif not sign * watched > sign * arm.stop:
         level = 2.0
     elif not sign * watched > sign * arm.warn:
@@ -89,7 +93,7 @@ def _first_order(arm: Arm, measures: Flat) -> float:
 
 
 def _judge_first_order(arm: Arm, measures: Flat) -> None:
-    # Writes the first-order distance, without a search for a singular pose.
+    # Writes the first-order distance as the result, with no nearest singular pose (NaN).
     judged = arrays.after(measures, _judged_at(arm))
     pose = arrays.after(measures, width(arm) - arm.chain.dof)
     estimate = _first_order(arm, measures)
@@ -103,7 +107,7 @@ def _judge_first_order(arm: Arm, measures: Flat) -> None:
 def _write_search_result(
     arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
-    # Writes the result of the search in place of the first-order distance.
+    # Writes the distance and the pose that `search` found in place of the first-order distance.
     measures[places.DISTANCE] = places.FARTHEST
     if search.distance <= places.FARTHEST:
         search.write_pose(arrays.after(measures, width(arm) - arm.chain.dof))
@@ -141,9 +145,11 @@ def judge_row(
     arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
     """
-    Fill the measures of a row, its factors, and the level without hysteresis.
+    Fill the singularity measures, factors and level (without hysteresis) of one row, with a search
+    for the nearest singular pose.
 
-    `work` has `room` numbers. `search` is the search of the previous pose, or a new one.
+    `row` has the results of `evaluate` at q. `work` has `room` numbers. `search` is the search of
+    the previous pose, or a new one.
     """
     _judge_one(arm, row, q, measures, work)
     search.follow(q, row)
@@ -151,7 +157,7 @@ def judge_row(
 
 
 def _judge_one(arm: Arm, row: Flat, q: Flat, measures: Flat, work: Flat) -> None:
-    # Fills the measures as `judge_row` does, but with the first-order distance. The singular
+    # Fills the measures of one row with the first-order distance, without a search. The singular
     # vectors stay in `work`.
     singularity.measure_row(arm.chain, arm.task, row, measures, work)
     if arm.tape.factors > 0:
@@ -171,8 +177,8 @@ def _judge_rows(
     measures: Flat,
     work: Flat,
 ) -> int:
-    # Fills the measures of LANES rows, each as `_judge_one` does. Returns a bit for each row that
-    # must still be filled by `_judge_one`.
+    # Fills the measures of LANES rows, each as `_judge_one` does. Returns a bit mask of the rows
+    # that `_judge_one` must still fill.
     n, columns, length = arm.chain.dof, width(arm), arm.chain.frames_at
     measured = work
     evaluated = arrays.after(measured, columns * places.LANES)
@@ -195,7 +201,7 @@ def _judge_rows(
 
 
 def _is_regular(arm: Arm) -> bool:
-    # Returns whether LANES poses can be measured side by side.
+    # Returns whether LANES poses of this arm can be measured at once.
     return arm.task.generic_rank == min(arm.chain.dof, arm.task.count) and arm.chain.loops == 0
 
 
@@ -204,19 +210,19 @@ def _judged_at(arm: Arm) -> int:
 
 
 def _factors(arm: Arm) -> int:
-    # Returns the number of factors: those of the robot file, and one determinant for each group of
-    # loops.
+    # Returns the number of singular factors: those of the robot file, and one determinant for each
+    # group of loops.
     return arm.tape.factors + arm.chain.groups
 
 
 def _directions(arm: Arm) -> int:
-    # Returns how many numbers the singular vectors have, which `measure_row` leaves in `work`.
+    # Returns how many numbers the singular vectors take that `measure_row` leaves in `work`.
     n, m = arm.chain.dof, arm.task.count
     return min(m, n) * (m + n)
 
 
 def room(arm: Arm) -> int:
-    """Return the number of scratch numbers of `judge_row`."""
+    """Return how many numbers of scratch memory `judge_row` needs."""
     n = arm.chain.dof
     spare = max(n * n, gradient.room(arm.chain))
     own = _directions(arm) + max(6 * n + spare, arm.tape.steps * (n + 1))
@@ -224,7 +230,7 @@ def room(arm: Arm) -> int:
 
 
 def width(arm: Arm) -> int:
-    """Return the length of a row of measures."""
+    """Return how many numbers the row of measures of one pose has."""
     n = arm.chain.dof
     return _judged_at(arm) + places.JUDGED + _factors(arm) * (2 + n) + n
 
@@ -246,9 +252,11 @@ def _check_rows(arm: Arm, rows: Floats, measures: Floats) -> None:
 
 def measure(arm: Arm, rows: Floats, q: Floats, measures: Floats) -> None:
     """
-    Fill `measures` with the singularity measures of each evaluated row (depth JACOBIAN or more).
+    Fill `measures` with the singularity measures of N rows that `evaluate` filled with depth
+    JACOBIAN or more.
 
-    The distance is of first order; `find_nearest` replaces it by a search.
+    The distance to a singular pose is of first order; `find_nearest` replaces it by the result of
+    a search.
 
     Parameters
     ----------
@@ -298,7 +306,8 @@ def find_nearest(
     search: NearestSearch, rows: Floats, q: Floats, measures: Floats, in_order: bool
 ) -> None:
     """
-    Search the singular pose nearest to each pose, and update the measures that `measure` filled.
+    Search the singular pose nearest to each of N poses, and write the distances into the rows of
+    `measure`.
 
     Parameters
     ----------
@@ -331,9 +340,9 @@ def find_nearest(
 
 def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
     """
-    Fill the measures of one row, including the search for the nearest singular pose.
+    Fill the singularity measures of one row, including the search for the nearest singular pose.
 
-    The row has q at its end, as `evaluate_one` fills it.
+    The row must end with q and qdot, as `evaluate_one` fills it.
     """
     arm = search.arm
     tail = 2 * arm.chain.dof + places.ROW_TAIL
@@ -348,7 +357,10 @@ def measure_one(search: NearestSearch, row: Floats, measures: Floats) -> None:
 def evaluate_and_measure_one(
     arm: Arm, q: Floats, qdot: Floats, row: Floats, measures: Floats
 ) -> int:
-    """Call `evaluate_one`, then `measure_one` with a new search; return the code of the first."""
+    """
+    Call `evaluate_one` at q, then `measure_one` with a new search; return the result code of
+    `evaluate_one`.
+    """
     stopped = evaluation.evaluate_one(arm.chain, q, qdot, row)
     if stopped == -1:
         measure_one(NearestSearch(arm), row, measures)

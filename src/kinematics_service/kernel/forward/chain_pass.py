@@ -1,9 +1,10 @@
 """
-Compute pose, quaternion, Jacobian, twist and frames from joint positions in one pass.
+Compute pose, quaternion, Jacobian, twist and frames from joint positions in one pass over the
+chain.
 
-The pass evaluates one pose, or LANES poses side by side: number k of the pose in a lane is at
-k * lanes + lane. One pose and several poses use the same operations in the same order, so the
-results have the same bits.
+The pass evaluates one pose, or LANES poses at once: number k of the pose in a lane is at index k *
+lanes + lane. One pose and several poses use equal operations in equal order, so the results have
+the same bits.
 
 An element k is one moving screw of the chain. Its axis is the unit vector z through the point o.
 Its motion is Rz(theta) Tz(d) with theta = theta_0 + sum(c_theta q_j) and d = d_0 + sum(c_d q_j).
@@ -17,9 +18,9 @@ from ..layout import arrays, blocks, places
 from ..layout.arrays import Flat, Int32, Numbers
 from .chain import Chain
 
-# The kernel computes sine and cosine together, in 0.4 of the time of two calls of the C library.
-# The coefficients and the parts of pi/2 are from fdlibm (Sun Microsystems 1993: k_sin.c, k_cos.c,
-# e_rem_pio2.c). The comments have the names in fdlibm.
+# Coefficients of sine and cosine. The kernel computes both together, in 0.4 of the time of two
+# calls of the C library. The coefficients and the parts of pi/2 are from fdlibm (Sun Microsystems
+# 1993: k_sin.c, k_cos.c, e_rem_pio2.c). The comments have the names in fdlibm.
 SIN_3 = -1.66666666666666324348e-01  # S1
 SIN_5 = 8.33333333332248946124e-03  # S2
 SIN_7 = -1.98412698298579493134e-04  # S3
@@ -43,8 +44,8 @@ HALF_PI_3 = 2.02226624879595063154e-21  # pio2_2t
 
 
 def _sincos_reduced(x: float) -> tuple[float, float]:
-    # Returns sine and cosine of an angle up to LARGEST_REDUCED, rad. The function has no branch
-    # and no call, so that a loop over lanes computes several lanes at once.
+    # Returns the sine and cosine of an angle x, rad, with |x| up to LARGEST_REDUCED. The function
+    # has no branch and no call, so that a loop over lanes computes several lanes at once.
     turns = (x * TWO_BY_PI + ROUNDER) - ROUNDER
     first = x - turns * HALF_PI_1
     second = turns * HALF_PI_2
@@ -59,7 +60,8 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
     half = 0.5 * z
     w = 1.0 - half
     cosine = w + (((1.0 - w) - half) + (z * p - y * tail))
-    # The compiler turns these conditions into selections. Branches would be mispredicted.
+    # Write these conditions so that the compiler makes selections of them. Branches would be
+    # mispredicted.
     quarter: Int32 = int(turns)
     if quarter & 1:
         sine, cosine = cosine, sine
@@ -69,17 +71,20 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
 
 
 def sincos(x: float) -> tuple[float, float]:
-    """Return sine and cosine of x in rad, with errors of at most two units in the last place."""
+    """Return the sine and cosine of x, rad, with errors of at most two units in the last place."""
     if abs(x) <= places.LARGEST_REDUCED:
         return _sincos_reduced(x)
-    if not math.isfinite(x):  # overflow of a sum of angles; plain Python would raise
+    if not math.isfinite(x):  # a sum of angles can overflow; math.sin would raise an error
         return places.NAN, places.NAN
     return math.sin(x), math.cos(x)
 
 
 def sines_and_cosines(angles: Numbers, sines: Numbers, cosines: Numbers) -> None:
-    """Write sines and cosines of LANES angles up to LARGEST_REDUCED, rad, as `sincos`."""
-    # Use local arrays: the compiler knows that they do not overlap with the constants, so it
+    """
+    Write the sines and cosines of LANES angles, rad, each up to LARGEST_REDUCED; equal to
+    `sincos`.
+    """
+    # Use local arrays: the compiler knows that they do not overlap with the coefficients, so it
     # computes several lanes at once.
     s, c = [0.0] * 16, [0.0] * 16
     for lane in range(places.LANES):
@@ -96,12 +101,16 @@ def _start(T: Numbers, motion: Flat, lanes: int) -> None:
 
 
 def times(T: Numbers, motion: Flat) -> None:
-    """Multiply T by a motion from the right, in place; both are 3 x 4, twelve numbers."""
+    """
+    Multiply the motion T by `motion` from the right, in place; both are 3 x 4 matrices, twelve
+    numbers.
+    """
     _times(T, motion, 1)
 
 
 def _times(T: Numbers, motion: Flat, lanes: int) -> None:
-    # Read the constants first: the compiler assumes that each write may change them.
+    # Read the numbers of `motion` first: the compiler assumes that each write to T may change
+    # them.
     xx, xy, xz, xp = motion[0], motion[1], motion[2], motion[3]
     yx, yy, yz, yp = motion[4], motion[5], motion[6], motion[7]
     zx, zy, zz, zp = motion[8], motion[9], motion[10], motion[11]
@@ -128,7 +137,9 @@ def _times_twist(T: Numbers, motion: Flat, lanes: int) -> None:
 
 
 def times_screw(T: Numbers, theta: float, d: float) -> None:
-    """Multiply T by Rz(theta) Tz(d) from the right, in place."""
+    """
+    Multiply the motion T (3, 4) by Rz(theta) Tz(d) from the right, in place; theta in rad, d in m.
+    """
     sine, cosine, along = [0.0], [0.0], [0.0]
     pair = sincos(theta)
     sine[0], cosine[0], along[0] = pair[0], pair[1], d
@@ -183,8 +194,8 @@ def _write_quaternion(T: Numbers, quaternion: Flat, lanes: int) -> None:
 
 
 def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> None:
-    # Writes point and axis of an element where the screw of an entry will be. `_finish` computes
-    # the screw from them after the tool pose is known.
+    # Writes the point and the axis of an element into the place of its entry's screw. `_finish`
+    # replaces them by the screw after the tool pose is known.
     for i in range(3):
         for lane in range(lanes):
             screw[i * step + lane] = T[(4 * i + 3) * lanes + lane]
@@ -193,8 +204,8 @@ def _write_point_and_axis(T: Numbers, step: int, screw: Flat, lanes: int) -> Non
 
 
 def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Flat) -> int:
-    # Writes the frames whose parent is `element` (-1: fixed frames), beginning with index `frame`.
-    # Returns the index of the first frame of the next element.
+    # Writes the poses of the frames whose parent is `element` (-1: fixed frames), beginning with
+    # frame number `frame`. Returns the number of the first frame of the next element.
     pose = [0.0] * 12
     while frame < chain.frames and chain.frame_parent[frame] == element:
         offset = arrays.after(chain.frame_offset, 12 * frame)
@@ -209,24 +220,27 @@ def _write_frames(chain: Chain, element: int, frame: int, T: Numbers, row: Flat)
 
 
 def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> float:
-    """Fill a row as `evaluation.evaluate` does; return a number, finite if the row is finite."""
+    """
+    Fill `row` with the results of `evaluation.evaluate` at one q; return a number that is finite
+    if all results are.
+    """
     T, twist = [0.0] * 12, [0.0] * 12
     return _evaluate(chain, q, qdot, depth, True, row, T, twist, 1)
 
 
 def write_jacobian(chain: Chain, q: Flat, row: Flat) -> None:
     """
-    Fill only the Jacobian and the screws of a row.
+    Fill only the Jacobian and the screws in a row of results at q.
 
-    The search for singular poses needs no other numbers, and takes 5 % less time with this
-    function.
+    The search for singular poses needs only these numbers, and takes 5 % less time with this
+    function than with `evaluate_row`.
     """
     T, twist = [0.0] * 12, [0.0] * 12
     _evaluate(chain, q, q, places.JACOBIAN, False, row, T, twist, 1)
 
 
 def room(chain: Chain) -> int:
-    """Return the number of scratch numbers of `evaluate_rows`."""
+    """Return how many numbers of scratch memory `evaluate_rows` needs."""
     return places.LANES * (chain.frames_at + 2 * chain.dof)
 
 
@@ -241,19 +255,20 @@ def evaluate_rows(
     work: Flat,
 ) -> bool:
     """
-    Evaluate LANES poses side by side: fill their rows as `evaluate_row` does, with depth POSE or
-    JACOBIAN.
+    Fill the rows of results of LANES poses at once, as `evaluate_row` fills one, with depth POSE
+    or JACOBIAN.
 
-    Return False if a number is too large or not finite; then fill the rows one by one.
+    Return False if a number is too large or not finite. The caller must then fill the rows one by
+    one.
     """
     n = chain.dof
     positions = arrays.after(work, chain.frames_at * places.LANES)
     rates = arrays.after(positions, n * places.LANES)
     blocks.put_side_by_side(q, n, n, positions)
     blocks.put_side_by_side(qdot, each, n, rates)
-    if not blocks.all_within(positions, 2 * n, places.LARGEST):  # positions and rates
+    if not blocks.all_within(positions, 2 * n, places.LARGEST):  # joint positions and velocities
         return False
-    # The length is 12 * LANES, written as a literal for C. The arrays are local, because the
+    # Both lengths are 12 * LANES, which C needs as a literal. The arrays are local, because the
     # compiler then knows that they do not overlap.
     T, twist = [0.0] * 192, [0.0] * 192
     size = _evaluate(chain, positions, rates, depth, True, work, T, twist, places.LANES)
@@ -275,14 +290,15 @@ def _evaluate(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Fills rows. Returns a number that is at least as large as each number in the rows, and not
-    # finite if one of them is not. T and `twist` are local arrays of the caller, twelve numbers
-    # for each pose. If not `whole`, no pose and no twist are written.
+    # Fills the rows of results of `lanes` poses. Returns a number that is at least as large as
+    # each number in the rows, and not finite if one of them is not. T and `twist` are local arrays
+    # of the caller, twelve numbers for each pose. If `whole` is False, no pose and no twist are
+    # written.
     elements, step = chain.elements, chain.entries * lanes
     twisted = chain.form == places.TWISTED
     framed = lanes == 1 and depth >= places.ALL_FRAMES
     screws = arrays.after(rows, chain.screws_at * lanes)
-    turn, d, theta = [0.0] * 16, [0.0] * 16, [0.0] * 16  # one number of LANES poses
+    turn, d, theta = [0.0] * 16, [0.0] * 16, [0.0] * 16  # one number for each of LANES poses
     sines, cosines = [0.0] * 16, [0.0] * 16
     frame = _write_frames(chain, -1, 0, T, rows) if framed else 0
     _start(T, chain.before, lanes)
@@ -331,9 +347,10 @@ def _finish(
     twist: Numbers,
     lanes: int,
 ) -> float:
-    # Completes rows after the tool poses T are known. Replaces point and axis of each entry by its
-    # screw: linear velocity of the tool's origin and angular velocity of the tool, for a unit
-    # velocity of the joint. The last six numbers of `twist` are memory for a screw.
+    # Completes the rows of results after the tool poses T are known. Replaces the point and axis
+    # of each entry by its screw: linear velocity of the tool's origin and angular velocity of the
+    # tool, for a unit velocity of the joint. The last six numbers of `twist` are memory for a
+    # screw.
     step = chain.entries * lanes
     screws = arrays.after(rows, chain.screws_at * lanes)
     twists = arrays.after(rows, (places.JACOBIAN_AT + 6 * chain.dof) * lanes)
@@ -386,7 +403,10 @@ def _finish(
 
 
 def add_up_screws(chain: Chain, screws: Flat, row: Flat) -> None:
-    """Fill the Jacobian of a row: column j is the sum of the screws of the entries of joint j."""
+    """
+    Fill the Jacobian in a row of results: column j is the sum of the screws of the entries of
+    joint j.
+    """
     _add_up_screws(chain, screws, row, 1)
 
 

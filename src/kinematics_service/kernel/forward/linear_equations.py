@@ -1,4 +1,4 @@
-"""Solve A x = b and A' x = b by LU decomposition with partial pivoting."""
+"""Solve the linear equations A x = b and A' x = b by LU decomposition with partial pivoting."""
 
 from ..layout.arrays import Numbers, WholeNumbers
 
@@ -7,7 +7,7 @@ def factorise(A: Numbers, size: int, order: WholeNumbers) -> float:
     """
     Overwrite A (size, size) with its LU factors for `solve`; return the determinant of A.
 
-    The determinant is 0 if A is singular. `order` (size,) is filled with the pivot row of each
+    The determinant is 0 if A is singular. `order` (size,) gets the pivot row of each elimination
     step.
     """
     product = 1.0

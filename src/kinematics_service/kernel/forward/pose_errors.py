@@ -1,10 +1,10 @@
 """
 Compute covariances of the tool's pose and twist by linear error propagation.
 
-An error of a joint position or of a number of the table moves the tool along a screw that is fixed
-in one frame of the arm. One pass over the chain gives these frames, and so the derivatives. The
-derivative of the pose is the screw itself. The derivative of the twist follows from the twists of
-the parts of the arm before and after the screw.
+An error of a joint position or of a number of the DH table moves the tool along a screw. This
+screw is fixed in one frame of the arm. One pass over the chain gives the poses of these frames,
+and so the derivatives. The derivative of the pose is the screw itself. The derivative of the twist
+follows from the twists of the parts of the arm before and after the screw.
 """
 
 from typing import NamedTuple
@@ -15,13 +15,14 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Integers, Numbers
 from .chain import Chain
 
-# Number of entries of the covariances of pose and twist: two 6 x 6 matrices.
+# Number of numbers in the covariances of pose and twist: two 6 x 6 matrices.
 COVARIANCES = 72
 
 
 class PoseErrorTable(NamedTuple):
     """
-    The arrays that describe the errors of an arm.
+    The arrays that describe the errors of an arm: screws, and how far each cause of error moves
+    along them.
 
     Attributes
     ----------
@@ -50,7 +51,7 @@ class PoseErrorTable(NamedTuple):
 
 
 def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
-    # Returns whether every index exists and the lengths of the arrays agree.
+    # Returns whether all indices in the table are valid and the lengths of its arrays agree.
     screws = len(table.frame)
     return bool(
         table.screw.shape == (screws, 6)
@@ -68,8 +69,8 @@ def _goes_together(chain: Chain, table: PoseErrorTable) -> bool:
 
 
 def _reaches(spread: Floats) -> Integers:
-    # Returns, for each screw, the first cause with a motion along it, and the last cause plus 1;
-    # zeros if there is none.
+    # Returns for each screw the first cause that moves along it, and the last such cause plus 1;
+    # zeros if no cause does.
     ranges = np.zeros((len(spread), 2), dtype=np.int64)
     for bounds, row in zip(ranges, spread):
         moving = np.flatnonzero(row)
@@ -80,16 +81,16 @@ def _reaches(spread: Floats) -> Integers:
 
 class PoseErrors:
     """
-    The frozen errors of an arm, as the kernel reads them.
+    The errors of an arm for the kernel, immutable: screws and the causes that move along them.
 
     Attributes
     ----------
     chain
         The chain of the arm.
     table
-        The arrays, read-only; the kernel reads the same arrays.
+        The arrays of the errors, read-only; the kernel reads these arrays without a copy.
     reaches : shape (screws, 2)
-        The range of causes with a motion along each screw: the first cause, and the last plus 1.
+        The range of causes that move along each screw: the first cause, and the last cause plus 1.
     screws, causes
         Number of screws, and number of causes.
     """
@@ -112,13 +113,13 @@ class PoseErrors:
 
 
 def room(errors: PoseErrors) -> int:
-    """Return the number of scratch numbers of `write_covariances`."""
+    """Return how many numbers of scratch memory `write_covariances` needs."""
     return 12 * errors.causes + 6 * errors.chain.dof
 
 
 def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> None:
-    # Writes the motion of the tool along screw s: linear velocity of the tool's origin and angular
-    # velocity, in base axes.
+    # Writes to `column` the motion of the tool along screw s: linear velocity of the tool's origin
+    # and angular velocity, in base axes.
     T = arrays.after(row, errors.chain.frames_at + 16 * errors.frame[s])
     screw = arrays.after(errors.screw, 6 * s)
     for i in range(3):
@@ -132,9 +133,9 @@ def _write_column(errors: PoseErrors, s: int, row: Flat, column: Numbers) -> Non
 
 
 def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Writes the change of the twist by a motion along a screw. The motion rotates the twist of the
-    # part of the arm after the screw, w x v. It also moves the tool's origin, which changes the
-    # linear velocity that the part before the screw gives the tool.
+    # Writes to `rate` the change of the twist by a motion along a screw. The motion rotates the
+    # twist of the part of the arm after the screw, w x v. It also moves the tool's origin, which
+    # changes the linear velocity that the part before the screw gives the tool.
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
         vj, vk = twist[j] - before[j], twist[k] - before[k]
@@ -146,7 +147,8 @@ def _write_rate(column: Numbers, before: Numbers, twist: Flat, rate: Numbers) ->
 
 
 def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers) -> None:
-    # Changes `rate` to the change of the twist in tool axes, which rotate with the error.
+    # Changes `rate` to the change of the twist in tool axes. The tool axes themselves rotate with
+    # the error.
     turned = [0.0] * 6
     for part in range(0, 6, 3):
         for i in range(3):
@@ -162,7 +164,8 @@ def _turn_into_tool_axes(row: Flat, column: Numbers, twist: Flat, rate: Numbers)
 
 
 def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers) -> None:
-    # Adds the twist of an element to `before`, the twist of the part of the arm before it.
+    # Adds the twist of one element to `before`, so that `before` is the twist of the part of the
+    # arm up to this element.
     screws = arrays.after(row, chain.screws_at)
     for e in range(chain.first_entry[element], chain.first_entry[element + 1]):
         rate = qdot[chain.joint[e]]
@@ -187,8 +190,8 @@ def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> Non
 
 
 def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat) -> None:
-    # Writes to `moved` (n, 6) the change of the twist by one standard deviation of each joint
-    # velocity.
+    # Writes to `moved` (n, 6) the change of the twist if each joint velocity changes by one
+    # standard deviation.
     n = errors.chain.dof
     twist = arrays.after(row, places.JACOBIAN_AT + 6 * n)
     still, rate = [0.0] * 6, [0.0] * 6
@@ -201,7 +204,7 @@ def _write_noise(errors: PoseErrors, row: Flat, in_tool_axes: bool, moved: Flat)
 
 
 def _write_products(moved: Flat, count: int, covariance: Flat) -> None:
-    # Writes the covariance moved' moved; `moved` has shape (count, 6).
+    # Writes moved' moved to `covariance` (6, 6); `moved` has shape (count, 6).
     sums = [0.0] * 36
     for k in range(count):
         motion = arrays.after(moved, 6 * k)
@@ -223,7 +226,8 @@ def write_covariances(
     work: Flat,
 ) -> None:
     """
-    Write the covariance of the pose if `of_pose`, and the covariance of the twist if `of_twist`.
+    Write the covariances (6, 6) of pose and twist at one row of results; skip the pose unless
+    `of_pose`, the twist unless `of_twist`.
 
     Both are in base axes; if `in_tool_axes`, the covariance of the twist is in tool axes.
 
@@ -254,7 +258,7 @@ def write_covariances(
             _write_rate(column, before, twist, rate)
         gear = errors.gear[s]
         if gear >= 0:
-            for i in range(6):  # the motion is q s, so its rate is q ds/dt + qdot s
+            for i in range(6):  # motion q s along screw s; its rate is q ds/dt + qdot s
                 rate[i] = q[gear] * rate[i] + qdot[gear] * column[i]
                 column[i] = q[gear] * column[i]
         if of_pose:
@@ -281,7 +285,7 @@ def covariances(
     results: Floats,
 ) -> None:
     """
-    Fill `results` (N, 2, 6, 6) with the covariances of pose and twist of each evaluated row.
+    Fill `results` (N, 2, 6, 6) with the covariances of pose and twist at N joint positions.
 
     Both are in base axes; if `in_tool_axes`, the covariance of the twist is in tool axes.
 

@@ -1,5 +1,5 @@
 """
-Compute with vectors of three numbers, and move points by screws.
+Compute with vectors of three numbers, and move points along screws.
 
 A screw has seven numbers: its axis (3), a point on the axis (3), and 1 if it is prismatic, else 0.
 """
@@ -11,12 +11,12 @@ from . import chain_pass
 
 
 def dot(a: Vector, b: Vector) -> float:
-    """Return a . b."""
+    """Return the scalar product a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def cross(a: Vector, b: Vector) -> Vector:
-    """Return a x b."""
+    """Return the vector product a x b."""
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -30,12 +30,12 @@ def plus(a: Vector, factor: float, b: Vector) -> Vector:
 
 
 def three(numbers: Numbers, at: int) -> Vector:
-    """Return the three numbers from index `at` on."""
+    """Return the three numbers of `numbers` from index `at` on as a vector."""
     return (numbers[at], numbers[at + 1], numbers[at + 2])
 
 
 def apart(numbers: Numbers, at: int, step: int) -> Vector:
-    """Return the numbers at the indices `at`, at + step and at + 2 step."""
+    """Return the numbers at the indices `at`, at + step and at + 2 step as a vector."""
     return (numbers[at], numbers[at + step], numbers[at + 2 * step])
 
 
@@ -55,7 +55,7 @@ def slides(screws: Numbers, k: int) -> bool:
 
 
 def turned(axis: Vector, angle: float, v: Vector) -> Vector:
-    """Return v rotated about an axis through the origin (Rodrigues' formula)."""
+    """Return v rotated by `angle`, rad, about the unit vector `axis` (Rodrigues' formula)."""
     s, c = chain_pass.sincos(angle)
     along = dot(axis, v) * (1.0 - c)
     w = cross(axis, v)
@@ -67,7 +67,7 @@ def turned(axis: Vector, angle: float, v: Vector) -> Vector:
 
 
 def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
-    """Return a point moved by screw k; the motion `value` is in rad or m."""
+    """Return `point` moved along screw k by `value`, rad or m."""
     axis = axis_of(screws, k)
     if slides(screws, k):
         return plus(point, value, axis)
@@ -77,12 +77,12 @@ def moved(screws: Numbers, k: int, value: float, point: Vector) -> Vector:
 
 def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
     """
-    Return the angle about the axis that rotates a towards b, rad.
+    Return the angle about `axis` that rotates a towards b, rad.
 
-    If a is parallel to the axis, every angle is a solution, and `otherwise` is returned.
+    If a is parallel to the axis, every angle is a solution, and the function returns `otherwise`.
     """
-    # First project a and b onto the plane normal to the axis. Without this projection, differences
-    # of products would be round-off for vectors nearly parallel to the axis.
+    # Project a and b onto the plane normal to the axis. Without this projection, differences of
+    # products would be only round-off for vectors nearly parallel to the axis.
     size = dot(a, a)
     a = plus(a, -dot(axis, a), axis)
     b = plus(b, -dot(axis, b), axis)
@@ -93,14 +93,14 @@ def angle(axis: Vector, a: Vector, b: Vector, otherwise: float) -> float:
 
 
 def across(axis: Vector) -> Vector:
-    """Return a unit vector normal to an axis."""
+    """Return a unit vector normal to `axis`."""
     v = cross(axis, (1.0, 0.0, 0.0) if abs(axis[0]) < 0.6 else (0.0, 1.0, 0.0))
     length = math.sqrt(dot(v, v))
     return (v[0] / length, v[1] / length, v[2] / length)
 
 
 def times_vector(T: Numbers, v: Vector) -> Vector:
-    """Return a direction v rotated by a motion T (4 x 4, or its first three rows)."""
+    """Return the direction v rotated by the motion T (4 x 4, or its first three rows)."""
     return (
         T[0] * v[0] + T[1] * v[1] + T[2] * v[2],
         T[4] * v[0] + T[5] * v[1] + T[6] * v[2],
@@ -109,5 +109,5 @@ def times_vector(T: Numbers, v: Vector) -> Vector:
 
 
 def times_point(T: Numbers, v: Vector) -> Vector:
-    """Return a point v moved by a motion T (4 x 4, or its first three rows)."""
+    """Return the point v moved by the motion T (4 x 4, or its first three rows)."""
     return plus(times_vector(T, v), 1.0, (T[3], T[7], T[11]))

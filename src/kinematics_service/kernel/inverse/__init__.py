@@ -1,1 +1,3 @@
-"""Inverse kinematics: joint positions for a target, and joint velocities for a twist."""
+"""
+Inverse kinematics: compute joint positions for a target pose, and joint velocities for a twist.
+"""

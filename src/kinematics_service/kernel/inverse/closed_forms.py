@@ -1,5 +1,6 @@
 """
-Solve six joints with a spherical wrist or three parallel axes, or three joints, in closed form.
+Solve the inverse kinematics of three joints, or of six with a spherical wrist or three parallel
+axes, in closed form.
 
 - Three joints for a position: three_joints.py (Pieper 1968).
 - Axes 4, 5 and 6 meet in a point: joints 1 to 3 move this point to its position, and joints 4 to 6
@@ -7,13 +8,13 @@ Solve six joints with a spherical wrist or three parallel axes, or three joints,
 - Axes 2, 3 and 4 are parallel: the height of the wrist point along them gives joint 1, and the
   direction of axis 2 in the tool frame gives joints 5 and 6. Joints 2 to 4 are a planar arm.
 
-Each step is a subproblem. Subproblem 1 finds the angle that rotates a vector onto another (Paden
-and Kahan; Murray, Li and Sastry, A Mathematical Introduction to Robotic Manipulation, section
-3.2). Subproblem 4 finds the angles that rotate a vector to a given height (Elias and Wen, IK-Geo,
-arXiv:2211.05737).
+Each step of a closed form is a subproblem. Subproblem 1 finds the angle that rotates a vector onto
+another (Paden and Kahan; Murray, Li and Sastry, A Mathematical Introduction to Robotic
+Manipulation, section 3.2). Subproblem 4 finds the angles that rotate a vector to a given height
+(Elias and Wen, IK-Geo, arXiv:2211.05737).
 
-Errors are propagated from joint to joint: `turn` is the error of directions, rad, and `way` the
-error of points, m.
+Round-off errors are propagated from joint to joint: `turn` is the error of directions, rad, and
+`way` the error of points, m.
 """
 
 import math
@@ -26,8 +27,8 @@ from . import roots, three_joints
 
 
 def _back(screws: Numbers, values: Numbers, begin: int, v: Vector) -> Vector:
-    # Returns the direction that joints 1 to 3 rotate to v. Their positions are values[begin] to
-    # values[begin + 2].
+    # Returns the direction that joints 1 to 3, at the positions values[begin] to values[begin +
+    # 2], rotate to v.
     for k in range(3):
         if not vectors.slides(screws, k):
             v = vectors.turned(vectors.axis_of(screws, k), -values[begin + k], v)
@@ -37,7 +38,8 @@ def _back(screws: Numbers, values: Numbers, begin: int, v: Vector) -> Vector:
 def _circle_roots_or(
     A: float, B: float, C: float, error: float, free: float, angles: Numbers
 ) -> int:
-    # Writes the roots of A cos + B sin = C, or the angle `free` if all angles are roots.
+    # Writes the roots x of A cos x + B sin x = C to `angles`, or the angle `free` if all angles
+    # are roots. Returns the number of written angles.
     count = roots.circle_roots(A, B, C, error, angles)
     if count >= 0:
         return count
@@ -55,8 +57,8 @@ def _angles_to_height(
     free: float,
     angles: Numbers,
 ) -> int:
-    # Subproblem 4: writes the angles that rotate v about `axis` until w . v equals `height`. With
-    # sign -1 the angles are those of the opposite rotation.
+    # Subproblem 4: writes the angles that rotate v about `axis` until w . v equals `height`. If
+    # `sign` is -1, the angles are those of the opposite rotation. Returns their number.
     constant = vectors.dot(w, axis) * vectors.dot(axis, v)
     A, B = vectors.dot(w, v) - constant, sign * vectors.dot(w, vectors.cross(axis, v))
     return _circle_roots_or(A, B, height - constant, error, free, angles)
@@ -65,7 +67,7 @@ def _angles_to_height(
 def _wrist(
     screws: Numbers, T: Numbers, arms: Numbers, i: int, turn: float, free: Numbers, angles: Numbers
 ) -> int:
-    # Solves joints 4 to 6 for the rotation that remains after joints 1 to 3, whose positions are
+    # Solves joints 4 to 6 for the rotation that joints 1 to 3 leave, if their positions are
     # candidate i of `arms`. Writes up to two solutions of three angles, and the error of the
     # angles to angles[6]. Returns the number of solutions.
     a, b = vectors.axis_of(screws, 3), vectors.axis_of(screws, 4)
@@ -88,16 +90,17 @@ def _wrist(
 
 class ClosedForm:
     """
-    The screws of an arm with a closed form; screw positions are psi = to_screws q.
+    The joint screws of an arm whose inverse kinematics has a closed form. The screw positions are
+    psi = to_screws q.
 
     Parameters
     ----------
     way
         POSITION_3, SPHERICAL_WRIST or PARALLEL_AXES.
     screws : shape (n, 7)
-        Each joint at rest: its axis, a point on it, 1 if it slides.
+        For each joint at rest: its axis, a point on the axis, and 1 if the joint is prismatic.
     point : shape (3,), m
-        At rest: the tool (POSITION_3), the center of the wrist (SPHERICAL_WRIST), or the
+        A point at rest: the tool (POSITION_3), the center of the wrist (SPHERICAL_WRIST), or the
         intersection of axes 5 and 6 (PARALLEL_AXES).
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
@@ -141,14 +144,17 @@ class ClosedForm:
             psi[i] = arrays.dot(arrays.after(self.to_screws, i * self.n), q, self.n)
 
     def turn_into_joints(self, row: Flat) -> None:
-        """Replace positions of the screws (n,) by joint positions."""
+        """Replace the screw positions in `row` (n,) by the joint positions, in place."""
         psi = [0.0] * 6
         arrays.copy(psi, self.n, row)
         for i in range(self.n):
             row[i] = arrays.dot(arrays.after(self.to_joints, i * self.n), psi, self.n)
 
     def write_motion(self, pose: Flat, T: Numbers) -> None:
-        """Write the motion (3, 4) from rest to a pose; its inverse if the screws are backwards."""
+        """
+        Write the motion T (3, 4) from the tool's rest pose to `pose`, or its inverse if the screws
+        go from tool to base.
+        """
         M = [0.0] * 12
         if self.way == places.POSITION_3:
             for i in range(3):
@@ -166,9 +172,11 @@ class ClosedForm:
         self, T: Numbers, rotation_error: float, free: Numbers, psi: Flat, accuracy: Numbers
     ) -> int:
         """
-        Write candidates as `inverse_candidates` does.
+        Write to `psi` screw positions that may reach the motion T; return the number of
+        candidates.
 
-        `rotation_error` is the error of the rotation of T, rad.
+        Arguments are as in `inverse_candidates`. `rotation_error` is the error of the rotation of
+        T, rad.
         """
         start, to = vectors.three(self.point, 0), vectors.apart(T, 3, 4)
         turn = self.error + rotation_error
@@ -187,8 +195,8 @@ class ClosedForm:
     def _with_wrist(
         self, T: Numbers, turn: float, way: float, free: Numbers, psi: Numbers, accuracy: Numbers
     ) -> int:
-        # Axes 4 to 6 meet in `point`, so joints 4 to 6 do not move it: joints 1 to 3 alone move it
-        # to `goal`.
+        # Solves an arm whose axes 4 to 6 meet in `point`. Joints 4 to 6 do not move this point, so
+        # joints 1 to 3 alone must move it to `goal`.
         arms, wrists = [0.0] * 25, [0.0] * 7
         count, point = 0, vectors.three(self.point, 0)
         goal = vectors.times_point(T, point)
@@ -207,7 +215,7 @@ class ClosedForm:
     def _with_parallel_axes(
         self, T: Numbers, turn: float, way: float, free: Numbers, psi: Flat, accuracy: Numbers
     ) -> int:
-        # Axes 2, 3 and 4 are parallel; axes 5 and 6 meet in `point`.
+        # Solves an arm whose axes 2, 3 and 4 are parallel and whose axes 5 and 6 meet in `point`.
         screws, point = self.screws, vectors.three(self.point, 0)
         o1, z1 = vectors.point_of(screws, 0), vectors.axis_of(screws, 0)
         z = vectors.axis_of(screws, 1)
@@ -218,14 +226,14 @@ class ClosedForm:
         to_wrist = vectors.plus(vectors.point_of(screws, 3), -1.0, point)
         lever = math.sqrt(vectors.dot(to_goal, to_goal))
         lever += math.sqrt(vectors.dot(to_wrist, to_wrist))
-        # Joints 2 to 4 do not change the height of `point` along axis 2. So joint 1 must move the
-        # goal back to the height that `point` has at rest.
+        # Solve joint 1: joints 2 to 4 do not change the height of `point` along axis 2. So joint 1
+        # must move the goal back to the height that `point` has at rest.
         height = vectors.dot(z, vectors.plus(point, -1.0, o1))
         first_count = _angles_to_height(z1, to_goal, -1.0, z, height, 4.0 * way, free[0], firsts)
         accuracy[0] = firsts[2]
         for i in range(first_count):
-            # R^T (z rotated by joint 1) is axis 2 in the tool frame, which joints 6 and 5 must
-            # rotate onto z.
+            # Solve joints 6 and 5: they must rotate axis 2 in the tool frame, R^T (z rotated by
+            # joint 1), onto z.
             z_turned = vectors.turned(z1, firsts[i], z)
             z_in_tool = (
                 T[0] * z_turned[0] + T[4] * z_turned[1] + T[8] * z_turned[2],
@@ -255,8 +263,9 @@ class ClosedForm:
         psi: Numbers,
         accuracy: Numbers,
     ) -> int:
-        # Solves joints 2 to 4. E2 E3 E4 = E1^-1 T E6^-1 E5^-1 is a motion in the plane
-        # perpendicular to z: it rotates by `total` and moves the point of axis 4 to `goal`.
+        # Solves joints 2 to 4 of an arm with parallel axes 2 to 4. E2 E3 E4 = E1^-1 T E6^-1 E5^-1
+        # is a motion in the plane perpendicular to z: it rotates by `total` and moves the point of
+        # axis 4 to `goal`.
         screws = self.screws
         z1, z = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
         z5, z6 = vectors.axis_of(screws, 4), vectors.axis_of(screws, 5)
@@ -305,9 +314,9 @@ def inverse_candidates(
     form: ClosedForm, T: Floats, free: Floats, psi: Floats, accuracy: Floats
 ) -> int:
     """
-    Fill `psi` with screw positions that may solve a target; return the number of candidates.
+    Fill `psi` with screw positions that may reach a target; return the number of these candidates.
 
-    Candidates are not yet solutions: `refine` improves them and returns the error of each.
+    Candidates are approximate: `refine` makes solutions of them and returns the error of each.
 
     Parameters
     ----------

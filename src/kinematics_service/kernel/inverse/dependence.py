@@ -1,9 +1,10 @@
 """
-Measure how independent the columns of J are, in the rows of a target, and find null directions.
+Compute the null directions of the Jacobian rows that a target uses, and how far its columns are
+from dependent.
 
-Null directions come from a singular value decomposition (one-sided Jacobi). Independence is the
-ratio of the last pivot to the first with complete pivoting, which takes much less time (Golub and
-Van Loan, Matrix Computations, sections 3.4.8 and 8.6).
+Null directions come from a singular value decomposition (one-sided Jacobi). The distance from
+dependence is the ratio of the last to the first pivot of a decomposition with complete pivoting,
+which takes much less time (Golub and Van Loan, Matrix Computations, sections 3.4.8 and 8.6).
 """
 
 from ..layout import arrays, places
@@ -16,7 +17,8 @@ def free_motions(
     residual: Residual, scales: Floats, q: Floats, sigma: Floats, motions: Floats
 ) -> None:
     """
-    Fill the singular values of J in the rows of a target, and the right singular vectors.
+    Fill `sigma` and `motions` with the singular values and right singular vectors of J in the rows
+    of a target.
 
     Parameters
     ----------
@@ -56,7 +58,9 @@ def free_motions(
 
 
 def pivot_ratio(residual: Residual, scales: Flat, q: Flat) -> float:
-    """Return the ratio of the last pivot of J to the first at q (n,): see `pivots`."""
+    """
+    Return the ratio of the last to the first pivot of J at q (n,), which is 0 if J has lost rank.
+    """
     if residual.n > 6:
         return 0.0
     residual.evaluate(q, places.JACOBIAN)
@@ -66,7 +70,8 @@ def pivot_ratio(residual: Residual, scales: Flat, q: Flat) -> float:
 
 def pivots(residual: Residual, scales: Floats, q: Floats, shares: Floats) -> None:
     """
-    Fill `shares` (N,) with the ratio of the last pivot of J to the first: 0 if J has lost rank.
+    Fill `shares` (N,) with the ratio of the last to the first pivot of J at each q: 0 if J has
+    lost rank.
 
     The ratio is rarely more than ten times the ratio of the least to the largest singular value.
 

@@ -1,5 +1,6 @@
 """
-Add full turns to joint positions: inside the limits if possible, nearest to given positions.
+Add full turns to joint positions, so that they are inside the limits if possible and nearest to
+given positions.
 """
 
 import math
@@ -10,15 +11,15 @@ from ..layout.arrays import Flat, Floats
 
 class Joints:
     """
-    Periods, limits and weights of the joints of an arm.
+    Periods, limits and weights of the joints of an arm, with functions that use them.
 
     Parameters
     ----------
     scales : shape (n,)
         The inverse of `Task.column_scales` for each joint.
     periods : shape (n,)
-        Motion of a joint, rad or m, after which the tool has the same pose; infinite if there is
-        none.
+        Motion of a joint, rad or m, after which the tool has the same pose; infinite for a joint
+        without such a motion.
     limits : shape (n, 2), rad or m
         Limits of positions; infinite for none.
     """
@@ -29,14 +30,17 @@ class Joints:
         self.limits = arrays.numbers(limits, 2 * self.n)
 
     def without_turns(self, j: int, motion: float) -> float:
-        """Return a motion of joint j minus full turns, so that it is at most half a period."""
+        """Return `motion` of joint j minus full turns, so that it is at most half a period."""
         period = self.periods[j]
         if not math.isfinite(period):
             return motion
         return motion - period * math.floor(motion / period + 0.5)
 
     def represent(self, near: Flat, q: Flat) -> None:
-        """Add full turns to q (n,), in place, as `representatives` does for each row."""
+        """
+        Add full turns to q (n,), in place, so that q is inside the limits if possible and nearest
+        to `near`.
+        """
         for j in range(self.n):
             period = self.periods[j]
             if not math.isfinite(period):
@@ -50,7 +54,7 @@ class Joints:
                 x += period * math.ceil((low - x) / period)
             elif x > high:
                 x -= period * math.ceil((x - high) / period)
-            # If no position is inside the limits, take the one that exceeds them by less.
+            # If no position is inside the limits, take the position that exceeds them least.
             if x > high and low - (x - period) < x - high:
                 x -= period
             elif x < low and x + period - high < low - x:
@@ -58,7 +62,9 @@ class Joints:
             q[j] = x
 
     def square_to(self, near: Flat, q: Flat) -> float:
-        """Return the squared, weighted distance from q (n,) to `near` (n,)."""
+        """
+        Return the squared distance from q (n,) to `near` (n,), each joint divided by its scale.
+        """
         square = 0.0
         for j in range(self.n):
             scaled = (q[j] - near[j]) / self.scales[j]
@@ -66,33 +72,39 @@ class Joints:
         return square
 
     def space(self, j: int, q: Flat) -> float:
-        """Return the distance of joint j to its nearest limit, rad or m; negative beyond it."""
+        """
+        Return the distance of joint j to its nearest limit, rad or m; negative beyond the limit.
+        """
         return min(q[j] - self.limits[2 * j], self.limits[2 * j + 1] - q[j])
 
     def margin(self, q: Flat) -> float:
-        """Return the least distance of any joint to a limit, rad or m; negative beyond it."""
+        """
+        Return the least distance of any joint to its nearest limit, rad or m; negative beyond a
+        limit.
+        """
         margin = places.INFINITY
         for j in range(self.n):
             margin = min(margin, self.space(j, q))
         return margin
 
     def are_inside(self, q: Flat) -> bool:
-        """Return whether all joints are inside their limits, up to AT_LIMIT."""
+        """Return whether all joints are inside their limits, with the tolerance AT_LIMIT."""
         return self.margin(q) >= -places.AT_LIMIT
 
 
 def representatives(joints: Joints, near: Floats, q: Floats) -> None:
     """
-    Add full turns to each row of q, so that it is inside the limits if possible.
+    Add full turns to each row of q, in place, so that the row is inside the limits if possible.
 
-    If several positions are inside the limits, the one nearest to `near` is taken.
+    If several positions of a joint are inside the limits, take the one nearest to `near`.
 
     Parameters
     ----------
     joints
         The joints of the arm.
     near : shape (n,), rad or m
-        Joint positions. If two positions of a joint are equally near, the larger one is taken.
+        Joint positions to be near to. If two positions of a joint are equally near, take the
+        larger one.
     q : shape (N, n), rad or m
         Joint positions, overwritten.
     """

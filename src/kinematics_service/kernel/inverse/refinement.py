@@ -1,5 +1,6 @@
 """
-Minimize the distance of the tool from a target by Levenberg-Marquardt, with bounds on the joints.
+Minimize the weighted distance of the tool from a target by Levenberg-Marquardt, with bounds on the
+joints.
 
 Nocedal and Wright, Numerical Optimization, section 10.3: each step solves
 (J^T J + damping size 1) step = J^T error, where `size` is the largest squared column of J. If a
@@ -14,32 +15,32 @@ from ..layout.arrays import Flat, Floats
 from ..measures import symmetric
 from .residuals import Residual
 
-# The iteration has converged if the error is at most this, relative to the length: five units of
-# round-off, 2.2e-16.
+# The iteration has converged if the error divided by the arm's length is at most this: five units
+# of round-off, 2.2e-16.
 ERROR_TOLERANCE = 1e-15
-# If the error is below this, relative to the length, a refused step ends the iteration: the error
-# is round-off.
+# If the error divided by the arm's length is below this, a refused step ends the iteration,
+# because the error is round-off.
 REFUSED_STEP_TOLERANCE = 1e-12
-# A step is slow if it decreases the squared error by less than this ratio: 0.1 %.
+# A step is slow if it decreases the squared error by less than this fraction, 0.1 %.
 MIN_DECREASE = 1e-3
-# A refused step is also slow if no joint moves by more than this, rad or m: 500 units of
+# A refused step counts as slow if no joint moves by more than this, rad or m: 500 units of
 # round-off.
 MIN_MOTION = 1e-13
-# The iteration ends after this number of slow steps: it is at a local minimum.
+# The iteration ends after this number of slow steps in sequence, because it is at a local minimum.
 MAX_SLOW_STEPS = 12
-# Largest damping: a larger one gives steps shorter than round-off.
+# Largest damping. A larger damping gives steps shorter than round-off.
 MAX_DAMPING = 1e8
-# Least damping after a failed factorization: five units of round-off.
+# Least damping after a failed Cholesky factorization: five units of round-off.
 MIN_FACTOR_DAMPING = 1e-15
-# Least damping after a refused step: from 0, factors of 8 reach MAX_DAMPING in 22 steps.
+# Least damping after a refused step. From this value, factors of 8 reach MAX_DAMPING in 22 steps.
 MIN_STEP_DAMPING = 1e-12
-# Damping that is always added: J^T J + damping is never exactly singular.
+# Damping that is always added, so that J^T J + damping is never exactly singular.
 MIN_DAMPING = 1e-18
 
 
 class Refinement:
     """
-    The inputs of a minimization: target, weights and bounds of the joints, options.
+    Moves joint positions to a minimum of the distance between tool and target.
 
     Parameters
     ----------
@@ -71,7 +72,10 @@ class Refinement:
         self.g, self.step, self.trial = arrays.rooms(n, n, n)
 
     def refine_one(self, q: Flat) -> float:
-        """Move joint positions q (n,) to a minimum, in place; return the remaining error, m."""
+        """
+        Move joint positions q (n,), in place, to a minimum of the weighted error; return the
+        remaining error, m.
+        """
         square = self.residual.square(q, places.JACOBIAN)
         if square == places.INFINITY:
             return places.INFINITY
@@ -106,15 +110,15 @@ class Refinement:
             else:
                 if square <= negligible or damping > MAX_DAMPING:
                     break
-                # `self.residual` now holds the error of the refused step, but g and A still belong
-                # to q: do not linearise again.
+                # The residual now belongs to the refused step, but g and A still belong to q: do
+                # not call `_linearise` again.
                 damping = max(8.0 * damping, MIN_STEP_DAMPING)
                 slow_steps += 1 if moved < MIN_MOTION else 0
         return math.sqrt(square)
 
     def _linearise(self, q: Flat) -> float:
-        # Fills the normal equations A and g and returns the largest squared column of J. The
-        # residual must have been evaluated at q last.
+        # Fills the normal equations A and g at q, and returns the largest squared column of J.
+        # Call it only if the residual was last evaluated at q.
         n, A, g, limits = self.residual.n, self.A, self.g, self.limits
         columns, error = self.residual.columns, self.residual.error
         self.residual.write_columns(self.scales)
@@ -125,7 +129,8 @@ class Refinement:
             for j in range(i + 1):
                 A[i * n + j] = arrays.dot(column, arrays.after(columns, 6 * j), 6)
             size = max(size, A[i * n + i])
-        # Hold a joint at a bound if its step would exceed the bound: set its equation to step = 0.
+        # If the step would move a joint beyond its bound, hold the joint: set its equation to step
+        # = 0.
         for i in range(n):
             upper = q[i] >= limits[2 * i + 1] and g[i] > 0.0
             if upper or (q[i] <= limits[2 * i] and g[i] < 0.0):
@@ -137,8 +142,8 @@ class Refinement:
         return size
 
     def _try_step(self, q: Flat) -> float:
-        # Fills `trial` with q after the step, inside the bounds; returns the largest motion of a
-        # joint.
+        # Fills `trial` with q plus the step, cut off at the bounds; returns the largest motion of
+        # a joint.
         moved: float = 0.0
         for j in range(self.residual.n):
             value = q[j] + self.scales[j] * self.step[j]
@@ -150,16 +155,16 @@ class Refinement:
 
 def refine(refinement: Refinement, q: Floats, errors: Floats) -> None:
     """
-    Move each row of q to a local minimum of the distance of the tool from the target.
+    Move each row of q, in place, to a local minimum of the distance of the tool from the target.
 
     Parameters
     ----------
     refinement
-        The refinement for the target.
+        The target, weights and bounds of the minimization.
     q : shape (N, n), rad or m
         Starts, overwritten by the minima.
     errors : shape (N,), m
-        Remaining errors: the norm of the weighted rows.
+        Remaining errors at the minima: the norm of the weighted error of position and rotation.
     """
     count, n = arrays.extent(q, 0), refinement.residual.n
     positions, remaining = arrays.results(q, count * n), arrays.results(errors, count)

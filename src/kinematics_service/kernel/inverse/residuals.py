@@ -1,9 +1,10 @@
 """
-Evaluate the error of the tool against a target, weighted row by row, and its Jacobian.
+Compute the error of the tool's pose against a target, with a weight for each row, and the Jacobian
+of the error.
 
-The angular error is the rotation vector from tool to target (logarithm of SO(3)), or the shortest
-rotation between two directions if only an axis of the tool matters. To first order its derivative
-is the angular part of the geometric Jacobian.
+The angular error is the rotation vector from tool to target (logarithm of SO(3)). If only an axis
+of the tool matters, it is the shortest rotation between two directions. To first order the
+derivative of the angular error is the angular part of the geometric Jacobian.
 """
 
 import math
@@ -14,16 +15,17 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# Errors are compared with a length, at least this ratio times the reach of the arm. The ratio
-# matters for targets whose angular rows have no weight.
+# Least length to which errors are compared, relative to the reach of the arm. It matters for
+# targets whose angular rows have no weight.
 MIN_LENGTH_RATIO = 1e-3
-# If the sine of a rotation angle is below this, the angle is taken as 0 or pi (up to sqrt(1e-16)),
-# because the axis is undefined.
+# If the sine of a rotation angle is below this, the angle is taken as 0 or pi, because the axis is
+# undefined. An angle of pi then has an error of up to sqrt(1e-16).
 MIN_SINE = 1e-9
 
 
 def _rotation_vector(R: Numbers) -> Vector:
-    # Returns axis times angle, rad, of a rotation matrix of nine numbers.
+    # Returns the rotation vector, axis times angle in rad, of the rotation matrix R of nine
+    # numbers.
     x, y, z = R[7] - R[5], R[2] - R[6], R[3] - R[1]
     sine = math.sqrt(x * x + y * y + z * z)
     cosine = R[0] + R[4] + R[8] - 1.0
@@ -33,8 +35,8 @@ def _rotation_vector(R: Numbers) -> Vector:
         return (x * share, y * share, z * share)
     if cosine > 0.0:
         return (0.5 * x, 0.5 * y, 0.5 * z)
-    # The angle is pi: each column of R + I is along the axis. Take the longest, which has the
-    # least round-off.
+    # If the angle is pi, each column of R + I is parallel to the axis. Take the longest column,
+    # which has the least round-off.
     if R[0] >= R[4] and R[0] >= R[8]:
         a, b, c = R[0] + 1.0, R[3], R[6]
     elif R[4] >= R[8]:
@@ -46,14 +48,15 @@ def _rotation_vector(R: Numbers) -> Vector:
 
 
 def _turn_between(a: Vector, b: Vector) -> Vector:
-    # Returns the shortest rotation of the unit vector a onto b, as axis times angle.
+    # Returns the shortest rotation of the unit vector a onto the unit vector b, as axis times
+    # angle, rad.
     normal = vectors.cross(a, b)
     sine = math.sqrt(vectors.dot(normal, normal))
     angle = math.atan2(sine, vectors.dot(a, b))
     if sine < MIN_SINE:
         if angle < 1.0:
             return normal
-        # The angle is pi: take any axis perpendicular to a.
+        # If the angle is pi, take any axis perpendicular to a.
         normal = vectors.across(a)
         sine = math.sqrt(vectors.dot(normal, normal))
     share = angle / sine
@@ -81,7 +84,8 @@ def _write_weighted(
 
 class Residual:
     """
-    The weighted error of the tool against a target and its Jacobian; for one caller at a time.
+    Computes the weighted error of the tool against a target, and its Jacobian. Only one caller may
+    use it at a time.
 
     Parameters
     ----------
@@ -90,10 +94,10 @@ class Residual:
     pose : shape (4, 4)
         The target in the base frame, m. If the target is a position, its rotation is not used.
     axes : shape (3, 3)
-        Rotation matrix whose columns are the axes of the rows, in the base frame.
+        Rotation matrix whose columns are the axes of the error's rows, in the base frame.
     weights : shape (6,)
-        Weights of the rows x y z rx ry rz: 1 for linear rows, the length (m) for angular rows, 0
-        for rows without a target.
+        Weights of the error's rows x y z rx ry rz: 1 for linear rows, the length (m) for angular
+        rows, 0 for rows without a target.
     tool_axis
         0, 1 or 2: the angular rows are the error of the direction of this tool axis, and the tool
         may turn about the axis. -1: the angular rows are the error of the whole rotation.
@@ -122,7 +126,7 @@ class Residual:
 
     def evaluate(self, q: Flat, depth: int) -> bool:
         """
-        Fill `row` with the results of forward kinematics at q (n,) up to a depth.
+        Fill `row` with the results of forward kinematics at q (n,), up to `depth`.
 
         Returns False and leaves the row unchanged if a loop does not close.
         """
@@ -131,7 +135,8 @@ class Residual:
 
     def square(self, q: Flat, depth: int) -> float:
         """
-        Fill `error` (6,) with the weighted error at q (n,), and return the sum of its squares.
+        Fill `error` (6,) with the weighted error at q (n,), and return the sum of the squared
+        errors.
 
         The sum is infinite if a loop does not close.
         """
@@ -164,10 +169,10 @@ class Residual:
 
     def write_columns(self, scales: Flat) -> None:
         """
-        Fill `columns` (n, 6) with the columns of J in the axes of the rows.
+        Fill `columns` (n, 6) with the weighted columns of J, in the axes of the error's rows.
 
-        Rows are weighted as the error is. Column j is multiplied by scales[j]; if that is 0, joint
-        j is held.
+        The rows of J have the weights of the error. Column j is multiplied by scales[j]; if the
+        scale is 0, joint j is held.
         """
         n, k = self.n, self.tool_axis
         for j in range(n):
@@ -175,7 +180,8 @@ class Residual:
             linear = _turned_back(self.axes, (J[0], J[n], J[2 * n]))
             turn: Vector = (J[3 * n], J[4 * n], J[5 * n])
             if k >= 0:
-                # Subtract the rotation about the tool axis: it does not change its direction.
+                # Subtract the rotation about the tool axis, because it does not change the
+                # direction of this axis.
                 axis = (self.row[k], self.row[4 + k], self.row[8 + k])
                 turn = vectors.plus(turn, -vectors.dot(turn, axis), axis)
             angular = _turned_back(self.axes, turn)
@@ -184,22 +190,25 @@ class Residual:
             )
 
     def length(self) -> float:
-        """Return the weight of the angular rows, m; 0 if they have no weight."""
+        """Return the weight of the angular rows, m; 0 if the angular rows have no weight."""
         return max(self.weights[3], self.weights[4], self.weights[5])
 
     def size(self) -> float:
-        """Return the length that errors are compared with, m."""
+        """Return the length, m, to which weighted errors are compared."""
         return max(self.length(), MIN_LENGTH_RATIO * self.reach)
 
 
 def parts_of_error(residual: Residual, q: Floats) -> tuple[float, float]:
-    """Return the linear error, m, and the angular error, rad, at joint positions q (n,)."""
+    """
+    Return the linear error, m, and the angular error, rad, of the tool at joint positions q (n,).
+    """
     residual.square(arrays.numbers(q, residual.n), places.POSE)
     error, length = residual.error, residual.length()
     turn = arrays.after(error, 3)
     angular, linear = math.sqrt(arrays.dot(turn, turn, 3)), math.sqrt(arrays.dot(error, error, 3))
     largest: float = max(abs(error[0]), abs(error[1]), abs(error[2]))
-    # The sum of squares overflowed, as for errors beyond 1e154 m: divide by the largest component.
+    # If the sum of squares overflowed, as for errors beyond 1e154 m, divide by the largest
+    # component first.
     if linear == places.INFINITY and largest < places.INFINITY:
         x, y, z = error[0] / largest, error[1] / largest, error[2] / largest
         linear = largest * math.sqrt(x * x + y * y + z * z)
@@ -210,10 +219,10 @@ def linearise(
     residual: Residual, scales: Floats, q: Floats, error: Floats, columns: Floats
 ) -> None:
     """
-    Fill the weighted error (6,) at q (n,) and the columns (n, 6) of the Jacobian, each times its
-    scale.
+    Fill `error` (6,) with the weighted error at q (n,), and `columns` (n, 6) with the columns of
+    its Jacobian, each times its scale.
 
-    The six errors are infinite if a loop does not close.
+    All six errors are infinite if a loop does not close.
     """
     n = residual.n
     errors, slopes = arrays.results(error, 6), arrays.results(columns, 6 * n)

@@ -1,9 +1,10 @@
 """
-Find the roots of A cos + B sin = C, of quadratics and of quartics, with bounds of their errors.
+Find the roots of A cos x + B sin x = C, of quadratic and of quartic equations, with bounds of
+their errors.
 
 The coefficients have errors. If the discriminant is larger than its error, the error of a root has
 a finite bound. Otherwise the bound is infinite, because the exact equation may have another number
-of roots. Quartics are solved by the iteration of Aberth and Ehrlich (polynomials.py), and the
+of roots. Quartics are solved by the iteration of Aberth and Ehrlich (polynomials.py). Their error
 bound is the radius of a disc of Smith (J. ACM 17 (1970) 661).
 """
 
@@ -14,26 +15,29 @@ from ..layout import places
 from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs, polynomials
 
-# A target is taken as on the border of the reach if a cosine exceeds 1 by at most this: targets
-# are given to six digits. For a negative square the tolerance is relative to its terms. Forward
-# kinematics later rejects solutions of targets beyond the border.
+# Targets are given to six digits. So if a cosine exceeds 1 by at most this, the target is taken as
+# on the border of the workspace. For a negative square the tolerance is relative to its terms.
+# Forward kinematics later rejects solutions of targets beyond the border.
 BORDER_TOLERANCE = 1e-6
-# Smaller squared sines, and smaller squares relative to their terms, are replaced by this number,
-# the round-off. So two equal roots are returned 2e-8 apart, and other joints can distinguish them.
+# A squared sine below this, or a square below this relative to its terms, is replaced by this
+# number, the round-off. So two equal roots are returned 2e-8 apart, and other joints can
+# distinguish them.
 MIN_SQUARE = 1e-16
-# A number is taken as possibly 0 if it is at most this factor times its error. Errors are added up
-# to first order, and the factor covers the terms of higher order.
+# A number may be 0 in exact arithmetic if it is at most this factor times its error. Errors are
+# added up to first order, and the factor covers the terms of higher order.
 ERROR_MARGIN = 8.0
-# The disc of a root is enlarged by this factor before the test that it meets no other disc. So
-# round-off does not separate two roots that share a disc.
+# Factor that enlarges the error disc of a root before the test whether it meets another disc.
+# Without it, round-off could separate two roots that share a disc.
 DISC_MARGIN = 5.0
-# If sqrt(A^2 + B^2) is at most this ratio of |C|, the angle is undefined: 45 units of round-off.
+# If sqrt(A^2 + B^2) is at most this times |C|, the angle x in A cos x + B sin x = C is undefined:
+# 45 units of round-off.
 MIN_RADIUS_RATIO = 1e-14
 
 
 def circle_roots(A: float, B: float, C: float, error: float, roots: Numbers) -> int:
     """
-    Write the angles with A cos + B sin = C; return their number, up to 2, or -1 for all angles.
+    Write the angles x with A cos x + B sin x = C; return their number, 0 or 2, or -1 if every
+    angle is a root.
 
     roots[2] is a bound of the errors of the angles, rad, if the coefficients have errors up to
     `error`. The bound is infinite if the exact equation may have another number of roots.
@@ -61,7 +65,7 @@ def circle_roots(A: float, B: float, C: float, error: float, roots: Numbers) -> 
 
 def square_roots(middle: float, square: float, size: float, error: float, roots: Numbers) -> int:
     """
-    Write the numbers x with (x - middle)^2 = square; return their number, 0 or 2.
+    Write the two numbers x with (x - middle)^2 = square; return their number, 0 or 2.
 
     `square` is a sum of terms up to `size` and has an error up to `error`. roots[2] is a bound of
     the errors of x, as in `circle_roots`.
@@ -81,9 +85,9 @@ def square_roots(middle: float, square: float, size: float, error: float, roots:
 
 def turn_error(axis: Vector, v: Vector, error: float) -> float:
     """
-    Return the error of the angle of v about an axis, rad, if v has an error.
+    Return the error of the angle of v about `axis`, rad, if v has an error of length `error`.
 
-    It is infinite if v may be parallel to the axis: then the angle is arbitrary.
+    The result is infinite if v may be parallel to the axis, because the angle is then arbitrary.
     """
     perpendicular = vectors.plus(v, -vectors.dot(axis, v), axis)
     length = math.sqrt(vectors.dot(perpendicular, perpendicular))
@@ -92,7 +96,7 @@ def turn_error(axis: Vector, v: Vector, error: float) -> float:
 
 def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
     """
-    Write the complex roots of c[0] + ... + c[degree] z^degree, where c[degree] is not 0.
+    Write to z the complex roots of c[0] + ... + c[degree] z^degree, where c[degree] is not 0.
 
     The iteration starts on a circle whose radius is half the bound of Fujiwara (1916).
     """
@@ -106,10 +110,10 @@ def polynomial_roots(c: Numbers, degree: int, z: Numbers) -> None:
 
 def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> float:
     """
-    Return the radius of the disc about root k that contains a root of the exact polynomial.
+    Return the radius of a disc about root k that contains a root of the exact polynomial.
 
-    The exact polynomial differs from the given one by up to `error` at root k. A connected set of
-    m discs contains m roots (Smith 1970).
+    The exact polynomial differs from the given one by up to `error` at root k. If m discs form a
+    connected set, the set contains m roots (Smith 1970).
     """
     here, value = pairs.pair(z, k), (0.0, 0.0)
     for i in range(degree, -1, -1):
@@ -124,7 +128,9 @@ def root_bound(c: Numbers, degree: int, error: float, z: Numbers, k: int) -> flo
 
 
 def is_apart(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
-    """Return whether the disc of root k, enlarged by DISC_MARGIN, meets no other disc."""
+    """
+    Return whether the error disc of root k, enlarged by DISC_MARGIN, meets no other root's disc.
+    """
     for i in range(count):
         distance = complex_numbers.absolute(pairs.plus(pairs.pair(z, k), -1.0, pairs.pair(z, i)))
         if i != k and not distance > DISC_MARGIN * bounds[k] + bounds[i]:

@@ -1,5 +1,6 @@
 """
-Search one solution inside the limits: Levenberg-Marquardt from several starts, until one succeeds.
+Search one solution of inverse kinematics inside the limits: Levenberg-Marquardt from several
+starts, until one converges.
 """
 
 from ..layout import arrays
@@ -11,9 +12,10 @@ from .solutions import Solutions
 
 def first_solution(refinement: Refinement, starts: Floats, solution: Solutions) -> None:
     """
-    Refine starts one by one until one converges to a solution inside the limits, and store it.
+    Refine start positions one by one until one converges to a solution inside the limits, and
+    store this solution.
 
-    The first start is `solution.near`; the rows of `starts` follow. If none converges,
+    The first start is `solution.near`; the rows of `starts` follow. If no start converges,
     `solution.count` stays 0.
 
     Parameters
@@ -21,9 +23,9 @@ def first_solution(refinement: Refinement, starts: Floats, solution: Solutions) 
     refinement
         The refinement for the target. Joints that it holds stay at `solution.near`.
     starts : shape (N, n), rad or m
-        Joint positions.
+        Joint positions at which the iteration starts.
     solution
-        Receives the solution; it has room for one.
+        Receives the solution; its arrays must have at least one row.
     """
     solution.require_fit(refinement.residual, solution.n, 1)
     n, count, k = solution.n, arrays.extent(starts, 0), 0

@@ -1,5 +1,6 @@
 """
-Compute joint velocities for a twist of the tool: damped least squares within the joint limits.
+Compute joint velocities that move the tool with a given twist: damped least squares within the
+joint limits.
 
 Resolved-rate control (Whitney 1969) uses the singular value decomposition of J and damps each
 singular value separately (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). If a joint
@@ -15,16 +16,16 @@ from ..layout.arrays import Flat, Floats
 from ..measures import singular_values
 from ..measures.task_rows import TaskRows
 
-# A velocity that exceeds its bound by at most this, rad/s (scaled), is within it: round-off.
+# Tolerance of velocity bounds, rad/s (scaled): an excess up to this is round-off.
 REST_VELOCITY = 1e-12
-# Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled down to it: the
-# velocity limits give the same joint velocities for both.
+# Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled down to this,
+# because the velocity limits give the same joint velocities for both.
 MAX_TWIST = 1e9
 
 
 class Servo:
     """
-    Settings of a servo.
+    Settings of resolved-rate control: the task, the damping and the joint limits.
 
     Parameters
     ----------
@@ -35,8 +36,8 @@ class Servo:
     length
         Characteristic length, m.
     horizon
-        Time, s: a joint approaches a limit at most with its distance from the limit divided by
-        this time.
+        Time, s. The velocity of a joint towards a limit is at most its distance from the limit
+        divided by this time.
     limits : shape (n, 2), rad or m
         Limits of positions; infinite for a joint without limits.
     fastest : shape (n,), rad/s or m/s
@@ -60,17 +61,22 @@ class Servo:
         self.fastest = arrays.numbers(fastest, self.n)
 
     def upper(self, q: Flat, j: int) -> float:
-        """Return the largest velocity of joint j towards its upper limit, rad/s or m/s."""
+        """
+        Return the largest allowed velocity of joint j towards its upper limit at q, rad/s or m/s.
+        """
         return max((self.limits[2 * j + 1] - q[j]) / self.horizon, 0.0)
 
     def lower(self, q: Flat, j: int) -> float:
-        """Return the largest velocity of joint j towards its lower limit, <= 0, rad/s or m/s."""
+        """
+        Return the lowest allowed velocity of joint j, towards its lower limit at q, <= 0, rad/s or
+        m/s.
+        """
         return min((self.limits[2 * j] - q[j]) / self.horizon, 0.0)
 
 
 class ServoOutput:
     """
-    The output of one step of a servo: joint velocities, and the limits that changed them.
+    The joint velocities of one step of the servo, and the limits that changed them.
 
     Parameters
     ----------
@@ -86,7 +92,8 @@ class ServoOutput:
     least_singular_value
         Least singular value of J, divided by the length of the servo.
     followed
-        Component of the twist (before limits) along the wanted twist, divided by the wanted twist.
+        Component of the tool's twist along the wanted twist, before the limits, divided by the
+        wanted twist.
     shortened
         Factor, at most 1, by which velocity limits multiplied all velocities.
     slowest
@@ -108,12 +115,13 @@ class ServoOutput:
             self.rates[j], self.held[j], self.u[j], self.free[j] = 0.0, 0, 0.0, j
 
     def is_held(self, j: int) -> bool:
-        """Return whether joint j is held by a limit of its position."""
+        """Return whether joint j is held because of its position limit."""
         return 0 <= j < self.servo.n and self.held[j] != 0
 
     def write_task(self, row: Flat, twist: Flat, size: float) -> None:
         """
-        Fill J with the rows of the task, and v with the rows of the twist divided by `size`.
+        Fill J with the task rows of the Jacobian, and v with the task rows of the twist divided by
+        `size`.
 
         J is divided by its largest entry, so that no square overflows.
         """
@@ -139,10 +147,10 @@ class ServoOutput:
 
     def solve(self) -> None:
         """
-        Fill u with the damped least squares solution of J u = v for the joints that are free.
+        Fill u with the damped least squares solution of J u = v, where only the free joints move.
 
-        If a singular value s is less than `below`, its squared damping is
-        damping^2 (1 - (s / below)^2). Larger singular values are not damped.
+        If a singular value s is less than `damped_below`, its squared damping is damping^2 (1 - (s
+        / damped_below)^2). Larger singular values are not damped.
         """
         m, count, W, free = self.servo.m, self.count, self.W, self.free
         damping = self.servo.damping * self.servo.length / self.largest
@@ -183,8 +191,8 @@ class ServoOutput:
             self.u[j] *= self.servo.task.column_scale[j] / self.largest
 
     def _write_matrix(self, rows: int, length: int) -> None:
-        # Fills W with the columns of J that belong to free joints, or with the rows of J if there
-        # are fewer rows. Appends the identity on the right.
+        # Fills W with the columns of J of the free joints, or with the rows of J if there are
+        # fewer rows. Appends the identity on the right, for the singular vectors.
         n, width = self.servo.n, rows + length
         wide = self.count > self.servo.m
         for i in range(self.servo.m):
@@ -196,7 +204,10 @@ class ServoOutput:
             self.W[i * width + length + i] = 1.0
 
     def worst(self, q: Flat) -> int:
-        """Return the index in `free` of the joint that exceeds its bound most, or -1 if none."""
+        """
+        Return the index in `free` of the joint whose velocity exceeds its bound most, or -1 if
+        none does.
+        """
         worst, over = -1, REST_VELOCITY
         for k in range(self.count):
             j = self.free[k]
@@ -210,8 +221,8 @@ class ServoOutput:
 
     def hold(self, k: int, q: Flat) -> None:
         """
-        Hold joint free[k] at the largest velocity towards its limit, and subtract its motion from
-        the twist.
+        Hold joint free[k] at the largest velocity that its position limit allows, and subtract the
+        motion of this joint from the twist.
         """
         n, j = self.servo.n, self.free[k]
         upwards = self.rates[j] > 0.0
@@ -226,8 +237,8 @@ class ServoOutput:
 
 
 def _within_limits(step: ServoOutput, rates: Flat, factor: float) -> float:
-    # Returns the largest factor, at most the given one, that keeps all velocities within their
-    # limits.
+    # Returns the largest number, at most `factor`, by which all joint velocities can be multiplied
+    # without exceeding a velocity limit.
     for j in range(step.servo.n):
         if abs(rates[j]) * factor > step.servo.fastest[j]:
             factor = step.servo.fastest[j] / abs(rates[j])
@@ -236,7 +247,8 @@ def _within_limits(step: ServoOutput, rates: Flat, factor: float) -> float:
 
 
 def _shorten_alike(step: ServoOutput, size: float) -> None:
-    # Multiplies all velocities by one factor, so that the twist keeps its direction.
+    # Multiplies all joint velocities by one factor, so that the twist keeps its direction and no
+    # velocity limit is exceeded.
     rate = _within_limits(step, step.u, min(size, MAX_TWIST))
     if size > 0.0:
         step.shortened = rate / size
@@ -247,7 +259,8 @@ def _shorten_alike(step: ServoOutput, size: float) -> None:
 
 
 def _hold_joints(step: ServoOutput, q: Flat) -> None:
-    # Holds joints that would run into a limit, one by one; the other joints compensate.
+    # Holds joints that would run into a position limit, one by one, and solves again so that the
+    # other joints compensate.
     for _ in range(step.servo.n):
         worst = step.worst(q)
         if worst < 0:
@@ -261,7 +274,8 @@ def _hold_joints(step: ServoOutput, q: Flat) -> None:
 
 
 def _keep_to_limits(step: ServoOutput, q: Flat) -> None:
-    # Reduces velocities that exceed a limit because joints compensated for held joints.
+    # Reduces joint velocities that exceed a limit after the other joints have compensated for held
+    # joints.
     factor = _within_limits(step, step.rates, 1.0)
     step.shortened *= factor
     for j in range(step.servo.n):
@@ -271,14 +285,14 @@ def _keep_to_limits(step: ServoOutput, q: Flat) -> None:
 
 def servo(step: ServoOutput, q: Floats, row: Floats, twist: Floats) -> None:
     """
-    Compute joint velocities for a twist, and write them to a step.
+    Compute joint velocities at q for a twist of the tool, and write them to `step`.
 
     Parameters
     ----------
     step
         A new `ServoOutput`; it receives the results.
     q, row : shape (n,), (width,)
-        Joint positions, and the row that `evaluate` filled at them.
+        Joint positions, and the row of results that `evaluate` filled at these positions.
     twist : shape (6,), m/s and rad/s
         Twist in base axes, at the origin of the tool.
     """

@@ -1,5 +1,6 @@
 """
-Store solutions with their errors, margins and postures, and remove duplicates of candidates.
+Store solutions of inverse kinematics with their errors, margins and postures, and remove
+duplicates.
 """
 
 import math
@@ -12,27 +13,27 @@ from .residuals import Residual
 
 Record = TypeVar('Record')
 PostureName = TypeVar('PostureName')
-# Two candidates farther apart than this, rad (scaled), are distinct solutions: their midpoint is
-# not tested.
+# Two candidates farther apart than this, rad (scaled), are distinct solutions, whatever the error
+# at their midpoint.
 MAX_DUPLICATE_DISTANCE = 1e-2
-# The midpoint of two candidates is a solution if its error, divided by `residual.size()`, is below
-# this: 500 times the round-off of forward kinematics.
+# Two near candidates are one solution if the error at their midpoint, divided by
+# `residual.size()`, is below this: 500 times the round-off of forward kinematics.
 MIDPOINT_TOLERANCE = 1e-13
-# The midpoint is also a solution if its error is less than this factor times the error of the
-# candidate.
+# Two near candidates are also one solution if the error at their midpoint is below this factor
+# times the error of a candidate.
 MIDPOINT_ERROR_RATIO = 4.0
 
 
 class Solutions:
     """
-    An array of solutions with the error, margin and posture of each.
+    Solutions of inverse kinematics for one target, with the error, margin and posture of each.
 
     Parameters
     ----------
     joints
         The joints of the arm.
     near : shape (n,), rad or m
-        Joint positions: nearer solutions come first.
+        Joint positions. Solutions nearer to these positions come first.
     proved
         Largest error of a solution, m.
     q : shape (N, n), rad or m
@@ -43,10 +44,11 @@ class Solutions:
     count
         Number of solutions.
     regular
-        Whether no step of the closed form was singular within its error, and each candidate
-        converged to a solution of its own.
+        Whether no solution is missing up to first order: no step of the closed form was singular
+        within its error, and each candidate converged to a solution of its own.
     sure
-        Whether the errors of the steps are also below 0.01 rad, which excludes other solutions.
+        Whether, in addition, the errors of the candidates are below 0.01 rad, which excludes other
+        solutions.
     """
 
     def __init__(self, joints: Joints, near: Floats, proved: float, q: Floats) -> None:
@@ -60,17 +62,20 @@ class Solutions:
         (self.postures,) = arrays.whole_rooms(3 * self.most)
 
     def require_fit(self, residual: Residual, joints: int, most: int) -> None:
-        """Raise TypeError if target or arm has not n joints, or q fewer than `most` rows."""
+        """Raise TypeError unless target and arm have n joints and q has at least `most` rows."""
         if residual.n != self.n or joints != self.n or self.most < most:
             raise TypeError('a target, an arm and the room for its solutions do not go together')
 
     def represent(self, q: Flat) -> bool:
-        """Add full turns to q (n,) by `Joints.represent`; return whether q is inside limits."""
+        """
+        Add full turns to q (n,), in place, by `Joints.represent`; return whether q is then inside
+        the limits.
+        """
         self.joints.represent(self.near, q)
         return self.joints.are_inside(q)
 
     def add(self, q: Flat, error: float) -> None:
-        """Add a solution q (n,) with its error, m."""
+        """Store a solution q (n,) with its error, m, behind the earlier solutions."""
         k = self.count
         self.count += 1
         arrays.copy(arrays.after(self.rows, k * self.n), self.n, q)
@@ -80,18 +85,18 @@ class Solutions:
             self.postures[3 * k + i] = 0
 
     def require(self, k: int) -> None:
-        """Raise IndexError unless solution k exists."""
+        """Raise IndexError unless a solution with index k exists."""
         if not 0 <= k < self.count:
             raise IndexError('there are fewer solutions')
 
     def miss(self, k: int) -> float:
-        """Return the error of solution k, m."""
+        """Return the remaining error of solution k, m."""
         self.require(k)
         return self.errors[k]
 
     def margin(self, k: int) -> float:
         """
-        Return the least distance of a joint of solution k to a limit, rad or m.
+        Return the least distance of a joint of solution k to one of its limits, rad or m.
 
         The distance is negative if a joint is beyond a limit.
         """
@@ -99,7 +104,9 @@ class Solutions:
         return self.margins[k]
 
     def share(self, k: int) -> float:
-        """Return the pivot ratio of J at solution k: see `pivots`."""
+        """
+        Return the ratio of the last to the first pivot of J at solution k: 0 if J has lost rank.
+        """
         self.require(k)
         return self.shares[k]
 
@@ -114,7 +121,7 @@ class Solutions:
         only_feasible: bool,
     ) -> list[Record]:
         """
-        Return solutions `first` to `stop` - 1 as objects of a class.
+        Return solutions `first` to `stop` - 1 as objects of class `kind`.
 
         Parameters
         ----------
@@ -154,7 +161,7 @@ class Solutions:
         return records
 
     def _beyond(self, k: int, names: tuple[str, ...]) -> tuple[str, ...]:
-        # Returns the names of the joints of solution k that are beyond their limits.
+        # Returns the names of the joints that are beyond their limits in solution k.
         q = arrays.after(self.rows, k * self.n)
         return tuple(
             [names[j] for j in range(self.n) if self.joints.space(j, q) < -places.AT_LIMIT]
@@ -163,7 +170,7 @@ class Solutions:
 
 class SolutionCandidates:
     """
-    Joint positions that may be solutions, their errors, and work arrays to compare them.
+    Joint positions that may solve a target, with their errors, and work arrays to compare them.
 
     Parameters
     ----------
@@ -177,7 +184,9 @@ class SolutionCandidates:
         self.which, self.met = arrays.whole_rooms(most, most)
 
     def keep_distinct(self, count: int, residual: Residual, joints: Joints, proved: float) -> int:
-        """Select distinct solutions of the first `count` rows of q, as `distinct` does."""
+        """
+        Select the distinct solutions among the first `count` rows of q; return how many there are.
+        """
         kept = 0
         arrays.copy(self.distances, count, self.errors)
         for _ in range(count):
@@ -223,11 +232,13 @@ def distinct(
     met: Integers,
 ) -> int:
     """
-    Fill `which` with the rows of q that are distinct solutions; return their number.
+    Fill `which` with the indices of the rows of q that are distinct solutions; return their
+    number.
 
-    Two rows are one solution if they are equal up to round-off and full turns, or if they are
-    within 0.01 rad and their midpoint is a solution. Two solutions meet at the border of the
-    workspace. Near it they are distinct as long as their midpoint has a larger error.
+    Two rows are one solution if they are equal up to round-off and full turns. They are also one
+    solution if they are within 0.01 rad and their midpoint is a solution. At the border of the
+    workspace two solutions coincide. Near the border they are distinct as long as their midpoint
+    has a larger error.
 
     Parameters
     ----------
@@ -238,7 +249,8 @@ def distinct(
     q, errors : shape (N, n), (N,)
         Joint positions and their errors.
     which, met : shape (N,)
-        Rows that are kept, the least error first, and the number of rows that each represents.
+        Indices of the kept rows, the least error first, and the number of rows that each kept row
+        represents.
     """
     n, rows = joints.n, arrays.extent(q, 0)
     positions, row_errors = arrays.numbers(q, rows * n), arrays.numbers(errors, rows)
@@ -253,7 +265,10 @@ def distinct(
 
 
 def least(numbers: Flat, count: int) -> int:
-    """Return the index of the least of the first `count` numbers; the first index if equal."""
+    """
+    Return the index of the least of the first `count` numbers; if several are least, the first
+    index.
+    """
     index = 0
     for i in range(1, count):
         if numbers[i] < numbers[index]:

@@ -1,10 +1,10 @@
 """
-Solve inverse kinematics without a search: a closed form or elimination gives candidates, and
+Solve inverse kinematics without a search. A closed form or elimination gives candidates, and
 Levenberg-Marquardt refines them.
 
 A candidate becomes a solution if Levenberg-Marquardt (refinement.py) reduces its error by forward
-kinematics below the tolerance. The list of solutions is complete if the errors of the closed form
-exclude others, or if elimination has certified every root.
+kinematics below the tolerance. The list of solutions is complete in two cases: the errors of the
+closed form exclude other solutions, or elimination has certified every root.
 """
 
 from ..layout import arrays, places
@@ -16,23 +16,25 @@ from .closed_forms import ClosedForm
 from .refinement import Refinement
 from .solutions import SolutionCandidates, Solutions
 
-# If the error of candidates is below this, rad, the refinement of each candidate converges to the
-# solution that the candidate belongs to.
+# If the candidates' error is below this, rad, each candidate is refined to the solution that it
+# approximates.
 MAX_SURE_ERROR = 1e-2
-# If the error of candidates is below this, rad, candidates outside the limits are dropped before
-# the refinement.
+# If the candidates' error is below this, rad, candidates outside the limits are dropped before the
+# refinement.
 MAX_LIMIT_TEST_ERROR = 1e-6
 # A candidate that exceeds a limit by more than this, rad or m, is dropped: 1000 times
 # MAX_LIMIT_TEST_ERROR.
 LIMIT_MARGIN = 1e-3
-# Number added to the squared distance of a candidate outside the limits, so that it comes last.
+# Number that is added to the squared distance of a candidate outside the limits, so that it is
+# tried last.
 OUTSIDE_PENALTY = 1e200
 
 
 def _write_candidates(
     form: ClosedForm, pose: Flat, near: Flat, candidates: SolutionCandidates, accuracy: Numbers
 ) -> int:
-    # Writes joint positions of the candidates for a pose; returns the number of candidates.
+    # Writes the joint positions of all candidates for the target `pose` to `candidates.q`; returns
+    # the number of candidates.
     T, free = [0.0] * 12, [0.0] * 6
     form.write_motion(pose, T)
     form.write_screws(near, free)
@@ -45,7 +47,8 @@ def _write_candidates(
 def _add_nearest(
     refinement: Refinement, count: int, candidates: SolutionCandidates, result: Solutions
 ) -> int:
-    # Adds the nearest of the solutions inside the limits; returns their number, 0 or 1.
+    # Adds to `result` the nearest solution that is inside the limits; returns 1, or 0 if no such
+    # solution exists.
     for i in range(count):
         q = arrays.after(candidates.q, i * result.n)
         inside = result.represent(q)
@@ -64,7 +67,8 @@ def _add_nearest(
 
 
 def _drop_beyond(count: int, candidates: SolutionCandidates, result: Solutions) -> int:
-    # Moves candidates whose solution may be inside the limits to the front; returns their number.
+    # Moves to the front all candidates whose solution may be inside the limits; returns how many
+    # there are.
     n, remaining = result.n, 0
     for i in range(count):
         q = arrays.after(candidates.q, i * n)
@@ -78,7 +82,7 @@ def _drop_beyond(count: int, candidates: SolutionCandidates, result: Solutions) 
 def _add_all(
     refinement: Refinement, count: int, candidates: SolutionCandidates, result: Solutions
 ) -> int:
-    # Adds all solutions, nearest first; returns their number.
+    # Adds to `result` all solutions, nearest first; returns their number.
     n = result.n
     for i in range(count):
         candidates.errors[i] = refinement.refine_one(arrays.after(candidates.q, i * n))
@@ -99,7 +103,8 @@ def closed_solutions(
     form: ClosedForm, refinement: Refinement, only_one: bool, only_inside: bool, result: Solutions
 ) -> None:
     """
-    Compute the solutions of an arm with a closed form, nearest first, and add them to `result`.
+    Compute the solutions of one target for an arm with a closed form, and add them to `result`,
+    nearest first.
 
     Parameters
     ----------
@@ -112,7 +117,8 @@ def closed_solutions(
     only_inside
         Whether to omit solutions that are clearly outside the limits.
     result
-        Receives the solutions. It has room for MOST_CANDIDATES, or for one if `only_one`.
+        Receives the solutions. Its arrays must have MOST_CANDIDATES rows, or one row if
+        `only_one`.
     """
     most = places.MOST_CANDIDATES
     result.require_fit(refinement.residual, form.n, 1 if only_one else most)
@@ -127,7 +133,7 @@ def _solve(
     candidates: SolutionCandidates,
     result: Solutions,
 ) -> int:
-    # Adds the solutions of the refinement's target; returns their number.
+    # Adds the solutions of the target of `refinement` to `result`; returns their number.
     accuracy, first = [0.0], result.count
     wanted = _write_candidates(form, refinement.residual.pose, result.near, candidates, accuracy)
     if only_inside and accuracy[0] < MAX_LIMIT_TEST_ERROR:
@@ -136,14 +142,14 @@ def _solve(
         count = _add_nearest(refinement, wanted, candidates, result)
     else:
         count = _add_all(refinement, wanted, candidates, result)
-    # If `accuracy` is finite, no candidate is missing. If `count` equals `wanted`, each candidate
-    # converged to its own solution.
+    # Store whether solutions may be missing. If `accuracy` is finite, no candidate is missing. If
+    # `count` equals `wanted`, each candidate converged to its own solution.
     result.regular = accuracy[0] < places.INFINITY and count == wanted
     result.sure = accuracy[0] < MAX_SURE_ERROR and count == wanted
     for i in range(first, first + count):
         q = arrays.after(result.rows, i * result.n)
-        # If the result is sure, J has full rank at each solution: use 1 without computing the
-        # pivot ratio.
+        # Store the pivot ratio of J. If `result.sure`, J has full rank at each solution: store 1
+        # without computing the ratio.
         result.shares[i] = 1.0
         if only_one or not result.sure:
             result.shares[i] = dependence.pivot_ratio(refinement.residual, result.joints.scales, q)
@@ -160,7 +166,7 @@ def closed_solutions_of_each(
     counts: Integers,
 ) -> None:
     """
-    Compute the solutions of many targets by `closed_solutions`, and add them to `result`.
+    Compute the solutions of N targets for an arm with a closed form, and add them to `result`.
 
     Parameters
     ----------
@@ -169,7 +175,8 @@ def closed_solutions_of_each(
     poses : shape (N, 4, 4)
         The targets.
     result
-        Receives the solutions in the order of the targets. It has room for N MOST_CANDIDATES.
+        Receives the solutions in the order of the targets. Its arrays must have N MOST_CANDIDATES
+        rows.
     counts : shape (N, 2)
         Number of solutions of each target, and 1 if no solution is missing.
     """
@@ -188,17 +195,17 @@ def eliminated_solutions(
     arm: SixJoints, refinement: Refinement, result: Solutions, counts: Integers
 ) -> None:
     """
-    Compute the solutions of an arm of six joints by elimination, nearest first, and add them to
-    `result`.
+    Compute the solutions of one target for an arm of six joints by elimination, and add them to
+    `result`, nearest first.
 
     Parameters
     ----------
     arm
-        The six joints.
+        The arm of six joints.
     refinement
         The refinement for the target, without damping.
     result
-        Receives the solutions. It has room for MOST_CANDIDATES.
+        Receives the solutions. Its arrays must have MOST_CANDIDATES rows.
     counts : shape (3,)
         Number of complex solutions, each certified; number of real solutions; 1 if no real
         solution is missing, or 0.
@@ -220,7 +227,7 @@ def eliminated_solutions(
 def _write_real_roots(
     arm: SixJoints, pose: Flat, roots: Roots, candidates: SolutionCandidates
 ) -> int:
-    # Writes the real solutions of a pose as candidates; returns their number.
+    # Writes the real solutions for the target `pose` to `candidates.q`; returns their number.
     T = [0.0] * 12
     six_screws.write_motion(pose, arm.home_inverse, T)
     roots.find(arm, T)

@@ -1,5 +1,5 @@
 """
-Check a target: finite numbers, a rotation that is orthogonal, a last row of 0 0 0 1.
+Check a target pose: its numbers are finite, its rotation is orthogonal, its last row is 0 0 0 1.
 
 A matrix R is a rotation if R R^T = 1 and det R = 1; its error is the largest element of
 |R R^T - 1|.
@@ -11,14 +11,18 @@ from ..forward import vectors
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats
 
-# Largest error of a rotation that is accepted: matrices printed with four digits pass.
+# Targets whose rotation error exceeds this are refused. Matrices printed with four digits are
+# accepted.
 MAX_ROTATION_ERROR = 1e-3
-# Largest error of a rotation that is taken unchanged: round-off of a few products.
+# Rotations with an error up to this are used unchanged: round-off of a few products.
 EXACT_ROTATION_ERROR = 1e-13
 
 
 def rotation_error(T: Flat) -> float:
-    """Return the error of the rotation of a pose (4, 4); infinite if its determinant is -1."""
+    """
+    Return the error of the rotation in a pose (4, 4), max |R R^T - 1|; infinite if det R is
+    negative.
+    """
     largest = 0.0
     for i in range(3):
         for j in range(i + 1):
@@ -32,7 +36,7 @@ def rotation_error(T: Flat) -> float:
 
 def take_target(target: Floats, pose: Floats) -> int:
     """
-    Write a target into a pose; return FINE, ROUGH, NOT_FINE or NOT_RIGID.
+    Copy a target to `pose` and check it; return FINE, ROUGH, NOT_FINE or NOT_RIGID.
 
     - FINE: the pose can be used.
     - ROUGH: the rotation has to be made orthogonal before the pose is used.
@@ -44,7 +48,7 @@ def take_target(target: Floats, pose: Floats) -> int:
     target : shape (16,) or (3,)
         Pose (4, 4) row by row, or position; lengths in m.
     pose : shape (4, 4)
-        Overwritten by the target. A position overwrites only the last column, so give the
+        Overwritten by the target. A position overwrites only the last column, so pass the
         identity.
     """
     size = arrays.size(target)

@@ -1,20 +1,21 @@
 """
-Solve three joints that move a point to a position, in closed form (Pieper 1968).
+Solve the positions of three joints that move a point to a given position, in closed form (Pieper
+1968).
 
 D. L. Pieper, "The kinematics of manipulators under computer control", 1968. Joint 3 moves the
 given point to w. Joint 1 changes neither the height of a point along axis 1 nor its distance from
-a point of axis 1. If joint 1 slides, it changes neither of two coordinates across the axis. These
-are two equations in joints 2 and 3. Elimination of joint 2 leaves one equation in joint 3: a
-quartic, or A cos + B sin = C for special axes. Joints 2 and 1 follow from joint 3.
+a point of axis 1. If joint 1 is prismatic, it changes neither of two coordinates across its axis.
+These are two equations in joints 2 and 3. Elimination of joint 2 leaves one equation in joint 3: a
+quartic, or A cos x + B sin x = C for special axes. Joints 2 and 1 follow from joint 3.
 
-An equation f is ten numbers: f[0] |u|^2 + f[1:4] . u + f[4] = 0 for the point u before joint 1
-moves it, with the origin at the point of axis 1. If joint 2 turns, only the part v of u that is
-perpendicular to axis 2 varies, and the equation is n . v = `_right_side`. The normal n is f[5:8],
-f[8] its square and f[9] its error.
+An equation f is stored as ten numbers: f[0] |u|^2 + f[1:4] . u + f[4] = 0 for the point u before
+joint 1 moves it, with the origin at the point of axis 1. If joint 2 is revolute, only the part v
+of u that is perpendicular to axis 2 varies, and the equation is n . v = `_right_side`. The normal
+n is f[5:8], f[8] is its square and f[9] its error.
 
-Errors are propagated to first order: `turn` is the error of directions, rad, `way` that of points,
-m. A number that is not larger than its error is taken as possibly 0: the error of the solutions
-is then returned as infinite, because a solution may be missing.
+Errors are propagated to first order: `turn` is the error of directions, rad, and `way` that of
+points, m. A number that is not larger than its error is taken as possibly 0. The error of the
+solutions is then returned as infinite, because a solution may be missing.
 """
 
 import math
@@ -25,23 +26,24 @@ from ..layout.arrays import Numbers, Vector
 from ..six_joints import complex_numbers, pairs
 from . import roots
 
-# Largest distance of a real root from the unit circle (or from the real line, relative to 1 plus
-# its size). Round-off 1e-16 moves a double root by 1e-8, a fourfold root by 1e-4.
+# Tolerance for real roots: largest distance of a root from the unit circle, or from the real line
+# relative to 1 plus its size. Round-off 1e-16 moves a double root by 1e-8, a fourfold root by
+# 1e-4.
 MAX_CIRCLE_DISTANCE = 1e-3
-# Axes 1 and 2 are parallel if the squared sine of their angle is below this: round-off.
+# Axes 1 and 2 are taken as parallel if the squared sine of their angle is below this: round-off.
 PARALLEL_SINE_SQUARED = 1e-16
 # Relative error of a computed direction or sum: five units of round-off, 2.2e-16.
 ROUND_OFF = 1e-15
-# Bound of the error of a coefficient of the quartic, divided by the error of the five values that
-# the coefficient is computed from.
+# Bound of the error of a coefficient of the quartic, divided by the error of the five function
+# values from which the coefficient is computed.
 COEFFICIENT_FACTOR = 3.0
-# Least unit of length, m: it prevents a division by 0.
+# Least length that is used as a unit, m: it prevents a division by 0.
 MIN_SCALE = 1e-300
 
 
 def _write_equations(screws: Numbers, p: Vector, turn: float, F: Numbers, G: Numbers) -> float:
-    # Writes to F and G the two equations that joint 1 does not change. Returns the error of their
-    # directions, rad.
+    # Writes to F and G two equations of the target point, whose left sides joint 1 does not
+    # change. Returns the error of the directions in the equations, rad.
     z1, z2 = vectors.axis_of(screws, 0), vectors.axis_of(screws, 1)
     if not vectors.slides(screws, 0):
         _write_equation(F, 0.0, z1, -vectors.dot(z1, p))
@@ -82,7 +84,7 @@ def _right_side(f: Numbers, b: Vector, across: float) -> float:
 
 
 def _error_of(f: Numbers, b: Vector, across: float, way: float) -> float:
-    # Returns the error of `_right_side` that follows from the error `way` of points, m.
+    # Returns the error of `_right_side`, if points have the error `way`, m.
     if f[0] == 0.0:
         return way
     return 2.0 * way * math.sqrt(vectors.dot(b, b) + across + abs(f[4]))
@@ -91,8 +93,9 @@ def _error_of(f: Numbers, b: Vector, across: float, way: float) -> float:
 def _eliminated(
     screws: Numbers, F: Numbers, G: Numbers, w: Vector, turn: float, way: float
 ) -> tuple[float, float]:
-    # Returns a number that is 0 if joints 1 and 2 can move w to the target, and the error of the
-    # number. It is quadratic in w and |w|^2, and these are linear in cosine and sine of joint 3.
+    # Returns a number that is 0 if joints 1 and 2 can move w to the target, and the error of this
+    # number. The number is quadratic in w and |w|^2, and these are linear in the cosine and sine
+    # of joint 3.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -111,8 +114,8 @@ def _eliminated(
     across = vectors.dot(v, v)
     first, second = _right_side(F, b, across), _right_side(G, b, across)
     error_1, error_2 = _error_of(F, b, across, way), _error_of(G, b, across, way)
-    # The normal is zero within its error: the equation does not depend on joint 2, and only the
-    # error enters the bound.
+    # If the normal of an equation is zero within its error, the equation does not depend on joint
+    # 2: return its right side.
     if F[8] == 0.0:
         return first, error_1 + F[9] * math.sqrt(across)
     if G[8] == 0.0:
@@ -129,7 +132,8 @@ def _eliminated(
 
 
 def _write_coefficients(slides: bool, g: Numbers, c: Numbers) -> None:
-    # Writes the coefficients of the quartic whose values at five positions of joint 3 are g.
+    # Writes to c the coefficients of the quartic in joint 3 whose values at five positions of
+    # joint 3 are g.
     arrays.fill(c, 10, 0.0)
     if slides:
         c[0] = g[2]
@@ -138,7 +142,8 @@ def _write_coefficients(slides: bool, g: Numbers, c: Numbers) -> None:
         c[6] = (-g[0] + 2.0 * g[1] - 2.0 * g[3] + g[4]) / 12.0
         c[8] = (g[0] - 4.0 * g[1] + 6.0 * g[2] - 4.0 * g[3] + g[4]) / 24.0
         return
-    # g = c0 + Re(c1 e^ix + c2 e^2ix), times 2 e^2ix: a quartic in e^ix.
+    # Fourier coefficients of g = c0 + Re(c1 e^ix + c2 e^2ix). The product with 2 e^2ix is a
+    # quartic in e^ix.
     for k in range(3):
         for j in range(5):
             turn = -2.0 * places.PI * k * j / 5.0
@@ -158,14 +163,14 @@ def _third_joint(
     way: float,
     thirds: Numbers,
 ) -> int:
-    # Finds up to four positions of joint 3 at which joints 1 and 2 have a solution, and writes
-    # them to `thirds`. thirds[4] is the largest error of these positions. Returns their number, or
-    # -1 if every position is a solution.
+    # Writes to `thirds` up to four positions of joint 3 at which joints 1 and 2 have a solution,
+    # and to thirds[4] the largest error of these positions. Returns their number, or -1 if every
+    # position is a solution.
     value_error: float
     slides_3 = vectors.slides(screws, 2)
     g, c, z, bounds = [0.0] * 5, [0.0] * 10, [0.0] * 8, [0.0] * 4
-    # If joint 3 slides, a root is its position divided by `unit`, m. A slide is at most `scale`,
-    # so its root is at most 2.
+    # If joint 3 is prismatic, a root is its position divided by `unit`, m. Its motion is at most
+    # `scale`, so the root is at most 2.
     error, largest, unit = 0.0, 0.0, 0.5 * scale if slides_3 else 1.0
     for j in range(5):
         x = unit * (j - 2.0) if slides_3 else 2.0 * places.PI * j / 5.0
@@ -191,14 +196,14 @@ def _third_joint(
         radius = complex_numbers.absolute(pairs.pair(z, k))
         value_error = error * max(1.0, radius * radius * radius * radius)
         if slides_3:
-            # Recompute the error at the slide of this root: the error of the longest slide, used
-            # so far, is larger.
+            # Recompute the error at this root, because the error used so far is that of the
+            # longest motion of joint 3, which is larger.
             w = vectors.moved(screws, 2, unit * math.copysign(radius, z[2 * k]), point)
             value_error = _eliminated(screws, F, G, w, turn, way)[1] + ROUND_OFF * largest
         bounds[k] = roots.root_bound(c, degree, value_error, z, k)
-    # Round-off splits a double root into two roots: on the unit circle (or the real line), or one
-    # on each side of it. Roots beside the circle are moved onto it by their distance from it, in
-    # opposite directions.
+    # Keep the real roots. Round-off splits a double root into two roots: both on the unit circle
+    # (or the real line), or one on each side of it. Roots beside the circle are moved onto the
+    # circle by their distance from it, in opposite directions.
     count = 0
     thirds[4] = 0.0
     for k in range(degree):
@@ -207,8 +212,9 @@ def _third_joint(
         distance = abs(y) if slides_3 else abs(radius - 1.0)
         if bounds[k] < distance:
             continue
-        # The mirror image of a root in the circle is also a root, and lies in the disc of the
-        # root. If the disc contains no second root, the root is its own mirror image: it is real.
+        # The mirror image of a root in the circle is also a root, and lies in the error disc of
+        # the root. If the disc contains no second root, the root is its own mirror image, and so
+        # it is real.
         if roots.is_apart(z, bounds, degree, k):
             thirds[4] = max(thirds[4], 2.0 * bounds[k] * unit)
         else:
@@ -243,7 +249,7 @@ def _second_joint_slides(
     if G[0] == 0.0:
         seconds[0], seconds[2] = free, places.INFINITY
         return 1
-    # A quadratic equation: |w + d z2|^2 is given.
+    # Solve the quadratic equation for the motion d of joint 2 in which |w + d z2|^2 is given.
     middle = -vectors.dot(w, z2)
     square = middle * middle - _residual(G, w)
     error = 4.0 * way * (abs(middle) + math.sqrt(vectors.dot(w, w) + abs(G[4])))
@@ -262,9 +268,9 @@ def _second_joint(
     free: float,
     seconds: Numbers,
 ) -> int:
-    # Writes up to two positions of joint 2 that move w onto the circle (or line) from which joint
-    # 1 moves it to the target. Writes the error of these positions to seconds[2], and returns
-    # their number.
+    # Writes to `seconds` up to two positions of joint 2 that move w onto the circle (or line) from
+    # which joint 1 moves it to the target. Writes the error of these positions to seconds[2], and
+    # returns their number.
     error: float
     z2, o2 = vectors.axis_of(screws, 1), vectors.point_of(screws, 1)
     if vectors.slides(screws, 1):
@@ -310,14 +316,15 @@ def first_three(
     psi: Numbers,
 ) -> int:
     """
-    Fill `psi` (8, 3) with positions of three joints that move a point to p; return their number.
+    Fill `psi` (8, 3) with the positions of three joints that move `point` to p; return the number
+    of solutions.
 
     psi[24] is a bound of the errors of these positions, rad; infinite if a solution may be
     missing. `turn` and `way` are the errors of directions and points, rad and m. A joint that may
     have any position gets its position in `free`.
     """
-    # The points of axes 1 and 2 are the feet of their common perpendicular. So the normals of the
-    # two equations are perpendicular, as the formulas for joint 2 require.
+    # Take the foot of the common perpendicular as the point of axis 1, and of axis 2. So the
+    # normals of the two equations are perpendicular, as the formulas for joint 2 require.
     o1 = vectors.point_of(screws, 0)
     local, F, G = [0.0] * 21, [0.0] * 10, [0.0] * 10
     arrays.copy(local, 21, screws)
@@ -362,7 +369,7 @@ def first_three(
 
 
 def _error_of_point(screws: Numbers, k: int, point: Vector, error: float) -> float:
-    # Returns the error of a point, m, that follows from an error of joint k, rad or m.
+    # Returns the error of `point`, m, if joint k has the error `error`, rad or m.
     if vectors.slides(screws, k):
         return error
     lever = vectors.cross(

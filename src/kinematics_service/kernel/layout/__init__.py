@@ -1,1 +1,3 @@
-"""Interface of the kernel to numpy arrays, and the indices of the numbers in the arrays."""
+"""
+Give the kernel access to numpy arrays, and define the indices of the numbers in these arrays.
+"""
