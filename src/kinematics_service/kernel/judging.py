@@ -120,8 +120,8 @@ def _write_search_result(
 def _write_loop_results(
     arm: Arm, row: Flat, measures: Flat, work: Flat, search: NearestSearch
 ) -> None:
-    # Writes the distances to the zeros of the loop determinants that the search found, and the way
-    # out of the nearest singular pose.
+    # Writes the distances, found by the search, to joint positions with singular loop equations,
+    # and the way out of the nearest singular pose.
     n, first = arm.chain.dof, -1
     judged = arrays.after(measures, _judged_at(arm))
     distances = arrays.after(judged, places.JUDGED + arm.tape.factors)

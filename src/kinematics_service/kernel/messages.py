@@ -1,4 +1,7 @@
-"""Read joint states from the bytes of serialized messages, and fill the messages that answer."""
+"""
+Read joint states from serialized messages, compute the tool state, and fill outgoing messages with
+it.
+"""
 
 from typing import Any
 
@@ -14,12 +17,13 @@ from .singular_search.nearest_search import NearestSearch
 
 class IncomingForm:
     """
-    The byte layout of serialized joint states that have the same joint names.
+    The byte layout of serialized joint states with equal joint names, and the arm's joints in
+    them.
 
     Parameters
     ----------
     fixed, same : shape (size,)
-        A mask of the bits that are the same in all messages, and the bytes under this mask.
+        A mask of the bits that are equal in all messages, and the values of these bits.
     stamp_at
         Offset of the stamp: int32 seconds, then uint32 nanoseconds, in this machine's byte order.
     positions, velocities
@@ -64,7 +68,7 @@ class IncomingForm:
 
 
 def _fits(form: IncomingForm, data: FlatBytes) -> bool:
-    # Returns whether all fixed bits of the data have the values of the form.
+    # Returns whether all fixed bits of the message have the values that the form expects.
     other = 0
     for k in range(form.size):
         other |= (data[k] & form.fixed[k]) ^ form.same[k]
@@ -87,11 +91,11 @@ def observe_bytes(
     answers: OutgoingMessages | None,
 ) -> int:
     """
-    Store a serialized message of a known form in the memory, compute the tool state, and fill
-    the answers.
+    Store the joints of a serialized message in the memory, compute the tool state, and fill the
+    outgoing messages.
 
-    Return the code of `observe`, or NOT_THIS_FORM if the bytes have another form or the stamp is
-    0.
+    Return the result code of `observe`, or NOT_THIS_FORM if the bytes have another form or the
+    stamp is 0.
 
     Parameters
     ----------
@@ -108,7 +112,8 @@ def observe_bytes(
     measures
         As for `measure_one`.
     answers
-        Messages that are filled with the new tool state and its covariances; None for no answers.
+        Outgoing messages that are filled with the new tool state and its covariances; None to fill
+        no messages.
     """
     arm = search.arm
     if len(data) != form.size:

@@ -1,4 +1,4 @@
-"""Update the joint memory by a message, and compute the tool state from the memory."""
+"""Update the joint memory with a message, and compute the tool state from the memory."""
 
 import math
 
@@ -10,11 +10,11 @@ from .layout.arrays import Flat, Floats, Nanoseconds
 from .loops import closing
 from .singular_search.arm import Arm
 
-# If a joint jumps and returns repeatedly, two publishers report different positions of it.
-# Smallest difference of positions that is a jump, rad or m.
+# Smallest difference of positions that counts as a jump, rad or m. If a joint jumps and returns
+# repeatedly, two publishers report different positions of it.
 MIN_JUMP = 1e-3
-# A joint has returned if its distance from the position before the jump is below this fraction of
-# the jump.
+# A joint has returned after a jump if its distance from the position before the jump is below this
+# fraction of the jump.
 RETURN_RATIO = 0.2
 
 
@@ -25,9 +25,10 @@ def _note_jump(memory: JointMemory, j: int, arrival: Nanoseconds) -> None:
 
 
 def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
-    # Records a jump for each joint that a late message contradicts. Messages of a publisher whose
-    # clock is late are never accepted. A joint is contradicted if it cannot have been at the
-    # reported position at the time of the stamp, even at twice its present velocity.
+    # Records a jump for each joint whose reported position is impossible. The message is late, so
+    # it is not accepted; a publisher with a late clock sends only such messages. A position is
+    # impossible if the joint cannot have been there at the time of the stamp, even at twice its
+    # present velocity.
     for k in range(reported.ours.count):
         j = reported.ours.joint[k]
         if memory.known[j] == 0:
@@ -41,7 +42,8 @@ def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
 
 
 def _store(memory: JointMemory, reported: ReportedJoints, use_velocities: bool) -> None:
-    # Stores the positions of a message, and its velocities if `use_velocities`.
+    # Stores the joint positions of a message in the memory, and its velocities if
+    # `use_velocities`. Otherwise it stores differences of positions as velocities.
     at = reported.stamp if reported.stamp != 0 else reported.received
     for k in range(reported.ours.count):
         j, place = reported.ours.joint[k], reported.ours.place[k]
@@ -82,8 +84,8 @@ def _all_computable(numbers: Flat, ours: OurJoints) -> bool:
 
 
 def _latest_stamp(memory: JointMemory, ours: OurJoints) -> Nanoseconds:
-    # Returns the latest stamp of the joints in `ours`, ns; a time before all stamps if none has a
-    # stamp.
+    # Returns the latest stamp of the joints in `ours`, ns. Returns a time before all stamps if
+    # none of these joints has a stamp.
     latest = -places.LARGEST_STAMP
     for k in range(ours.count):
         j = ours.joint[k]
@@ -93,12 +95,13 @@ def _latest_stamp(memory: JointMemory, ours: OurJoints) -> Nanoseconds:
 
 
 def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
-    # Updates the memory by a message. Returns the result that `observe` has before the evaluation.
+    # Updates the memory by a message. Returns the result code that `observe` returns if the
+    # evaluation succeeds.
     if not _all_computable(reported.positions, reported.ours):
         return places.BAD_POSITION
 
-    # Stamps of the arm's joints must increase. If a stamp steps back by more than the timeout, the
-    # clock was reset: forget all joints instead of rejecting the message.
+    # Refuse a message whose stamp is not newer than the joints. If a stamp steps back by more than
+    # the timeout, the clock was reset: forget all joints instead.
     new_start = 0
     if reported.stamp != 0:
         latest = _latest_stamp(memory, reported.ours)
@@ -130,8 +133,8 @@ def _merge(memory: JointMemory, reported: ReportedJoints) -> int:
 
 
 def _write_continuous_quaternion(memory: JointMemory, row: Flat, at: int) -> None:
-    # Writes the quaternion with the sign for which the scalar product with the last quaternion is
-    # positive, so that the quaternion is continuous over time.
+    # Writes the quaternion to `row` with the sign for which its scalar product with the last
+    # quaternion is positive, so that it is continuous over time.
     along = 0.0
     for i in range(4):
         along += row[places.QUATERNION_AT + i] * memory.last_quaternion[i]
@@ -143,8 +146,9 @@ def _write_continuous_quaternion(memory: JointMemory, row: Flat, at: int) -> Non
 
 
 def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
-    # Closes the loops at q. Continues from the last tool state if the loops closed at it, and from
-    # the known pose of the robot file otherwise.
+    # Computes the passive variables of the loops at q. Starts from the last tool state if the
+    # loops closed in it, otherwise from the joint positions of the robot file. Returns whether the
+    # loops close.
     if memory.is_closed:
         failed = closing.close_next(arm.chain.closure, memory.closed, q, section)
     else:
@@ -156,7 +160,10 @@ def _close(arm: Arm, memory: JointMemory, q: Flat, section: Flat) -> bool:
 
 
 def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at: int) -> int:
-    """Take a message as `observe` does, but without checks; `at` is the width of the row."""
+    """
+    Store a message and fill `row` as `observe` does, but without checks; `at` is the width of the
+    row's results.
+    """
     outcome = _merge(memory, reported)
     if outcome % places.STARTED_ANEW > places.WITH_DIFFERENCES:
         return outcome
@@ -179,7 +186,10 @@ def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at:
 
 
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
-    """Raise TypeError if numbers of joints differ, or if the row width `at` is too small."""
+    """
+    Raise TypeError if arm, memory and message have different joints, or if `at` results are too
+    few for a pose.
+    """
     if (
         memory.joints != arm.chain.dof
         or ours.joints_needed > memory.joints
@@ -191,15 +201,15 @@ def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
 
 def observe(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Floats) -> int:
     """
-    Store the content of a message in the memory, and fill a row with the new tool state.
+    Store the joints of a message in the memory, and fill `row` with the new tool state.
 
-    Return a code from WITHOUT_VELOCITIES to NOT_CLOSED. STARTED_ANEW is added if the stamp stepped
-    back by more than the timeout, so that all joints were forgotten.
+    Return a code from WITHOUT_VELOCITIES to NOT_CLOSED. STARTED_ANEW is added to the code if the
+    stamp stepped back by more than the timeout, so that all joints were forgotten.
 
     Parameters
     ----------
     arm, memory
-        The arm, and the stored states of the joints.
+        The arm, and the memory of its joints.
     reported
         The content of the message.
     row : shape (width + 2 n + ROW_TAIL,)

@@ -15,7 +15,8 @@ TOO_FEW = 'a state has fewer numbers than the messages take'
 
 class OutgoingTable(NamedTuple):
     """
-    The bytes of outgoing messages, and where stamps and numbers are written into them.
+    The bytes of serialized outgoing messages, and the offsets at which stamps and numbers are
+    written.
 
     Attributes
     ----------
@@ -38,25 +39,26 @@ class OutgoingTable(NamedTuple):
 
 class OutgoingMessages:
     """
-    Serialized messages that the kernel fills with a tool state.
+    Serialized messages into which the kernel writes the numbers of a tool state.
 
     Parameters
     ----------
     table
         The arrays of the messages.
     errors, of_pose, of_twist
-        If messages have covariances: the errors of the arm, and whether the covariances of pose
-        and twist are needed.
+        If messages have covariances: the errors of the arm, and whether the covariance of the pose
+        and that of the twist are needed.
 
     Attributes
     ----------
     table
-        The arrays of the messages. The kernel uses the same arrays, flat, in fields of the same
-        names; in the compiled kernel these fields are addresses that Python does not see.
+        The arrays of the messages. The kernel uses these arrays, flat, in fields of equal names.
+        In the compiled kernel these fields are addresses that Python does not see.
     stamped, count
         Number of stamps, and number of doubles.
     needed
-        Smallest length of a row, its measures and the covariances together.
+        Smallest number of numbers that a row of results, its measures and the covariances must
+        have together.
     """
 
     def __init__(
@@ -88,7 +90,7 @@ def fill_messages(
     messages: OutgoingMessages, stamp: Nanoseconds, row: Floats, measures: Floats
 ) -> None:
     """
-    Write a stamp and the numbers of a tool state into messages without covariances.
+    Write a stamp and the numbers of a tool state into outgoing messages that have no covariances.
 
     Parameters
     ----------
@@ -107,9 +109,10 @@ def fill_messages(
 
 def check_fit(messages: OutgoingMessages, chain: Chain, width: int, numbers: int) -> None:
     """
-    Raise TypeError if the messages need more numbers than there are, or errors of another arm.
+    Raise TypeError if the messages need more than `numbers` numbers, or have the errors of another
+    arm.
 
-    `width` is the length of a row; `numbers` is its length with tail and measures.
+    `width` is the length of a row of results; `numbers` is its length with tail and measures.
     """
     if messages.errors is not None:
         if messages.errors.chain is not chain or width < chain.width:
@@ -127,9 +130,11 @@ def fill(
     measures: Flat,
     measured: int,
 ) -> None:
-    """Fill messages as `fill_messages` does, from `size` numbers of a row and their measures."""
+    """
+    Write a stamp, and numbers from a row of results and its measures, into outgoing messages.
+    """
     seconds = stamp // 1_000_000_000
-    if seconds * 1_000_000_000 > stamp:  # C rounds towards zero
+    if seconds * 1_000_000_000 > stamp:  # C rounds a quotient towards zero
         seconds -= 1
     nanoseconds = stamp - seconds * 1_000_000_000
     seconds = max(-places.LARGEST_SECOND - 1, min(places.LARGEST_SECOND, seconds))
@@ -148,7 +153,10 @@ def fill(
 
 
 def fill_covariances(messages: OutgoingMessages, row: Flat, q: Flat, qdot: Flat) -> None:
-    """Compute the covariances at a row and store them, if the messages have covariances."""
+    """
+    Compute the covariances of pose and twist and store them in `messages`, if its messages have
+    covariances.
+    """
     if messages.errors is not None:
         work = arrays.scratch(pose_errors.room(messages.errors))
         pose_errors.write_covariances(

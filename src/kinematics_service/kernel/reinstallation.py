@@ -1,4 +1,4 @@
-"""Find the command that compiles the kernel again: it reinstalls this copy of the package."""
+"""Find the command that compiles the kernel again, by reinstalling this copy of the package."""
 
 import json
 import shlex
@@ -31,7 +31,8 @@ def command() -> str:
 
 def _by_pip(what: str) -> str:
     command = f'{shlex.quote(sys.executable)} -m pip install --force-reinstall --no-deps {what}'
-    # Compiling needs the headers of Python: install them first if they are missing.
+    # Add the installation of Python's C headers if they are missing, because the compiler needs
+    # them.
     headers = Path(sysconfig.get_path('include'), 'Python.h').exists()
     return command if headers else f'sudo apt install python3-dev && {command}'
 

@@ -1,5 +1,6 @@
 """
-Check numpy arrays once, so that the kernel can read and write them without further checks.
+Check the type and size of numpy arrays, so that the kernel can read and write them without further
+checks.
 
 In plain Python the functions return flat views of the arrays. The compiled kernel uses addresses
 instead; arrays.pxd has the compiled versions of the functions. Some functions read the bits of a
@@ -15,10 +16,10 @@ Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 Bytes = npt.NDArray[np.uint8]
 Vector = tuple[float, float, float]
-# The compiled kernel distinguishes the following types; plain Python does not.
-# Flat, FlatIntegers, FlatBytes: addresses of the numbers of an array. Numbers, WholeNumbers: an
-# address, or a small array on the stack of a function. Nanoseconds and Int32: integers of 64 and
-# 32 bits on every machine. Public: a field that Python can set.
+# Types for the compiler; plain Python does not distinguish them. Flat, FlatIntegers, FlatBytes:
+# addresses of the numbers of an array. Numbers, WholeNumbers: an address, or a small array on the
+# stack of a function. Nanoseconds and Int32: integers of 64 and 32 bits on every machine. Public:
+# a field that Python can set.
 Flat = Floats
 FlatIntegers = Integers
 FlatBytes = Bytes
@@ -41,7 +42,9 @@ def _flat(array: Any, count: int, kind: type, name: str, written: bool) -> Any:
 
 
 def given(thing: object) -> None:
-    """Raise TypeError if the argument is None: the kernel needs an object of its own."""
+    """
+    Raise TypeError if `thing` is None, because the kernel needs an object of one of its classes.
+    """
     if thing is None:
         raise TypeError('the kernel takes an object of its own here, not None')
 
@@ -54,71 +57,77 @@ def size(array: Floats | Integers | Bytes) -> int:
 
 
 def extent(array: Floats | Integers | Bytes, axis: int) -> int:
-    """Return the number of elements of an array along an axis."""
+    """Return the number of elements of an array along `axis`."""
     if not isinstance(array, np.ndarray) or array.ndim <= axis:
         raise TypeError(f'the kernel takes an array of at least {axis + 1} dimensions here')
     return array.shape[axis]
 
 
 def numbers(array: Floats, count: int) -> Flat:
-    """Return a flat view to read an array of at least `count` float64 numbers."""
+    """Check that an array has at least `count` float64 numbers; return a flat view for reading."""
     return _flat(array, count, np.float64, 'float64', False)  # type: ignore[no-any-return]
 
 
 def results(array: Floats, count: int) -> Flat:
-    """Return a flat view to write an array of at least `count` float64 numbers."""
+    """Check that an array has at least `count` float64 numbers; return a flat view for writing."""
     return _flat(array, count, np.float64, 'float64', True)  # type: ignore[no-any-return]
 
 
 def whole(array: Integers, count: int) -> FlatIntegers:
-    """Return a flat view to read an array of at least `count` int64 numbers."""
+    """Check that an array has at least `count` int64 numbers; return a flat view for reading."""
     return _flat(array, count, np.int64, 'int64', False)  # type: ignore[no-any-return]
 
 
 def whole_results(array: Integers, count: int) -> FlatIntegers:
-    """Return a flat view to write an array of at least `count` int64 numbers."""
+    """Check that an array has at least `count` int64 numbers; return a flat view for writing."""
     return _flat(array, count, np.int64, 'int64', True)  # type: ignore[no-any-return]
 
 
 def octets(array: Bytes, count: int) -> FlatBytes:
-    """Return a flat view to read an array of at least `count` bytes."""
+    """Check that an array has at least `count` bytes; return a flat view for reading."""
     return _flat(array, count, np.uint8, 'uint8', False)  # type: ignore[no-any-return]
 
 
 def octets_to_fill(array: Bytes, count: int) -> FlatBytes:
-    """Return a flat view to write an array of at least `count` bytes."""
+    """Check that an array has at least `count` bytes; return a flat view for writing."""
     return _flat(array, count, np.uint8, 'uint8', True)  # type: ignore[no-any-return]
 
 
 def octets_of(data: bytes) -> FlatBytes:
-    """Return a flat view to read the bytes of a message."""
+    """Return a flat view for reading the bytes of a message."""
     return np.frombuffer(data, np.uint8)
 
 
 def scratch(count: int) -> Flat:
-    """Return memory for `count` numbers; `give_back` frees it."""
+    """Return scratch memory for `count` float64 numbers; the caller frees it by `give_back`."""
     return np.zeros(count)
 
 
 def rooms(*counts: int) -> list[Flat]:
-    """Return an array of zeros for each count; the object that stores them frees them."""
+    """
+    Return a list with one array of zeros for each count. The object that stores the arrays frees
+    them.
+    """
     return [np.zeros(count) for count in counts]
 
 
 def whole_rooms(*counts: int) -> list[FlatIntegers]:
-    """Return an array of integer zeros for each count; the object that stores them frees them."""
+    """
+    Return a list with one array of integer zeros for each count. The object that stores the arrays
+    frees them.
+    """
     return [np.zeros(count, dtype=np.int64) for count in counts]
 
 
 def give_back(room: Flat) -> None:
-    """Free the memory from `scratch`."""
+    """Free memory that `scratch` returned."""
 
 
 def let_go() -> np.errstate:
     """
     Release the interpreter's lock, so that other threads can run until `take_back`.
 
-    In plain Python this function only switches off numpy's warnings until `take_back`. Lanes may
+    In plain Python this function only switches off numpy's warnings until `take_back`. Batches may
     compute invalid numbers that are not used, and the compiled kernel gives no warnings either.
     """
     errors_ignored = np.errstate(all='ignore')
@@ -137,17 +146,17 @@ def after(numbers: Flat, place: int) -> Flat:
 
 
 def copy(to: Numbers, count: int, numbers: Numbers) -> None:
-    """Write the first `count` of `numbers` to the beginning of `to`."""
+    """Copy the first `count` numbers of `numbers` to the beginning of `to`."""
     to[:count] = numbers[:count]  # type: ignore[assignment]
 
 
 def fill(to: Numbers, count: int, number: float) -> None:
-    """Set the first `count` numbers of `to` to a number."""
+    """Set the first `count` numbers of `to` to `number`."""
     to[:count] = [number] * count  # type: ignore[assignment]
 
 
 def dot(a: Numbers, b: Numbers, count: int) -> float:
-    """Return the scalar product of two rows of `count` numbers, summed in their order."""
+    """Return the scalar product of the first `count` numbers of a and b, summed in their order."""
     total = 0.0
     for k in range(count):
         total += a[k] * b[k]
@@ -160,30 +169,30 @@ def whole_after(integers: FlatIntegers, place: int) -> FlatIntegers:
 
 
 def as_whole(numbers: Flat) -> FlatIntegers:
-    """Return the bits of doubles as integers."""
+    """Return a view of the bits of doubles as int64 integers."""
     return numbers.view(np.int64)
 
 
 def number_at(data: Bytes, place: int) -> float:
-    """Return the double that begins at byte `place` of the data."""
+    """Return the double that begins at byte `place` of a message."""
     return float(data[place : place + 8].view(np.float64)[0])
 
 
 def seconds_at(data: Bytes, place: int) -> int:
-    """Return the int32 that begins at byte `place` of the data: the seconds of a stamp."""
+    """Return the int32 that begins at byte `place` of a message: the seconds of a stamp."""
     return int(data[place : place + 4].view(np.int32)[0])
 
 
 def nanoseconds_at(data: Bytes, place: int) -> int:
-    """Return the uint32 that begins at byte `place` of the data: the nanoseconds of a stamp."""
+    """Return the uint32 that begins at byte `place` of a message: the nanoseconds of a stamp."""
     return int(data[place : place + 4].view(np.uint32)[0])
 
 
 def put_number(data: Bytes, place: int, number: float) -> None:
-    """Write a double to the data from byte `place` on."""
+    """Write the double `number` into a message from byte `place` on."""
     data[place : place + 8].view(np.float64)[0] = number
 
 
 def put_half_word(data: Bytes, place: int, number: int) -> None:
-    """Write the lowest 32 bits of an integer to the data from byte `place` on."""
+    """Write the lowest 32 bits of the integer `number` into a message from byte `place` on."""
     data[place : place + 4].view(np.uint32)[0] = number & 0xFFFFFFFF

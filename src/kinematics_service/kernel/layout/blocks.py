@@ -1,5 +1,5 @@
 """
-Store rows of LANES poses side by side: number k of the row in a lane is at k * LANES + lane.
+Interleave the rows of LANES poses: number k of the row in a lane is at index k * LANES + lane.
 
 A loop over the lanes applies one operation to neighbours in memory, so the processor computes
 several lanes at once.
@@ -10,17 +10,20 @@ from .arrays import Flat, Numbers
 
 
 def put_side_by_side(rows: Flat, width: int, count: int, lanes: Flat) -> None:
-    """Copy the first `count` numbers of LANES rows of length `width` to `lanes`, side by side."""
+    """Copy the first `count` numbers of LANES rows of length `width` to `lanes`, interleaved."""
     for k in range(count):
         for lane in range(places.LANES):
             lanes[k * places.LANES + lane] = rows[lane * width + k]
 
 
 def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
-    """Copy `count` numbers of each lane to the beginning of its row; rows have length `width`."""
+    """
+    Copy `count` interleaved numbers of each lane to the beginning of its row; rows have length
+    `width`.
+    """
     for lane in range(places.LANES):
         row, of_lane = arrays.after(rows, lane * width), arrays.after(lanes, lane)
-        for k in range(0, count - 1, 2):  # the compiler stores two at once
+        for k in range(0, count - 1, 2):  # the compiler stores two numbers at once
             first = of_lane[k * places.LANES]
             second = of_lane[(k + 1) * places.LANES]
             row[k], row[k + 1] = first, second
@@ -29,7 +32,9 @@ def put_one_by_one(lanes: Flat, count: int, rows: Flat, width: int) -> None:
 
 
 def all_within(numbers: Numbers, count: int, limit: float) -> bool:
-    """Return whether the first `count` numbers of all lanes are at most a limit, and not NaN."""
+    """
+    Return whether the first `count` numbers of all lanes are finite and at most `limit` in size.
+    """
     beyond = 0
     for k in range(count * places.LANES):
         beyond += 0 if abs(numbers[k]) <= limit else 1

@@ -1,4 +1,5 @@
-# The functions of Python's math module that the kernel calls, from C's math.h.
+# Declare the functions of Python's math module that the kernel calls; the compiled kernel takes
+# them from C's math.h.
 cdef extern from "<math.h>" nogil:
     double atan2(double, double)
     double ceil(double)

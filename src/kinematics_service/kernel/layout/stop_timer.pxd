@@ -1,4 +1,5 @@
-# A signal handler may call alarm, sigaction and _exit (POSIX.1-2024, 2.4.3). Windows has no alarm.
+# The signal handler below calls only functions that POSIX allows in handlers: alarm, sigaction and
+# _exit (POSIX.1-2024, 2.4.3). Windows has no alarm.
 cdef extern from *:
     """
     #ifdef _WIN32

@@ -1,9 +1,13 @@
-"""Start a timer of the operating system by a signal, even if the interpreter is blocked."""
+"""
+Let a signal start a timer of the operating system that ends the process, even if the interpreter
+is blocked.
+"""
 
 
 def start_at(number: int, seconds: int) -> None:
     """
-    Let the first signal `number` start a timer that ends the process with the code 128 + `number`.
+    Let the first signal with number `number` start a timer that ends the process with the code 128
+    + `number`.
 
     The process ends `seconds` after the signal. Call this function after you have set Python's own
     handler: the C handler starts the timer and then calls Python's handler. In plain Python the

@@ -1,1 +1,4 @@
-"""Closed loops: compute passive variables and their rates from the joint positions and rates."""
+"""
+Closed loops: compute the passive variables and their rates from the joint positions and
+velocities.
+"""

@@ -1,4 +1,4 @@
-"""Compute pose, Jacobian, twist and frames of an arm with closed loops."""
+"""Compute the pose, Jacobian, twist and frames of an arm that may have closed loops."""
 
 from ..forward import chain_pass
 from ..forward.chain import Chain
@@ -9,7 +9,8 @@ from . import closing
 
 def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> float:
     """
-    Fill a row as `evaluation.evaluate` does; return a number, finite if the row is finite.
+    Fill `row` with the results of `evaluation.evaluate` at one q; return a number that is finite
+    if all results are.
 
     The number is NaN if a loop does not close.
     """
@@ -21,7 +22,10 @@ def evaluate_row(chain: Chain, q: Flat, qdot: Flat, depth: int, row: Flat) -> fl
 
 
 def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
-    """Fill a row whose section already has the passive variables for its joint positions."""
+    """
+    Fill a row of results in which the passive variables for its joint positions are already
+    stored.
+    """
     n, variables = chain.dof, chain.variables
     x = arrays.after(row, chain.closure_at)
     rates = arrays.after(x, variables)
@@ -39,8 +43,8 @@ def evaluate_closed(chain: Chain, qdot: Flat, depth: int, row: Flat) -> float:
 
 
 def _add_up_screws(chain: Chain, screws: Flat, coupling: Flat, row: Flat) -> None:
-    # Fills J = J_open [1; C]: the screw of a passive variable, times the derivative of the
-    # variable by a joint, is added to the column of that joint.
+    # Fills J = J_open [1; C]: adds the screw of each passive variable, times the derivative of the
+    # variable by a joint, to the column of this joint.
     n, entries = chain.dof, chain.entries
     J = arrays.after(row, places.JACOBIAN_AT)
     arrays.fill(J, 6 * n, 0.0)

@@ -1,16 +1,18 @@
 """
-Compute the passive variables of closed loops from the joints by Newton's method with continuation.
+Compute the passive variables of closed loops from the joint positions by Newton's method with
+continuation.
 
-The loops are known to close at one pose. The continuation goes from this pose to the joint
-positions along a straight line, by small steps, so that it stays on the same branch. Each step
-predicts the variables by their derivatives and corrects them by Newton's method.
+At one set of joint positions, the start, the loops are known to close. The continuation goes from
+the start to the wanted joint positions along a straight line, by small steps, so that it stays on
+the same branch. Each step predicts the passive variables by their derivatives and corrects them by
+Newton's method.
 
 A step is accepted if the corrections are small and decrease, and if each determinant keeps its
-sign and changes its size by a limited ratio. Branches meet or end only at poses with determinant
-0. A rejected step is halved. If it becomes shorter than MIN_STEP_LENGTH, the branch ends.
+sign and changes its size by a limited ratio. Branches meet or end only if a determinant is 0. A
+rejected step is halved. If it becomes shorter than MIN_STEP_LENGTH, the branch ends.
 
-Loops that share variables form a group with one determinant and are solved together. Groups are
-solved in order, because variables of an earlier group may move a later one.
+Loops that share passive variables form a group with one determinant and are solved together.
+Groups are solved in order, because variables of an earlier group may move a later group.
 
 Allgower and Georg, "Introduction to Numerical Continuation Methods", chapter 2.
 """
@@ -21,39 +23,44 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers
 from . import residual
 
-# The loops are closed if no component of the residual exceeds this, divided by the size of the
-# loops, or in rad.
+# The loops are taken as closed if no component of the residual exceeds this. Position components
+# are divided by the size of the loops; rotation components are in rad.
 CLOSED_TOLERANCE = 1e-13
-# A residual up to this is round-off, two machine epsilons: Newton's method ends at once.
+# A residual up to this is round-off, two machine epsilons, so Newton's method stops.
 ROUND_OFF = 4e-16
 MAX_NEWTON_STEPS = 12
-# Largest correction of a variable by a Newton step of the continuation, rad; a slide is divided by
-# its unit in `LoopGroup`.
+# Largest correction of a passive variable by one Newton step of the continuation, rad. The motion
+# of a prismatic variable is divided by its unit in `LoopGroup`.
 MAX_CORRECTION = 0.1
-# Largest such correction for the positions in a robot file, which are approximate.
+# Largest correction by one Newton step that starts at the positions in a robot file, rad. These
+# positions are only approximate.
 MAX_FILE_CORRECTION = 0.35
-# Largest step of the continuation, rad.
+# Largest step of the continuation: the largest motion of a joint, rad.
 MAX_STEP_LENGTH = 0.25
-# Smallest step, rad: the branch ends if a step would have to be shorter.
+# Smallest step of the continuation, rad. If a step would have to be shorter, the branch of
+# solutions ends.
 MIN_STEP_LENGTH = 1e-8
 MAX_STEPS = 1000
-# A step is accepted if the ratio of each determinant after the step to the determinant before it
-# exceeds this.
+# Least ratio of a loop determinant after a step to its value before. If a ratio is smaller, the
+# step is rejected.
 MIN_DET_RATIO = 0.4
-# The ratio must also be below this, the inverse of MIN_DET_RATIO.
+# Largest ratio of a loop determinant after a step to its value before, the inverse of
+# MIN_DET_RATIO.
 MAX_DET_RATIO = 2.5
-# A dimensionless determinant is round-off if it is below this multiple of a product: the largest
-# slope by each variable, multiplied over the variables.
+# A dimensionless loop determinant is round-off if it is below this multiple of a product. The
+# product is over the passive variables: the largest derivative of the residual by each variable.
 DETERMINANT_TOLERANCE = 1e-9
-# Least value of a slope in this product, dimensionless.
+# Least derivative of the residual that enters the product for DETERMINANT_TOLERANCE,
+# dimensionless.
 MIN_SLOPE = 0.01
-# The continuation begins at the last pose if the joints have moved by at most this, rad; otherwise
-# at the pose of the robot file.
+# If no joint has moved by more than this since the last joint positions, rad, the continuation
+# begins at these. Otherwise it begins at the joint positions of the robot file.
 MAX_MOTION = 1.0
-# Largest number of joints without limits for which the continuation also tries the other direction
-# of rotation.
+# If the continuation fails, it also turns joints without limits in the other direction, for at
+# most this number of joints.
 MAX_OTHER_WAYS = 4
-# Offset of the middle of a line that passes a singular pose on one side, rad.
+# If the straight line meets a singularity, the continuation goes through a point beside the middle
+# of the line. This is the offset of the point, rad.
 BEND = 0.3
 
 
@@ -66,7 +73,7 @@ def _solve(
     status: Numbers,
     at: int,
 ) -> int:
-    # Solves for the passive variables of a group by Newton's method. Writes the screws, the
+    # Solves for the passive variables of one group by Newton's method. Writes the screws, the
     # determinant and the size of the residual. Returns the number of steps; -1 if the method does
     # not converge, or if the determinant is 0 at the solution.
     gap, order = [0.0] * 18, [0] * 18
@@ -92,8 +99,8 @@ def _solve(
 
 
 def _slope_product(group: LoopGroup, slopes: Numbers) -> float:
-    # Returns the product, over the passive variables of a group, of the largest slope by each
-    # variable, dimensionless.
+    # Returns the product over the passive variables of a group: the largest derivative of the
+    # residual by each variable, dimensionless.
     product: float = 1.0
     for k in range(group.count):
         longest: float = MIN_SLOPE
@@ -115,9 +122,10 @@ def _solve_all(
     status: Numbers,
     at: int,
 ) -> int:
-    # Solves this group and the `left` - 1 groups after it. Returns 0 if all are solved, or the
-    # number of groups from the failed group to the last. If `known`, `before` has the status of
-    # the previous pose. The status of a group is determinant, residual and number of Newton steps.
+    # Solves this group of loops and the `left` - 1 groups after it. Returns 0 if all groups are
+    # solved, otherwise the number of groups from the failed one to the last. If `known`, `before`
+    # has the status of the previous joint positions. The status of a group is its determinant, its
+    # residual and its number of Newton steps.
     largest = MAX_CORRECTION if known else MAX_FILE_CORRECTION
     steps = _solve(group, x, largest, screws, slopes, status, at)
     if steps < 0 or known and not MIN_DET_RATIO < status[at] / before[at] < MAX_DET_RATIO:
@@ -132,7 +140,8 @@ def _solve_all(
 def _couple(
     group: LoopGroup, left: int, n: int, section: Flat, screws: Flat, slopes: Numbers
 ) -> None:
-    # Fills the derivatives of the passive variables by the joints in a section, from the screws.
+    # Fills the derivatives of the passive variables by the joints into a section (the numbers
+    # about loops in a row of results), from the screws.
     count = group.count
     gap, order = [0.0] * 18, [0] * 18
     residual.write_slopes(group, screws, slopes)
@@ -149,7 +158,7 @@ def _couple(
 
 
 def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
-    # Returns the largest motion of a joint from the positions in a section to q, rad.
+    # Returns the largest motion of a joint from the joint positions in `section` to q, rad.
     farthest = 0.0
     for j in range(dof):
         moved = abs(q[j] - section[j]) / group.unit[j]
@@ -159,8 +168,9 @@ def _farthest(group: LoopGroup, dof: int, q: Numbers, section: Flat) -> float:
 
 
 def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
-    # Changes a section step by step to joint positions q. Returns 0, or the number of groups from
-    # the failed group to the last; then the section belongs to the last pose with closed loops.
+    # Moves the passive variables in `section` step by step to the joint positions q. Returns 0 if
+    # all loops close at q, otherwise the number of groups from the failed one to the last. In the
+    # second case the section belongs to the last joint positions at which the loops closed.
     n, variables = closure.dof, closure.variables
     status_at = closure.status_at
     screws = arrays.after(section, closure.screws_at)
@@ -197,9 +207,9 @@ def _continue(closure: Closure, q: Numbers, section: Flat) -> int:
 
 
 def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: Flat) -> int:
-    # Copies a section, and adds full turns to its joints without limits, so that they are nearest
-    # to q. Each bit of `other_ways` moves one of the first MAX_OTHER_WAYS of these joints to the
-    # other side of q. Returns the number of joints that a bit can move.
+    # Copies `numbers` to `section`, and adds full turns to joints without limits, so that they are
+    # nearest to q. Each bit of `other_ways` moves one of the first MAX_OTHER_WAYS of these joints
+    # to the other side of q. Returns the number of joints that a bit can move.
     ways = 0
     arrays.copy(section, closure.width, numbers)
     for j in range(closure.dof):
@@ -218,8 +228,8 @@ def _begin(closure: Closure, numbers: Flat, q: Flat, other_ways: int, section: F
 
 
 def _continue_beside(closure: Closure, q: Flat, joint: int, bend: float, section: Flat) -> bool:
-    # Continues from the known pose to q through a pose near the middle of the line, offset in one
-    # joint by `bend` rad. Returns whether the loops close at q.
+    # Continues from the start to q through a point beside the middle of the straight line, where
+    # one joint is offset by `bend` rad. Returns whether the loops close at q.
     unit = closure.first.unit[joint]
     if not unit < places.INFINITY:
         return False
@@ -233,14 +243,15 @@ def _continue_beside(closure: Closure, q: Flat, joint: int, bend: float, section
 
 def close(closure: Closure, q: Flat, section: Flat) -> int:
     """
-    Fill a section with the passive variables at q, on the branch of the known pose.
+    Fill `section` with the passive variables at joint positions q, on the branch of solutions of
+    the known start.
 
-    The result depends on q only. The continuation goes along a straight line from the known pose.
-    If it fails, it rotates joints without limits in the other direction. If it still fails, it
-    bends the line to both sides, so that it avoids an isolated pose with determinant 0.
+    The result depends on q only. The continuation goes along a straight line from the start to q.
+    If it fails, it turns joints without limits in the other direction. If it still fails, it bends
+    the line to both sides, so that it avoids isolated joint positions with determinant 0.
 
-    Returns 0, or the number of groups from the first one that is not closed, up to the last. In
-    the second case the section belongs to the end of the straight line.
+    Returns 0 if all loops close, otherwise the number of groups from the first open one to the
+    last. In the second case the section belongs to the end of the straight line.
     """
     ways = _begin(closure, closure.start, q, 0, section)
     failed = _continue(closure, q, section)
@@ -260,7 +271,10 @@ def close(closure: Closure, q: Flat, section: Flat) -> int:
 
 
 def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
-    """Fill a section at q as `close` does, but from the last section if q is near it."""
+    """
+    Fill `section` with the passive variables at q as `close` does, but start from the section
+    `last` if q is near it.
+    """
     _begin(closure, last, q, 0, section)
     if _farthest(closure.first, closure.dof, q, section) <= MAX_MOTION:
         return _continue(closure, q, section)
@@ -269,10 +283,11 @@ def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
 
 def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
-    Complete a section from approximate variables by Newton's method.
+    Compute the passive variables near approximate ones by Newton's method, and complete their
+    section.
 
-    Returns 0, or the number of groups from the first one that is not closed, up to the last. The
-    section has the determinant and residual of that first group.
+    Returns 0 if all loops close, otherwise the number of groups from the first open one to the
+    last. In the second case the section has the determinant and residual of the first open group.
 
     Parameters
     ----------
@@ -281,7 +296,8 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     dof
         Number of joints.
     section : shape (Closure.width,)
-        Section as in `Closure`. Its variables must be filled; the call fills the other numbers.
+        Section as in `Closure`: the numbers about closed loops. Its variables must be filled; the
+        call fills the other numbers.
     """
     known = len(groups_from(first))
     status, slopes = [0.0] * 72, [0.0] * 324
@@ -300,7 +316,8 @@ def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
 
 def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     """
-    Close the loops of a chain at many joint positions, each independent of the others.
+    Compute the passive variables of a chain with loops at N joint positions, each from the known
+    start.
 
     Parameters
     ----------
@@ -309,11 +326,10 @@ def close_at(chain: Chain, q: Floats, sections: Floats, closed: Floats) -> None:
     q : shape (N, n), rad or m
         Joint positions.
     sections : shape (N, width)
-        Sections as in `Closure`. If a loop does not close, the section belongs to the end of the
-        straight line.
+        Sections as in `Closure`: the numbers about closed loops. If a loop does not close, the
+        section belongs to the end of the straight line of the continuation.
     closed : shape (N,)
-        0 if the loops close, or the number of groups from the first one that is not closed, up to
-        the last.
+        0 if all loops close, otherwise the number of groups from the first open one to the last.
     """
     arrays.given(chain.closure)
     count, n, width = arrays.extent(q, 0), chain.dof, chain.closure.width

@@ -1,10 +1,11 @@
 """
-Compute residuals of closed loops, and the slopes (derivatives) of residuals by the variables.
+Compute the residuals of closed loops, and the derivatives (slopes) of the residuals by the
+variables.
 
 The residual of a loop is the pose of the end of one of its chains relative to the end of the other
-chain. Both chains begin in the same frame, and all numbers are in the axes of this frame. The
-residuals of the loops of a group are stacked. The slopes are the screws of the ends. The slopes of
-the rotation are exact only if the ends are parallel.
+chain. Both chains begin in one frame, and all numbers are in the axes of this frame. The residuals
+of the loops of a group are stacked. The derivatives of a residual are the screws of the ends. The
+derivatives of the rotation are exact only if the end frames are parallel.
 """
 
 import math
@@ -16,8 +17,8 @@ from ..layout.arrays import Flat, Numbers
 
 
 def _write_end(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -> None:
-    # Writes the pose T of the end of a chain, and the screw of each entry. A screw has six
-    # numbers: linear velocity of the origin of the end, and angular velocity of the end.
+    # Writes to T the pose of the end of a chain, and to `screws` the screw of each entry. A screw
+    # has six numbers: linear velocity of the origin of the end, and angular velocity of the end.
     arrays.copy(T, 12, chain.before)
     for k in range(chain.elements):
         theta = chain.theta_0[k]
@@ -45,8 +46,8 @@ def _write_end(chain: Chain, x: Numbers, T: Numbers, screws: Numbers, at: int) -
 
 
 def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
-    # Writes the pose of the end of `back` relative to the end of `there`: translation and rotation
-    # vector, six numbers.
+    # Writes to `gap` the pose `back` relative to the pose `there`, the ends of the two chains of a
+    # loop: translation and rotation vector, six numbers.
     x, y, z, along = 0.0, 0.0, 0.0, 0.0
     for i in range(3):
         gap[i] = back[4 * i + 3] - there[4 * i + 3]
@@ -61,13 +62,13 @@ def _write_gap(there: Numbers, back: Numbers, gap: Numbers) -> None:
     if sine > 0.0:
         share = 0.5 * angle / sine
         gap[3], gap[4], gap[5] = share * x, share * y, share * z
-    else:  # parallel, or rotated by pi about an unknown axis
+    else:  # parallel frames, or a rotation by pi about an unknown axis
         gap[3], gap[4], gap[5] = angle, angle, angle
 
 
 def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat) -> float:
     """
-    Fill the residual (p,) of a group of loops and the screws of its entries.
+    Fill the residual (p,) of a group of loops at the variables x, and the screws of its entries.
 
     Returns the largest component of the residual, divided by the scale of the component.
 
@@ -87,7 +88,7 @@ def write_residual(group: LoopGroup, x: Numbers, residual: Numbers, screws: Flat
     largest: float = 0.0
     for i in range(group.count):
         component: float = abs(residual[i]) / group.span[i]
-        if component > largest or component != component:  # NaN stays
+        if component > largest or component != component:  # keep NaN as the result
             largest = component
     return largest
 
@@ -104,7 +105,7 @@ def _write_residuals(loop: Loop, x: Numbers, residual: Numbers, screws: Flat) ->
 
 
 def write_slopes(group: LoopGroup, screws: Flat, slopes: Numbers) -> None:
-    """Fill the slopes (p, p) of the residual by the passive variables of the group."""
+    """Fill the derivatives (p, p) of a group's residual by the passive variables of the group."""
     arrays.fill(slopes, group.count * group.count, 0.0)
     _add_slopes(group.loop, group.first, group.count, screws, slopes)
 
@@ -130,7 +131,8 @@ def write_by_joint(
     loop: Loop, first: int, dof: int, joint: int, screws: Flat, section: Flat, slopes: Numbers
 ) -> None:
     """
-    Fill the slope (p,) of the residual by a joint of the arm, for a loop and the loops after it.
+    Fill the derivative (p,) of the residual by one joint, for `loop` and the loops after it in its
+    group.
 
     The joint also moves the passive variables of earlier groups, whose indices are below `first`.
     The derivatives of these variables are in `section`.
@@ -154,8 +156,8 @@ def write_by_joint(
 def _derivative(
     loop: Loop, first: int, dof: int, joint: int, variable: int, section: Flat
 ) -> float:
-    # Returns the derivative of a variable by a joint. Variables of this group and of later groups
-    # are constant.
+    # Returns the derivative of one variable of the loops by a joint. Variables of this group and
+    # of later groups are held constant.
     if variable < dof:
         return 1.0 if variable == joint else 0.0
     if variable >= first:

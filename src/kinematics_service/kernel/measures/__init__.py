@@ -1,1 +1,1 @@
-"""Measures of the distance of an arm from a singular pose."""
+"""Compute measures of how near an arm is to a singular pose."""

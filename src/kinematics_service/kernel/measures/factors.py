@@ -1,8 +1,9 @@
 """
-Compute values and gradients of the named singular factors of an arm.
+Compute the values and gradients of the singular factors that the robot file names.
 
-The method is forward automatic differentiation of a tape, a list of operations. Number k of a step
-in a lane is at k * lanes + lane. Each lane gives the same bits as one pose alone.
+The method is forward automatic differentiation of a tape, a list of operations. Several poses are
+computed at once, one in each lane: number k of a step in a lane is at k * lanes + lane. Each lane
+gives the bits that a pose alone gives.
 """
 
 import math
@@ -16,7 +17,7 @@ from .task_rows import TaskRows
 
 
 def _goes_together(table: Integers, ends: Integers) -> bool:
-    # Returns whether every index exists. The operands of a step must be earlier steps.
+    # Returns whether all indices are valid: the operands of each step must be earlier steps.
     operands, of_steps = table[:, 1:], table[:, 0] > places.JOINT
     earlier = operands < np.arange(len(table))[:, None]
     fits = np.all(operands >= 0) and np.all(earlier[of_steps])
@@ -25,7 +26,7 @@ def _goes_together(table: Integers, ends: Integers) -> bool:
 
 class Tape:
     """
-    A list of elementary operations that computes the factors of an arm, frozen.
+    The list of elementary operations that computes the singular factors of an arm; immutable.
 
     In the compiled kernel the arrays are addresses that Python does not see.
 
@@ -37,7 +38,7 @@ class Tape:
     constants : shape (steps,)
         The constant of each step, or the factor of its operand.
     ends : shape (factors,)
-        Index of the step with the value of each factor.
+        Index of the step that computes the value of each factor.
     steps, factors
         Numbers of steps and of factors.
     joints
@@ -56,10 +57,10 @@ class Tape:
 
 
 def _run_tape(tape: Tape, n: int, q: Flat, steps: Flat, lanes: int) -> bool:
-    # Fills `steps` with the gradient (n,) and then the value of each step of a tape, at q (n,).
+    # Runs a tape at q (n,): fills `steps` with the gradient (n,) and then the value of each step.
     # Returns False if an angle is too large for several lanes at once.
     width = (n + 1) * lanes
-    da, db = [0.0] * 16, [0.0] * 16  # one number of LANES poses
+    da, db = [0.0] * 16, [0.0] * 16  # one number for each of LANES poses
     for i in range(tape.steps):
         operation, number = tape.operations[3 * i], tape.constants[i]
         first, second = tape.operations[3 * i + 1], tape.operations[3 * i + 2]
@@ -94,8 +95,8 @@ def _operate(
     db: Numbers,
     lanes: int,
 ) -> bool:
-    # Writes the value of a step, and the derivatives da and db by its operands. Returns False if
-    # an angle is too large for several lanes at once.
+    # Writes the value of one step of a tape, and its derivatives da and db by the two operands.
+    # Returns False if an angle is too large for several lanes at once.
     if operation == places.SINE or operation == places.COSINE:
         return _write_sines(operation, number, a, value, da, db, lanes)
     if operation <= places.PRODUCT or operation == places.NEGATIVE:
@@ -110,7 +111,8 @@ def _operate(
 def _write_sines(
     operation: int, number: float, a: Flat, value: Flat, da: Numbers, db: Numbers, lanes: int
 ) -> bool:
-    # Writes sines or cosines. Returns False if an angle is too large for several lanes at once.
+    # Writes the sines or cosines of the operand, and the derivatives. Returns False if an angle is
+    # too large for several lanes at once.
     angles, sines, cosines = [0.0] * 16, [0.0] * 16, [0.0] * 16
     for lane in range(lanes):
         angles[lane] = number * a[lane]
@@ -134,7 +136,7 @@ def _write_sines(
 def _combine(
     operation: int, a: Flat, b: Flat, value: Flat, da: Numbers, db: Numbers, lanes: int
 ) -> None:
-    # Writes sums, differences, products and negatives.
+    # Writes the sum, difference, product or negative of the operands, and the derivatives.
     if operation == places.SUM:
         for lane in range(lanes):
             value[lane], da[lane], db[lane] = a[lane] + b[lane], 1.0, 1.0
@@ -150,7 +152,8 @@ def _combine(
 
 
 def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
-    # Returns value and two derivatives of an operation that can be undefined; NaN if it is.
+    # Returns the value and the two derivatives of a quotient, square root or arc tangent; NaN if
+    # it is undefined.
     if operation == places.QUOTIENT and b != 0.0:
         return a / b, 1.0 / b, -a / (b * b)
     if operation == places.SQUARE_ROOT and a >= 0.0:
@@ -166,7 +169,10 @@ def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, 
 
 
 def distance_to_zero(value: float, slope: float) -> float:
-    """Return the first-order distance to the zero of a factor, rad, at most pi; slope >= 0."""
+    """
+    Return |value| / slope, the first-order distance to the zero of a factor, rad, at most pi;
+    slope >= 0.
+    """
     if value == 0.0:
         return 0.0
     return abs(value) / slope if abs(value) < places.PI * slope else places.PI
@@ -176,10 +182,11 @@ def judge_factors(
     tape: Tape, task: TaskRows, distances: int, q: Flat, judged: Flat, steps: Flat, lanes: int
 ) -> bool:
     """
-    Write the distances of all factors to `judged`, then value and gradient of each factor.
+    Write to `judged` the distances to the zeros of all factors, then the value and gradient of
+    each factor.
 
-    The values begin after `distances` numbers. Returns False if an angle is too large for several
-    lanes; then call it for each pose alone.
+    The values begin at index `distances`. Returns False if an angle is too large for several lanes
+    at once. The caller must then call this function for each pose alone.
     """
     if lanes == 1:
         return _judge_factors(tape, task, distances, q, judged, steps, 1)
@@ -202,7 +209,8 @@ def _judge_factors(
 def _write_factor(
     n: int, step: Flat, scales: Flat, distances: Flat, result: Flat, lanes: int
 ) -> None:
-    # Writes the first-order distance to the zero of a factor, and its value and gradient.
+    # Writes the first-order distance to the zero of one factor, and the value and gradient of this
+    # factor.
     squares = [0.0] * 16
     value = arrays.after(step, n * lanes)
     for lane in range(lanes):
@@ -219,7 +227,10 @@ def _write_factor(
 
 
 def evaluate_factors(tape: Tape, q: Floats, results: Floats) -> None:
-    """Fill `results` (N, factors, 1 + n) with value and gradient of each factor at q (N, n)."""
+    """
+    Fill `results` (N, factors, 1 + n) with the value and the gradient of each factor at N joint
+    positions q.
+    """
     count, n, factors = arrays.extent(q, 0), arrays.extent(q, 1), tape.factors
     if n < tape.joints:
         raise TypeError('the arrays of factors do not go together')

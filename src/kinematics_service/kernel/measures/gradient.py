@@ -1,5 +1,6 @@
 """
-Compute the gradient of a weighted sum of the entries of a Jacobian by the joints.
+Compute the gradient, by the joints, of a weighted sum of the entries of a Jacobian, and of loop
+determinants.
 
 If the arm has closed loops, J = J_open G with G = [1; C], and G depends on the joints. Let Phi be
 the residual of the loops, and x = (q, psi) the joints and the passive variables. The derivatives
@@ -21,7 +22,7 @@ LOOP_SCREWS = 32
 
 def write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None:
     """
-    Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian.
+    Fill gradient[k] = sum_j Y[j] . dJ[:, j]/dq_k for the geometric Jacobian J and weights Y.
 
     `screws` are the screws of the entries, and Y is in base axes. If the arm has loops, j and k
     run over all variables.
@@ -30,17 +31,17 @@ def write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None
 
 
 def write_side_by_side(chain: Chain, screws: Flat, Y: Flat, gradient: Flat) -> None:
-    """Fill the gradients of LANES poses side by side, each as `write_of_screws` does."""
+    """Fill the gradients of `write_of_screws` for LANES poses at once, in interleaved arrays."""
     _write_of_screws(chain, screws, Y, gradient, places.LANES)
 
 
 def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes: int) -> None:
-    # A joint f rotates all later screws by its screw (v_f, w_f), and moves the tool relative to
-    # all earlier screws. For a later entry e (or e = f), dv_e = w_f x v_e and dw_e = w_f x w_e;
-    # for an earlier entry, dv_e = w_e x v_f. So two running sums suffice: g_f = w_f .
+    # Derivation: a joint f rotates all later screws by its screw (v_f, w_f), and moves the tool
+    # relative to all earlier screws. For a later entry e (or e = f), dv_e = w_f x v_e and dw_e =
+    # w_f x w_e; for an earlier entry, dv_e = w_e x v_f. So two running sums suffice: g_f = w_f .
     # sum_later(v_e x Yv + w_e x Yw) + v_f . sum_earlier(Yv x w_e).
     step = chain.entries * lanes
-    earlier, later = [0.0] * 48, [0.0] * 48  # three numbers of LANES poses
+    earlier, later = [0.0] * 48, [0.0] * 48  # three numbers for each of LANES poses
     arrays.fill(gradient, chain.variables * lanes, 0.0)
     for k in range(3 * lanes):
         earlier[k] = later[k] = 0.0
@@ -61,7 +62,8 @@ def _write_of_screws(chain: Chain, screws: Flat, Y: Flat, gradient: Flat, lanes:
 
 
 def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds Yv x w of an entry to `total`; the components of the screw are `step` numbers apart.
+    # Adds Yv x w of one entry to `total`, where Yv is the linear part of Y and w the angular part
+    # of the screw. The components of the screw are `step` numbers apart.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -72,7 +74,8 @@ def _add_turned(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> 
 
 
 def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) -> None:
-    # Adds v x Yv + w x Yw of an entry to `total`.
+    # Adds v x Yv + w x Yw of one entry to `total`, where v and w are the parts of the screw, Yv
+    # and Yw those of Y.
     w = arrays.after(screw, 3 * step)
     for lane in range(lanes):
         x, y, z = Y[lane], Y[lanes + lane], Y[2 * lanes + lane]
@@ -85,26 +88,31 @@ def _add_carried(Y: Flat, screw: Flat, step: int, total: Numbers, lanes: int) ->
 
 
 def _add_along(screw: Flat, step: int, total: Numbers, gradient: Flat, lanes: int) -> None:
-    # Adds to the gradient the scalar product of `total` with half a screw, v or w.
+    # Adds to the gradient the scalar product of `total` with the linear or the angular part of a
+    # screw.
     for lane in range(lanes):
         x, y, z = total[lane], total[lanes + lane], total[2 * lanes + lane]
         gradient[lane] += screw[lane] * x + screw[step + lane] * y + screw[2 * step + lane] * z
 
 
 def room(chain: Chain) -> int:
-    """Return the number of scratch numbers of `write_gradient` and `write_determinants`."""
+    """Return how many numbers of scratch memory `write_gradient` and `write_determinants` need."""
     if chain.loops == 0:
         return 0
     return _room_of_groups(chain.variables) + chain.closure.passive * chain.dof
 
 
 def _room_of_groups(variables: int) -> int:
-    # Returns the number of scratch numbers of `_add_residual` and for the slopes of a group.
+    # Returns how many numbers of scratch memory `_add_residual` and the derivatives of a group
+    # need.
     return 8 * variables + 6 * LOOP_SCREWS + places.MAX_LOOP_ROWS * places.MAX_LOOP_ROWS
 
 
 def write_gradient(chain: Chain, row: Flat, Y: Flat, gradient: Flat, work: Flat) -> None:
-    """Fill the gradient (n,) of `write_of_screws` by the joints, from a row; Y is (n, 6)."""
+    """
+    Fill the gradient (n,) of the weighted sum of J by the joints, at a row of results; Y is (n,
+    6).
+    """
     screws = arrays.after(row, chain.screws_at)
     if chain.loops == 0:
         write_of_screws(chain, screws, Y, gradient)
@@ -128,7 +136,7 @@ def _write_closed(
             for j in range(n):
                 weights[6 * (n + a) + i] += coupling[a * n + j] * Y[6 * j + i]
     write_of_screws(chain, screws, weights, work)
-    # Fill mu with J_psi^T Y, the weights of the screws of the passive variables.
+    # Fill mu with J_psi^T Y, the weights of the derivatives of the passive variables.
     arrays.fill(mu, passive * n, 0.0)
     for e in range(chain.entries):
         a = chain.joint[e] - n
@@ -142,7 +150,8 @@ def _write_closed(
 
 
 def _reduce_to_joints(n: int, passive: int, coupling: Flat, total: Flat, gradient: Flat) -> None:
-    # Computes the gradient by the joints from `total`, the gradient by all variables.
+    # Computes the gradient by the joints from `total`, the gradient by all variables, with the
+    # chain rule.
     for j in range(n):
         gradient[j] = total[j]
         for a in range(passive):
@@ -158,8 +167,8 @@ def _add_groups(
     mu: Flat,
     work: Flat,
 ) -> None:
-    # Adds the gradients of this group and of all later groups to `work`. The last group comes
-    # first, because it changes the weights mu of earlier groups.
+    # Adds the gradients of this group of loops and of all later groups to `work`. The last group
+    # comes first, because it changes the weights mu of earlier groups.
     if left > 1:
         following = arrays.after(screws, 6 * group.entries)
         _add_groups(group.following, left - 1, closure, coupling, following, mu, work)
@@ -179,15 +188,16 @@ def _add_groups(
 
 
 def _slopes_in(work: Flat, variables: int) -> Flat:
-    # Returns the part of `work` for the slopes of a group; it follows that of `_add_residual`.
+    # Returns the part of `work` that stores the derivatives of a group's residual; it follows the
+    # part of `_add_residual`.
     return arrays.after(work, 8 * variables + 6 * LOOP_SCREWS)
 
 
 def _add_loops(
     loop: Loop, group: LoopGroup, n: int, coupling: Flat, screws: Flat, mu: Flat, work: Flat
 ) -> None:
-    # Adds the gradients of this loop and the following loops of a group. All numbers of a loop are
-    # in the axes of the common first frame of its two chains.
+    # Adds to `work` the gradients of this loop and of the following loops of its group. All
+    # numbers of a loop are in the axes of the first frame that its two chains share.
     first = group.first
     weights = arrays.after(work, group.variables)
     own = arrays.after(mu, (first - n + loop.row) * n)
@@ -199,7 +209,8 @@ def _add_loops(
             for a in range(first + group.count - n):
                 weights[6 * (n + a) + axis] += own[i * n + j] * coupling[a * n + j]
     _add_residual(loop, screws, work)
-    # Variables of earlier groups move the residual of this group: add their weights to mu.
+    # Passive variables of earlier groups move the residual of this group: add the weights of their
+    # derivatives to mu.
     back = arrays.after(screws, 6 * loop.there.entries)
     _add_to_earlier_groups(loop, loop.there, -1.0, first, n, screws, own, mu)
     _add_to_earlier_groups(loop, loop.back, 1.0, first, n, back, own, mu)
@@ -221,8 +232,9 @@ def _add_to_earlier_groups(
 
 
 def _add_residual(loop: Loop, screws: Flat, work: Flat) -> None:
-    # Adds the gradient of the weighted slopes of a loop's residual to `work`, one number for each
-    # variable. After them `work` has the weights, six for each variable, then scratch memory.
+    # Adds to `work` the gradient of the weighted derivatives of a loop's residual, one number for
+    # each variable. After these numbers, `work` has the weights, six for each variable, then
+    # scratch memory.
     _add_end(loop.there, -1.0, screws, work)
     _add_end(loop.back, 1.0, arrays.after(screws, 6 * loop.there.entries), work)
 
@@ -241,10 +253,11 @@ def _add_end(chain: Chain, sign: float, screws: Flat, work: Flat) -> None:
 
 def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> None:
     """
-    Fill, for each group of loops, a determinant and its gradient by the joints: 1 + n numbers.
+    Fill the determinant of each group of loops and its gradient by the joints: 1 + n numbers per
+    group.
 
-    The matrix of the determinant has the slopes of the residual of the group by the passive
-    variables of the group.
+    The matrix of the determinant has the derivatives of the group's residual by its passive
+    variables.
     """
     section = arrays.after(row, chain.closure_at)
     screws = arrays.after(section, chain.closure.screws_at)
@@ -257,7 +270,8 @@ def write_determinants(chain: Chain, row: Flat, results: Flat, work: Flat) -> No
 def _write_determinant(
     group: LoopGroup, left: int, n: int, coupling: Flat, screws: Flat, results: Flat, work: Flat
 ) -> None:
-    # Uses Jacobi's formula d det = det trace(slopes^-1 d slopes).
+    # Computes the gradient of a determinant by Jacobi's formula d det = det trace(slopes^-1 d
+    # slopes).
     order = [0] * 18
     slopes = _slopes_in(work, group.variables)
     residual.write_slopes(group, screws, slopes)
@@ -280,8 +294,8 @@ def _add_inverse(
     screws: Flat,
     work: Flat,
 ) -> None:
-    # Adds the gradients of the slopes of this loop and the following ones, weighted by the columns
-    # of det slopes^-1.
+    # Adds to `work` the gradients of the derivatives of this loop and of the following loops,
+    # weighted by the columns of det slopes^-1.
     gap = [0.0] * 18
     weights = arrays.after(work, group.variables)
     arrays.fill(weights, 6 * group.variables, 0.0)

@@ -1,10 +1,10 @@
 """
-Compute singular values of small matrices by one-sided Jacobi rotations, and determinants.
+Compute the singular values of small matrices by one-sided Jacobi rotations, and determinants.
 
 A matrix A of `count` rows is stored in W with the rotations V beside it: each row has `length`
-numbers of A, then `count` numbers of V. Several matrices can be stored side by side, each in a
-lane: number k of the matrix in a lane is at k * lanes + lane. A matrix alone and the same matrix
-side by side with others give the same bits if no number is -0.0: a rotation by zero would change
+numbers of A, then `count` numbers of V. Several matrices can be interleaved, each in a lane:
+number k of the matrix in a lane is at k * lanes + lane. A matrix alone and the same matrix
+interleaved with others give the same bits if no number is -0.0: a rotation by zero would change
 -0.0 to 0.0.
 """
 
@@ -13,16 +13,17 @@ import math
 from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers
 
-# Largest number of sweeps over all pairs of rows. Six rows of 6 to 96 numbers needed at most 8 in
-# experiments.
+# Largest number of sweeps; a sweep rotates all pairs of rows. Six rows of 6 to 96 numbers needed
+# at most 8 sweeps in experiments.
 MAX_SWEEPS = 60
-# Two rows are orthogonal if (a.b)^2 <= this times |a|^2 |b|^2: 4.5 machine epsilons, squared.
+# Two rows a and b are taken as orthogonal if (a.b)^2 <= this times |a|^2 |b|^2: 4.5 machine
+# epsilons, squared.
 SQUARED_COSINE_TOLERANCE = 1e-15 * 1e-15
-# A sweep is the last one if its largest squared cosine was at most this. The next sweep would
-# square the cosine (quadratic convergence), or keep it if singular values are equal.
+# The iteration ends if the largest squared cosine in a sweep was at most this. The next sweep
+# would square the cosine (quadratic convergence), or keep it if singular values are equal.
 LAST_SQUARED_COSINE = 1e-26
-# Tolerance that stops the rotation of a finished matrix: a squared cosine is at most 1, so all
-# rows count as orthogonal.
+# Tolerance for a matrix that has converged: a squared cosine is at most 1, so all its rows count
+# as orthogonal and it is rotated no more.
 NO_ROTATION = 2.0
 
 
@@ -36,9 +37,10 @@ def _rotate_pair(
     room: Numbers,
     lanes: int,
 ) -> None:
-    # Rotates two rows of `width` numbers, so that their first `length` numbers are orthogonal.
-    # `worst` is raised to the squared cosine of the angle before the rotation. Orthogonal rows are
-    # rotated by 0. `room` holds |a|^2, |b|^2 and a.b, then the cosine and sine of the rotation.
+    # Rotates two rows a and b of `width` numbers, so that their first `length` numbers are
+    # orthogonal. Orthogonal rows are rotated by 0. Raises `worst` to the squared cosine of the
+    # angle before the rotation, if it is larger. `room` holds |a|^2, |b|^2 and a.b, then the
+    # cosine and sine of the rotation.
     for lane in range(lanes):
         room[lane] = room[lanes + lane] = room[2 * lanes + lane] = 0.0
     for column in range(length):
@@ -54,8 +56,8 @@ def _rotate_pair(
         limit = tolerances[lane] * aa * bb
         if lanes == 1 and square <= limit:
             return
-        # Compute tangent t, cosine c and sine s of the rotation. Two angles make the rows
-        # orthogonal; take the smaller.
+        # Compute the tangent t, cosine c and sine s of the rotation. Two angles make the rows
+        # orthogonal; take the smaller angle.
         away = bb - aa
         root = math.sqrt(away * away + 4.0 * square)
         both = abs(away) + root
@@ -65,7 +67,8 @@ def _rotate_pair(
         c = math.sqrt(0.5 * both / root)
         s: float = c * t
         cosine = square / (aa * bb)
-        # Conditional expressions, not branches: the compiler can compute several lanes at once.
+        # Use conditional expressions instead of branches, so that the compiler can compute several
+        # lanes at once.
         room[lane] = c if square > limit else 1.0
         room[lanes + lane] = s if square > limit else 0.0
         cosine = cosine if square > limit else 0.0
@@ -83,9 +86,9 @@ def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> N
     Rotate the rows of A until they are orthogonal, and rotate the rows of V by the same rotations.
 
     The method is one-sided Jacobi (Hestenes, 1958). It keeps all digits of small singular values;
-    the eigenvalues of A A^T would lose digits. V is beside A, so that one loop rotates both.
-    Without V, `width` equals `length`. A finished matrix is not rotated while other lanes
-    continue.
+    the eigenvalues of A A^T would lose digits. V is stored beside A, so that one loop rotates
+    both. Without V, `width` equals `length`. A matrix that has converged is not rotated while
+    other lanes continue.
     """
     if lanes == 1:
         room = [0.0] * 3
@@ -98,10 +101,10 @@ def orthogonalise(W: Flat, count: int, length: int, width: int, lanes: int) -> N
 def _orthogonalise(
     W: Flat, count: int, length: int, width: int, room: Numbers, lanes: int
 ) -> None:
-    # A sweep rotates all pairs of rows in the order of a round-robin tournament (Brent and Luk,
+    # Each sweep rotates all pairs of rows in the order of a round-robin tournament (Brent and Luk,
     # 1985). Successive pairs share no row, so the processor works on several pairs at once.
     last = count - 1 if count % 2 == 0 else count
-    tolerances, worst = [0.0] * 16, [0.0] * 16  # one number of LANES matrices
+    tolerances, worst = [0.0] * 16, [0.0] * 16  # one number for each of LANES matrices
     for lane in range(lanes):
         tolerances[lane] = SQUARED_COSINE_TOLERANCE
     for _ in range(MAX_SWEEPS):
@@ -117,7 +120,8 @@ def _orthogonalise(
                 i = i + 1 if i + 1 < last else 0
                 j = turn if j == last else j
                 j = j - 1 if j > 0 else last - 1
-        # Convergence is quadratic, so the next sweep would rotate nothing.
+        # Stop a matrix whose last rotations were tiny: convergence is quadratic, so the next sweep
+        # would rotate nothing.
         turning = 0
         for lane in range(lanes):
             settled = worst[lane] <= LAST_SQUARED_COSINE
@@ -128,14 +132,18 @@ def _orthogonalise(
 
 
 def _swap(numbers: Flat, first: int, second: int, count: int, lanes: int) -> None:
-    # Swaps `count` numbers of one lane, beginning at `first`, with those beginning at `second`.
+    # Swaps `count` numbers of one lane that begin at index `first` with those that begin at
+    # `second`.
     for column in range(count):
         k = column * lanes
         numbers[first + k], numbers[second + k] = numbers[second + k], numbers[first + k]
 
 
 def sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> None:
-    """Write the norms of the rows of A to sigma, descending, and sort A and V by these norms."""
+    """
+    Write the norms of the rows of A to `sigma` in descending order, and sort the rows of A and V
+    by them.
+    """
     if lanes == 1:
         _sort_by_norm(W, sigma, count, length, width, 1)
     else:
@@ -173,10 +181,10 @@ def _sort_by_norm(W: Flat, sigma: Flat, count: int, length: int, width: int, lan
 
 def unit_rows(W: Flat, sigma: Flat, count: int, length: int, lanes: int) -> None:
     """
-    Normalize the rows of A.
+    Divide each row of A by its norm in `sigma`.
 
-    If a row is round-off, its direction is meaningless. For one lane the row is replaced by a unit
-    vector orthogonal to the rows above it. For several lanes no row may be round-off.
+    If a row is only round-off, its direction is meaningless. For one lane such a row is replaced
+    by a unit vector orthogonal to the rows above it. For several lanes no row may be round-off.
     """
     if lanes == 1:
         _unit_rows(W, sigma, count, length, 1)
@@ -204,7 +212,8 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
     """
     Make row i of A a unit vector orthogonal to the unit rows above it (Gram-Schmidt).
 
-    The method starts from the coordinate vector with the smallest projection onto the rows above.
+    The method starts from the coordinate vector with the smallest projection onto the rows above
+    row i.
     """
     row = arrays.after(W, i * width)
     axis, least = 0, 2.0
@@ -228,7 +237,10 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
 
 
 def write_determinant(A: Flat, size: int, determinants: Numbers, lanes: int) -> None:
-    """Write the determinant of each lane by elimination with partial pivoting; overwrite A."""
+    """
+    Write the determinant of the matrix in each lane by elimination with partial pivoting;
+    overwrite A.
+    """
     if lanes == 1:
         _write_determinant(A, size, determinants, 1)
     else:
@@ -270,7 +282,7 @@ def _write_determinant(A: Flat, size: int, determinants: Numbers, lanes: int) ->
 
 def least_pivot(A: Flat, count: int, length: int) -> float:
     """
-    Return the ratio of the last pivot of A to the first, by elimination with complete pivoting.
+    Return the ratio of the last to the first pivot of A by elimination with complete pivoting.
 
     A has shape (count, length) and is overwritten.
     """
@@ -302,7 +314,7 @@ def least_pivot(A: Flat, count: int, length: int) -> float:
 
 def decompose(work: Floats, sigma: Floats) -> None:
     """
-    Decompose A (count, length) into V^T diag(sigma) U.
+    Compute the singular value decomposition V^T diag(sigma) U of A (count, length).
 
     Parameters
     ----------

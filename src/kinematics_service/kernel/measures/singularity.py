@@ -1,10 +1,10 @@
 """
-Compute the singularity measures of an evaluated row, or of LANES rows side by side.
+Compute the singularity measures of one row of results, or of LANES rows at once.
 
-The columns of a row of measures are in the order of layout/places.py and of MeasurePlaces
-(robot/measure_places.py). Number k of the row in a lane is at k * lanes + lane, in the rows and in
-the measures. A pose measured alone and the same pose side by side give the same bits. If the rank
-of a pose is below the generic rank, other formulas apply, so the pose is measured alone.
+The order of the measures is defined in layout/places.py and in MeasurePlaces
+(robot/measure_places.py). In interleaved rows, number k of the row in a lane is at k * lanes +
+lane. A pose measured alone and the same pose in a lane give the same bits. If the rank at a pose
+is below the generic rank, other formulas apply, so the pose is measured alone.
 """
 
 import math
@@ -15,15 +15,15 @@ from ..layout.arrays import Flat, Numbers, Vector
 from . import gradient, singular_values
 from .task_rows import TaskRows
 
-# A pose is measured alone if the norm of a row of J_t is not below this, m or rad: fourth powers
-# of larger numbers overflow.
+# Largest norm of a row of J_t, m or rad, for which a pose is measured together with others: fourth
+# powers of larger numbers overflow.
 LARGEST_NORM = 1e75
-# Bits for all LANES lanes: every pose must be measured alone.
+# Bit mask that says that the poses of all LANES lanes must be measured alone.
 ALL_LANE_BITS = 0xFFFF
 
 
 def _to_base_axes(task: TaskRows, vectors: Numbers, lanes: int) -> None:
-    # Read the constants first: the compiler assumes that each write may change them.
+    # Read the rotation first: the compiler assumes that each write to `vectors` may change it.
     xx, xy, xz = task.rotation[0], task.rotation[1], task.rotation[2]
     yx, yy, yz = task.rotation[3], task.rotation[4], task.rotation[5]
     zx, zy, zz = task.rotation[6], task.rotation[7], task.rotation[8]
@@ -37,7 +37,10 @@ def _to_base_axes(task: TaskRows, vectors: Numbers, lanes: int) -> None:
 
 
 def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> float:
-    """Return component r of the task, weighted, of a velocity (linear, angular) in base axes."""
+    """
+    Return the weighted component r of the task for a velocity (linear, angular) given in base
+    axes.
+    """
     axis = task.axis[r]
     v = linear if axis < 3 else angular
     k = axis if axis < 3 else axis - 3
@@ -47,12 +50,12 @@ def task_component(task: TaskRows, r: int, linear: Vector, angular: Vector) -> f
 
 def _fill_task_rows(n: int, task: TaskRows, J: Flat, W: Flat, width: int, lanes: int) -> None:
     # Fills W with J_t in the axes of frame 0 (R0^T J), or with the transpose of J_t if n <= m. If
-    # `width` has columns for it, the identity follows on the right.
+    # `width` has more columns, the identity follows on the right.
     m = task.count
     count, length = min(m, n), max(m, n)
     for i in range(m):
         axis = task.axis[i]
-        # axis % 3, without a division: that would take more time than the rest of the row.
+        # Compute axis % 3 without a division, which would take more time than the rest of the row.
         component = axis if axis < 3 else axis - 3
         a = task.rotation[component]
         b = task.rotation[3 + component]
@@ -77,14 +80,13 @@ def _scale_task_rows(n: int, task: TaskRows, W: Flat, width: int, lanes: int) ->
             into = arrays.after(W, (i * width + j if n > m else j * width + i) * lanes)
             scale = task.row_scale[i] * task.column_scale[j]
             for lane in range(lanes):
-                # Adding 0.0 changes -0.0 to 0.0: a rotation by 0 in several lanes would also
-                # change -0.0.
+                # Add 0.0 to change -0.0 to 0.0, as a rotation by 0 in several lanes would do.
                 into[lane] = into[lane] * scale + 0.0
 
 
 def _decompose(W: Flat, sigma: Flat, count: int, length: int, width: int, lanes: int) -> int:
-    # Decomposes W and fills sigma. Returns a bit for each lane with numbers whose powers overflow.
-    # The first sort reduces the number of sweeps.
+    # Computes the singular value decomposition of W and fills sigma. Returns a bit mask of the
+    # lanes with numbers whose powers overflow. The first sort reduces the number of sweeps.
     singular_values.sort_by_norm(W, sigma, count, length, width, lanes)
     large = 0
     for lane in range(lanes):
@@ -106,7 +108,7 @@ def write_directions(n: int, task: TaskRows, row: Flat, W: Flat, sigma: Flat) ->
 
 
 def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int) -> None:
-    # Writes the determinant of the unscaled J_t, which is in W, to the measures. W stays
+    # Writes the determinant and the manipulability of the unscaled J_t, which is in W. W stays
     # unchanged.
     determinants = arrays.after(measures, places.DETERMINANT * lanes)
     for i in range(n):
@@ -121,8 +123,8 @@ def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int)
 def _write_volume(
     n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, measures: Flat, lanes: int
 ) -> int:
-    # Writes the manipulability if J_t is not square or its generic rank is not full. Returns the
-    # bits of `_decompose`.
+    # Writes the manipulability of a J_t that is not square or has no full generic rank. Returns
+    # the bit mask of `_decompose`.
     m = task.count
     count, length = min(m, n), max(m, n)
     volume = arrays.after(measures, places.MANIPULABILITY * lanes)
@@ -138,8 +140,8 @@ def _write_volume(
 
 
 def _write_values(task: TaskRows, sigma: Flat, count: int, measures: Flat, lanes: int) -> int:
-    # Writes rank, condition number and smallest singular value. Returns a bit for each lane whose
-    # rank is below the generic rank.
+    # Writes the rank, the condition number and the smallest singular value. Returns a bit mask of
+    # the lanes whose rank is below the generic rank.
     rank = arrays.after(measures, places.RANK * lanes)
     smallest = arrays.after(sigma, (task.generic_rank - 1) * lanes)
     lost = 0
@@ -172,13 +174,13 @@ def _fill_slopes(
     left: Numbers,
     lanes: int,
 ) -> None:
-    # Fills Y[j] with the gradient, by column j of J, of the sum of log(sigma) for the singular
-    # values `first` to `last`; if `lost`, of the sum of sigma. `left` is a local array of the
-    # caller with six numbers for each pose.
+    # Fills Y[j] with the gradient, by column j of J, of the sum of log(sigma) over the singular
+    # values `first` to `last`. If `lost`, it is the gradient of the sum of sigma. `left` is a
+    # local array of the caller with six numbers for each pose.
     m = task.count
     wide = n > m
     length, width = max(m, n), m + n
-    weights, along = [0.0] * 16, [0.0] * 16  # one number of LANES poses
+    weights, along = [0.0] * 16, [0.0] * 16  # one number for each of LANES poses
     arrays.fill(Y, 6 * n * lanes, 0.0)
     arrays.fill(left, 6 * lanes, 0.0)
     for r in range(first, last + 1):
@@ -196,7 +198,7 @@ def _fill_slopes(
             y = arrays.after(Y, 6 * j * lanes)
             for lane in range(lanes):
                 along[lane] = right[lane] * scale
-            # For one pose compute all six components: that saves 2 % of the time of its measures.
+            # For one pose compute all six components, which saves 2 % of the time of its measures.
             for i in range(6 if lanes == 1 else m):
                 axis = i if lanes == 1 else task.axis[i]
                 for lane in range(lanes):
@@ -206,8 +208,8 @@ def _fill_slopes(
 
 
 def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes: int) -> None:
-    # Scales the gradient in `way_out` to a unit motion. Writes the first-order distance to a
-    # singular pose, rad: 1 over the norm of the gradient, at most pi.
+    # Scales the gradient in `way_out` to a joint motion of length 1. Writes the first-order
+    # distance to a singular pose, rad: 1 over the norm of the gradient, at most pi.
     norms = [0.0] * 16
     for lane in range(lanes):
         norms[lane] = 0.0
@@ -233,8 +235,8 @@ def _write_way_out(n: int, task: TaskRows, way_out: Flat, distances: Flat, lanes
 def _write_direction(
     n: int, task: TaskRows, direction: Flat, lost: Flat, motion: Flat, lanes: int
 ) -> None:
-    # Writes the direction of the tool that is lost first, in base axes, and the joint motion that
-    # belongs to it: the singular vectors of the smallest singular value.
+    # Writes the tool direction that is lost first, in base axes, and the joint motion that belongs
+    # to it. They are the singular vectors of the smallest singular value.
     m = task.count
     wide, length = n > m, max(m, n)
     arrays.fill(lost, 6 * lanes, 0.0)
@@ -251,20 +253,21 @@ def _write_direction(
 
 
 def measure_row(chain: Chain, task: TaskRows, row: Flat, measures: Flat, work: Flat) -> None:
-    """Fill the measures of an evaluated row, except the factors and the level."""
+    """Fill the singularity measures of one row of results, except the factors and the level."""
     left = [0.0] * 6
     _measure(chain, task, row, measures, work, left, 1)
 
 
 def measure_rows(chain: Chain, task: TaskRows, rows: Flat, measures: Flat, work: Flat) -> int:
     """
-    Fill the measures of LANES rows of an open chain, each as `measure_row` does.
+    Fill the singularity measures of LANES interleaved rows of an open chain, each as `measure_row`
+    does.
 
-    Return a bit for each lane that must be measured alone. The generic rank must be full. `work`
-    has LANES (min(m, n) (m + n) + 6 n) numbers.
+    Return a bit mask of the lanes that must be measured alone. The generic rank must be full.
+    `work` has LANES (min(m, n) (m + n) + 6 n) numbers.
     """
-    # The length is 6 * LANES, written as a literal for C. The array is local, because the compiler
-    # then knows that it overlaps with no other.
+    # The length is 6 * LANES, which C needs as a literal. The array is local, because the compiler
+    # then knows that it overlaps with no other array.
     left = [0.0] * 96
     return _measure(chain, task, rows, measures, work, left, places.LANES)
 

@@ -1,20 +1,24 @@
-"""Eigenvectors of a small symmetric matrix by Jacobi rotations, and a damped Cholesky solver."""
+"""
+Compute the eigenvectors of a small symmetric matrix by Jacobi rotations, and solve damped
+equations by Cholesky.
+"""
 
 import math
 
 from ..layout import arrays
 from ..layout.arrays import Flat, Floats
 
-# Largest number of sweeps over all entries. Matrices of 12 rows needed 8 in experiments.
+# Largest number of sweeps; a sweep visits all off-diagonal entries. Matrices of 12 rows needed 8
+# sweeps in experiments.
 MAX_SWEEPS = 30
-# An off-diagonal entry is round-off if it is below this multiple of the largest diagonal entry:
-# 4.5 machine epsilons.
+# An off-diagonal entry is taken as round-off if it is below this multiple of the largest diagonal
+# entry: 4.5 machine epsilons.
 ROUND_OFF = 1e-15
 
 
 def _rotate(H: Flat, Z: Flat, size: int, i: int, j: int) -> None:
-    # Rotates H and Z in the plane of i and j, so that H[i, j] becomes zero (Golub and Van Loan,
-    # 8.5.2).
+    # Rotates H and Z in the plane of the axes i and j, so that H[i, j] becomes zero (Golub and Van
+    # Loan, 8.5.2).
     off = H[i * size + j]
     half = 0.5 * (H[j * size + j] - H[i * size + i])
     root = math.sqrt(half * half + off * off)
@@ -38,8 +42,9 @@ def diagonalise(H: Flat, Z: Flat, size: int, tolerance: float) -> None:
     """
     Make a symmetric matrix H (size, size) diagonal, and fill Z with its eigenvectors.
 
-    The eigenvectors are the rows of Z, not sorted; H[i, i] is the eigenvalue of row i. It ends if
-    off-diagonal entries are at most `tolerance` times the largest diagonal entry.
+    The eigenvectors are the rows of Z, not sorted; H[i, i] is the eigenvalue of row i. The
+    iteration ends if off-diagonal entries are at most `tolerance` times the largest diagonal
+    entry.
     """
     for i in range(size):
         for j in range(size):
@@ -60,7 +65,8 @@ def diagonalise(H: Flat, Z: Flat, size: int, tolerance: float) -> None:
 
 def damped_step(n: int, A: Flat, g: Flat, damping: float, L: Flat, step: Flat) -> bool:
     """
-    Solve (A + damping 1) step = g by Cholesky; return False if A + damping 1 is not positive.
+    Solve (A + damping 1) step = g by Cholesky; return False if the matrix is not positive
+    definite.
     """
     for i in range(n):
         for j in range(i + 1):

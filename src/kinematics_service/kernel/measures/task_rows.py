@@ -1,4 +1,4 @@
-"""Select and weight the rows of the Jacobian for the singularity measures."""
+"""Select and weight the rows of the Jacobian that count for the singularity measures."""
 
 import numpy as np
 
@@ -8,7 +8,8 @@ from ..layout.arrays import Floats, Integers
 
 class TaskRows:
     """
-    The frozen selection and scaling of the rows J_t of the Jacobian, in the axes of frame 0.
+    The rows J_t of the Jacobian that the task uses, in the axes of frame 0, and their scale
+    factors; immutable.
 
     In the compiled kernel the arrays are addresses that Python does not see.
 
@@ -25,7 +26,7 @@ class TaskRows:
     row_scale : shape (m,), column_scale : shape (n,)
         Factors of the rows and columns of the scaled J_t.
     zero : m
-        Singular values up to this are taken as zero, independent of the largest singular value.
+        Singular values up to this are taken as zero, whatever the largest singular value is.
     """
 
     def __init__(

@@ -1,1 +1,3 @@
-"""Curves of inverse kinematics solutions, if an arm has one joint more than its target needs."""
+"""
+Compute curves of inverse kinematics solutions of an arm with one joint more than its target needs.
+"""

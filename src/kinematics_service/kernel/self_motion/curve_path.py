@@ -1,10 +1,11 @@
 """
-Interpolate a curve of solutions between its samples, and find roots of functions along it.
+Interpolate a curve of inverse kinematics solutions between its samples, and find roots of
+functions along it.
 
 A place on the curve is a number k + x: the fraction x of the way from sample k to sample k + 1.
-Cubic Hermite interpolation predicts the solution, and Newton's method corrects it perpendicular to
-the chord. The Illinois method (Dowell and Jarratt 1971) finds roots: regula falsi that halves the
-value at the end that does not move.
+Cubic Hermite interpolation predicts the solution, and Newton's method corrects the prediction
+perpendicular to the chord. The Illinois method (Dowell and Jarratt 1971) finds roots: regula falsi
+that halves the value at the end that does not move.
 """
 
 import math
@@ -13,19 +14,20 @@ from ..layout import arrays
 from ..layout.arrays import Floats
 from .curve_point import CurvePoint
 
-# Largest number of steps to a root; ten are usual.
+# Largest number of steps of the Illinois method to a root; ten steps are usual.
 MAX_ROOT_STEPS = 100
-# A joint is at a level if its distance from the level is below this, rad or m: round-off of 100
-# operations at 3 rad.
+# The root is found if a joint's distance from the wanted position is below this, rad or m:
+# round-off of 100 operations at 3 rad.
 LEVEL_TOLERANCE = 1e-13
-# A place is a turning point of a joint, or a nearest place, if the slope of the joint or of the
-# distance is below this. The error of the position is of the order of the square of the slope.
+# A turning point of a joint is found if the joint's slope along the curve is below this. The
+# nearest point is found if the slope of the distance is below this. The error of the position is
+# of the order of the square of the slope.
 SLOPE_TOLERANCE = 1e-9
 
 
 class CurvePath:
     """
-    A curve of solutions, interpolated between its samples.
+    A curve of inverse kinematics solutions, interpolated between its samples.
 
     Parameters
     ----------
@@ -37,8 +39,8 @@ class CurvePath:
     Attributes
     ----------
     joint, level
-        The function whose roots are found: position of the joint minus the level, or the slope of
-        the joint if the level is NaN. If the joint is -1, the function is the slope of the
+        The function whose roots `root` finds: the position of the joint minus the level. If the
+        level is NaN, it is the slope of the joint. If the joint is -1, it is the slope of the
         distance from `goal`.
     """
 
@@ -51,7 +53,9 @@ class CurvePath:
         self.joint, self.level = -1, 0.0
 
     def interpolate(self, place: float) -> None:
-        """Move the point to a place of the curve."""
+        """
+        Move `point` to a place of the curve: the fraction of the way from one sample to the next.
+        """
         q, border, n, square = self.point.q, self.point.border, self.n, 0.0
         k: int = int(min(max(place, 0.0), self.m - 2.0))
         x = place - k
@@ -65,12 +69,12 @@ class CurvePath:
             chord = border[j]
             bend = y * (size * a[n + j] - chord) - x * (size * b[n + j] - chord)
             q[j] = a[j] + x * chord + x * y * bend
-        # Ignore a failure of Newton's method near a singular pose: the samples at both ends are
-        # solutions.
+        # Do not check whether Newton's method converged. It may fail near a singular pose, but the
+        # samples at both ends are solutions.
         self.point.improve()
 
     def value(self) -> float:
-        """Return the value of the function at the point."""
+        """Return the value, at `point`, of the function whose roots `root` finds."""
         q, tangent, total = self.point.q, self.point.tangent, 0.0
         if self.joint >= 0:
             level = self.level
@@ -80,7 +84,10 @@ class CurvePath:
         return total
 
     def root(self, a: float, low: float, b: float, high: float) -> float:
-        """Return the root between places a and b, whose values low and high differ in sign."""
+        """
+        Return the root of the function between places a and b, where its values low and high
+        differ in sign.
+        """
         x = b
         tolerance: float = LEVEL_TOLERANCE if not math.isnan(self.level) else SLOPE_TOLERANCE
         for _ in range(MAX_ROOT_STEPS):
@@ -100,7 +107,7 @@ class CurvePath:
 
 
 def write_places(path: CurvePath, places: Floats, q: Floats) -> None:
-    """Fill q (m, n) with the joint positions at places (m,) of a curve."""
+    """Fill q (m, n) with the joint positions at given places (m,) of a curve of solutions."""
     count, n = arrays.size(places), path.n
     at, rows = arrays.numbers(places, count), arrays.results(q, count * n)
     for i in range(count):
@@ -110,15 +117,15 @@ def write_places(path: CurvePath, places: Floats, q: Floats) -> None:
 
 def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
     """
-    Find the places at which joints are at given levels or change their direction.
+    Find the places of a curve at which a joint has a given position or changes its direction.
 
     Parameters
     ----------
     path
         The curve.
     brackets : shape (6, m)
-        Joint and level (NaN for a turning point); a place and the value of the function at it;
-        another place and its value, of opposite sign.
+        Joint and its wanted position (NaN for a turning point); a place and the value of the
+        function at it; another place and its value, of opposite sign.
     roots : shape (m, k)
         Filled with the place and the joint positions (n,) of each root; further columns do not
         change.
@@ -137,14 +144,15 @@ def write_roots(path: CurvePath, brackets: Floats, roots: Floats) -> None:
 
 def nearest_place(path: CurvePath, goal: Floats, begin: float, end: float) -> float:
     """
-    Return the place, between two neighboring places, at which the curve is nearest to a goal.
+    Return the place of the curve, between two places, at which the joint positions are nearest to
+    a goal.
 
     Parameters
     ----------
     path
         The curve.
     goal : shape (2, n)
-        Joint positions, and the weights of the squared differences.
+        Joint positions of the goal, and the weights of the squared differences.
     begin, end
         The two places.
     """

@@ -1,10 +1,11 @@
 """
-Correct a point onto a curve of solutions by Newton's method, and compute the tangent of the curve.
+Move joint positions onto a curve of solutions by Newton's method, and compute the tangent of the
+curve.
 
 Allgower and Georg, Introduction to Numerical Continuation Methods, section 3.3: the derivative of
-the target's rows has one row fewer than columns. An additional last row, the border, makes the
-matrix square. The correction is perpendicular to the border. The tangent is the null vector of the
-rows above the border.
+the target's rows by the joints has one row fewer than columns. An additional last row, the border,
+makes the matrix square. The correction is perpendicular to the border. The tangent is the null
+vector of the rows above the border.
 """
 
 import math
@@ -14,34 +15,36 @@ from ..inverse.residuals import Residual
 from ..layout import arrays, places
 from ..layout.arrays import Floats
 
-# Largest number of Newton steps; three steps are usual after a prediction.
+# Largest number of Newton steps; three steps are usual after a step along the curve.
 MAX_NEWTON_STEPS = 12
-# Length of the last step, rad or m. Newton's method squares the error of this step to 1e-14, which
-# is round-off.
+# Newton's method ends if a step is shorter than this, rad or m. The next step would reduce this
+# error to its square, 1e-14, which is round-off.
 STEP_TOLERANCE = 1e-7
 
 
 class CurvePoint:
     """
-    A point of a curve of solutions, and the tangent of the curve at it.
+    Joint positions on a curve of inverse kinematics solutions, and the tangent of the curve at
+    them.
 
     Parameters
     ----------
     residual
         The residual of the target, with one weighted row fewer than joints.
     periods : shape (n,), rad or m
-        Motion of a joint after which the tool has the same pose; 1e12 if there is none.
+        Motion of a joint after which the tool has the same pose; 1e12 for a joint without such a
+        motion.
 
     Attributes
     ----------
     q, tangent : shape (n,)
         Joint positions, rad or m, and the unit tangent at an acute angle to the border.
     border : shape (n,)
-        Direction to which corrections are perpendicular.
+        Direction to which corrections of q are perpendicular.
     orientation
-        The sign of the determinant of the derivative with the tangent as last row. It is constant
-        along a curve, and opposite on another curve that nearly crosses this curve (Allgower and
-        Georg, definition 2.1.1).
+        The sign of the determinant of the derivative with the tangent as last row. The sign is
+        constant along a curve, and opposite on another curve that nearly crosses this curve
+        (Allgower and Georg, definition 2.1.1).
     """
 
     def __init__(self, residual: Residual, periods: Floats) -> None:
@@ -63,7 +66,8 @@ class CurvePoint:
 
     def look_along(self, side: float) -> None:
         """
-        Set the border to the null vector at q whose orientation is `side`, 1 or -1.
+        Set `border` to the null vector of the derivative at q whose orientation is `side`, 1 or
+        -1.
 
         The elements of the null vector are cofactors: determinants with a unit vector as border.
         """
@@ -79,7 +83,10 @@ class CurvePoint:
             self.border[j] = null[j] / size if size > 0.0 else 0.0
 
     def improve(self) -> bool:
-        """Move q to a solution and write its tangent; return whether Newton's method converged."""
+        """
+        Move q to a solution and compute the tangent there; return whether Newton's method
+        converged.
+        """
         n, A, step = self.n, self.A, self.step
         for _ in range(MAX_NEWTON_STEPS):
             self.linearise()
@@ -99,7 +106,10 @@ class CurvePoint:
         return False
 
     def linearise(self) -> None:
-        """Write the derivative at q and the border as last row to A, and the errors to `step`."""
+        """
+        Write to A the derivative of the target's rows at q, with the border as last row, and the
+        errors to `step`.
+        """
         n = self.n
         self.residual.square(self.q, places.JACOBIAN)
         self.residual.write_columns(self.ones)
@@ -121,12 +131,17 @@ class CurvePoint:
             tangent[j] *= size
 
     def way(self, j: int, way: float) -> float:
-        """Return a motion of joint j minus full turns, so that it is at most half a period."""
+        """
+        Return the motion `way` of joint j minus full turns, so that it is at most half a period.
+        """
         return way - self.periods[j] * math.floor(way / self.periods[j] + 0.5)
 
 
 def write_derivative(point: CurvePoint, q: Floats, derivative: Floats) -> None:
-    """Write the derivative (n - 1, n) of the target's rows at joint positions (n,), rad or m."""
+    """
+    Write the derivative (n - 1, n) of the target's rows by the joints at joint positions q (n,),
+    rad or m.
+    """
     n = point.n
     arrays.copy(point.q, n, arrays.numbers(q, n))
     point.linearise()

@@ -1,43 +1,51 @@
 """
-Trace a curve of solutions by numerical continuation (predictor and corrector) until it closes.
+Trace a curve of inverse kinematics solutions by numerical continuation (predictor and corrector)
+until it closes.
 
 Allgower and Georg, Introduction to Numerical Continuation Methods, chapters 2 and 6: an Euler step
-goes along the tangent, and Newton's method corrects it across the tangent. The step length depends
-on the angle by which the tangent turns. If a step ends on another curve that nearly crosses this
-curve, the orientation is opposite, and the step is repeated with half its length.
+goes along the tangent, and Newton's method corrects the result perpendicular to the tangent. The
+step length depends on the angle by which the tangent turns. If a step ends on another curve that
+nearly crosses this curve, the orientation is opposite, and the step is repeated with half its
+length.
 """
 
 from ..layout import arrays
 from ..layout.arrays import Flat, Floats
 from .curve_point import CurvePoint
 
-# Length of the first step, rad.
+# Length of the first step along the curve, rad.
 FIRST_STEP = 0.02
-# Length of the longest step, rad: the largest distance between samples, without corrections.
+# Length of the longest step along the curve, rad: the largest distance between samples, without
+# corrections.
 MAX_STEP = 0.1
-# Length of the shortest step, rad. If this step fails, the curve ends at a singular pose.
+# Length of the shortest step along the curve, rad. If a step of this length fails, the curve ends
+# at a singular pose.
 MIN_STEP = 1e-7
-# A step is accepted if the cosine of the angle between the tangents exceeds this: 0.35 rad.
+# A step is accepted if the cosine of the angle between the tangents before and after it exceeds
+# this: 0.35 rad.
 MIN_COSINE = 0.94
-# The next step is doubled if the cosine of the angle between the tangents exceeds this: 0.1 rad.
+# The next step is twice as long if the cosine of the angle between the tangents exceeds this: 0.1
+# rad.
 DOUBLING_COSINE = 0.995
-# Largest ratio of the correction to the step. The ratio is 0.18 on a circle whose tangent turns by
-# 0.35 rad.
+# Largest ratio of the corrector's motion to the step. The ratio is 0.18 on a circle whose tangent
+# turns by 0.35 rad.
 MAX_CORRECTION = 0.25
 # Largest motion of a joint between two samples, rad: MAX_STEP plus its largest correction.
 MAX_GAP = 0.125
-# Two joint positions are the same solution if no joint differs by more than this, rad or m: ten
-# times the last step of Newton's method.
+# Two sets of joint positions are taken as one solution if no joint differs by more than this, rad
+# or m: ten times the last step of Newton's method.
 SOLUTION_TOLERANCE = 1e-6
 
 
 def trace(point: CurvePoint, side: float, samples: Floats) -> int:
     """
-    Follow the curve of solutions from one solution until the curve closes.
+    Fill `samples` by following the curve of solutions from a first solution until the curve
+    closes.
 
-    Returns the number of samples; negative if the curve is closed, whose last sample is the first
-    sample plus full turns. If the number is positive, the curve ends at a singular pose, or the
-    array is full. Returns 0 if Newton's method finds no solution at the start.
+    Returns the number of samples. The number is negative if the curve is closed; then the last
+    sample is the first sample plus full turns. If the number is positive, the curve ends at a
+    singular pose, or the array is full. Returns 0 if Newton's method finds no solution at the
+    start.
 
     Parameters
     ----------
@@ -84,9 +92,9 @@ def _write(point: CurvePoint, row: Flat) -> None:
 
 
 def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> float:
-    # Moves the point to the solution one step ahead of a sample. Returns the cosine of the angle
-    # between the tangents; 0 if Newton's method fails, or if the solution may be beyond a bend or
-    # on another curve.
+    # Moves `point` to the solution one step ahead of a sample. Returns the cosine of the angle
+    # between the tangents. Returns 0 if Newton's method fails, or if the solution may be beyond a
+    # bend or on another curve.
     n, border = point.n, point.border
     arrays.copy(border, n, arrays.after(sample, n))
     for j in range(n):
@@ -103,8 +111,8 @@ def _step_from(point: CurvePoint, sample: Flat, step: float, side: float) -> flo
 
 
 def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float:
-    # Moves the point to the next solution. Returns the length of the following step, rad; 0 on
-    # failure.
+    # Moves `point` to the next solution along the curve. Returns the length of the following step,
+    # rad; 0 on failure.
     h: float = step
     while h > MIN_STEP:
         cosine: float = _step_from(point, before, h, side)
@@ -115,8 +123,8 @@ def _advance(point: CurvePoint, before: Flat, side: float, step: float) -> float
 
 
 def _reaches(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: float) -> bool:
-    # Returns whether a step from a sample along the curve reaches a goal. The step must be longer
-    # than `least`, which is negative if steps back are allowed.
+    # Returns whether one step from a sample along the curve reaches `goal`. The step must be
+    # longer than `least`, which is negative if steps back are allowed.
     n = point.n
     step: float = 0.0
     for j in range(n):
@@ -129,7 +137,7 @@ def _reaches(point: CurvePoint, side: float, sample: Flat, goal: Flat, least: fl
 
 def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
     """
-    Return whether a curve passes a solution (n,), up to full turns.
+    Return whether a curve of solutions contains the solution q (n,), up to full turns.
 
     Parameters
     ----------
@@ -150,7 +158,7 @@ def passes(point: CurvePoint, samples: Floats, q: Floats) -> bool:
         for j in range(n):
             distance = max(distance, abs(point.way(j, goal[j] - row[j])))
         is_passed = distance < MAX_GAP and _reaches(point, 1.0, row, goal, -MAX_GAP)
-        # Skip samples that are too far away: neighboring samples are within MAX_GAP.
+        # Skip samples that are too far from q: neighboring samples are within MAX_GAP.
         k += 1 + int(max(distance / MAX_GAP - 1.0, 0.0))
     arrays.take_back(lock)
     return is_passed

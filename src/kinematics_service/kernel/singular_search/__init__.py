@@ -1,1 +1,1 @@
-"""Find the singular pose nearest to a given pose."""
+"""Find the singular pose nearest to given joint positions."""

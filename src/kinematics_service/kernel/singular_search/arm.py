@@ -1,4 +1,4 @@
-"""Collect the data of an arm that the kernel reads."""
+"""Collect the data of an arm that the kernel's computations of singularity need."""
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from .singular_atlas import SingularAtlas
 
 class Arm:
     """
-    The frozen data of an arm that the kernel reads; threads may share it.
+    The chain, task, singular factors and thresholds of an arm for the kernel; immutable, so
+    threads may share it.
 
     Attributes
     ----------
@@ -23,11 +24,12 @@ class Arm:
         Whether the product of the factors is the determinant. If so, only the zeros of the factors
         are singular poses.
     watched
-        Column of the measure that is compared with the thresholds.
+        Index of the measure that is compared with the thresholds, in a row of measures.
     warn, stop
         Thresholds of the levels WARN and ERROR.
     spans : shape (n, 3)
-        Begin, reach and period of each joint, as in `SingularAtlas`; by default full turns.
+        First position, range and period of each joint, as in `SingularAtlas`; by default full
+        turns.
     """
 
     def __init__(
@@ -53,7 +55,7 @@ class Arm:
         self._atlas: SingularAtlas | None = None
 
     def atlas(self) -> SingularAtlas:
-        """Return samples of the singular poses; the first call computes them."""
+        """Return samples of the singular poses of the arm; the first call computes them."""
         if self._atlas is None:
             self._atlas = SingularAtlas(self.chain, self.task, self.spans)
         return self._atlas

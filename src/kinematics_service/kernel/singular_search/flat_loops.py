@@ -1,16 +1,16 @@
 """
-Find the nearest position at which the equations of a group of closed loops are singular.
+Find the nearest joint positions at which the equations of a group of closed loops are singular.
 
-Such a position is called flat here. At a flat position the loop equations no longer determine the
-passive variables. The determinant D of the derivatives of the equations by these variables is
-zero, and a branch of the loops ends or meets another branch.
+Such joint positions are called a flat position in this file. At a flat position the loop equations
+no longer determine the passive variables. The determinant D of the derivatives of the equations by
+these variables is zero, and a branch of the loops ends or meets another branch.
 
-The method is damped Newton on D^2 = 0 (Nocedal and Wright, section 11.1): D^2 has a finite slope
-at a flat position, but D has none where a branch ends. A step leads to the plane on which the
-linearised D^2 is zero, and along this plane towards the point nearest to the origin. Steps are
-halved because the loops do not close beyond the flat position. One flat position may be in the
-direction in which D grows, and another in the opposite direction. So there are two starts: one
-step along the slope of D, and one against it.
+The method is damped Newton on D^2 = 0 (Nocedal and Wright, section 11.1): D^2 has a finite
+derivative at a flat position, but D has none where a branch ends. A step leads to the plane on
+which the linearised D^2 is zero, and along this plane towards the point nearest to the origin.
+Steps are halved because the loops do not close beyond the flat position. One flat position may be
+in the direction in which D grows, and another in the opposite direction. So there are two starts:
+one step along the gradient of D, and one against it.
 """
 
 import math
@@ -22,21 +22,23 @@ from ..measures import gradient
 from . import projection, rank_equations
 from .rank_equations import RankEquations
 
-# Factor of a step. It is halved each time that the loops do not close, but not below
-# `projection.MIN_STEP_RATIO`: each attempt that does not close takes the time of 50 steps.
+# Factor that shortens each Newton step. It is halved each time that the loops do not close, but
+# not below `projection.MIN_STEP_RATIO`: each attempt that does not close takes the time of 50
+# steps.
 DAMPING = 0.5
-# The iteration has converged if the remaining distance to the flat position is at most this, rad.
+# The iteration has converged if the remaining distance to joint positions with singular loop
+# equations is at most this, rad.
 FLAT_TOLERANCE = 1e-4
-# The motion stops short of the flat position by this distance, rad. It grows tenfold until the
-# loops close, because a branch may end there.
+# The motion stops this far before joint positions with singular loop equations, rad. The distance
+# grows tenfold until the loops close, because a branch may end there.
 END_BEFORE = 1e-7
-# Largest number of steps. A step multiplies the remaining distance by at most 0.75, if D falls
-# linearly.
+# Largest number of Newton steps. A step multiplies the remaining distance by at most 0.75, if the
+# determinant falls linearly.
 FLAT_STEPS = 30
 
 
 def room(chain: Chain) -> int:
-    """Return the length of the work array of `look`."""
+    """Return how many numbers of scratch memory `look` needs."""
     return 4 * chain.dof + chain.groups * (1 + chain.dof) + gradient.room(chain)
 
 
@@ -44,16 +46,17 @@ def look(
     equations: RankEquations, origin: Flat, group: int, limit: float, d: Flat, work: Flat
 ) -> float:
     """
-    Fill the motion d (n,), rad, to the nearest flat position of a group of loops.
+    Fill d (n,), rad, with the shortest motion to joint positions at which the equations of a group
+    of loops are singular.
 
-    Returns the length of d, rad; infinite if no flat position was found.
+    Returns the length of d, rad; infinite if the search found no such joint positions.
 
     Parameters
     ----------
     equations
         The rank equations of the arm, decomposed at `origin`.
     origin : shape (n,)
-        Positions, rad or m.
+        Joint positions at which the search starts, rad or m.
     group
         Index of the group.
     limit
@@ -78,8 +81,9 @@ def look(
 def _move_along(
     equations: RankEquations, origin: Flat, group: int, step: float, d: Flat, work: Flat
 ) -> bool:
-    # Moves from the origin along the slope of D by `step`, shortened until the loops close. Stays
-    # at the origin if they close nowhere. Returns False if D has no slope.
+    # Moves d from the origin along the gradient of the loop determinant D by `step`, shortened
+    # until the loops close. Leaves d at the origin if the loops close nowhere. Returns False if
+    # the gradient is 0.
     n = equations.n
     slope, goal = work, arrays.after(work, n)
     arrays.fill(d, n, 0.0)
@@ -104,7 +108,8 @@ def _move_along(
 def _descend(
     equations: RankEquations, origin: Flat, group: int, limit: float, d: Flat, work: Flat
 ) -> float:
-    # Moves d to the flat position. Returns the length of d, rad; infinite if none was found.
+    # Moves d to joint positions with singular loop equations. Returns the length of d, rad;
+    # infinite if the iteration finds none.
     n, share = equations.n, DAMPING
     slope, goal, step = work, arrays.after(work, n), arrays.after(work, 2 * n)
     for _ in range(FLAT_STEPS):
@@ -150,8 +155,8 @@ def _move_before(
 
 
 def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Flat) -> float:
-    # Writes a step onto the plane, plus a step along the plane that is at most as long. Returns
-    # the length of the whole step along the plane, rad.
+    # Writes to `step` a motion onto the plane with linearised D^2 = 0, plus a motion along this
+    # plane that is at most as long. Returns the length of the uncut motion along the plane, rad.
     for j in range(n):
         step[j] = back * slope[j] - d[j]
     slide = rank_equations.length_of(step, n)
@@ -163,8 +168,8 @@ def _write_step(n: int, onto: float, back: float, slope: Flat, d: Flat, step: Fl
 
 
 def _write_half(equations: RankEquations, group: int, slope: Flat, work: Flat) -> float:
-    # Fills the slope (n,) of D and returns D / 2. The ratio of D / 2 to the slope of D is the
-    # ratio of D^2 to the slope of D^2.
+    # Fills `slope` (n,) with the gradient of the loop determinant D and returns D / 2. The ratio
+    # of D / 2 to the gradient of D is the ratio of D^2 to the gradient of D^2.
     n, groups = equations.n, equations.chain.groups
     free = arrays.after(work, groups * (1 + n))
     gradient.write_determinants(equations.chain, equations.row, work, free)

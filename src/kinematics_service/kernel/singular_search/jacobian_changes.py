@@ -1,9 +1,10 @@
 """
-Compute the derivatives of the tool's velocity J x by the joint positions, for a fixed x.
+Compute the derivatives of the tool velocity J x by the joint positions, for constant joint
+velocities x.
 
-Each entry of the chain has a screw (v, w). If entry e moves, the screw of e and of each later
-entry changes by (w_e x v, w_e x w), and v of each earlier entry changes by w x v_e. Entries of one
-element have the same axis, so their order does not matter.
+Each entry of the chain (a joint that moves an element) has a screw (v, w). If entry e moves, the
+screw of e and of each later entry changes by (w_e x v, w_e x w), and v of each earlier entry
+changes by w x v_e. Entries of one element have the same axis, so their order does not matter.
 """
 
 from ..forward.chain import Chain
@@ -13,7 +14,8 @@ from ..layout.arrays import Flat, Numbers
 
 def write_changes(chain: Chain, row: Flat, x: Flat, changes: Flat) -> None:
     """
-    Fill `changes` (entries, 6) with the derivative of J x by the variable of each entry.
+    Fill `changes` (entries, 6) with the derivative of the tool velocity J x by the variable of
+    each entry.
 
     J is the geometric Jacobian in base axes; x (n,) is constant.
     """
@@ -43,20 +45,24 @@ def write_changes(chain: Chain, row: Flat, x: Flat, changes: Flat) -> None:
 def _write_cross(
     x: float, y: float, z: float, b: Numbers, begin: int, into: Numbers, at: int
 ) -> None:
-    # Writes the cross product of (x, y, z) and b[begin] to b[begin + 2] to `into` from index `at`.
+    # Writes the vector product of (x, y, z) and (b[begin], b[begin + 1], b[begin + 2]) to `into`
+    # from index `at`.
     into[at] = y * b[begin + 2] - z * b[begin + 1]
     into[at + 1] = z * b[begin] - x * b[begin + 2]
     into[at + 2] = x * b[begin + 1] - y * b[begin]
 
 
 def _add_turn(w: Flat, e: int, entries: int, rate: float, total: Numbers) -> None:
-    # Adds rate times the axis w of entry e to `total`.
+    # Adds `rate` times the axis w of entry e to `total`.
     for k in range(3):
         total[k] += rate * w[e + k * entries]
 
 
 def write_slope(chain: Chain, changes: Flat, y: Flat, slope: Flat) -> None:
-    """Fill the gradient (n,) of y' J x by the joints from `changes`; y (6,) is constant."""
+    """
+    Fill `slope` (n,) with the gradient of y' J x by the joints, from `changes`; x and y are
+    constant.
+    """
     arrays.fill(slope, chain.dof, 0.0)
     for e in range(chain.entries):
         slope[chain.joint[e]] += arrays.dot(y, arrays.after(changes, 6 * e), 6)
