@@ -1,16 +1,16 @@
 """
-Find the singular pose nearest to given joint positions: multi-start sequential projection.
+Find the singular pose nearest to given joint positions: sequential projection from several starts.
 
-The starts are:
+The starts of the projection are:
 
-- the points at which singular values are zero to first order;
+- the joint positions at which a singular value is zero to first order;
 - mixtures of the directions of the two least singular values;
 - a motion of each joint in both directions;
-- the nearest samples of the atlas.
+- the nearest samples of the atlas, a list of singular poses.
 
 If the joints move, the search follows the singular poses that it has found, and tries the starts
-again one by one. It tries all starts while the joints move by a quarter of the distance to the
-nearest singular pose.
+again one by one. While the joints move by a quarter of the distance to the nearest singular pose,
+it tries all starts once.
 """
 
 import math
@@ -22,39 +22,43 @@ from .arm import Arm
 from .projection import Projection
 from .singular_atlas import SingularAtlas
 
-# Number of samples of the atlas that are starts.
+# Number of samples of the atlas (stored singular poses) from which a projection starts.
 SAMPLES = 24
-# Number of these samples for an arm with closed loops: a step takes 20 times as long.
+# Number of samples of the atlas that are starts if the arm has closed loops: a step then takes 20
+# times as long.
 SAMPLES_OF_LOOPS = 6
-# Number of samples that are starts if J is nearly singular but no singular pose was found near.
+# Number of samples of the atlas that are starts if J is nearly singular but the search found no
+# singular pose near.
 NEARLY_SINGULAR_SAMPLES = 96
-# If J is nearly singular but the singular pose found is farther away than this, rad, more samples
-# are tried.
+# If J is nearly singular but the nearest singular pose found is farther than this, rad, the search
+# tries more samples.
 DOUBTFUL_DISTANCE = 0.1
-# Number of starts that mix the directions of the two least singular values, 22.5 degrees apart.
+# Number of starts in mixtures of the directions of the two least singular values, 22.5 degrees
+# apart.
 MIXTURES = 8
-# Largest number of steps along the set of singular poses.
+# Largest number of steps of a projection along the set of singular poses.
 STEPS = 14
-# A start is dropped if its linear estimate exceeds the best distance by this factor. The factor is
-# above 1 because the set of singular poses is curved.
+# A start is dropped if its estimated distance exceeds the best distance by this factor. The factor
+# is above 1 because the estimate is linear and the set of singular poses is curved.
 DROP_MARGIN = 1.3
-# Largest number of singular poses that are followed.
+# Largest number of singular poses that the search follows while the joints move.
 MEMORY = 6
-# Two singular poses are the same if they differ by at most this, relative to their distance. A
-# position at which the loop equations are singular is kept until the joints have moved by this,
-# relative to its distance.
+# Two singular poses are taken as one if they differ by at most this, relative to their distance.
+# Joint positions with singular loop equations are searched again if the joints have moved by more
+# than this, relative to the distance.
 SAME_POSE_RATIO = 0.1
-# All starts are tried again while the joints move by this ratio of the distance to the nearest
+# All starts are tried once while the joints move by this fraction of the distance to the nearest
 # singular pose.
 SEARCH_RATIO = 0.25
-# Least distance, rad, that SEARCH_RATIO is multiplied by. At smaller distances the level is ERROR
+# Least distance by which SEARCH_RATIO is multiplied, rad. At smaller distances the level is ERROR
 # by default (stop: 0.03), and one search for each message is enough.
 SEARCH_FLOOR = 0.02
 
 
 class NearestSearch:
     """
-    A search for one arm: the singular poses found so far, and the starts already tried.
+    Searches the singular pose nearest to the joint positions of one arm, and follows it while the
+    joints move.
 
     Parameters
     ----------
@@ -91,16 +95,22 @@ class NearestSearch:
         (self.picked,) = arrays.whole_rooms(most)
 
     def write_pose(self, pose: Flat) -> None:
-        """Fill the joint positions (n,) of the nearest singular pose found, rad or m."""
+        """
+        Fill `pose` (n,) with the joint positions of the nearest singular pose found, rad or m.
+        """
         for j in range(self.n):
             scale = self.arm.task.column_scale[j]
             pose[j] = self.projection.origin[j] + scale * self.nearest[j]
 
     def look(self, q: Flat, row: Flat) -> None:
-        """Search from all starts at positions q (n,), which `row` evaluates."""
+        """
+        Search the nearest singular pose from all starts, at joint positions q (n,); `row` has the
+        results at q.
+        """
         self._stand_at(q, row)
         self.pose_count, self.distance, self.is_following = 0, places.INFINITY, True
-        # Search singular positions of the loops first: the loops of no start close beyond them.
+        # Search joint positions with singular loop equations first, because no projection closes
+        # the loops beyond them.
         self._look_for_flat_loops()
         self._take_own_pose()
         self._begin()
@@ -116,9 +126,11 @@ class NearestSearch:
 
     def follow(self, q: Flat, row: Flat) -> None:
         """
-        Update the search for the next positions q (n,) of a motion, which `row` evaluates.
+        Update the nearest singular pose for the next joint positions q (n,) of a motion; `row` has
+        the results at q.
 
-        It searches from all starts if q is the first position of the motion, or after a long step.
+        The method searches from all starts if q is the first position of the motion, or after a
+        long step.
         """
         if not self.is_following:
             self.look(q, row)
@@ -145,14 +157,15 @@ class NearestSearch:
             self.look(q, row)
             return
         reach = SEARCH_RATIO * max(min(self.distance, places.FARTHEST), SEARCH_FLOOR)
-        # Try starts in proportion to the motion: all starts while the joints move by `reach`.
+        # Try some starts again, in proportion to the motion: all starts while the joints move by
+        # `reach`.
         while self.tried * reach < self.moved * self.starts:
             if not self._try_next():
                 self.moved = 0.0
                 self._begin()
 
     def _polish(self) -> None:
-        # Refines the nearest singular pose that was found to full accuracy.
+        # Refines the nearest singular pose found to full accuracy.
         nearest = -1
         for k in range(self.pose_count):
             nearest = k if self.lengths[k] == self.distance else nearest
@@ -164,8 +177,8 @@ class NearestSearch:
                 self._put(nearest, length)
 
     def _take_own_pose(self) -> None:
-        # Records the present positions as a singular pose if they are singular. If they are nearly
-        # singular, runs the projection from them.
+        # Stores the present joint positions as a singular pose if they are singular. If they are
+        # nearly singular, runs a projection from them.
         condition, length = self.projection.equations.condition_number(), places.INFINITY
         arrays.fill(self.projection.d, self.n, 0.0)
         if condition >= 1.0 / places.RANK_TOLERANCE:
@@ -176,8 +189,8 @@ class NearestSearch:
             self._remember(length)
 
     def _look_for_flat_loops(self) -> None:
-        # Searches, for each group of loops, the nearest position at which the loop equations are
-        # singular.
+        # Searches for each group of loops the nearest joint positions at which the loop equations
+        # are singular.
         self.flat_moved = 0.0
         d = self.projection.d
         for k in range(self.groups):
@@ -188,13 +201,14 @@ class NearestSearch:
             for j in range(self.n):
                 self.flats[k * self.n + j] = self.u[j] + d[j]
             self._take_flat(k)
-        # Limit steps to half the distance to such a position: the loops still close there.
+        # Limit steps to half the distance to singular loop equations, because the loops still
+        # close there.
         if self.groups > 0:
             self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
 
     def _hold_flat_loops(self) -> None:
-        # Keeps the singular positions of the loops until the joints have moved by a tenth of the
-        # distance to the nearest of them; then searches them again.
+        # Keeps the stored joint positions with singular loop equations until the joints have moved
+        # by a tenth of the distance to the nearest of them. Then searches them again.
         nearest: float = places.FARTHEST
         for k in range(self.groups):
             nearest = min(nearest, self.flat_lengths[k])
@@ -209,15 +223,15 @@ class NearestSearch:
                 self._take_flat(k)
 
     def _take_flat(self, k: int) -> None:
-        # `flats` has the position at which the equations of loop group k are singular. If this
-        # position is nearer than the singular pose found so far, it replaces that pose.
+        # Takes the joint positions at which the equations of loop group k are singular as the
+        # nearest singular pose, if they are nearer.
         if self.flat_lengths[k] < self.distance:
             self.distance = self.flat_lengths[k]
             arrays.copy(self.nearest, self.n, self.projection.d)
 
     def _stand_at(self, q: Flat, row: Flat) -> float:
-        # Sets the present positions; returns the length of the motion from the last positions,
-        # rad.
+        # Sets the present joint positions; returns the length of the motion from the last
+        # positions, rad.
         self.projection.equations.decompose(row)
         squares = 0.0
         for j in range(self.n):
@@ -228,7 +242,7 @@ class NearestSearch:
         return math.sqrt(squares)
 
     def _begin(self) -> None:
-        # Starts a new round of all starts.
+        # Begins a new round in which each start is tried once.
         self.tried = 0
         is_unexplained = self.pose_count > 0 and self._is_unexplained()
         self._pick(NEARLY_SINGULAR_SAMPLES if is_unexplained else self.samples)
@@ -240,21 +254,21 @@ class NearestSearch:
         self.starts = self.values + MIXTURES + 2 * self.n + picked
 
     def _is_searched(self) -> bool:
-        # Returns False if positions are so large that their last digits are too coarse, or if the
-        # atlas of the arm would take hours.
+        # Returns False if joint positions are so large that their last digits are too coarse, or
+        # if the atlas of the arm would take hours.
         largest = 0.0
         for j in range(self.n):
             largest = max(largest, abs(self.u[j]))
         return largest < places.LARGEST_REDUCED and self.n <= places.MAX_SEARCHED_JOINTS
 
     def _is_unexplained(self) -> bool:
-        # Returns whether J is nearly singular although no singular pose was found near.
+        # Returns whether J is nearly singular although the search found no singular pose near.
         condition = self.projection.equations.condition_number()
         return condition > places.NEARLY_SINGULAR and self.distance > DOUBTFUL_DISTANCE
 
     def _bring_next(self) -> bool:
-        # Projects the known singular pose whose distance may be the least. Returns False if none
-        # can be nearer than the best.
+        # Runs the projection from the stored singular pose whose distance may be the least.
+        # Returns False if no stored pose can be nearer than the best.
         first = -1
         for k in range(self.pose_count):
             is_first = first < 0 or self._least(k) < self._least(first)
@@ -276,12 +290,13 @@ class NearestSearch:
         return True
 
     def _least(self, k: int) -> float:
-        # Returns a lower bound of the distance to pose k: since it was measured, the distance has
-        # changed by at most the motion of the joints.
+        # Returns a lower bound of the distance to stored pose k: the last distance minus the
+        # motion of the joints since then.
         return self.lengths[k] - self.drifts[k]
 
     def _put(self, k: int, length: float) -> None:
-        # Stores the motion of the projection as singular pose k, with its length.
+        # Stores the result of the projection as singular pose k, with the length of the motion to
+        # it.
         for j in range(self.n):
             self.poses[k * self.n + j] = self.u[j] + self.projection.d[j]
         self.lengths[k], self.drifts[k] = length, 0.0
@@ -290,7 +305,7 @@ class NearestSearch:
             arrays.copy(self.nearest, self.n, self.projection.d)
 
     def _try_next(self) -> bool:
-        # Runs the projection from the next start. Returns False if all starts were tried.
+        # Runs the projection from the next start. Returns False if all starts have been tried.
         k = self.tried
         if k >= self.starts:
             return False
@@ -303,8 +318,8 @@ class NearestSearch:
         return True
 
     def _write_start(self, k: int, limit: float) -> bool:
-        # Writes the motion of start k to the projection. Returns False if the start cannot give a
-        # pose nearer than `limit`.
+        # Writes the motion to start k into the projection. Returns False if this start cannot give
+        # a singular pose nearer than `limit`.
         d = self.projection.d
         if k < self.values:
             r = self.values - 1 - k
@@ -327,8 +342,8 @@ class NearestSearch:
         return self.atlas.matters(k // 2)
 
     def _remember(self, length: float) -> None:
-        # Stores the pose that the projection found. If the memory is full, it replaces the
-        # farthest pose; if the same pose is stored already, it replaces that pose.
+        # Stores the singular pose that the projection found. It replaces a stored pose that is
+        # nearly equal, or the farthest one if the memory is full.
         place, farthest = -1, 0
         for k in range(self.pose_count):
             squares = 0.0

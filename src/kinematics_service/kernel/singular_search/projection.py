@@ -1,5 +1,6 @@
 """
-Project joint positions onto the set of singular poses: sequential quadratic programming.
+Find a singular pose near joint positions by projection onto the set of singular poses (sequential
+quadratic programming).
 
 S is zero if J_t has lost rank (`rank_equations.py`), and dS is the derivative of S. Let d_i be the
 motion from the given positions after step i. Each step solves min |d|^2 with
@@ -18,35 +19,38 @@ from ..measures.task_rows import TaskRows
 from . import rank_equations
 from .rank_equations import RankEquations
 
-# Longest step, rad: the sine of this angle differs from the angle by 1.5 %.
+# Longest step of the projection, rad: the sine of this angle differs from the angle by 1.5 %.
 TRUST_RADIUS = 0.3
-# A run has converged if its next step onto the set is at most this, relative to the motion.
+# A projection has converged if its next step onto the set of singular poses is at most this,
+# relative to the whole motion.
 STEP_TOLERANCE = 1e-9
-# Least motion, rad, that STEP_TOLERANCE is multiplied by: a step of 1e-12 rad is round-off.
+# Least motion by which STEP_TOLERANCE is multiplied, rad: a step of 1e-12 rad is round-off.
 MIN_MOTION = 1e-3
-# A run has converged along the set if its step along the set is at most this, relative to the
-# motion: the distance is then at most 1e-5 too large.
+# A projection has converged along the set of singular poses if its step along the set is at most
+# this, relative to the whole motion. The distance is then at most 1e-5 too large.
 SLIDE_TOLERANCE = 5e-3
-# Bounds of the step length along the set, relative to the whole step of the linear equations.
+# Bounds of the step along the set of singular poses, relative to the step that solves the linear
+# equations.
 MIN_STEP_RATIO = 0.1
-MAX_STEP_RATIO = 2.0  # for sets that are half as curved as dS suggests
-# Largest number of Newton steps after the projection: each halves the remaining distance if S has
-# a double zero.
+MAX_STEP_RATIO = 2.0  # twice the step, if the set is half as curved as dS suggests
+# Largest number of Newton steps after the projection. If S has a double zero, each step halves the
+# remaining distance.
 NEWTON_STEPS = 24
-# A start can be dropped by the linear estimate of its distance after this number of steps.
+# Number of steps after which a start can be dropped because of the linear estimate of its
+# distance.
 TRIAL_STEPS = 2
 
 
 class Projection:
     """
-    A projection from one start, with the result of the last run.
+    Projects joint positions onto the set of singular poses, from one start at a time.
 
     Attributes
     ----------
     origin, d : shape (n,)
-        The given joint positions, rad or m, and the motion from them, rad.
+        The given joint positions, rad or m, and the motion from them to the iterate, rad.
     radius
-        Longest step, rad.
+        Length of the longest step, rad.
     evaluations
         Number of evaluations of S and dS so far.
     """
@@ -62,22 +66,23 @@ class Projection:
 
     def run(self, limit: float, most: int, tolerance: float) -> float:
         """
-        Move d to a singular pose that is locally nearest to the origin; return the length of d.
+        Move d, the motion from the origin, to a locally nearest singular pose; return the length
+        of d, rad.
 
-        The length, rad, is infinite if the run does not converge, or if the linear estimate of
-        the length exceeds `limit`.
+        The length is infinite if the iteration does not converge, or if the linear estimate of the
+        length exceeds `limit`.
 
         Parameters
         ----------
         limit
-            Length beyond which a run is dropped, rad.
+            Length of d beyond which the iteration ends, rad.
         most
             Largest number of steps along the set; 0 for Newton's method alone.
         tolerance
             Step along the set, relative to the length of d, at which the run has converged.
         """
-        # First round: steps along the set, then Newton's method alone. If a step along the set is
-        # still long after it, do a second round.
+        # Take steps along the set of singular poses, then Newton steps alone. If a step along the
+        # set is still long after that, do a second round.
         n, best, remaining, is_second_round = self.n, places.INFINITY, most, False
         self.equations.restart()
         for _ in range(2 * (most + NEWTON_STEPS)):
@@ -109,16 +114,16 @@ class Projection:
         return best
 
     def _is_singular(self, length: float, onto: float) -> bool:
-        # Returns whether Newton's method has converged: S and the next step are small. At a double
-        # zero of S the steps stay long; then S must be as small as round-off.
+        # Returns whether d leads to a singular pose: S and the next Newton step are small. At a
+        # double zero of S the steps stay long; then S must be as small as round-off.
         if not self.equations.are_singular(places.SINGULAR_VALUE_RATIO):
             return False
         is_small = onto <= STEP_TOLERANCE * max(length, MIN_MOTION)
         return is_small or self.equations.are_singular(places.RANK_TOLERANCE)
 
     def _take_last_step(self, length: float) -> float:
-        # Adds the last steps to the result if they are small, without evaluating S again. Returns
-        # the length of the motion, rad.
+        # Writes d plus the last steps, if they are small, to `result`, without evaluating S again.
+        # Returns the length of this motion, rad.
         n, onto, along = self.n, 0.0, 0.0
         if rank_equations.length_of(self.onto, n) <= SLIDE_TOLERANCE * length:
             onto = 1.0
@@ -129,8 +134,8 @@ class Projection:
         return rank_equations.length_of(self.result, n)
 
     def _linearise(self) -> bool:
-        # Fills the steps `onto` and `along` at d. Returns False if a loop does not close at d, or
-        # if no motion changes S.
+        # Fills `onto`, the step onto the set of singular poses from d, and `along`, the step along
+        # it. Returns False if a loop does not close at d, or if no motion changes S.
         if not self.equations.move_to(self.origin, self.d):
             return False
         self.equations.linearise()
@@ -138,8 +143,8 @@ class Projection:
         return self.equations.write_steps(self.d, self.onto, self.along)
 
     def _share_along(self) -> float:
-        # Returns the factor of the step along the set, computed from the last change of the step
-        # (Barzilai and Borwein, 1988).
+        # Returns the factor of the step along the set of singular poses, computed from the last
+        # change of this step (Barzilai and Borwein, 1988).
         squares, change = 0.0, 0.0
         for j in range(self.n):
             squares += self.moved[j] * self.moved[j]
@@ -155,7 +160,8 @@ class Projection:
             self.d[j] += self.moved[j]
 
     def _estimate(self) -> float:
-        # Returns the length of the motion to the nearest point of the linearised set, rad.
+        # Returns an estimate of the distance to the nearest singular pose, rad, from the
+        # linearised set.
         squares = 0.0
         for j in range(self.n):
             end = self.d[j] + self.onto[j] + self.along[j]

@@ -1,5 +1,6 @@
 """
-Linearise the equations of a singular pose by the Schur complement of J_t.
+Compute the equations of a singular pose, and their derivatives, by the Schur complement of the
+task Jacobian J_t.
 
 Gaussian elimination with complete pivoting (Golub and Van Loan, Matrix Computations, section
 3.4.8) stops after k - 1 pivots, where k is the generic rank. Then J_t = [A B; C D] up to the order
@@ -21,14 +22,14 @@ from ..measures import gradient, singular_values, singularity
 from ..measures.task_rows import TaskRows
 from . import jacobian_changes
 
-# A singular value of dS is taken as zero if its ratio to the largest is at most this. Effects of
-# table errors of 1e-5 are above it.
+# A singular value of dS is taken as zero if its ratio to the largest one is at most this. Table
+# errors of 1e-5 cause larger ratios.
 RANK_SHARE = 1e-6
 
 
 class RankEquations:
     """
-    The equations S + dS d = 0 of a singular pose near given joint positions.
+    Computes the equations S + dS d = 0 of a singular pose near given joint positions.
 
     d is a motion of the joints in rad; prismatic joints are divided by the characteristic length.
 
@@ -37,7 +38,8 @@ class RankEquations:
     chain, task
         The arm.
     spans : shape (n, 3)
-        As for `SingularAtlas`. A joint of reach 0 does not change the rank and is not moved.
+        First position, range and period of each joint, as in `SingularAtlas`. A joint of range 0
+        does not change the rank and is not moved.
 
     Attributes
     ----------
@@ -53,7 +55,8 @@ class RankEquations:
         n, m = self.chain.dof, self.task.count
         self.n, self.m = n, m
         self.residual, self.size = 0.0, 0.0
-        # Size the arrays for one pivot fewer than k - 1, the largest size that is used.
+        # Size the arrays for one pivot fewer than k - 1 (k is the generic rank), because S is
+        # largest then.
         self.pivots: int = max(task.generic_rank - 2, 0)
         self.idle: int = n - self.pivots
         self.lost: int = m - self.pivots
@@ -83,26 +86,33 @@ class RankEquations:
                 self.axes[3 * i + k] = along * self.task.row_scale[i]
 
     def stop_after(self, pivots: int) -> None:
-        """Set the number of pivots of the elimination; with fewer pivots S has more entries."""
+        """Set the number of pivots of the elimination. With fewer pivots S has more entries."""
         self.pivots, self.idle, self.lost = pivots, self.n - pivots, self.m - pivots
         self.count = self.idle * self.lost
 
     def restart(self) -> None:
-        """Go back to the row of `decompose`, from which `move_to` closes the loops next."""
+        """
+        Restore the row of results given to `decompose`; the next `move_to` closes the loops from
+        this row.
+        """
         arrays.copy(self.row, self.chain.frames_at, self.home)
 
     def begin_assembled(self) -> None:
-        """Start closing loops from their assembled positions; `decompose` is not needed."""
+        """
+        Let the next `restart` begin at the joint positions at which the loops are known to close,
+        without `decompose`.
+        """
         if self.chain.loops > 0:
             section = arrays.after(self.home, self.chain.closure_at)
             arrays.copy(section, self.chain.closure.width, self.chain.closure.start)
 
     def move_to(self, origin: Flat, d: Flat) -> bool:
         """
-        Evaluate S after a motion d from the joint positions `origin`, rad or m.
+        Evaluate S, which is zero at a singular pose, after a motion d from the joint positions
+        `origin`.
 
-        Returns False if a number is not finite, or if a loop does not close on the way from the
-        last positions; then the loops stay at the last positions.
+        Returns False if a number is not finite. Returns False also if a loop does not close on the
+        way from the last joint positions; then the loops stay at these positions.
         """
         for j in range(self.n):
             self.q[j] = origin[j] + self.task.column_scale[j] * d[j]
@@ -125,7 +135,8 @@ class RankEquations:
         return total < places.INFINITY
 
     def _write_task_rows(self) -> None:
-        # Fills M with the scaled J_t, and `size` with a lower bound of the largest singular value.
+        # Fills M with the scaled task Jacobian J_t, and `size` with a lower bound of its largest
+        # singular value.
         n, squares = self.n, 0.0
         for i in range(self.m):
             axis = arrays.after(self.axes, 3 * i)
@@ -139,8 +150,9 @@ class RankEquations:
         self.size = math.sqrt(squares / min(self.m, n))
 
     def _eliminate(self) -> None:
-        # Eliminates in place: M becomes the factors L and U of A, the factors C U^-1 below, and S
-        # at the end. `rows` and `columns` have the row and column of M at each position.
+        # Eliminates in place: M becomes the factors L and U of A, the factors C U^-1 below them,
+        # and S at the end. `rows` and `columns` store the row and column of M at each position
+        # after pivoting.
         m, n, M, rows, columns = self.m, self.n, self.M, self.rows, self.columns
         for i in range(m):
             rows[i] = i
@@ -165,7 +177,7 @@ class RankEquations:
                     below[columns[j]] -= factor * pivot_row[columns[j]]
 
     def _write_remainder(self) -> None:
-        # Fills S = Y' J_t X, the joint motions X and the tool motions Y.
+        # Fills S = Y' J_t X from the elimination, the joint motions X and the tool motions Y.
         n, first, M, squares = self.n, self.pivots, self.M, 0.0
         for a in range(self.lost):
             row = arrays.after(M, self.rows[first + a] * n)
@@ -179,7 +191,8 @@ class RankEquations:
         self.residual = math.sqrt(squares)
 
     def _write_joint_motion(self, b: int) -> None:
-        # Fills column b of X: solves U x = -column by back substitution, in units of the joints.
+        # Fills joint motion b, a column of X, in rad or m: solves U x = -column by back
+        # substitution.
         n, first, M, columns = self.n, self.pivots, self.M, self.columns
         x = arrays.after(self.X, b * n)
         arrays.fill(x, n, 0.0)
@@ -195,7 +208,8 @@ class RankEquations:
             x[j] *= self.task.column_scale[j]
 
     def _write_tool_motion(self, a: int) -> None:
-        # Fills row a of Y: solves y' L = -row from the last component on, in base axes.
+        # Fills tool motion a, a row of Y, in base axes: solves y' L = -row from the last component
+        # on.
         first, y = self.pivots, self.y
         last = arrays.after(self.M, self.rows[first + a] * self.n)
         tool = arrays.after(self.Y, 6 * a)
@@ -209,26 +223,28 @@ class RankEquations:
             self.add_tool_motion(self.rows[k], value, tool)
 
     def add_tool_motion(self, row: int, share: float, tool: Flat) -> None:
-        """Add a multiple of a row of the task to a tool motion (6,) in base axes."""
+        """Add `share` times row `row` of the task to the tool motion `tool` (6,), in base axes."""
         half = 3 if self.task.axis[row] > 2 else 0
         for k in range(3):
             tool[half + k] += share * self.axes[3 * row + k]
 
     def are_singular(self, ratio: float) -> bool:
         """
-        Return whether S is zero: at most `ratio` times the largest singular value of J_t.
+        Return whether S is at most `ratio` times the largest singular value of J_t, so that J_t is
+        singular.
 
-        The value is the larger of `size` and the largest singular value of the decomposed row.
+        The largest singular value is taken as the larger of `size` and the largest singular value
+        in the row of `decompose`.
         """
         return self.residual <= max(ratio * max(self.size, self.sigma[0]), self.task.zero)
 
     def linearise(self) -> None:
-        """Fill G with dS, and make the rows of G orthogonal."""
+        """Fill G with dS, the derivative of S by the joints, and make the rows of G orthogonal."""
         self.write_slopes()
         self.orthogonalise()
 
     def write_slopes(self) -> None:
-        """Fill G with dS: one row of n slopes for each entry of S."""
+        """Fill G with dS: for each entry of S one row of n derivatives by the joints."""
         n, count = self.n, self.count
         for b in range(self.idle):
             x = arrays.after(self.X, b * n)
@@ -239,7 +255,9 @@ class RankEquations:
                 self.write_slope(x, arrays.after(self.Y, 6 * a), slope)
 
     def orthogonalise(self) -> None:
-        """Rotate the rows of dS until they are orthogonal; append the rotation on the right."""
+        """
+        Rotate the rows of dS in G until they are orthogonal, and append the rotation on the right.
+        """
         n, count = self.n, self.count
         for k in range(count):
             for i in range(count):
@@ -248,7 +266,10 @@ class RankEquations:
         singular_values.sort_by_norm(self.G, self.slopes, count, n, n + count, 1)
 
     def write_slope(self, x: Flat, y: Flat, slope: Flat) -> None:
-        """Fill the gradient (n,) of y' J_t x; x (n,) and y (6,) are joint and tool motions."""
+        """
+        Fill `slope` (n,) with the gradient of y' J_t x for a joint motion x (n,) and a tool motion
+        y (6,).
+        """
         if self.chain.loops == 0:
             jacobian_changes.write_slope(self.chain, self.changes, y, slope)
         else:
@@ -260,22 +281,25 @@ class RankEquations:
             slope[j] *= self.units[j]
 
     def condition_number(self) -> float:
-        """Return the condition number of J_t in the row given to `decompose`."""
+        """Return the condition number of J_t in the row of results given to `decompose`."""
         smallest = self.sigma[self.pivots]
         is_lost = smallest == 0.0 or self.sigma[0] <= self.task.zero
         return places.INFINITY if is_lost else self.sigma[0] / smallest
 
     def decompose(self, row: Flat) -> None:
-        """Compute the singular values and vectors of J_t in an evaluated row, and keep the row."""
+        """
+        Compute the singular value decomposition of J_t in a row of results, and keep the row.
+        """
         arrays.copy(self.home, self.chain.frames_at, row)
         singularity.write_directions(self.n, self.task, self.home, self.W, self.sigma)
 
     def write_steps(self, d: Flat, onto: Flat, along: Flat) -> bool:
         """
-        Fill two steps (n,) from a motion d to the linear set S + dS step = 0.
+        Fill two steps (n,) from a motion d to the solutions of the linear equations S + dS step =
+        0.
 
-        `onto` is the least-norm step onto the set. `along` is the component of -d along the set.
-        Their sum leads to the point of the set nearest to d = 0. Returns False if no motion
+        `onto` is the least-norm step to a solution. `along` is the component of -d within the set
+        of solutions. Their sum leads to the solution nearest to d = 0. Returns False if no motion
         changes S.
         """
         n, count = self.n, self.count
@@ -295,5 +319,5 @@ class RankEquations:
 
 
 def length_of(d: Flat, n: int) -> float:
-    """Return the length of a motion d (n,)."""
+    """Return the Euclidean length of a joint motion d (n,)."""
     return math.sqrt(arrays.dot(d, d, n))

@@ -1,8 +1,8 @@
 """
-Sample the set of singular poses of an arm: project random joint positions by Newton's method.
+Compute samples of the singular poses of an arm: project random joint positions by Newton's method.
 
-The samples are starts of the search for the nearest singular pose. So the search also finds
-branches of the set that are not nearest to first order.
+The search for the nearest singular pose starts from samples, too. So it also finds branches of
+singular poses that are not nearest to first order.
 """
 
 import math
@@ -15,29 +15,30 @@ from ..layout.arrays import Flat, FlatIntegers, Floats
 from ..measures.task_rows import TaskRows
 from .projection import Projection
 
-# Number of random joint positions: for six joints the mean distance between samples is about
-# 0.7 rad.
+# Largest number of random joint positions. For six joints the mean distance between samples is
+# then about 0.7 rad.
 SEEDS = 3000
-# If k joints change the rank, SEEDS_PER_JOINT ** k random positions are used, but at most SEEDS.
+# If k joints change the rank of J_t, the number of random positions is SEEDS_PER_JOINT ** k, but
+# at most SEEDS.
 SEEDS_PER_JOINT = 10
-# Largest number of random positions for an arm with closed loops: an evaluation takes 20 times as
-# long.
+# Largest number of random joint positions for an arm with closed loops: an evaluation takes 20
+# times as long.
 SEEDS_OF_LOOPS = 300
 SEED = 1
 
 
 class SingularAtlas:
     """
-    Samples of the singular poses from the whole ranges of the joints, frozen.
+    Samples of an arm's singular poses over the whole ranges of its joints; immutable.
 
     Parameters
     ----------
     chain, task
         The arm.
     spans : shape (n, 3)
-        Lower end, length and period of the range of each joint, rad; prismatic joints are divided
-        by the characteristic length. If the length of a range is 0, the joint never changes the
-        rank of J_t.
+        First position, length and period of the range of each joint, rad; prismatic joints are
+        divided by the characteristic length. If the length of a range is 0, the joint never
+        changes the rank of J_t.
 
     Attributes
     ----------
@@ -67,7 +68,8 @@ class SingularAtlas:
 
     def nearest(self, u: Flat, max_count: int, picked: FlatIntegers, distances: Flat) -> int:
         """
-        Find the samples nearest to joint positions u, nearest first; return their number.
+        Fill `picked` with the samples nearest to joint positions u, nearest first; return their
+        number.
 
         Parameters
         ----------
@@ -97,7 +99,7 @@ class SingularAtlas:
         return count
 
     def write_motion(self, u: Flat, k: int, d: Flat) -> None:
-        """Fill the shortest motion d (n,), rad, from u to sample k."""
+        """Fill d (n,), rad, with the shortest motion from joint positions u to sample k."""
         for j in range(self.n):
             d[j] = self._apart(arrays.after(self.poses, k * self.n), u, j)
 
@@ -112,8 +114,8 @@ class SingularAtlas:
 
 
 def _project(projection: Projection, task: TaskRows, poses: Floats) -> int:
-    # Projects each row of `poses` onto the set of singular poses, in place. Moves the rows that
-    # converge to the front, and returns their number.
+    # Projects each row of `poses` (joint positions) onto the set of singular poses, in place.
+    # Moves the rows that converge to the front, and returns their number.
     n, count = projection.n, arrays.extent(poses, 0)
     table, converged = arrays.results(poses, 0), 0
     lock = arrays.let_go()

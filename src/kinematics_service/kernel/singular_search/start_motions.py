@@ -1,9 +1,9 @@
 """
-Compute motions after which a singular value of J_t is zero to first order.
+Compute joint motions that make a singular value of the task Jacobian J_t zero to first order.
 
-The motions are starts of the projection. The derivative of a singular value is u' dJ_t v (Golub
-and Van Loan, Matrix Computations, section 8.6). If two singular values are nearly zero, the
-nearest singular pose may lose any combination of their two directions.
+The motions are starts of the projection onto singular poses. The derivative of a singular value is
+u' dJ_t v (Golub and Van Loan, Matrix Computations, section 8.6). If two singular values are nearly
+zero, the nearest singular pose may lose any combination of their two directions.
 """
 
 import math
@@ -17,9 +17,11 @@ from .rank_equations import RankEquations
 
 def write_zero_of(equations: RankEquations, r: int, d: Flat) -> float:
     """
-    Fill the least-norm motion d (n,), rad, that makes singular value r zero to first order.
+    Fill d (n,), rad, with the least-norm joint motion that makes singular value number r zero to
+    first order.
 
-    The singular value is that of the row given to `decompose`. Returns the length of d, rad.
+    The singular value is that of J_t in the row given to `decompose`. Returns the length of d,
+    rad.
     """
     n, m = equations.n, equations.m
     equations.restart()
@@ -48,8 +50,8 @@ def write_zero_between(
     equations: RankEquations, origin: Flat, turn: float, limit: float, d: Flat
 ) -> float:
     """
-    Fill the motion d (n,), rad, to the nearest pose that loses a given mixture of the last two
-    directions.
+    Fill d (n,), rad, with the joint motion to the nearest pose that loses a given mixture of the
+    last two singular directions.
 
     Returns the length of d, rad; infinite if it exceeds `limit`, or if the generic rank is 1. With
     one pivot fewer, S has two rows (or columns). The rank of J_t is below k if the sum of these
@@ -84,8 +86,8 @@ def write_zero_between(
 
 
 def _mix(equations: RankEquations, turn: float) -> None:
-    # Replaces the two rows (or columns) of S by their weighted sum, and makes the rows of the
-    # derivatives of the sum orthogonal.
+    # Replaces the two rows (or columns) of S by their weighted sum, and computes the derivatives
+    # of the sum with orthogonal rows.
     n = equations.n
     lines, width, other = equations.count // 2, n + equations.count, n + equations.count // 2
     by_rows = equations.lost == 2

@@ -1,1 +1,1 @@
-"""All joint positions of a general arm of six joints, by elimination."""
+"""Compute all inverse kinematics solutions of a general arm of six joints, by elimination."""

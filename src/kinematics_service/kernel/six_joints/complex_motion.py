@@ -1,5 +1,6 @@
 """
-Solve for six complex joint positions by Newton's method, and prove that a solution is near.
+Solve for six complex joint positions that reach a goal by Newton's method, and prove that a
+solution is near.
 
 The equations compare the product of the screws with the goal: the position, and the skew part of
 the rotation between them. The derivatives are twists (Pluecker coordinates of the screws). The
@@ -19,33 +20,35 @@ from .complex_product import Product
 from .pairs import Complex
 from .six_screws import SixScrews
 
-# Largest number of Newton steps from one candidate. Most candidates need one or two.
+# Largest number of Newton steps from one candidate. Most candidates need one or two steps.
 MAX_ITERATIONS = 12
-# Largest change of a joint in one step, rad or units of the loop; longer steps are damped.
+# Largest change of a joint in one Newton step, rad or units of the loop; longer steps are
+# shortened.
 MAX_STEP = 0.5
-# J is taken as singular if the Newton step is not shorter than this, rad or units of the loop: a
-# step damped to MAX_STEP would not converge in MAX_ITERATIONS. The test saves 5 % of the time of a
+# J is taken as singular if the Newton step is at least this, rad or units of the loop: a step
+# shortened to MAX_STEP would not converge in MAX_ITERATIONS. The test saves 5 % of the time of a
 # UR5e whose table has errors of 1e-5.
 SINGULAR_STEP = 1e6
-# The iteration ends after a step shorter than this, rad or units of the loop. Convergence is
+# Newton's method ends after a step shorter than this, rad or units of the loop. Convergence is
 # quadratic, so the next step would be 1e-14.
 STEP_TOLERANCE = 1e-7
-# A solution must have no element of the residual above this (1, or units of the loop). The
-# equations also hold if the goal is rotated by 180 degrees; then an element is at least 2/3.
+# Largest element of the residual at a solution (1, or units of the loop). The equations also hold
+# if the goal is rotated by 180 degrees; then an element is at least 2/3.
 MAX_RESIDUAL = 0.5
 # Largest accepted h of the Newton-Kantorovich theorem. If h < 1/8, two iterates near one solution
 # are within half a radius of each other; 1/16 adds a safety factor of two.
 MAX_KANTOROVICH_H = 0.0625
 # If round-off grows by more than this factor, `certify` also weights joints by the lengths of
-# their twists. The factor is about 10 at real positions, and larger only far from them.
+# their twists. The factor is about 10 at real positions, and larger only far from real positions.
 MIN_GROWTH = 1e3
-# Columns of the linear system: six of J, the residual, and six of the identity.
+# Number of columns of the linear system: six of J, one of the residual, and six of the identity.
 WIDTH = 13
 
 
 def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     """
-    Return the complex angle of joint k, rad, that rotates v to the direction of v in the goal.
+    Return the complex angle of joint k, rad, with which joints 0 to k rotate v to its direction in
+    the goal.
 
     Joints before k are at positions t (6 pairs); joints after k do not change v.
     """
@@ -57,7 +60,8 @@ def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
     for j in range(k):
         if not vectors.slides(loop.screws, j):
             complex_numbers.write_turn(pairs.pair(t, j), turn)
-            # Apply the inverse rotation: v^T E = (E^-1 v)^T.
+            # Apply the inverse rotation to the vector by a product from the left: v^T E = (E^-1
+            # v)^T.
             re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
             complex_product.write_turned(re, im, vectors.axis_of(loop.screws, j), turn, vector)
     re, im = (vector[0], vector[2], vector[4]), (vector[1], vector[3], vector[5])
@@ -70,7 +74,8 @@ def angle_left(loop: SixScrews, t: Numbers, k: int, v: Vector) -> Complex:
 
 class Motion:
     """
-    Newton's method for a loop: the product of the screws, the derivatives, and work arrays.
+    Newton's method for the six joints of a loop: the product of the screws, its derivatives, and
+    work arrays.
 
     Attributes
     ----------
@@ -91,7 +96,10 @@ class Motion:
         self.first, self.radius = 0.0, 0.0
 
     def improve(self, loop: SixScrews, t: Numbers) -> bool:
-        """Move positions t (6 pairs) to a solution; return whether Newton's method converged."""
+        """
+        Move the joint positions t (6 complex pairs) to a solution; return whether Newton's method
+        converged.
+        """
         for k in range(MAX_ITERATIONS):
             self.product.multiply(loop.screws, t)
             self._fill(loop)
@@ -116,18 +124,20 @@ class Motion:
 
     def certify(self, loop: SixScrews, t: Numbers) -> bool:
         """
-        Return whether the Newton-Kantorovich theorem proves a solution near t (6 pairs).
+        Return whether the Newton-Kantorovich theorem proves that a solution is near t (6 complex
+        pairs).
 
-        Fills `weights` and `radius`. If the longest slide exceeds the unit of length of the loop,
-        it is the unit. Twists are long far from real positions: if the first bound fails there,
-        each joint is weighted by the length of its twist.
+        Fills `weights` and `radius`. If the longest prismatic motion exceeds the loop's unit of
+        length, it becomes the unit. Twists are long far from real positions: if the first bound
+        fails, each joint is weighted by the length of its twist.
         """
         if not self.residual(loop, t) < MAX_RESIDUAL:
             return False
         growth = self._growth(loop)
         self._fill(loop)
         unit = self._scale_by_slides(loop, t)
-        # Squared Frobenius norms of the axes and of the twists, K = |axes| |twists|.
+        # Compute K = |axes| |twists| from the squared Frobenius norms of the axes and of the
+        # twists.
         turning, reaching, sizes, inverses = 0.0, 0.0, 0.0, 0.0
         for j in range(6):
             axis, reach = 0.0, 0.0
@@ -152,8 +162,8 @@ class Motion:
         return self._is_certain(math.sqrt(6 * inverses), error, True)
 
     def _is_certain(self, K: float, error: float, weighted: bool) -> bool:
-        # Returns whether h is small enough; fills `weights` and `radius`. If `weighted`, joints
-        # are weighted by the lengths of their twists.
+        # Returns whether h of the Newton-Kantorovich theorem is small enough; fills `weights` and
+        # `radius`. If `weighted`, joints are weighted by the lengths of their twists.
         step, inverse = 0.0, 0.0
         for j in range(6):
             row = arrays.after(self.J, 2 * WIDTH * j)
@@ -168,7 +178,8 @@ class Motion:
 
     def _growth(self, loop: SixScrews) -> float:
         # Returns the factor by which the product of the six screws increases round-off: the sum of
-        # squared norms of the rotations before each screw. These norms are 1 at real positions.
+        # squared norms of the rotations before each screw. These norms are 1 at real joint
+        # positions.
         growth = 0.0
         for k in range(6):
             square = 0.0
@@ -179,8 +190,8 @@ class Motion:
         return growth
 
     def _scale_by_slides(self, loop: SixScrews, t: Numbers) -> float:
-        # Scales J and the residual to the longest slide as unit of length, unless the present unit
-        # is longer. Returns the unit in units of the loop.
+        # Divides the lengths in J and the residual by the longest prismatic motion, if it exceeds
+        # the present unit of length. Returns the new unit, in units of the loop.
         unit = 1.0
         for k in range(6):
             if vectors.slides(loop.screws, k):
@@ -194,7 +205,10 @@ class Motion:
         return unit
 
     def residual(self, loop: SixScrews, t: Numbers) -> float:
-        """Return the largest difference between elements of the product at t and of the goal."""
+        """
+        Return the largest difference between an element of the product of screws at t and of the
+        goal.
+        """
         self.product.multiply(loop.screws, t)
         largest: float = 0.0
         for i in range(3):
@@ -206,7 +220,8 @@ class Motion:
         return largest
 
     def _fill(self, loop: SixScrews) -> None:
-        # Fills the columns of the linear system: J, the residual, and the identity.
+        # Fills the columns of the linear system of Newton's method: J, the residual, and the
+        # identity.
         for k in range(6):
             slides = vectors.slides(loop.screws, k)
             for i in range(3):
@@ -226,7 +241,8 @@ class Motion:
             residual = (goal[4 * i + 3] - self.p[2 * i], -self.p[2 * i + 1])
             pairs.put(self.J, WIDTH * i + 6, residual)
             a, b = (i + 2) % 3, (i + 1) % 3
-            # The skew part of goal R^T: axis times sine of the rotation from R to the goal.
+            # Compute the skew part of goal R^T: axis times sine of the rotation from R to the
+            # goal.
             re, im = 0.0, 0.0
             for m in range(3):
                 re += goal[4 * a + m] * self.R[6 * b + 2 * m]
@@ -242,8 +258,8 @@ class Motion:
         return pairs.times(pairs.pair(self.axes, 3 * k + a), arm)
 
     def _solve(self, width: int) -> bool:
-        # Multiplies columns 6 to width - 1 by J^-1: Gauss-Jordan elimination with partial
-        # pivoting. Returns False if J is singular.
+        # Multiplies columns 6 to width - 1 of the system by J^-1: Gauss-Jordan elimination with
+        # partial pivoting. Returns False if J is singular.
         J = self.J
         for k in range(6):
             p, best = k, -1.0

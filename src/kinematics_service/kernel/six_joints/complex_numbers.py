@@ -14,26 +14,26 @@ from .pairs import Complex
 # Unit round-off of double precision (IEEE 754: 2^-53 = 1.1e-16): the relative error of one
 # operation.
 ROUND_OFF = 1e-16
-# Numbers below this are taken as 0: IEEE 754 numbers below 2e-308 lose digits. The inverse of a
-# larger number is finite.
+# Squared sizes below this are taken as 0: IEEE 754 numbers below 2e-308 lose digits. The inverse
+# of a larger number is finite.
 TINY = 1e-300
-# Largest |imaginary part| of an angle, rad. Beyond it a cosine exceeds e^25 / 2 = 4e10, and the
-# difference of two such cosines keeps fewer than six of sixteen digits.
+# Largest |imaginary part| of an angle, rad. For a larger one a cosine exceeds e^25 / 2 = 4e10, and
+# the difference of two such cosines keeps fewer than six of sixteen digits.
 MAX_IMAGINARY = 25.0
 
 
 def is_near(t: Complex) -> bool:
-    """Return whether a joint position is at most `MAX_IMAGINARY` off the real axis."""
+    """Return whether the imaginary part of a joint position is at most `MAX_IMAGINARY`."""
     return abs(t[1]) <= MAX_IMAGINARY
 
 
 def absolute(a: Complex) -> float:
-    """Return |a|."""
+    """Return the absolute value |a| of a complex number."""
     return math.sqrt(pairs.square_of(a))
 
 
 def root(a: Complex) -> Complex:
-    """Return the square root whose real part is not negative."""
+    """Return the square root of a complex number whose real part is not negative."""
     size = absolute(a)
     if not size > 0.0:
         return (0.0, 0.0)
@@ -65,7 +65,9 @@ def angle(cosine: Complex, sine: Complex) -> Complex:
 
 
 def write_turn(t: Complex, turn: Numbers) -> None:
-    """Write cosine and sine, two pairs, of an angle t whose `is_near` is true."""
+    """
+    Write the cosine and sine of a complex angle t, as two pairs; `is_near` must be true for t.
+    """
     s, c = chain_pass.sincos(t[0])
     up = math.exp(t[1])
     down = 1.0 / up

@@ -2,7 +2,7 @@
 Compute the product of exponentials of six screws at complex positions (Brockett 1984).
 
 R. W. Brockett, "Robotic manipulators and the product of exponentials formula", 1984. Each screw is
-an axis and a point on it. The rotation is Rodrigues' formula with complex cosine and sine.
+an axis and a point on the axis. The rotation is Rodrigues' formula with complex cosine and sine.
 """
 
 from ..forward import vectors
@@ -14,9 +14,9 @@ from .pairs import Complex
 
 def write_turned(re: Vector, im: Vector, axis: Vector, turn: Numbers, row: Numbers) -> None:
     """
-    Write the complex row v^T E, where v = re + i im and E is the rotation about an axis.
+    Write the complex row v^T E to `row`, where v = re + i im and E is the rotation about `axis`.
 
-    `turn` has the cosine and sine of the angle: two pairs.
+    `turn` has the cosine and sine of the rotation angle as two pairs.
     """
     along, along_i = vectors.dot(axis, re), vectors.dot(axis, im)
     u, w = vectors.plus(re, -along, axis), vectors.cross(re, axis)
@@ -32,7 +32,7 @@ def write_turned(re: Vector, im: Vector, axis: Vector, turn: Numbers, row: Numbe
 
 class Product:
     """
-    The product of six screws, and each screw moved by the screws before it.
+    The product of exponentials of six screws, and each screw moved by the screws before it.
 
     Attributes
     ----------
@@ -49,7 +49,9 @@ class Product:
         self.axes, self.points, self.frames = arrays.rooms(36, 36, 108)
 
     def multiply(self, screws: Flat, t: Numbers) -> None:
-        """Compute the product of screws (6, 7) at positions t (6 pairs)."""
+        """
+        Compute the product of exponentials of screws (6, 7) at complex positions t (6 pairs).
+        """
         o: Complex
         R, p = self.R, self.p
         for i in range(18):
@@ -74,12 +76,13 @@ class Product:
                 row = arrays.after(R, 6 * i)
                 re, im = (row[0], row[2], row[4]), (row[1], row[3], row[5])
                 write_turned(re, im, axis, self.turn, row)
-                # The rotation does not move the point on its axis: p + R point stays equal to o.
+                # Update p so that p + R point stays equal to o: the rotation does not move the
+                # point on its axis.
                 o = pairs.pair(self.points, 3 * k + i)
                 pairs.put(p, i, pairs.plus(o, -1.0, self.row_times(i, point)))
 
     def row_times(self, i: int, v: Vector) -> Complex:
-        """Return row i of R times a real vector."""
+        """Return the product of row i of R and a real vector v."""
         row = arrays.after(self.R, 6 * i)
         return (
             row[0] * v[0] + row[2] * v[1] + row[4] * v[2],

@@ -1,15 +1,16 @@
 """
-Eliminate joints 1 and 2 from the loop equation (dialytic elimination, Raghavan and Roth 1993).
+Eliminate joints 1 and 2 from the loop equation of six joints (dialytic elimination, Raghavan and
+Roth 1993).
 
 M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
 J. Mech. Des. 115 (1993) 502. The loop equation e3 e4 e5 (line of axis 6) = e2^-1 e1^-1 goal (line
 of axis 6), with lines as in lines.py, has 14 components.
 
-The parts of a joint are (1, cos, sin) of its angle, or (1, d, d^2) of its slide d. The left sides
-are linear in the 27 products of one part each of joints 3, 4 and 5. The right sides are linear in
-the 9 products of joints 1 and 2, one of which is 1. Gaussian elimination of the other eight
-columns leaves six equations in joints 3, 4 and 5, and more if axes are special. Modified
-Gram-Schmidt makes the equations orthonormal.
+The parts of a revolute joint are (1, cos t, sin t) of its angle t, those of a prismatic joint (1,
+d, d^2) of its position d. The left sides are linear in the 27 products of one part each of joints
+3, 4 and 5. The right sides are linear in the 9 products of joints 1 and 2, one of which is 1.
+Gaussian elimination of the other eight columns leaves six equations in joints 3, 4 and 5, and more
+if axes are special. Modified Gram-Schmidt makes the equations orthonormal.
 """
 
 import math
@@ -20,23 +21,25 @@ from ..layout.arrays import Flat
 from . import complex_numbers, lines
 from .six_screws import SixScrews
 
-# Number of equations: the numbers p, p.p, l, p.l, m and h of a line, without the leading 1.
+# Number of equations: the components p, p.p, l, p.l, m and h of a line (lines.py), without the
+# leading 1.
 EQUATIONS = 14
-# Number of products on the left side, 3^3: one of the three parts of each of joints 3, 4 and 5.
+# Number of products on the left sides, 3^3: one of the three parts of each of joints 3, 4 and 5.
 LEFT = 27
-# Number of products on the right side: three parts for each of joints 1 and 2, without 1 times 1.
+# Number of products on the right sides: three parts for each of joints 1 and 2, without 1 times 1.
 RIGHT = 8
 # A pivot is taken as zero if its ratio to the first pivot is at most this. Zero pivots of special
 # arms are round-off, 1e-15, or errors of a calibration. A pivot of 1e-9 keeps seven digits.
 PIVOT_RATIO = 1e-9
-# A row is left out as dependent if its length, relative to the longest row, is at most this. The
-# ratio is below PIVOT_RATIO: leaving out a row loses an equation, keeping it only raises `error`.
+# A row of the equations is left out as dependent if its length, relative to the longest row, is at
+# most this. The ratio is below PIVOT_RATIO, because leaving out a row loses an equation, while
+# keeping it only raises `error`.
 DEPENDENT_ROW_RATIO = 1e-11
 
 
 class Elimination:
     """
-    The equations of a loop in joints 3, 4 and 5, and work arrays.
+    The equations that a loop of six joints gives for joints 3, 4 and 5, and work arrays.
 
     Attributes
     ----------
@@ -46,7 +49,7 @@ class Elimination:
     goal : shape (15,)
         The line of axis 6 moved by the goal.
     equations : shape (count, 27)
-        Orthonormal rows: equations . products of parts = 0.
+        Orthonormal rows; each row times the 27 products of parts is 0 at a solution.
     count
         Number of equations.
     rank
@@ -62,7 +65,7 @@ class Elimination:
         self.count, self.rank, self.error = 0, 0, 0.0
 
     def eliminate(self, loop: SixScrews) -> None:
-        """Compute the equations of a loop in joints 3, 4 and 5."""
+        """Compute the equations in joints 3, 4 and 5 for a loop: its screws and goal."""
         self._write_sides(loop)
         width = RIGHT + LEFT
         for i in range(EQUATIONS):
@@ -82,7 +85,8 @@ class Elimination:
         for b in range(3):
             line = arrays.after(self.fifth, 15 * b)
             lines.write_parts(screws, 3, line, arrays.after(self.fourth, 45 * b))
-        # Row 3 b + a of `fourth` belongs to part a of joint 4 and part b of joint 5.
+        # Write the parts of joint 3 for all products. Row 3 b + a of `fourth` belongs to part a of
+        # joint 4 and part b of joint 5.
         for a in range(3):
             for b in range(3):
                 line = arrays.after(self.fourth, 15 * (3 * b + a))
@@ -100,14 +104,14 @@ class Elimination:
             self._invert(screws, 1, to)
 
     def _invert(self, screws: Flat, k: int, parts: Flat) -> None:
-        # Changes parts to those of the inverse motion: the part of the sine, or of the slide d,
-        # changes its sign.
+        # Changes the parts of joint k to those of its inverse motion: the part of the sine, or of
+        # the position d of a prismatic joint, changes its sign.
         odd = 1 if vectors.slides(screws, k) else 2
         for i in range(15):
             parts[15 * odd + i] = -parts[15 * odd + i]
 
     def _pivot(self, width: int) -> int:
-        # Eliminates the columns of the right side by Gaussian elimination with complete pivoting.
+        # Eliminates the columns of the right sides by Gaussian elimination with complete pivoting.
         # Returns the rank of these columns.
         A, largest = self.table, 0.0
         self.error = 0.0
@@ -135,8 +139,8 @@ class Elimination:
         return RIGHT
 
     def _orthonormalize(self, rank: int, width: int) -> None:
-        # Makes the remaining rows orthonormal by modified Gram-Schmidt, the longest row next.
-        # Dependent rows are left out.
+        # Makes the rows that remain after the elimination orthonormal by modified Gram-Schmidt;
+        # each step takes the longest row next. Leaves out dependent rows.
         F = self.equations
         rows = EQUATIONS - rank
         for i in range(rows):
@@ -164,7 +168,7 @@ class Elimination:
                 if p != i:
                     F[LEFT * p + k] = x
             self._clear_below(i, rows)
-        # Subtraction shortened the last row but not its errors, so its relative error is larger.
+        # Raise the relative error: subtraction shortened the last row but not its errors.
         if shortest > 0.0:
             self.error *= math.sqrt(longest / shortest)
 

@@ -1,11 +1,11 @@
 """
-Represent a line by 15 numbers that rigid motions map linearly (Raghavan and Roth 1993).
+Represent a line in space by 15 numbers that rigid motions map linearly (Raghavan and Roth 1993).
 
 M. Raghavan and B. Roth, "Inverse kinematics of the general 6R manipulator and related linkages",
-J. Mech. Des. 115 (1993) 502, use 14 numbers of a line through p with the unit direction l. Here a
-line is V = (1, p, p.p, l, p.l, m, h), with the Pluecker moment m = p x l and
-h = (p.p) l - 2 (p.l) p. A rotation by t maps V to V0 + cos(t) V1 + sin(t) V2, and a slide by d
-maps V to V0 + d V1 + d^2 V2. V0, V1 and V2 are called the parts of the moved line.
+J. Mech. Des. 115 (1993) 502, use 14 numbers of a line through p with the unit direction l. In this
+module a line is V = (1, p, p.p, l, p.l, m, h), with the Pluecker moment m = p x l and h = (p.p) l
+- 2 (p.l) p. A rotation by t maps V to V0 + cos(t) V1 + sin(t) V2, and a translation by d maps V to
+V0 + d V1 + d^2 V2. V0, V1 and V2 are called the parts of the moved line.
 """
 
 from ..forward import vectors
@@ -14,13 +14,14 @@ from ..layout.arrays import Flat, Numbers, Vector
 
 # Number of numbers that represent a line.
 LINE = 15
-# Index of p.
+# Index of p, a point of the line, in these numbers.
 POINT = 1
-# Index of l.
+# Index of l, the unit direction of the line.
 DIRECTION = 5
-# Index of m.
+# Index of m = p x l, the moment of the line.
 MOMENT = 9
-# Index of h: p.p times the mirror image of l in the plane perpendicular to p.
+# Index of h = (p.p) l - 2 (p.l) p: p.p times the mirror image of l in the plane perpendicular to
+# p.
 MIRRORED = 12
 
 
@@ -30,7 +31,7 @@ def put(V: Numbers, at: int, v: Vector) -> None:
 
 
 def vector_at(k: int) -> int:
-    """Return the index of p, l, m or h (k = 0 to 3) in a line."""
+    """Return the index of the vector p, l, m or h (k = 0 to 3) in the numbers of a line."""
     return POINT if k == 0 else DIRECTION if k == 1 else MOMENT if k == 2 else MIRRORED
 
 
@@ -46,7 +47,7 @@ def write_line(direction: Vector, point: Vector, V: Numbers) -> None:
 
 
 def translate(V: Numbers, a: Vector) -> None:
-    """Translate a line, or a linear combination of lines, by a."""
+    """Translate the line V (or a linear combination of lines) by the vector a, in place."""
     p, direction = vectors.three(V, POINT), vectors.three(V, DIRECTION)
     moment, h = vectors.three(V, MOMENT), vectors.three(V, MIRRORED)
     square, along = vectors.dot(a, a), vectors.dot(a, direction)
@@ -68,14 +69,18 @@ def carry(V: Numbers, T: Numbers) -> None:
 
 
 def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
-    """Write the three parts (3, 15) of the line V moved by screw k."""
+    """
+    Write the three parts (3, 15) of the line V moved by screw k, which are linear factors of 1,
+    cos, sin or 1, d, d^2.
+    """
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     arrays.copy(parts, LINE, V)
     arrays.fill(arrays.after(parts, LINE), 2 * LINE, 0.0)
     if vectors.slides(screws, k):
         _write_slide_parts(axis, V, parts)
         return
-    # Move the axis to the origin, apply Rodrigues' formula, and move the axis back.
+    # Rotate about the axis: move the axis to the origin, apply Rodrigues' formula, and move the
+    # axis back.
     translate(parts, (-point[0], -point[1], -point[2]))
     for j in range(4):
         at = vector_at(j)
@@ -89,7 +94,7 @@ def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
 
 
 def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
-    # Writes the terms of `translate` by d times the axis: those linear in d and those in d^2.
+    # Writes the terms, linear in d and in d^2, of a translation of the line V by d times the axis.
     p, direction = vectors.three(V, POINT), vectors.three(V, DIRECTION)
     moment = vectors.three(V, MOMENT)
     along = vectors.dot(axis, direction)
@@ -105,7 +110,7 @@ def _write_slide_parts(axis: Vector, V: Numbers, parts: Numbers) -> None:
 
 
 def write_invariants(screws: Numbers, k: int, V: Numbers, six: Numbers) -> None:
-    """Write six linear combinations of a line's numbers that no motion of screw k changes."""
+    """Write six linear combinations of the numbers of a line that no motion of screw k changes."""
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     moved = [0.0] * 15
     arrays.copy(moved, LINE, V)

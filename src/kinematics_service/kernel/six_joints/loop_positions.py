@@ -1,10 +1,10 @@
 """
-Compute the other five joints for a root of the hidden joint 3 (back substitution, Raghavan and
-Roth 1993).
+Compute all six joint positions for a root of the determinant in joint 3 (back substitution,
+Raghavan and Roth 1993).
 
 The null vector of the pencil contains powers of e^(i t) of joints 4 and 5. The ratio of successive
-powers is e^(i t). Then joints 3, 4 and 5 are known, and least squares solve the line equations
-for cos and sin of joint 2. Joints 1 and 6 each rotate a known direction onto another.
+powers is e^(i t). Then joints 3, 4 and 5 are known. Least squares solve the line equations for the
+cosine and sine of joint 2. Joints 1 and 6 each rotate a known direction onto another.
 """
 
 from ..forward import vectors
@@ -16,14 +16,14 @@ from .pairs import Complex
 from .pencils import Pencil
 from .six_screws import SixScrews
 
-# The columns of cos and sin of joint 2 are taken as dependent if the sine between them is at most
-# this: the square root of round-off.
+# The columns of the cosine and of the sine of joint 2 are taken as dependent if the sine of the
+# angle between them is at most this: the square root of round-off.
 DEPENDENT_SINE = 1e-8
 
 
 def _ratio(terms: Numbers, count: int, width: int) -> Complex:
     # Returns the common ratio of geometric sequences by least squares. Each row of `terms` (count,
-    # width) has one sequence.
+    # width) is one sequence.
     total, square = (0.0, 0.0), 0.0
     for k in range(count):
         for i in range(width - 1):
@@ -42,13 +42,14 @@ def _rotated(a: Complex, b: Complex, sign: float) -> Complex:
 
 
 def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
-    # Returns e^(i t) of the multiplied joint, or its slide, from the null vector x (4, 3).
+    # Returns e^(i t) of the multiplied joint (4 or 5), or its position if it is prismatic, from
+    # the null vector x (4, 3).
     terms = [0.0] * 24
     for b in range(3):
         for i in range(4):
             value: Complex = pairs.pair(x, 3 * i + b)
             if not slides:
-                # Terms i = 0 to 3 are e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2).
+                # Form the terms i = 0 to 3: e^(-3i t/2), e^(-i t/2), e^(i t/2), e^(3i t/2).
                 k = 0 if i in (1, 2) else 2
                 cosine, sine = pairs.pair(x, 3 * k + b), pairs.pair(x, 3 * k + 3 + b)
                 value = _rotated(cosine, sine, -1.0 if i < 2 else 1.0)
@@ -57,7 +58,8 @@ def _multiplied_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _last_joint(x: Numbers, slides: bool) -> Complex:
-    # Returns e^(i t), or the slide, of the joint (4 or 5) that is not multiplied, from x (4, 3).
+    # Returns e^(i t) of the joint (4 or 5) that is not multiplied, or its position if it is
+    # prismatic, from the null vector x (4, 3).
     terms = [0.0] * 24
     for k in range(4):
         constant = pairs.pair(x, 3 * k)
@@ -74,7 +76,8 @@ def _last_joint(x: Numbers, slides: bool) -> Complex:
 
 
 def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
-    # Writes 1, cos t, sin t for an angle t, and 1, t, t^2 for a slide t: three pairs.
+    # Writes three pairs: 1, cos t, sin t for an angle t, or 1, t, t^2 for the position t of a
+    # prismatic joint.
     three[0], three[1] = 1.0, 0.0
     if slides:
         pairs.put(three, 1, t)
@@ -85,12 +88,12 @@ def _write_parts_of(t: Complex, slides: bool, three: Flat) -> None:
 
 class Positions:
     """
-    The six joint positions that belong to a root of the hidden joint.
+    Computes the six joint positions that belong to a root z = e^(i t) of joint 3.
 
     Attributes
     ----------
     t : shape (6,)
-        Complex positions: angles in rad, slides in units of the loop.
+        Complex joint positions: angles in rad, prismatic positions in units of the loop.
     """
 
     def __init__(self) -> None:
@@ -104,7 +107,7 @@ class Positions:
         self, loop: SixScrews, elimination: Elimination, pencil: Pencil, swapped: bool, z: Complex
     ) -> bool:
         """
-        Compute the positions t for a root z = e^(i t) of joint 3.
+        Compute the six joint positions t for a root z = e^(i t) of joint 3.
 
         Returns False if an angle is farther than MAX_IMAGINARY from the real axis.
         """
@@ -163,12 +166,13 @@ class Positions:
                         self.line[15 + i] += im * parts[i]
 
     def _second_joint(self, loop: SixScrews, elimination: Elimination) -> Complex:
-        # Solves joint 2. Six numbers of a line that joint 1 does not change give six equations in
-        # cos and sin of joint 2.
+        # Solves joint 2. Six invariants of a line, which joint 1 does not change, give six
+        # equations in the cosine and sine of joint 2.
         screws = loop.screws
         lines.write_parts(screws, 1, self.line, self.parts)
         lines.write_parts(screws, 1, arrays.after(self.line, 15), self.parts_i)
-        # C has three columns: the factors of cos and sin (or d and d^2), and the right side.
+        # Fill the three columns of C: the factors of cos and sin (or d and d^2), and the right
+        # side.
         for k in range(3):
             to = 2 if k == 0 else k - 1
             self._write_column(screws, arrays.after(self.parts, 15 * k), to, 0)
@@ -185,7 +189,7 @@ class Positions:
             self.C[12 * to + 2 * i + part] = self.six[i]
 
     def _inner(self, a: int, b: int) -> Complex:
-        # Returns conj(column a) . column b of C.
+        # Returns the inner product conj(column a) . column b of C.
         total = (0.0, 0.0)
         for i in range(6):
             product = pairs.inner(pairs.pair(self.C, 6 * a + i), pairs.pair(self.C, 6 * b + i))
@@ -193,8 +197,8 @@ class Positions:
         return total
 
     def _solve_pair(self, slides: bool) -> Complex:
-        # Solves six equations in two unknowns by least squares: Gram-Schmidt, longer column first.
-        # If the columns are dependent, the unknown of the shorter column is set to 0.
+        # Solves six equations in two unknowns by least squares: Gram-Schmidt, the longer column
+        # first. If the columns are dependent, sets the unknown of the shorter column to 0.
         cosine: Complex
         sine: Complex
         longer = 0 if self._inner(0, 0)[0] >= self._inner(1, 1)[0] else 1
@@ -206,7 +210,7 @@ class Positions:
         shared = (shared[0] / square, shared[1] / square)
         wanted: Complex = self._inner(longer, 2)
         wanted = (wanted[0] / square, wanted[1] / square)
-        # Subtract the components along the longer column.
+        # Subtract from the other two columns their components along the longer column.
         for i in range(6):
             u = pairs.pair(self.C, 6 * longer + i)
             v = pairs.pair(self.C, 6 * shorter + i)
@@ -222,8 +226,9 @@ class Positions:
         return cosine if slides else complex_numbers.angle(cosine, sine)
 
     def _first_joint(self, loop: SixScrews, elimination: Elimination, second: Complex) -> Complex:
-        # Solves joint 1, which moves the line (moved by joints 5 to 2) to the line at the goal.
-        # The vector p, l, m or h with the longest part across axis 1 gives the angle.
+        # Solves joint 1, which moves the line of axis 6 (already moved by joints 5 to 2) to the
+        # line at the goal. The vector p, l, m or h of the line with the longest part across axis 1
+        # gives the angle.
         screws, best = loop.screws, -1.0
         _write_parts_of(second, vectors.slides(screws, 1), self.three)
         axis, point = vectors.axis_of(screws, 0), vectors.point_of(screws, 0)

@@ -1,12 +1,12 @@
 """
-Compute the matrix M(t) and its determinant, where t is the angle of joint 3 (Raghavan and Roth
-1993).
+Compute the matrix M(t), t the angle of joint 3, that is singular if the loop can close, and its
+determinant (Raghavan and Roth 1993).
 
 The dialytic step multiplies each of the six equations of `Elimination` by cos(t/2) and by sin(t/2)
-of one joint, 4 or 5. The results are linear in twelve products: (cos t/2, sin t/2, cos 3t/2,
-sin 3t/2) of the multiplied joint times (1, cos, sin) of the other joint. Half angles replace the
-tangents of the paper, which are infinite at 180 degrees. If the multiplied joint slides by d, the
-products have (1, d, d^2, d^3).
+of one joint, 4 or 5. The results are linear in twelve products: (cos t/2, sin t/2, cos 3t/2, sin
+3t/2) of the multiplied joint times (1, cos, sin) of the other joint. Half angles replace the
+tangents of the paper, which are infinite at 180 degrees. If the multiplied joint is prismatic with
+position d, the products have (1, d, d^2, d^3).
 
 The loop closes only if M(t) = M0 + cos(t) M1 + sin(t) M2 is singular. The determinant is a
 trigonometric polynomial, interpolated by a discrete Fourier transform (polynomials.py). The null
@@ -22,19 +22,19 @@ from . import complex_numbers, pairs, polynomials
 from .elimination import Elimination
 from .pairs import Complex
 
-# Number of products that the equations are linear in: four functions of the multiplied joint times
-# three of the other joint.
+# Number of products in which the equations are linear: four functions of the multiplied joint
+# times three of the other joint.
 SIZE = 12
-# Number of entries of M: SIZE squared.
+# Number of entries of the matrix M: SIZE squared.
 SQUARE = 144
-# Degree of the determinant if there are six equations: a general arm has 16 solutions (Raghavan
-# and Roth). If more equations are combined, the degree can be up to SIZE.
+# Degree of the determinant of M if there are six equations: a general arm has 16 solutions
+# (Raghavan and Roth). If more equations are combined, the degree can be up to SIZE.
 DEGREE = 8
-# Number of samples of a determinant of degree 8. It has 17 coefficients; eight more samples
-# measure the round-off.
+# Number of samples to interpolate a determinant of degree 8. It has 17 coefficients; eight more
+# samples measure the round-off.
 SAMPLES = 25
-# Number of samples of a determinant of degree 12. It has 25 coefficients; the other harmonics
-# measure the round-off.
+# Number of samples to interpolate a determinant of degree 12. It has 25 coefficients; the other
+# harmonics measure the round-off.
 MAX_SAMPLES = 32
 
 
@@ -52,7 +52,7 @@ class Pencil:
         Bound of the round-off of the determinant, divided by the largest sample. It is near 1 if
         the determinant vanishes at every angle.
     gap
-        Last pivot but one of `write_null_vector`, divided by the first pivot.
+        The second-last pivot of `write_null_vector`, divided by the first pivot.
     count
         Number of equations before they were combined into twelve.
     error
@@ -69,10 +69,10 @@ class Pencil:
 
     def build(self, elimination: Elimination, swapped: bool, slides: bool) -> None:
         """
-        Fill the matrices M0, M1 and M2 from the equations.
+        Fill the matrices M0, M1 and M2 from the equations in joints 3, 4 and 5.
 
-        If `swapped`, joint 5 is multiplied instead of joint 4. `slides`: whether the multiplied
-        joint slides.
+        If `swapped`, the equations are multiplied by functions of joint 5 instead of joint 4.
+        `slides` says whether the multiplied joint is prismatic.
         """
         count = elimination.count
         self.degree, self.count, self.error = 0, 2 * count, elimination.error
@@ -111,7 +111,8 @@ class Pencil:
                 second[6 + b], second[9 + b] = -half_2, half_1
 
     def _compress(self, count: int) -> None:
-        # Combines `count` rows into twelve: the first twelve rows of a discrete cosine transform.
+        # Combines the `count` equations into twelve: takes the first twelve rows of their discrete
+        # cosine transform.
         arrays.fill(self.M, SQUARE * 3, 0.0)
         for i in range(SIZE):
             for r in range(count):
@@ -122,7 +123,7 @@ class Pencil:
                         self.M[SQUARE * k + SIZE * i + j] += term
 
     def _balance(self) -> None:
-        # Scales first the columns, then the rows of M0, M1 and M2 together to unit length.
+        # Scales M0, M1 and M2 together: first the columns, then the rows, to unit length.
         M = self.M
         for j in range(SIZE):
             square = 0.0
@@ -144,7 +145,7 @@ class Pencil:
 
     def sample(self) -> None:
         """
-        Compute `coefficients` and `noise` of the determinant, divided by its largest sample.
+        Compute the coefficients and the noise of the determinant, divided by its largest sample.
         """
         count = SAMPLES if self.degree == DEGREE else MAX_SAMPLES
         polynomials.write_circle(count, self.circle)
@@ -166,14 +167,14 @@ class Pencil:
         noise = polynomials.write_coefficients(
             self.samples, count, self.circle, largest, self.degree, self.coefficients
         )
-        # Errors of the matrix entries change the determinant by its minors, in harmonics of any
-        # order: add a bound of this change to the noise.
+        # Add a bound of the effect of matrix errors to the noise. Errors of the matrix entries
+        # change the determinant by its minors, in harmonics of any order.
         error = max(self.error, complex_numbers.ROUND_OFF)
         self.noise = max(noise, error * minor / largest)
 
     def write_null_vector(self, z: Complex, x: Numbers) -> None:
         """
-        Write the null vector x (12 products, complex) of M at e^(i t) = z.
+        Write to x the null vector (12 products, complex) of M(t) at e^(i t) = z.
 
         The method is Gaussian elimination with complete pivoting; the last pivot is taken as zero.
         """
@@ -203,16 +204,19 @@ class Pencil:
         self.gap = math.sqrt(last / first) if first > 0.0 else 0.0
         self._substitute()
         for i in range(SIZE):
-            # `_substitute` has written the null vector to the first column of W.
+            # Undo the order and the scale of the columns; the null vector is in the first column
+            # of W.
             k = order[i]
             x[2 * k] = W[24 * i] * self.columns[k]
             x[2 * k + 1] = W[24 * i + 1] * self.columns[k]
 
     def residual(self, z: Complex, x: Numbers) -> float:
         """
-        Return the relative residual of the equations for products x at e^(i t) = z, |z| near 1.
+        Return the relative residual of the original equations for products x at e^(i t) = z, |z|
+        near 1.
 
-        The residual is large if z is a root of the twelve combinations but not of the equations.
+        The residual is large if z is a root only of the twelve combined equations, not of the
+        original ones.
         """
         inverse = pairs.over((1.0, 0.0), z)
         c = (0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1]))
@@ -235,7 +239,7 @@ class Pencil:
         return largest
 
     def _fill(self, z: Complex) -> None:
-        # Fills `work` with M at e^(i t) = z, divided by |cos t| if |cos t| exceeds 1.
+        # Fills `work` with the matrix M at e^(i t) = z, divided by |cos t| if |cos t| exceeds 1.
         inverse = pairs.over((1.0, 0.0), z)
         c_re, c_im = 0.5 * (z[0] + inverse[0]), 0.5 * (z[1] + inverse[1])
         s_re, s_im = 0.5 * (z[1] - inverse[1]), -0.5 * (z[0] - inverse[0])
@@ -266,7 +270,7 @@ class Pencil:
             pairs.subtract(arrays.after(W, 24 * i), row, k + 1, SIZE, factor)
 
     def _substitute(self) -> None:
-        # Solves for the null vector x by back substitution with x[11] = 1; writes x[i] to W[i][0].
+        # Solves for the null vector x by back substitution with x[11] = 1; writes x[i] to W[i, 0].
         W = self.work
         pairs.put(W, SIZE * (SIZE - 1), (1.0, 0.0))
         for i in range(SIZE - 2, -1, -1):

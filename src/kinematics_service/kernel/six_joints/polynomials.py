@@ -16,19 +16,19 @@ from ..layout.arrays import Flat, Numbers
 from . import complex_numbers, pairs
 from .pairs import Complex
 
-# Largest number of sweeps over all roots. Simple roots take 10 to 20 sweeps; clusters of roots
-# converge linearly.
+# Largest number of sweeps; a sweep improves each root once. Simple roots take 10 to 20 sweeps;
+# clusters of roots converge linearly.
 MAX_ITERATIONS = 60
-# Angle of the first starting point, rad. So no start lies on the real axis: if the coefficients
-# are real, it could not leave the axis.
+# Angle of the first starting point, rad. It is not 0, because a start on the real axis could not
+# leave the axis if the coefficients are real.
 START_ANGLE = 0.4
-# `is_alone` ignores roots farther from 0: each is the mirror image of a root inside the unit
-# circle.
+# `is_alone` ignores roots farther from 0 than this, because each is the mirror image of a root
+# inside the unit circle.
 MAX_RADIUS = 1.5
 
 
 def write_circle(samples: int, circle: Flat) -> None:
-    """Write the cosines and sines of equally spaced angles to `circle` (samples, 2)."""
+    """Write to `circle` (samples, 2) the cosines and sines of equally spaced angles."""
     for k in range(samples):
         s, c = chain_pass.sincos(places.TAU * k / samples)
         circle[2 * k], circle[2 * k + 1] = c, s
@@ -38,9 +38,11 @@ def write_coefficients(
     values: Flat, count: int, circle: Flat, largest: float, degree: int, c: Flat
 ) -> float:
     """
-    Write the coefficients c[0] to c[degree] of a polynomial, from samples divided by `largest`.
+    Write to c the coefficients c[0] to c[degree] of a trigonometric polynomial, from samples
+    divided by `largest`.
 
-    Returns the largest |c[k]| beyond the degree, which measures the round-off of the samples.
+    Returns the largest |c[k]| with k above the degree, which measures the round-off of the
+    samples.
     """
     noise = 0.0
     for k in range((count + 1) // 2):
@@ -58,14 +60,20 @@ def write_coefficients(
 
 
 def write_both_halves(c: Numbers, degree: int, a: Numbers) -> None:
-    """Write the coefficients a[0] to a[2 degree] of z^degree times the sum of c[k] z^k."""
+    """
+    Write to a the coefficients a[0] to a[2 degree] of the polynomial z^degree times the sum of
+    c[k] z^k.
+    """
     for k in range(degree, -1, -1):
         pairs.put(a, degree - k, (c[2 * k], -c[2 * k + 1]))
         pairs.put(a, degree + k, pairs.pair(c, k))
 
 
 def write_starts(count: int, inner: float, outer: float, z: Numbers) -> None:
-    """Write starting points alternately on two circles about 0, with radii `inner` and `outer`."""
+    """
+    Write to z starting points for the roots, alternately on two circles about 0 with radii `inner`
+    and `outer`.
+    """
     for k in range(count):
         turn = places.TAU * k / count + START_ANGLE
         radius = inner if k % 2 == 0 else outer
@@ -73,7 +81,7 @@ def write_starts(count: int, inner: float, outer: float, z: Numbers) -> None:
 
 
 def find_roots(a: Numbers, count: int, z: Numbers) -> None:
-    """Move starting points z to the roots of the sum of a[k] z^k for k from 0 to count."""
+    """Move the starting points z to the roots of the sum of a[k] z^k for k from 0 to count."""
     converged = [0] * 24
     remaining = count
     for _ in range(MAX_ITERATIONS):
@@ -86,11 +94,12 @@ def find_roots(a: Numbers, count: int, z: Numbers) -> None:
 
 
 def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
-    # Improves root k by one step. Returns whether the root has converged.
+    # Improves root k by one Aberth step. Returns whether the root has converged.
     here = pairs.pair(z, k)
     size = complex_numbers.absolute(here)
     outside = size > 1.0
-    # If |z| > 1, evaluate the polynomial in 1 / z (Horner's scheme backwards): no power overflows.
+    # If |z| > 1, evaluate the polynomial in 1 / z (Horner's scheme backwards), so that no power
+    # overflows.
     x = pairs.over((1.0, 0.0), here) if outside else here
     shrink = 1.0 / size if outside else size
     value, slope = pairs.pair(a, 0 if outside else count), (0.0, 0.0)
@@ -101,21 +110,21 @@ def _improve(a: Numbers, count: int, z: Numbers, k: int) -> bool:
         value = pairs.plus(pairs.times(value, x), 1.0, term)
         terms = terms * shrink + abs(term[0]) + abs(term[1])
     if outside:
-        # P = z^count q(1/z), so P'/P = count / z - q' / (z^2 q).
+        # Compute P'/P = count / z - q' / (z^2 q) for P = z^count q(1/z).
         scaled, bent = pairs.times(value, x), pairs.times(pairs.times(x, x), slope)
         slope = (count * scaled[0] - bent[0], count * scaled[1] - bent[1])
     step = _step(value, slope, z, k, count)
     pairs.put(z, k, pairs.plus(here, -1.0, step))
-    # Converged if the value is within its round-off (four roundings for each term), or if the step
-    # is below ten units in the last place.
+    # The root has converged if the value is within its round-off (four roundings for each term),
+    # or if the step is below ten units in the last place.
     small = complex_numbers.absolute(value) < 4 * complex_numbers.ROUND_OFF * terms
     smallest = 10.0 * complex_numbers.ROUND_OFF * size
     return small or pairs.square_of(step) < smallest * smallest
 
 
 def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Complex:
-    # Returns p / (p' - p sum of 1 / (z[k] - z[i])): the Newton step of p divided by the factors
-    # of the other roots.
+    # Returns the Aberth step p / (p' - p sum of 1 / (z[k] - z[i])): the Newton step of p divided
+    # by the factors of the other roots.
     here = pairs.pair(z, k)
     re, im = 0.0, 0.0
     for i in range(count):
@@ -132,7 +141,7 @@ def _step(value: Complex, slope: Complex, z: Numbers, k: int, count: int) -> Com
 
 def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbers) -> None:
     """
-    Write the radius of a disc about each root z[k] to `bounds`, relative to |z[k]|.
+    Write to `bounds` the radius of an error disc about each root z[k], relative to |z[k]|.
 
     The radius is count |P(z[k])| / |c[count] product of (z[k] - z[i])|. The discs contain all
     exact roots, and each connected set of m discs contains m exact roots (Smith 1970). Errors of
@@ -150,7 +159,7 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
             a = pairs.pair(c, i if outside else count - i)
             value = pairs.plus(pairs.times(value, x), 1.0, a)
             terms = terms * shrink + 1.0
-        # If |z| > 1, `value` and `terms` are divided by z^count: divide the product by it as well.
+        # If |z| > 1, divide the product by z^count, because `value` and `terms` are divided by it.
         product = leading * (1.0 if outside else size)
         for i in range(count):
             if i != k:
@@ -161,7 +170,7 @@ def write_bounds(c: Numbers, count: int, noise: float, z: Numbers, bounds: Numbe
 
 
 def is_alone(z: Numbers, bounds: Numbers, count: int, k: int) -> bool:
-    """Return whether the disc of root k meets no other disc within `MAX_RADIUS`."""
+    """Return whether the error disc of root k meets no other disc within `MAX_RADIUS` of 0."""
     here = pairs.pair(z, k)
     size = complex_numbers.absolute(here)
     for i in range(count):

@@ -1,16 +1,17 @@
 """
-Find all solutions of six joints by elimination, and prove that no real solution is missing.
+Find all inverse kinematics solutions of six joints by elimination, and prove that no real one is
+missing.
 
 The method is that of Raghavan and Roth (J. Mech. Des. 115 (1993) 502): elimination
-(elimination.py) and a determinant in one hidden joint (pencils.py). Here the determinant is a
-trigonometric polynomial (polynomials.py) instead of an eigenvalue problem. If two or three joints
-slide, spherical_linkage.py computes the polynomial. Back substitution (loop_positions.py) and
-Newton's method (complex_motion.py) give a solution for each complex root, certified by the
-Newton-Kantorovich theorem.
+(elimination.py) and a determinant in one hidden joint (pencils.py). In this package the
+determinant is a trigonometric polynomial (polynomials.py) instead of an eigenvalue problem. If two
+or three joints are prismatic, spherical_linkage.py computes the polynomial. Back substitution
+(loop_positions.py) and Newton's method (complex_motion.py) give a solution for each complex root,
+certified by the Newton-Kantorovich theorem.
 
 No real solution is missing if as many solutions are certified as the arm can have. No real
-solution is missing either if, for each root that may be real, the disc holds no other root and the
-solution is certified.
+solution is missing either if, for each root that may be real, the error disc holds no other root
+and the solution is certified.
 """
 
 import math
@@ -27,46 +28,52 @@ from .pencils import Pencil
 from .six_screws import SixScrews
 from .spherical_linkage import SphericalLinkage
 
-# A determinant with more noise is not used. PIVOT_RATIO lets round-off grow to 1e-7, and a
-# determinant that vanishes at every angle for this target has noise near 1.
+# A determinant with more relative noise than this is not used. PIVOT_RATIO lets round-off grow to
+# 1e-7. If a determinant vanishes at every angle for this target, its noise is near 1.
 MAX_NOISE = 1e-6
-# Radius of the inner of two circles about 0 with the starting points of roots; the outer circle
-# has twice this radius. Roots come in pairs z and 1 / conj(z), one inside the unit circle.
+# The search for roots starts from points on two circles about 0. This is the radius of the inner
+# circle; the outer circle has twice this radius. Roots come in pairs z and 1 / conj(z), one inside
+# the unit circle.
 START_RADIUS = 0.7
-# A root z may be real if |log |z||, the imaginary part of its angle in rad, is at most this. If
-# the noise is 1e-6, a double root is off by sqrt(1e-6) = 1e-3, a fourfold root by 3e-2.
+# A root z may belong to a real solution if |log |z||, the imaginary part of its angle in rad, is
+# at most this. If the noise is 1e-6, a double root is off by sqrt(1e-6) = 1e-3, a fourfold root by
+# 3e-2.
 MAX_REAL_DEVIATION = 0.05
-# If the relative error of a root is below this, one start is enough: Newton's method converges.
+# If the relative error of a root is below this, one start of Newton's method is enough, because it
+# converges.
 SHARP_ROOT = 1e-6
-# Allowed difference between the angle of a root and that of its solution, rad, if the error bound
-# of the root is smaller: round-off of a solution near a singular pose.
+# Allowed difference between the angle of a root and that of its solution, rad, even if the error
+# bound of the root is smaller: round-off of a solution near a singular pose.
 ANGLE_TOLERANCE = 1e-9
-# A root is spurious if its residual is more than this factor times the residual that the error of
-# the root can cause.
+# A root is taken as spurious if its residual in the original equations is more than this factor
+# times the residual that the error of the root can cause.
 RESIDUAL_MARGIN = 1e3
-# The error of a coefficient is bounded by this factor times the noise: the noise is the largest of
-# only a few harmonics.
+# Bound of the error of a coefficient, divided by the noise. It is above 1 because the noise is the
+# largest of only a few harmonics.
 NOISE_MARGIN = 10.0
-# Index in the loop, from 0, of the joint that elimination hides.
+# Index in the loop, from 0, of the hidden joint: the determinant is a polynomial in the angle of
+# this joint.
 HIDDEN_JOINT = 2
 
 
 class SixJoints:
     """
-    Six joints as screws, whose positions psi are linear in q, and the options of elimination.
+    The screws of an arm of six joints, with screw positions psi linear in q, and the options of
+    elimination.
 
     Parameters
     ----------
     screws : shape (6, 7)
-        Each joint at rest: its axis, a point on it, 1 if it slides.
+        For each joint at rest: its axis, a point on the axis, and 1 if the joint is prismatic.
     home_inverse : shape (4, 4)
         Inverse of the tool's pose at rest.
     to_joints : shape (6, 6)
         Matrix from screw positions to joint positions.
     options : shape (k, 3)
         Each row has the first joint of the loop (0 to 5), 1 if the loop runs backwards, and 1 if
-        joint 5 of the loop is multiplied instead of joint 4. If two joints slide, the loop begins
-        with a slide, and the last number is 1 if the second turning joint is hidden.
+        joint 5 of the loop is multiplied instead of joint 4. If two joints are prismatic, the loop
+        begins with a prismatic joint, and the last number is 1 if the second revolute joint is
+        hidden.
     bound
         Largest number of isolated complex solutions of a target.
     """
@@ -93,7 +100,10 @@ class SixJoints:
             self.slides += 1 if vectors.slides(self.screws, k) else 0
 
     def write_joints(self, psi: Numbers, q: Flat) -> None:
-        """Write the joint positions q of the real parts of screw positions psi (6 pairs)."""
+        """
+        Write to q the joint positions that belong to the real parts of the screw positions psi (6
+        pairs).
+        """
         for i in range(6):
             q[i] = 0.0
             for j in range(6):
@@ -102,20 +112,20 @@ class SixJoints:
 
 class Roots:
     """
-    The complex solutions of a target.
+    Finds the complex inverse kinematics solutions of six joints for one target.
 
     Attributes
     ----------
     psi : shape (MOST_CANDIDATES, 6)
-        Positions of the screws, complex, rad or m.
+        Complex positions of the screws, rad or m.
     is_real : shape (MOST_CANDIDATES,)
-        1 if the positions are real, or 0.
+        1 if the positions of the solution are real, else 0.
     count
         Number of solutions. Each is certified, and none is listed twice.
     proved
         Whether no real solution is missing.
     noise
-        Noise of the polynomial of the last option.
+        Relative round-off of the polynomial for the option that was tried last.
     first_step
         Longest first Newton step to a solution, rad or loop units. It measures the error of the
         candidates.
@@ -135,7 +145,10 @@ class Roots:
         self.noise, self.first_step = 1.0, 0.0
 
     def find(self, arm: SixJoints, T: Numbers) -> None:
-        """Find the solutions for a motion T; try options until no real solution is missing."""
+        """
+        Find the solutions for a motion T from rest; try the options until no real solution is
+        missing.
+        """
         self.count, self.proved, self.first_step = 0, False, 0.0
         for k in range(arm.count):
             self._find_by(arm, T, k)
@@ -144,7 +157,7 @@ class Roots:
 
     def follow(self, arm: SixJoints, T: Numbers, starts: Flat, count: int) -> None:
         """
-        Find solutions for a motion T by Newton's method.
+        Find solutions for a motion T from rest by Newton's method from given starts.
 
         `starts` are the solutions (count, 6 pairs) for a motion near T.
         """
@@ -178,8 +191,8 @@ class Roots:
             c, degree = self.pencil.coefficients, self.pencil.degree
         if not self.noise < MAX_NOISE:
             return
-        # Drop leading coefficients that are noise: they only add roots far from the unit circle,
-        # without solutions.
+        # Drop leading coefficients that are noise: such coefficients only add roots far from the
+        # unit circle, which belong to no solution.
         while degree > 0 and complex_numbers.absolute(pairs.pair(c, degree)) <= self.noise:
             degree -= 1
         roots = 2 * degree
@@ -195,11 +208,12 @@ class Roots:
         for i in range(roots):
             z = pairs.pair(self.z, i)
             deviation = _log_size(z)
-            # Two conjugate solutions have one root inside the unit circle and one outside. Solve
-            # only the root inside: `_add_solution` adds the conjugate.
+            # Solve only roots inside the unit circle, because `_add_solution` adds the conjugate
+            # solution. Two conjugate solutions have one root inside the circle and one outside.
             is_solved = deviation <= MAX_REAL_DEVIATION
             is_solved = is_solved and self._solve_root(arm, z, deviation, self.bounds[i], swapped)
-            # Roots of real solutions are on the unit circle: skip a disc that does not meet it.
+            # Skip a root whose error disc does not meet the unit circle, because roots of real
+            # solutions are on this circle.
             if self.bounds[i] < 0.5 * (math.exp(abs(deviation)) - 1.0):
                 continue
             accounted = accounted and polynomials.is_alone(self.z, self.bounds, roots, i)
@@ -215,8 +229,8 @@ class Roots:
                 self.proved = self.count >= arm.bound
 
     def _is_spurious(self, z: Complex, bound: float) -> bool:
-        # Returns whether no point in the disc of root z solves the original equations. Only a root
-        # of combined equations can be spurious.
+        # Returns whether no point in the error disc of root z solves the original equations. Only
+        # a root of combined equations can be spurious.
         if self.pencil.count <= pencils.SIZE:
             return False
         self.pencil.write_null_vector(z, self.positions.x)
@@ -226,8 +240,8 @@ class Roots:
     def _solve_root(
         self, arm: SixJoints, z: Complex, deviation: float, bound: float, swapped: bool
     ) -> bool:
-        # Adds the solutions that are found from root z. Returns whether one of them has the angle
-        # of z.
+        # Adds the solutions that Newton's method finds from root z. Returns whether one of these
+        # solutions has the angle of z.
         if abs(deviation) < MAX_REAL_DEVIATION:
             size = complex_numbers.absolute(z)
             on_circle = (z[0] / size, z[1] / size)
@@ -248,8 +262,8 @@ class Roots:
         return self._refine(z, bound)
 
     def _refine(self, z: Complex, bound: float) -> bool:
-        # Adds the solution that Newton's method reaches from t. Returns whether it has the angle
-        # of root z.
+        # Adds the solution that Newton's method reaches from t, if it is certified. Returns
+        # whether this solution has the angle of root z.
         if not self.motion.improve(self.loop, self.t):
             return False
         first = self.motion.first
@@ -260,14 +274,14 @@ class Roots:
         return self._is_of(z, bound)
 
     def _is_of(self, z: Complex, bound: float) -> bool:
-        # Returns whether the hidden joint of solution t has the angle of root z.
+        # Returns whether the hidden joint has the angle of root z in the solution t.
         here = complex_numbers.angle_of(z)
         re, im = self.t[2 * self.hidden] - here[0], self.t[2 * self.hidden + 1] - here[1]
         re -= places.TAU * math.floor(re / places.TAU + 0.5)
         return math.sqrt(re * re + im * im) <= max(bound, ANGLE_TOLERANCE)
 
     def _add_solution(self) -> None:
-        # Adds solution t of the loop, and its conjugate unless it is real.
+        # Adds the solution t of the loop, and also its conjugate unless t is real.
         length, radius = self.loop.length, self.motion.radius
         imaginary: float = 0.0
         for j in range(6):
@@ -278,7 +292,7 @@ class Roots:
             self.weights[k] = weight
             self.solution[2 * k] = scale * self.t[2 * j]
             self.solution[2 * k + 1] = scale * self.t[2 * j + 1]
-        # The conjugate of a solution is also a solution. If both are equal, the solution is real.
+        # The solution is real if it equals its conjugate, which is also a solution.
         real = 2.0 * imaginary < 0.5 * radius
         self._add_once(real, radius, length)
         if not real:
@@ -300,8 +314,8 @@ class Roots:
         self.count += 1
 
     def _is_same(self, i: int, radius: float, length: float) -> bool:
-        # Returns whether `solution` and solution i are closer than half a radius, up to full
-        # turns. Slides are divided by the longer of the two units of length.
+        # Returns whether `solution` and stored solution i are closer than half a radius, up to
+        # full turns. Prismatic positions are divided by the longer of the two units of length.
         mine, others = 0.0, 0.0
         for j in range(6):
             k = self.loop.order[j]
@@ -329,13 +343,13 @@ def _log_size(z: Complex) -> float:
 
 def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) -> int:
     """
-    Fill `psi` with the complex solutions for a motion; return their number.
+    Fill `psi` with the complex solutions of six joints for a motion T; return the number of
+    solutions.
 
     Parameters
     ----------
     arm
-        The six joints. The options of the arm are tried in order until no real solution is
-        missing.
+        The arm of six joints. Its options are tried in order until no real solution is missing.
     T : shape (4, 4)
         The motion from rest to the target.
     psi : shape (MOST_CANDIDATES, 6, 2)
@@ -355,14 +369,16 @@ def complex_solutions(arm: SixJoints, T: Floats, psi: Floats, accuracy: Floats) 
 
 def followed_solutions(arm: SixJoints, T: Floats, count: int, psi: Floats) -> int:
     """
-    Replace complex solutions for one motion by those for a motion T nearby; return their number.
+    Replace the complex solutions in `psi` for one motion by those for a motion T near it; return
+    their number.
 
-    Newton's method starts from each solution. Solutions that cannot be certified are left out.
+    Newton's method starts from each given solution. Solutions that cannot be certified are left
+    out.
 
     Parameters
     ----------
     arm
-        The six joints.
+        The arm of six joints.
     T : shape (4, 4)
         The motion from rest to the target.
     count

@@ -1,9 +1,10 @@
 """
-Write the equation of six screws and a target as a loop that may begin at any screw.
+Write the equation of six screws and a target as a closed loop that may begin at any screw.
 
 The product of exponentials (R. W. Brockett, "Robotic manipulators and the product of exponentials
 formula", 1984) is e1 ... e6 = goal. The equation e2 ... e6 (goal^-1 e1 goal) = goal is equivalent,
-and so is the inverse of either. So each joint can be the first, and the loop can run backwards.
+and so is the inverse of either equation. So each joint can be the first, and the loop can run
+backwards.
 """
 
 import math
@@ -13,13 +14,17 @@ from ..layout import arrays
 from ..layout.arrays import Flat, Numbers, Vector
 from . import lines
 
-# Least unit of length, as a ratio to the largest distance of an axis from the origin. If four axes
-# meet, the median distance is 0 or an error of calibration: coordinates in it would be huge.
+# Least unit of length, relative to the largest distance of an axis from the origin. The unit is
+# the median distance; if four axes meet, it would be 0 or an error of calibration, and coordinates
+# would be huge.
 MIN_UNIT_RATIO = 1e-3
 
 
 def write_motion(pose: Numbers, home_inverse: Numbers, T: Numbers) -> None:
-    """Write the motion T (3, 4) from rest to a pose; `home_inverse` is the inverse rest pose."""
+    """
+    Write to T (3, 4) the motion of the tool from rest to `pose`; `home_inverse` is the inverse of
+    the rest pose.
+    """
     for i in range(3):
         for j in range(4):
             T[4 * i + j] = 0.0
@@ -28,7 +33,7 @@ def write_motion(pose: Numbers, home_inverse: Numbers, T: Numbers) -> None:
 
 
 def write_inverse(T: Numbers, inverse: Numbers) -> None:
-    """Write the inverse (3, 4) of a rigid motion T (3, 4)."""
+    """Write to `inverse` (3, 4) the inverse of a rigid motion T (3, 4)."""
     for i in range(3):
         inverse[4 * i + 3] = 0.0
         for j in range(3):
@@ -38,13 +43,13 @@ def write_inverse(T: Numbers, inverse: Numbers) -> None:
 
 class SixScrews:
     """
-    The screws and the goal of a loop; `length` is the unit of length of both.
+    The six screws and the goal of a loop, in a unit of length chosen for the loop.
 
     Attributes
     ----------
     screws : shape (6, 7)
-        Axis, point, 1 if it slides. Each point is the foot of the perpendicular from the origin,
-        and the origin is on axis 3.
+        For each screw: its axis, a point, and 1 if it is prismatic. The point is the foot of the
+        perpendicular from the origin, and the origin is on axis 3.
     goal : shape (3, 4)
         The product of the six screws.
     order : shape (6,)
@@ -60,7 +65,8 @@ class SixScrews:
 
     def close(self, screws: Flat, T: Numbers, first: int, backwards: bool) -> None:
         """
-        Fill the loop from the screws of an arm (6, 7) and a motion T, beginning at screw `first`.
+        Fill the loop from the screws of an arm (6, 7) and a motion T, so that it begins at screw
+        `first`.
         """
         back = [0.0] * 12
         write_inverse(T, back)
@@ -87,7 +93,7 @@ class SixScrews:
         screw[6] = slides
 
     def _choose_unit(self) -> None:
-        # Choose as origin the point of axis 3 nearest to the mean of the points of all axes.
+        # Choose the origin: the point of axis 3 nearest to the mean of the points of all axes.
         distances = [0.0] * 6
         origin, axis = vectors.point_of(self.screws, 2), vectors.axis_of(self.screws, 2)
         mean: Vector = (0.0, 0.0, 0.0)
@@ -95,8 +101,8 @@ class SixScrews:
             mean = vectors.plus(mean, 1.0 / 6, vectors.point_of(self.screws, k))
         along = vectors.dot(axis, vectors.plus(mean, -1.0, origin))
         origin = vectors.plus(origin, along, axis)
-        # The unit is the median distance of the points from the origin: one long link does not
-        # change it.
+        # Choose as unit the median distance of the points from the origin, so that one long link
+        # does not change it.
         for k in range(6):
             v = vectors.plus(vectors.point_of(self.screws, k), -1.0, origin)
             distance = math.sqrt(vectors.dot(v, v))

@@ -1,16 +1,18 @@
 """
-Solve six joints, two or three of which slide, by a resultant in the angle of one joint.
+Solve the inverse kinematics of six joints, two or three of them prismatic, by a resultant in the
+angle of one joint.
 
-Let y and z be the axes of the last two joints that turn, R the rotation of y by the joints before
-y and z, and G the rotation of the goal. The first equation is R y . G z = y . z, because joints y
+Let y and z be the axes of the last two revolute joints, R the rotation of y by the joints before y
+and z, and G the rotation of the goal. The first equation is R y . G z = y . z, because joints y
 and z change neither y nor z.
 
-Three joints turn: R is the rotation of the first joint, and the first equation has two roots.
+If three joints are revolute, R is the rotation of the first of them, and the first equation has
+two roots.
 
-Four joints turn: R = A B. The slides move the tool in a plane with the normal n = s x u, where s
-is the direction of the first slide, and u that of the second slide, turned by A and B. The vector
-from the tool, moved by the turning joints alone, to the goal lies in this plane: the second
-equation.
+If four joints are revolute, R = A B. The prismatic joints move the tool in a plane with the normal
+n = s x u, where s is the direction of the first prismatic joint, and u that of the second one,
+turned by A and B. The vector from the tool, moved by the revolute joints alone, to the goal lies
+in this plane: the second equation.
 
 The last part of this vector is the common perpendicular of y and z along R y x G z, with
 n . (R y x G z) = (s . R y)(G z . u) - (s . G z)(u . R y). The first equation makes
@@ -34,19 +36,20 @@ from .complex_motion import Motion
 from .pairs import Complex
 from .six_screws import SixScrews
 
-# Number of samples of the resultant. Degree 4 has nine coefficients; the other harmonics measure
-# the round-off.
+# Number of samples to interpolate the resultant. Degree 4 has nine coefficients; the other
+# harmonics measure the round-off.
 RESULTANT_SAMPLES = 16
-# sin(120 degrees) times 2/3: weight of one of three samples in the coefficient of the sine.
+# sin(120 degrees) times 2/3: weight of a sample in the coefficient of the sine, computed from
+# three samples.
 ROOT_THIRD = math.sqrt(1.0 / 3)
-# Two directions are parallel if the sine between them is below this, and perpendicular if the
-# cosine is: a thousand times the round-off of unit vectors.
+# Two directions are taken as parallel if the sine of their angle is below this, and as
+# perpendicular if the cosine is below this: a thousand times the round-off of unit vectors.
 PARALLEL_SINE = 1e-12
 
 
 def _mean(p: int, turn: int) -> float:
-    # Returns the weight of the sample at `turn` times 120 degrees in the coefficient of 1, cos or
-    # sin (p = 0, 1 or 2).
+    # Returns the weight with which the sample at `turn` times 120 degrees enters the coefficient
+    # of 1, cos or sin (p = 0, 1 or 2).
     if p == 0:
         return 1.0 / 3
     if p == 1:
@@ -61,23 +64,25 @@ def _dot(a: Numbers, b: Numbers) -> Complex:
 
 
 def _at(table: Numbers, c: float, s: float) -> Vector:
-    # Returns the coefficients of (1, cos, sin) of the other joint, at cosine c and sine s of the
-    # hidden joint.
+    # Returns the coefficients of (1, cos, sin) of the other joint, if the hidden joint has cosine
+    # c and sine s.
     v = vectors.plus(vectors.three(table, 0), c, vectors.three(table, 3))
     return vectors.plus(v, s, vectors.three(table, 6))
 
 
 class SphericalLinkage:
     """
-    The equations of the turning joints of a loop, and their resultant.
+    The equations of the revolute joints of a loop with two or three prismatic joints, and their
+    resultant.
 
     Attributes
     ----------
     hidden
         Index of the joint of the loop whose angle is the variable of the resultant.
     degree
-        Degree of the resultant; 0 if the loop does not begin with a slide, if more than two
-        turning joints are before the second slide, or if the last two axes are parallel.
+        Degree of the resultant. It is 0 if the loop does not begin with a prismatic joint, if more
+        than two revolute joints are before the second prismatic joint, or if the last two axes are
+        parallel.
     coefficients : shape (5,)
         Complex coefficients of e^(i k t), k = 0 to 4; the coefficients of -k are conjugate.
     noise
@@ -96,7 +101,10 @@ class SphericalLinkage:
         self.across, self.offset, self.bound, self.noise = False, 0.0, 0.0, 1.0
 
     def build(self, loop: SixScrews, swapped: bool) -> None:
-        """Compute the resultant in the first turning joint; in the second if `swapped`."""
+        """
+        Compute the resultant in the angle of the first revolute joint, or of the second one if
+        `swapped`.
+        """
         self.degree, self.noise = 0, 1.0
         self._sort(loop)
         self.hidden, self.other = self.order[0], self.order[1]
@@ -114,7 +122,8 @@ class SphericalLinkage:
         self._sample(4)
 
     def _sort(self, loop: SixScrews) -> None:
-        # Fills `order` with the indices of the turning joints, then those of the slides.
+        # Fills `order` with the indices of the revolute joints, then those of the prismatic
+        # joints.
         self.turning = 0
         for k in range(6):
             if not vectors.slides(loop.screws, k):
@@ -126,7 +135,7 @@ class SphericalLinkage:
                 self.order[place] = k
                 place += 1
         self.second = self.order[5]
-        # Number of turning joints before the second slide.
+        # Count the revolute joints before the second prismatic joint.
         self.before = self.second - 1
 
     def _write_way(self, loop: SixScrews) -> bool:
@@ -158,16 +167,16 @@ class SphericalLinkage:
         self.bound += math.sqrt(vectors.dot(carried, carried))
         self.bound += math.sqrt(vectors.dot(twice, twice)) + 3 * abs(self.offset)
         self.bound += math.sqrt(vectors.dot(between, between) / square)
-        # If both slides are perpendicular to joint A, one before and one after it, they span the
-        # plane normal to axis A at every angle.
+        # Find out whether both prismatic joints are perpendicular to joint A, one before and one
+        # after it. If so, they span the plane normal to axis A at every angle.
         slide, other = vectors.axis_of(screws, 0), vectors.axis_of(screws, self.second)
         self.across = self.before == 1 and abs(vectors.dot(slide, first)) < PARALLEL_SINE
         self.across = self.across and abs(vectors.dot(other, first)) < PARALLEL_SINE
         return True
 
     def _write_tables(self, loop: SixScrews, swapped: bool) -> None:
-        # Computes E and F, the coefficients of the products of (1, cos, sin), from nine samples.
-        # The rows belong to the hidden joint.
+        # Computes E and F, the coefficients of the two equations in the products of (1, cos, sin)
+        # of two joints, from nine samples. The rows belong to the hidden joint.
         for k in range(9):
             self.E[k], self.F[k] = 0.0, 0.0
         for i in range(3):
@@ -181,7 +190,8 @@ class SphericalLinkage:
                         self.F[at] += weight * self.vector[1]
 
     def _evaluate(self, loop: SixScrews, alpha: float, beta: float) -> None:
-        # Evaluates both equations at angles alpha and beta of the first two turning joints.
+        # Evaluates the errors of both equations at angles alpha and beta of the first two revolute
+        # joints.
         screws, order = loop.screws, self.order
         y = vectors.axis_of(screws, order[self.turning - 2])
         z = vectors.axis_of(screws, order[self.turning - 1])
@@ -227,14 +237,16 @@ class SphericalLinkage:
         self.noise = polynomials.write_coefficients(
             self.values, RESULTANT_SAMPLES, self.circle, largest, degree, self.coefficients
         )
-        # Add a bound of the errors of the equations: they change no harmonic beyond the degree, so
-        # the samples do not show them.
+        # Add a bound of the errors of the equations. The samples do not show these errors, because
+        # they change no harmonic beyond the degree.
         error = 10.0 * complex_numbers.ROUND_OFF
         error *= 1.0 if degree == 1 else self.bound * math.sqrt(steepest)
         self.noise = max(self.noise, error / largest)
 
     def write_positions(self, loop: SixScrews, motion: Motion, z: Complex, t: Numbers) -> bool:
-        """Write the positions t (6 pairs) of a root z = e^(i t); return whether they exist."""
+        """
+        Write to t the joint positions (6 pairs) of a root z = e^(i t); return whether they exist.
+        """
         arrays.fill(t, 12, 0.0)
         pairs.put(t, self.hidden, complex_numbers.angle_of(z))
         if not complex_numbers.is_near(pairs.pair(t, self.hidden)):
@@ -243,8 +255,8 @@ class SphericalLinkage:
             return False
         for k in range(self.turning - 2, self.turning):
             joint = self.order[k]
-            # v is a direction that the joints behind `joint` do not change: the axis of the next
-            # turning joint, or a direction across the last axis.
+            # Choose a direction v that the joints behind `joint` do not change: the axis of the
+            # next revolute joint, or a direction across the last axis.
             v = vectors.across(vectors.axis_of(loop.screws, joint))
             if k + 1 < self.turning:
                 v = vectors.axis_of(loop.screws, self.order[k + 1])
@@ -255,8 +267,8 @@ class SphericalLinkage:
         return self._write_slides(loop, motion, t)
 
     def _write_other(self, t: Numbers) -> bool:
-        # Computes the angle of the other joint by Cramer's rule: V is proportional to its
-        # (1, cos, sin).
+        # Computes the angle of the other joint by Cramer's rule: V is proportional to (1, cos,
+        # sin) of this angle.
         turn, C = self.turn, self.columns
         complex_numbers.write_turn(pairs.pair(t, self.hidden), turn)
         for k in range(3):
@@ -275,8 +287,8 @@ class SphericalLinkage:
         return complex_numbers.is_near(angle)
 
     def _write_slides(self, loop: SixScrews, motion: Motion, t: Numbers) -> bool:
-        # Solves the slides by Cramer's rule: the angles are known, so the vector to the goal is
-        # linear in the slides.
+        # Solves the positions of the prismatic joints by Cramer's rule: the angles are known, so
+        # the vector to the goal is linear in these positions.
         motion.residual(loop, t)
         left, M, C = self.columns, arrays.after(self.columns, 6), self.vector
         for i in range(3):
@@ -286,8 +298,8 @@ class SphericalLinkage:
                 axis = pairs.pair(motion.axes, 3 * self.order[self.turning + k] + i)
                 pairs.put(M, 3 * k + i, axis)
         if self.turning == 4:
-            # Two slides need a third direction for a square system: the conjugate of their normal
-            # is never in their plane.
+            # Add a third direction, because two prismatic joints need it for a square system: the
+            # conjugate of their normal is never in their plane.
             normal = arrays.after(M, 12)
             pairs.write_cross(M, arrays.after(M, 6), normal)
             for i in range(3):
