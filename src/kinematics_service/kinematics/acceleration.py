@@ -1,14 +1,15 @@
 """
-Compute the exact time derivative of the Jacobian by its screws, and the acceleration of the tool.
+Compute the exact time derivative of the Jacobian from its screws, and the acceleration of the
+tool.
 
-The Jacobian is a sum of screws, which the kernel computes with the pose. The elements before an
-element carry its screw (s, w) along: they move the reference point with the velocity V and turn
-with the angular velocity W. So dw/dt = W x w and ds/dt = W x s + w x (V_all - V), where V_all is
-the velocity of the reference point by all elements.
+The Jacobian is a sum of screws, which the kernel computes with the pose. The elements of the arm
+before an element move the screw (s, w) of this element: they move the reference point with the
+velocity V and turn with the angular velocity W. So dw/dt = W x w and ds/dt = W x s + w x (V_all -
+V), where V_all is the velocity of the reference point by all elements.
 
-In an arm with closed loops, J = J_open [1; C]. The passive joints follow so that Phi_x [1; C] = 0
-at all times: Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are
-screws as well.
+In an arm with closed loops, J = J_open [1; C]. The passive joints move so that Phi_x [1; C] = 0 at
+all times: Phi_psi dC/dt = -dPhi_x/dt [1; C]. The derivatives Phi_x of a loop's residual are
+screws, too.
 """
 
 import numpy as np
@@ -44,8 +45,7 @@ def jacobian_rate(
     q, qdot : shape (..., n), rad or m, rad/s or m/s
         Joint positions and velocities.
     axes, of, at
-        As `jacobian` takes them. The derivative is taken in the base frame, and then expressed in
-        `axes`.
+        As in `jacobian`. The derivative is taken in the base frame, and then expressed in `axes`.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def acceleration(
     q, qdot, qddot : shape (..., n)
         Joint positions, velocities and accelerations, in rad or m and s.
     axes, of, at
-        As `jacobian_rate` takes them.
+        As in `jacobian_rate`.
 
     Raises
     ------
@@ -113,7 +113,8 @@ def acceleration_of(
     state: ToolState, point: Point, qddot: Floats, at: npt.ArrayLike | None = None
 ) -> Floats:
     """
-    Return the acceleration (..., 6) of a point in base axes; its state must have velocities.
+    Return the acceleration (..., 6) of `point` in base axes, m/s^2 and rad/s^2; `state` must have
+    velocities.
     """
     J, qdot = state.jacobian, velocities_of(state)
     if at is not None:
@@ -122,7 +123,7 @@ def acceleration_of(
 
 
 def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
-    # Returns the time derivative of J in base axes, shape (..., 6, n).
+    # Returns the time derivative of the Jacobian in base axes, shape (..., 6, n).
     chain, qdot = point.chain, velocities_of(state)
     n, entries = chain.dof, chain.entries
     screws = state.row[..., chain.screws_at : chain.screws_at + 6 * entries]
@@ -132,7 +133,7 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
     if not chain.loops:
         rates = _screw_rates(chain, point.first_entries, screws, qdot)
         if chain.form != kernel.MIXED:
-            return rates  # entry k is joint k
+            return rates  # entry k belongs to joint k
         return _by_variable(chain, rates)
     closure = chain.closure
     section = state.row[..., chain.closure_at : chain.closure_at + closure.width]
@@ -144,13 +145,13 @@ def _rate(state: ToolState, point: Point, at: npt.ArrayLike | None) -> Floats:
 
 
 def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -> Floats:
-    # Returns the time derivatives of the screws (..., 6, entries) of a chain, for the velocities
-    # `rates` of its variables.
+    # Returns the time derivatives (..., 6, entries) of the screws of a chain, if its variables
+    # have the velocities `rates`.
     entries = chain.entries
     sums = np.zeros((*screws.shape[:-1], entries + 1))
     np.cumsum(screws * rates[..., None, chain.table.joint], axis=-1, out=sums[..., 1:])
-    # The twist by all elements before the element of each entry: entries of one element share an
-    # axis, so they do not move each other.
+    # Compute the twist by all elements before the element of each entry: entries of one element
+    # share an axis, so they do not move each other.
     before = sums[..., first]
     W, V = before[..., 3:, :], sums[..., :3, -1:] - before[..., :3, :]
     halves = screws.reshape(*screws.shape[:-2], 2, 3, entries)
@@ -160,7 +161,7 @@ def _screw_rates(chain: Chain, first: Integers, screws: Floats, rates: Floats) -
 
 
 def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
-    # Sums the columns of entries to columns of joints and passive joints.
+    # Sums the columns of entries to one column for each joint and passive joint.
     result = np.zeros((*six_rows.shape[:-1], chain.variables))
     for k, j in enumerate(chain.table.joint):
         result[..., j] += six_rows[..., k]
@@ -168,7 +169,8 @@ def _by_variable(chain: Chain, six_rows: Floats) -> Floats:
 
 
 def _coupling_and_rate(closure: Closure, section: Floats, rates: Floats) -> tuple[Floats, Floats]:
-    # Returns C and dC/dt, shape (..., P, n), for the velocities of all variables.
+    # Returns the derivatives C of the passive joints by the joints, and dC/dt, shape (..., P, n),
+    # for the velocities of all variables.
     n, P = closure.dof, closure.passive
     leading = section.shape[:-1]
     coupling = section[..., closure.coupling_at : closure.status_at].reshape(*leading, P, n)

@@ -1,8 +1,9 @@
 """
-Compute analytic Jacobians: rates of orientation coordinates instead of the angular velocity.
+Compute analytic Jacobians, whose angular rows are rates of orientation coordinates instead of the
+angular velocity.
 
-Such coordinates have singularities of their own. At pitch = +-90 degrees roll and yaw turn about
-one axis. A rotation vector jumps at half a turn.
+Orientation coordinates have singularities of their own. At pitch = +-90 degrees roll and yaw turn
+about one axis. A rotation vector jumps at half a turn.
 """
 
 from dataclasses import dataclass
@@ -18,7 +19,7 @@ from ..robot.points import TOOL
 from ..robot.robot import AnyRobot, as_robot
 from .forward import BASE, chosen, state_of
 
-# Names of the rows of the orientation, by the kind of coordinates.
+# Names of the orientation rows for each kind of orientation coordinates.
 COORDINATES = {
     'rpy': ('roll', 'pitch', 'yaw'),
     'quaternion': ('qx', 'qy', 'qz', 'qw'),
@@ -29,12 +30,12 @@ COORDINATES = {
 @dataclass(frozen=True, eq=False)
 class AnalyticJacobian(FrozenArrays):
     """
-    A Jacobian whose rows are rates of position and of coordinates of the orientation.
+    A Jacobian whose rows are the rates of the position and of orientation coordinates.
 
     Attributes
     ----------
     rows
-        Names of the rows: x y z, then the coordinates.
+        Names of the rows: x y z, then the orientation coordinates.
     jacobian : shape (..., 6 or 7, n)
         In m and rad, base axes. At pitch = +-90 degrees roll and yaw have no rates, so the rows
         of the orientation are NaN.
@@ -78,7 +79,7 @@ def analytic_jacobian(
     rates
         `rpy`, `quaternion` or `rotation_vector`.
     of, at
-        As `jacobian` takes them.
+        As in `jacobian`.
 
     Raises
     ------
@@ -119,8 +120,8 @@ def analytic_jacobian(
     )
 
 
-# Coordinates, the matrix from angular velocity to their rates, the norm of this matrix, and
-# whether the coordinates are singular.
+# Four results for one kind of orientation coordinates: the coordinates, the matrix from angular
+# velocity to their rates, the norm of this matrix, and whether the coordinates are singular.
 _Map = tuple[Floats, Floats, Floats, npt.NDArray[np.bool_]]
 
 
@@ -133,12 +134,12 @@ def _of_rpy(R: Floats) -> _Map:
     c, s = R[..., 0, 0] / by, R[..., 1, 0] / by
     tangent = -R[..., 2, 0] / by
     zero = np.where(singular, np.nan, 0.0)
-    # w = roll' Rz Ry x + pitch' Rz y + yaw' z, solved for the three rates.
+    # Solve the angular velocity w = roll' Rz Ry x + pitch' Rz y + yaw' z for the three rates.
     by_turn = _stacked(
         [c / by, s / by, zero], [-s, c, zero], [c * tangent, s * tangent, zero + 1.0]
     )
-    # The smallest singular value of the matrix [Rz Ry x, Rz y, z] is
-    # sqrt(1 - |sin(pitch)|) = cos(pitch) / sqrt(1 + |sin(pitch)|).
+    # The amplification is the inverse of the smallest singular value of the matrix [Rz Ry x, Rz y,
+    # z], which is sqrt(1 - |sin(pitch)|) = cos(pitch) / sqrt(1 + |sin(pitch)|).
     growth = np.sqrt(1.0 + np.abs(R[..., 2, 0]))
     amplification = np.where(singular, np.inf, growth / np.where(singular, 1.0, cos_pitch))
     return coordinates, by_turn, amplification, singular
@@ -146,7 +147,8 @@ def _of_rpy(R: Floats) -> _Map:
 
 def _of_quaternion(quaternion_xyzw: Floats) -> _Map:
     x, y, z, w = np.moveaxis(quaternion_xyzw, -1, 0)
-    # The rate of a quaternion q is half the product of the quaternion (w, 0) and q.
+    # The rate of a quaternion q is half the product of the quaternion (w, 0) and q, where w is the
+    # angular velocity.
     by_turn = 0.5 * _stacked([w, z, -y], [-z, w, x], [y, -x, w], [-x, -y, -z])
     return (
         quaternion_xyzw.copy(),
@@ -163,7 +165,7 @@ def _of_rotation_vector(R: Floats) -> _Map:
     half = 0.5 * angle
     small = angle < 1e-3
     safe = np.where(small, 1.0, angle)
-    # The factor (1 - half cot(half)) / angle^2, by its series near zero.
+    # Compute (1 - half cot(half)) / angle^2, near zero by its series.
     share = np.where(
         small,
         1.0 / 12.0 + angle * angle / 720.0,
@@ -171,7 +173,8 @@ def _of_rotation_vector(R: Floats) -> _Map:
     )
     zero = np.zeros_like(x)
     cross = _stacked([zero, -z, y], [z, zero, -x], [-y, x, zero])
-    # The inverse of the left Jacobian of SO(3).
+    # Compute the inverse of the left Jacobian of SO(3), which maps the angular velocity to the
+    # rate of the rotation vector.
     by_turn = np.eye(3) - 0.5 * cross + share[..., None, None] * (cross @ cross)
     return (
         vector,

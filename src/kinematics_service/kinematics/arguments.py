@@ -1,4 +1,7 @@
-"""Check arguments: numbers of a shape, seeds, rows, and shapes that broadcast together."""
+"""
+Check arguments of public functions: arrays of numbers, seeds, row names, and shapes that broadcast
+together.
+"""
 
 import contextlib
 import math
@@ -22,9 +25,10 @@ def numbers_of(
     shapes: str = '',
 ) -> Floats:
     """
-    Return an argument as a new array of numbers, or raise an error of the type `refusal`.
+    Return an argument as a new float64 array, or raise an error of the class `refusal`.
 
-    `shapes` is the text of the expected shapes if leading dimensions are accepted.
+    `shapes` is the text of the expected shapes for the error sentence, if leading dimensions are
+    accepted.
     """
     try:
         return np.array(given, dtype=np.float64, order='C')
@@ -37,7 +41,10 @@ def numbers_of(
 def refused(
     name: str, expected: str, given: object, refusal: type[ArgumentError] = ArgumentError
 ) -> ArgumentError:
-    """Return an error that names an argument, the expected value and the given value."""
+    """
+    Return an error of the class `refusal` that names an argument, the expected value and the given
+    value.
+    """
     return refusal(f'{name} must be {expected}, not {given!r:.80}', name, [expected], given)
 
 
@@ -49,7 +56,10 @@ def seed_of(seed: SupportsIndex) -> int:
 
 
 def random_from(seed: SupportsIndex) -> np.random.Generator:
-    """Return a generator of random numbers with a seed, or raise an ArgumentError."""
+    """
+    Return a generator of random numbers with the given seed, or raise an ArgumentError for a bad
+    seed.
+    """
     return np.random.default_rng(seed_of(seed))
 
 
@@ -62,7 +72,7 @@ def finite_rows(
     Raises
     ------
     ArgumentError
-        The argument has another shape, or a number is not finite. The error is of the type
+        The argument has another shape, or a number is not finite. The error has the class
         `refusal`.
     """
     array = np.empty(0)
@@ -87,10 +97,10 @@ def shape_together(
     own: int = 1,
 ) -> tuple[int, ...]:
     """
-    Return the leading dimensions of two arguments, broadcast together.
+    Return the leading dimensions of two array arguments after broadcasting.
 
-    The shape `one` is (..., n). The shape `other` ends with the last `own` dimensions of
-    `expected`. Shapes that do not fit raise an ArgumentError of the type `refusal`.
+    The shape `one` is (..., n). The shape `other` must end with the last `own` dimensions of
+    `expected`. Shapes that do not fit raise an ArgumentError of the class `refusal`.
     """
     if other[-own:] == expected[-own:]:
         with contextlib.suppress(ValueError):
@@ -100,7 +110,7 @@ def shape_together(
 
 
 def number_or_nan(value: SupportsFloat) -> float:
-    """Return a number as a float, or NaN for any other value: NaN is outside of all ranges."""
+    """Return `value` as a float, or NaN if it is not a number. NaN is outside of all ranges."""
     if isinstance(value, float):  # the usual case; `isinstance(value, Real)` takes longer
         return value
     try:
@@ -110,7 +120,7 @@ def number_or_nan(value: SupportsFloat) -> float:
 
 
 def check_positive(refusal: type[ArgumentError], name: str, value: float) -> None:
-    """Raise an ArgumentError of the type `refusal` unless a number is finite and above 0."""
+    """Raise an ArgumentError of the class `refusal` unless `value` is finite and above 0."""
     if not 0.0 < number_or_nan(value) < math.inf:
         raise refusal(f'{name} must be a positive number, not {value}', name, ['above 0'], value)
 
@@ -118,7 +128,10 @@ def check_positive(refusal: type[ArgumentError], name: str, value: float) -> Non
 def rows_in_order(
     refusal: type[ArgumentError], rows: Sequence[str], known: tuple[str, ...] = ROW_NAMES
 ) -> tuple[str, ...]:
-    """Return rows in the order of `known`, or raise an ArgumentError of the type `refusal`."""
+    """
+    Return the row names `rows` in the order of `known`, or raise an ArgumentError of the class
+    `refusal`.
+    """
     names = list(map(str, rows)) if isinstance(rows, Iterable) else [str(rows)]
     if not names or set(names) - set(known):
         sentence = f'rows must be some of {" ".join(known)}, not {" ".join(names)!r}'

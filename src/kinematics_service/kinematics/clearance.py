@@ -1,4 +1,7 @@
-"""Prove radii around poses in which no pose is singular, by bounds of the Jacobian's change."""
+"""
+Prove radii around joint positions within which no pose is singular, by bounds of the Jacobian's
+change.
+"""
 
 import functools
 
@@ -13,11 +16,12 @@ from .threads import in_parts
 
 def clearances(robot: Robot, q: Floats) -> Floats:
     """
-    Return the radius around each pose in which no pose is singular, shape (N,), rad, at most 1.
+    Return the proved radius around each q within which no pose is singular, shape (N,), rad, at
+    most 1.
 
-    The norm of a joint motion is the root of the sum of squares, prismatic joints divided by the
-    characteristic length. For arms with closed loops, and above 16 joints, nothing is proved: the
-    radius is 0.
+    A radius is measured in the norm of joint motions: the root of the sum of squares, prismatic
+    joints divided by the characteristic length. For arms with closed loops, and above 16 joints,
+    the radius is 0, because the proof does not cover them.
 
     Parameters
     ----------
@@ -26,12 +30,13 @@ def clearances(robot: Robot, q: Floats) -> Floats:
     q : shape (N, n), rad or m
         Joint positions, in C order.
     """
-    # The bounds do not cover loops, and take too long for many joints: 2 s for 128.
+    # Return 0 if there is no proof: the bounds do not cover loops, and take too long for many
+    # joints, 2 s for 128.
     if robot.chain.loops or robot.dof > kernel.MAX_SEARCHED_JOINTS:
         return np.zeros(len(q))
     sizes = _sizes(robot, q)
     radii = np.empty(len(q))
-    # A set instead of np.unique, which imports numpy.ma: 10 ms at the first pose.
+    # Use a set instead of np.unique, because np.unique imports numpy.ma, 10 ms at the first pose.
     for size in set(sizes.tolist()):
         chosen = sizes == size
         radii[chosen] = _radii(robot, _bounds(robot, size), q[chosen])
@@ -39,9 +44,9 @@ def clearances(robot: Robot, q: Floats) -> Floats:
 
 
 def _sizes(robot: Robot, q: Floats) -> Floats:
-    # Returns for each pose the largest position of prismatic joints beyond their limits or without
-    # limits; 0 if all are inside their limits. The position is rounded up to a power of two times
-    # the characteristic length, so that few bounds serve many poses.
+    # Returns for each pose the largest position of the prismatic joints that are beyond their
+    # limits or have none; 0 if all are inside their limits. The position is rounded up to a power
+    # of two times the characteristic length, so that few bounds serve many poses.
     strokes = _strokes(robot)
     slides = strokes != 0.0
     if not slides.any():
@@ -66,7 +71,7 @@ def _bounds(robot: Robot, size: float) -> ClearanceBounds:
 
 def _radii(robot: Robot, bounds: ClearanceBounds, q: Floats) -> Floats:
     radii, rows = np.full(len(q), kernel.FARTHEST), np.ascontiguousarray(q)
-    if not len(bounds.moving):  # the rank is the same at every pose
+    if not len(bounds.moving):  # no joint changes the rank of the Jacobian
         return radii
 
     def part(begin: int, end: int) -> int:

@@ -1,4 +1,4 @@
-"""The state of the closed loops of an arm at joint positions: passive joints and determinants."""
+"""Read the state of the closed loops of an arm: passive joint positions and determinants."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from ..robot.robot import Robot
 @dataclass(frozen=True, eq=False)
 class LoopClosure:
     """
-    The closed loops of an arm at one pose or at many.
+    The passive joints and the determinants of an arm's closed loops, at one pose or at many.
 
     Attributes
     ----------
@@ -19,7 +19,7 @@ class LoopClosure:
         The names of the loops. Loops that need each other's passive joints are closed together
         and count as one loop, 'a + b'.
     passive_joint_names : P names
-        The joints that the loops move.
+        Names of the joints that the loops move.
     passive : shape (..., P), rad or m
         The positions of the passive joints.
     coupling : shape (..., P, n)
@@ -43,7 +43,9 @@ class LoopClosure:
 
 
 def closure_in(robot: Robot, section: Floats) -> LoopClosure:
-    """Read the state of the loops from the kernel's numbers `section`, shape (..., width)."""
+    """
+    Return the state of the loops that the kernel has written to `section`, shape (..., width).
+    """
     n, closure = robot.dof, robot.chain.closure
     P, variables = closure.passive, closure.variables
     leading = section.shape[:-1]
@@ -62,8 +64,8 @@ def closure_in(robot: Robot, section: Floats) -> LoopClosure:
 
 def why_not_closed(robot: Robot, q: Floats) -> tuple[str, str]:
     """
-    Return the name of a loop that does not close at joint positions (n,), and the reason as a
-    sentence; two empty texts if all loops close.
+    Return the name of a loop that does not close at joint positions q (n,), and a sentence with
+    the reason. Returns two empty texts if all loops close.
     """
     sections, failed = close_at(robot.chain, q[None])
     if failed[0] == 0.0:

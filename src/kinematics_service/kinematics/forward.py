@@ -39,7 +39,7 @@ def forward_kinematics(
     q : shape (..., n), rad or m
         Joint positions.
     axes
-        The frame in which the pose is expressed: `base`, or a frame named as for `of`.
+        The frame in which the pose is expressed: `base`, or a frame with a name as for `of`.
     of
         The frame whose pose is returned: `tool`, a point of the robot file, or a row of the table
         counted as `link_frames` does.
@@ -86,7 +86,8 @@ def link_frames(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
 
 def in_axes_of(pose: Floats, six_rows: Floats) -> Floats:
     """
-    Return a Jacobian (..., 6, k) turned from base axes to the axes of a pose (..., 4, 4).
+    Return the Jacobian `six_rows` (..., 6, k) turned from base axes to the axes of `pose` (..., 4,
+    4).
     """
     to_axes = np.swapaxes(pose[..., None, :3, :3], -1, -2)
     halves = six_rows.reshape(*six_rows.shape[:-2], 2, 3, six_rows.shape[-1])
@@ -134,7 +135,8 @@ def jacobian(
     robot, q
         As in `forward_kinematics`, which raises the same errors.
     axes
-        Axes of the rows: `base`, or a frame named as for `of`. The axes count as at rest.
+        Axes of the rows: `base`, or a frame with a name as for `of`. The axes are taken as at
+        rest.
     of
         The frame that moves: `tool`, a point of the robot file, or a row of the table counted as
         `link_frames` does.
@@ -219,7 +221,7 @@ def state_of(
     depth: int = kernel.JACOBIAN,
 ) -> ToolState:
     """
-    Return the state of an arm whose pose, Jacobian and twist are those of the point `of`.
+    Return the state of an arm at q, with the pose, Jacobian and twist of the point `of`.
 
     Raises
     ------
@@ -242,8 +244,8 @@ def chosen(
     axes: str | int,
 ) -> Floats:
     """
-    Return Jacobian columns (..., 6, k) of the frame `of`, moved to the point `at` and turned to
-    `axes`.
+    Return the Jacobian columns `six_rows` (..., 6, k), moved to the point `at` of the frame `of`
+    and turned to `axes`.
 
     Raises
     ------
@@ -260,7 +262,8 @@ def chosen(
 
 def with_point_at(six_rows: Floats, r: Floats) -> Floats:
     """
-    Return Jacobian columns (..., 6, k) of a point displaced by r (..., 3), v + w x r; axes stay.
+    Return the Jacobian columns `six_rows` (..., 6, k) for a reference point displaced by r (...,
+    3): v + w x r.
     """
     result = six_rows.copy()
     result[..., :3, :] += cross(six_rows[..., 3:, :], r[..., None])
@@ -269,7 +272,7 @@ def with_point_at(six_rows: Floats, r: Floats) -> Floats:
 
 def cross(a: Floats, b: Floats) -> Floats:
     """
-    Return the cross products a x b of columns (..., 3, k); five times as fast as `np.cross`.
+    Return the vector products a x b of columns (..., 3, k), five times as fast as `np.cross`.
     """
     return np.asarray(
         a.take(_NEXT, axis=-2) * b.take(_LAST, axis=-2)
@@ -281,5 +284,7 @@ _NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def offset_of(pose: Floats, at: npt.ArrayLike) -> Floats:
-    """Return the vector (..., 3) from a frame's origin to a point of it, in base axes."""
+    """
+    Return the vector (..., 3) in base axes from the origin of the frame `pose` to its point `at`.
+    """
     return np.asarray(pose[..., :3, :3] @ place_in_frame(at))

@@ -1,1 +1,4 @@
-"""Solve inverse kinematics: find and prove all joint positions that bring the tool to a target."""
+"""
+Solve inverse kinematics: find all joint positions that bring the tool to a target, and prove that
+none is missing.
+"""

@@ -1,4 +1,7 @@
-"""Build the result of inverse kinematics: solutions, families, status, and the nearest pose."""
+"""
+Build the result of inverse kinematics: solutions, families of solutions, status, and the nearest
+pose.
+"""
 
 import math
 from typing import NamedTuple
@@ -20,9 +23,11 @@ from .problem.target import IkTarget
 from .result import Complete, IkFamily, IkResult, IkSolution, Method, NearestPose, Posture, Status
 from .search import DistinctSolutions, refined, starts
 
-# Number of random starts inside the limits for the nearest pose.
+# Number of random starts, inside the limits, of the search for the pose nearest to an unreachable
+# target.
 NEAREST_STARTS = 64
-# A joint moves along a family if its component of a unit joint motion is larger than this.
+# A joint is named as moving along a family of solutions if its component of a unit joint motion is
+# larger than this.
 MIN_MOTION = 1e-6
 LEFT_FREE = 'the target leaves joints free to move: '
 
@@ -34,14 +39,17 @@ def answer(
     roots: tuple[int, int] | None = None,
     best: Floats | None = None,
 ) -> IkResult:
-    """Return the result for proved solutions; some of the solutions may belong to families."""
+    """
+    Return the result of inverse kinematics for proved solutions, of which some may belong to
+    families.
+    """
     result = _result_of_found(problem, found, method, roots, best)
     nearest = result.nearest
     if nearest is None or result.status == 'family':
         return result
     if not problem.target.is_reached_at(nearest.q, nearest.residual):
         return result
-    # The search for the nearest pose found a solution inside the limits: add it to the solutions.
+    # Add the solution inside the limits that the search for the nearest pose found.
     more = DistinctSolutions(nearest.q[None], np.array([nearest.residual]))
     return _result_of_found(problem, found.joined(more), 'search', None, best)
 
@@ -70,7 +78,8 @@ def result_of(
     curves: tuple[IkFamily, ...] = (),
 ) -> IkResult:
     """
-    Return the result for isolated solutions, families, and families that are traced curves.
+    Return the result of inverse kinematics for isolated solutions, families of solutions, and
+    traced curves.
 
     `best` (n,) is an additional start of the search for the nearest pose.
     """
@@ -81,17 +90,19 @@ def result_of(
     nearest = None if inside else _nearest(problem, (*solutions, *continua), continua, best)
     if problem.respect_limits:
         solutions, continua = inside, tuple(one for one in continua if one.feasible)
-    # The result is not complete with families: the solver finds only some postures of a family.
+    # Families make the result incomplete, because the solver finds only some postures of a family.
     complete: Complete = 'found' if method == 'search' or families else 'proved'
     return IkResult(solutions, continua, status, reason, method, nearest, complete, roots)
 
 
 def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
-    """Return a sentence if the target is out of reach; empty if the target may be reachable."""
+    """
+    Return an error sentence if the target is farther away than the arm is long, otherwise ''.
+    """
     way = robot.singularity.task.rotation.T @ (target.pose[:3, 3] - reach.centre)
     counted = [way[k] for k in range(3) if ROW_NAMES[k] in target.rows]
     away = math.hypot(*counted)
-    # A tool within `proved` of the target is a solution, so add `proved` to the reach.
+    # Add `proved` to the reach, because a tool within `proved` of the target counts as a solution.
     if not away > reach.radius + target.proved:
         return ''
     return (
@@ -101,7 +112,9 @@ def beyond(target: IkTarget, robot: Robot, reach: Reach) -> str:
 
 
 def inside_limits(solutions: int, families: int) -> str:
-    """Return the reason of a result with solutions inside the limits, as a sentence."""
+    """
+    Return the reason of a solved result, a sentence with the numbers of solutions and families.
+    """
     sentence = f'{solutions} {"solution" if solutions == 1 else "solutions"} inside the limits'
     if families:
         sentence += f', and {families} continuous {"family" if families == 1 else "families"}'
@@ -110,9 +123,9 @@ def inside_limits(solutions: int, families: int) -> str:
 
 def not_exact(target: IkTarget, worst: float) -> str:
     """
-    Return a text for solutions that are only within the tolerance; empty for exact solutions.
+    Return a text that says how far the solutions are from the target; empty if they are exact.
 
-    `worst` is the largest residual, m.
+    `worst` is the largest residual of the solutions, m.
     """
     if worst < target.exact:
         return ''
@@ -126,7 +139,7 @@ def _status(
     families: tuple[IkFamily, ...],
     method: Method,
 ) -> tuple[Status, str]:
-    # A search without solutions does not prove that none exist.
+    # Say in the reason that a search without solutions does not prove that none exist.
     searched = ' (by search, which proves nothing)' if method == 'search' else ''
     target = problem.target
     if inside:
@@ -180,10 +193,11 @@ def _named(robot: Robot, which: npt.NDArray[np.bool_]) -> tuple[str, ...]:
 
 def family_of(problem: IkProblem, family: SolutionFamily, moved: Floats | None = None) -> IkFamily:
     """
-    Return a family as part of the result, at joint positions near `near`.
+    Return a family of solutions as part of the result, at joint positions near those of the
+    problem.
 
-    `moved` (k, n) are joint motions along the family, from which its moving joints are named;
-    default: the motions at these joint positions.
+    `moved` (k, n) are joint motions along the family, from which its moving joints are named. By
+    default they are `family.motions`.
     """
     robot, plan = problem.robot, problem.plan
     if not plan.redundant:
@@ -237,7 +251,10 @@ def _nearest(
 
 
 def nearest_pose(problem: IkProblem, q: Floats, error: float) -> NearestPose:
-    """Return joint positions (n,) with the errors of the tool's position and rotation there."""
+    """
+    Return a `NearestPose` with joint positions q (n,) and the errors of the tool's position and
+    rotation there.
+    """
     linear, angular = kernel.parts_of_error(problem.target.residual, np.array(q))
     return NearestPose(q.copy(), error, linear, angular)
 
@@ -249,11 +266,12 @@ class Representatives(NamedTuple):
     Attributes
     ----------
     q : shape (m, n), rad or m
-        Inside the limits if possible; among those the nearest to `near`.
+        Joint positions inside the limits if possible; of several such positions the nearest to
+        `near`.
     outside : shape (m, n)
         Whether each joint is beyond its limits.
     margin : shape (m,)
-        Distance to the nearest limit, rad or m; negative beyond one.
+        Distance of the joints to the nearest limit, rad or m; negative beyond a limit.
     """
 
     q: Floats
@@ -262,7 +280,10 @@ class Representatives(NamedTuple):
 
 
 def representatives(plan: InversePlan, q: Floats, near: Floats) -> Representatives:
-    """Return joint positions (m, n) on the full turns inside the limits and near `near` (n,)."""
+    """
+    Return joint positions q (m, n) plus full turns: inside the limits if possible, and nearest to
+    `near` (n,).
+    """
     q = np.array(q, dtype=np.float64, order='C')
     kernel.representatives(plan.joints, near, q)
     room = np.minimum(q - plan.limits[:, 0], plan.limits[:, 1] - q)

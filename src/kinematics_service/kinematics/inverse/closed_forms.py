@@ -1,4 +1,4 @@
-"""Solve inverse kinematics in closed form: the kernel finds, proves and sorts the solutions."""
+"""Solve inverse kinematics in closed form; the kernel finds, proves and sorts the solutions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .problem.problem import IkProblem
 from .result import IkSolution, Posture
 from .search import refinement
 
-# Postures for the three signs that the kernel returns, from -1 -1 -1 to 1 1 1.
+# The posture for each triple of signs that the kernel returns, in the order -1 -1 -1 to 1 1 1.
 POSTURES = tuple(
     Posture(shoulder, elbow, wrist)
     for shoulder in ('left', '', 'right')
@@ -21,7 +21,7 @@ NO_POSTURE = Posture()
 
 
 def room_for(count: int, problem: IkProblem) -> kernel.Solutions:
-    """Return an empty buffer of the kernel for `count` solutions."""
+    """Return an empty `kernel.Solutions` with room for `count` solutions of the problem."""
     q = np.empty((count, problem.robot.chain.dof))
     return kernel.Solutions(problem.plan.joints, problem.near, problem.target.proved, q)
 
@@ -32,7 +32,7 @@ def closed_solutions(
     """
     Return all solutions of an arm with a closed form, or only the nearest one inside the limits.
 
-    With `only_inside`, solutions far beyond the limits are left out.
+    If `only_inside`, solutions far beyond the limits are left out.
     """
     solutions = room_for(1 if only_one else kernel.MOST_CANDIDATES, problem)
     refining = refinement(problem.target, problem.plan)
@@ -44,10 +44,10 @@ def closed_solutions_of_each(
     problem: IkProblem, form: kernel.ClosedForm, poses: Floats
 ) -> tuple[kernel.Solutions, Integers]:
     """
-    Return all solutions of many poses (N, 4, 4) in one array, pose by pose.
+    Return all solutions of N target poses (N, 4, 4) in one array, pose by pose, and their numbers.
 
-    The second result (N, 2) has the number of solutions of each pose, and 1 if this number is
-    proved.
+    The second result (N, 2) has the number of solutions of each pose, and 1 if no solution is
+    missing.
     """
     solutions = room_for(kernel.MOST_CANDIDATES * len(poses), problem)
     counts = np.zeros((len(poses), 2), dtype=np.int64)
@@ -61,10 +61,10 @@ def solutions_of(
     problem: IkProblem, proved: kernel.Solutions, only_feasible: bool, which: range
 ) -> tuple[IkSolution, ...]:
     """
-    Return proved solutions with indices in `which` as `IkSolution`, in order; with
-    `only_feasible`, only solutions inside the limits.
+    Return the solutions with indices in `which` as `IkSolution`, in order. If `only_feasible`,
+    leave out solutions outside the limits.
     """
-    # The solutions hold views of this array, which become read-only with it.
+    # Make the array of solutions read-only, because each `IkSolution` gets a view of it.
     proved.q.setflags(write=False)
     names, exact = problem.robot.joint_names, problem.target.exact
     found = proved.records(

@@ -1,9 +1,11 @@
 """
-Find the solution curves of an arm with one redundant joint, by continuation from many seeds.
+Find the solution curves of an arm with one redundant joint, by continuation from many start
+solutions.
 
-Seeds are solutions of slices (one joint held, the complete solver for six joints) and of random
-starts (Levenberg and Marquardt). A seed that is on no known curve is traced by numerical
-continuation (Allgower and Georg). The search proves nothing: it misses a curve without a seed.
+The start solutions, called seeds, come from slices (one joint held, the complete solver for six
+joints) and from random starts (Levenberg and Marquardt). A seed that is on no known curve is
+traced by numerical continuation (Allgower and Georg). The search proves nothing: it misses a curve
+without a seed.
 """
 
 import numpy as np
@@ -15,27 +17,29 @@ from .search import refined, starts
 from .self_motion.curve import SolutionCurve, point_of, traced
 from .self_motion.sliced_arm import SlicedArm
 
-# Number of slices, evenly spaced over a turn.
+# Number of slices: values of the held joint, evenly spaced over a turn.
 SLICES = 8
-# Angle of the first slice, rad: arms with right angles are singular at multiples of 90 degrees.
+# Angle of the held joint in the first slice, rad. It is not 0, because arms with right angles are
+# singular at multiples of 90 degrees.
 FIRST_SLICE = 0.05
-# Number of random starts.
+# Number of random start positions for Levenberg-Marquardt.
 STARTS = 96
-# Step of the central differences of J, rad or m: about the cube root of round-off.
+# Step of the central differences that differentiate J, rad or m: about the cube root of round-off.
 DIFFERENCE = 1e-5
-# Step from a crossing to a seed on a curve, rad: half the first step of a curve that is traced.
+# Step from a crossing of curves to a seed on a curve, rad: half the first step of a curve that is
+# traced.
 STEP_TO_SEED = 0.01
-# Largest number of curves that are traced.
+# Largest number of solution curves that are traced.
 MAX_CURVES = 64
 
 
 def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
-    """Return each solution curve of a target that was found, once."""
+    """Return the solution curves of a target that the search finds, each curve once."""
     point = point_of(problem)
     curves: list[SolutionCurve] = []
     seeds = _seeds(problem, arm)
-    # The list grows in the loop: other curves may cross at the end of a curve, so seeds near the
-    # crossing are added.
+    # Trace a curve from each seed. The list grows in the loop: other curves may cross at the end
+    # of a curve, so seeds near the crossing are added.
     for q in seeds:
         if any(kernel.passes(point, curve.samples, q) for curve in curves):
             continue
@@ -51,7 +55,8 @@ def curves_of(problem: IkProblem, arm: SlicedArm) -> tuple[SolutionCurve, ...]:
 
 
 def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
-    # Returns solutions (n,) found from `near`, random starts and slices.
+    # Returns solutions of inverse kinematics (n,) found from `near`, from random starts and from
+    # slices.
     robot, target, plan, near, *_ = problem
     q = starts(robot, plan, problem.random(), STARTS)
     q[0] = near
@@ -61,24 +66,26 @@ def _seeds(problem: IkProblem, arm: SlicedArm) -> list[Floats]:
 
 
 def _solutions(problem: IkProblem, q: Floats) -> list[Floats]:
-    # Returns the solutions (n,) to which refinement of joint positions (m, n) converges.
+    # Returns the solutions (n,) to which Levenberg-Marquardt converges from joint positions q (m,
+    # n).
     arrived = refined(problem.target, problem.plan, q, far=True)
     reached = zip(arrived.q, arrived.errors)
     return [q for q, error in reached if problem.target.is_reached_at(q, error)]
 
 
 def _near_crossing(point: kernel.CurvePoint, q: Floats) -> Floats:
-    # Returns joint positions (m, n) near the curves that cross at a singular solution (n,).
-    # Branch switching (Allgower and Georg, sections 8.1 and 8.3): J is the derivative of the
-    # target's rows. At a simple bifurcation point it has two null vectors, the rows of N, and one
-    # left null vector e. The tangents a N of the curves are the roots of the quadratic form
-    # a N (e . J') N^T a^T, where J' is the derivative of J.
+    # Returns joint positions (m, n) near the curves that cross at a singular solution (n,). Branch
+    # switching (Allgower and Georg, sections 8.1 and 8.3): J is the derivative of the target's
+    # rows. At a simple bifurcation point J has two null vectors, the rows of N, and one left null
+    # vector e. The tangents a N of the curves are the roots of the quadratic form a N (e . J') N^T
+    # a^T, where J' is the derivative of J.
     e_left, _, null = np.linalg.svd(_jacobian(point, q))
     e, N = e_left[:, -1], null[-2:]
     ahead = [_jacobian(point, q + DIFFERENCE * way) for way in N]
     behind = [_jacobian(point, q - DIFFERENCE * way) for way in N]
     form = np.array([e @ (a - b) @ N.T for a, b in zip(ahead, behind)])
-    # Eigenvalues of opposite signs have two real roots: a^2 low + b^2 high = 0 along the axes.
+    # Compute the roots a of the quadratic form. If its eigenvalues have opposite signs, a^2 low +
+    # b^2 high = 0 along the axes has two real roots.
     (low, high), axes = np.linalg.eigh(0.5 * (form + form.T))
     if not low < 0.0 < high:
         return np.empty((0, len(q)))

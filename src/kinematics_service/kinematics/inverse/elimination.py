@@ -1,5 +1,5 @@
 """
-Solve general arms of six joints by elimination (Raghavan and Roth 1993).
+Solve the inverse kinematics of general arms of six joints by elimination (Raghavan and Roth 1993).
 
 The largest possible number of complex solutions is known. If that many are found, the real
 solutions are proved complete.
@@ -21,14 +21,14 @@ from .problem.screws import Screws, screws_of
 from .problem.target import residual_of
 from .search import BATCH, DistinctSolutions, distinct, refined, refinement, starts
 
-# A degenerate target is also solved at targets displaced by these distances: relative to the
-# length, and rad.
+# If a target is degenerate, targets displaced by these distances are solved, too: relative to the
+# characteristic length, and rad.
 BESIDE = (1e-6, 1e-4)
 
 
 class Eliminated(NamedTuple):
     """
-    The solutions found by elimination.
+    The inverse kinematics solutions that elimination found, and whether they are complete.
 
     Attributes
     ----------
@@ -50,12 +50,12 @@ class Eliminated(NamedTuple):
 
     @property
     def all_found(self) -> bool:
-        """Return whether `solutions` is proved to have all solutions."""
+        """Return whether `solutions` is proved to contain all real solutions."""
         return self.proved and self.real == self.solutions.count
 
 
 def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminated:
-    """Return the solutions of the problem by elimination for six joints."""
+    """Return the solutions of an inverse problem of six joints, computed by elimination."""
     solutions = room_for(kernel.MOST_CANDIDATES, problem)
     counts = np.zeros(3, dtype=np.int64)
     refining = refinement(problem.target, problem.plan)
@@ -66,7 +66,8 @@ def eliminated_solutions(problem: IkProblem, arm: kernel.SixJoints) -> Eliminate
 
 def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSolutions | None:
     """
-    Return all solutions by elimination, completed by real solutions found from random starts.
+    Return all solutions of an arm of six joints: by elimination, completed by solutions from
+    random starts.
 
     Returns None unless the number of certified complex solutions is the largest possible number.
     """
@@ -90,14 +91,15 @@ def completed_solutions(problem: IkProblem, arm: kernel.SixJoints) -> DistinctSo
 
 class Beside(NamedTuple):
     """
-    Solutions of a degenerate target, found from displaced targets.
+    Solutions of a degenerate target, found by solving displaced targets.
 
     Attributes
     ----------
     found
-        The real solutions, refined.
+        The real solutions, refined to the degenerate target.
     simple
-        Number of certified complex solutions, which are simple, and how many of them are real.
+        Number of certified complex solutions, which are simple, and number of real ones among
+        them.
     """
 
     found: DistinctSolutions
@@ -108,8 +110,9 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
     """
     Return the solutions of a degenerate target, refined from the solutions of displaced targets.
 
-    At a displaced target the determinants do not all vanish, and coinciding solutions are apart.
-    These solutions are real for one sign of the displacement, so both signs are tried.
+    At a displaced target the determinants do not all vanish, and solutions that coincide at the
+    target are apart. These solutions are real for one sign of the displacement, so both signs are
+    tried.
     """
     robot, target, plan = problem.robot, problem.target, problem.plan
     random, screws = problem.random(), screws_of(robot.chain)
@@ -136,13 +139,13 @@ def solutions_beside(problem: IkProblem, arm: kernel.SixJoints) -> Beside:
 
 
 def _positions(screws: Screws, psi: Floats) -> Floats:
-    # Returns joint positions (m, 6) for positions (m, 6) of the screws.
+    # Returns the joint positions (m, 6) that belong to screw positions psi (m, 6).
     return np.asarray(np.linalg.solve(screws.coupling, psi.T).T, np.float64)
 
 
 def _real_ones(psi: Floats) -> Floats:
-    # Returns the real solutions (k, 6) among complex solutions (m, 6, 2): a solution is real if
-    # its conjugate is not in the list.
+    # Returns the real ones (k, 6) of the complex solutions (m, 6, 2): a solution is real if its
+    # conjugate is not in the list.
     conjugate = psi * (1.0, -1.0)
     paired = [any(np.array_equal(one, other) for other in conjugate) for one in psi]
     return np.asarray(psi[np.logical_not(paired), :, 0])

@@ -1,4 +1,7 @@
-"""Separate isolated solutions from families (continua) by the null space of J and trial steps."""
+"""
+Separate isolated solutions from families (continua of solutions) by the null space of J and trial
+steps.
+"""
 
 from typing import NamedTuple
 
@@ -13,28 +16,31 @@ from .problem.problem import IkProblem
 from .result import off_motions
 from .search import DistinctSolutions, apart, errors_at, refined
 
-# A joint motion may lead along a family if its singular value is below this ratio to the largest.
+# If the singular value of a joint motion is below this ratio to the largest, the motion may lead
+# along a family of solutions.
 FREE_SINGULAR_VALUE_RATIO = 1e-5
-# If the ratio of the last pivot to the largest is above this, no singular value is below
+# If the ratio of the last pivot of J to the largest is above this, no singular value is below
 # FREE_SINGULAR_VALUE_RATIO, and the singular values are not computed.
 SUSPECT_PIVOT_RATIO = 1e-3
-# Trial step along a joint motion that may lead along a family, rad.
+# Trial step along a joint motion that may lead along a family of solutions, rad.
 TRIAL_STEP = 0.05
-# A solution belongs to a family if a trial step, corrected to the target, still moves the joints
-# by this, rad. At the border of the workspace J is singular, but the correction leads back.
+# Least joint motion, rad, that shows that a solution belongs to a family: the motion by a trial
+# step that is then corrected to the target. At the border of the workspace J is singular, but the
+# correction leads back.
 MIN_TRIAL_MOTION = 0.01
-# Largest residual of a family after the correction, relative to the length: round-off. A larger
-# bound would take two solutions beside a singular pose as a family.
+# Largest residual after a trial step on a family, relative to the characteristic length:
+# round-off. A larger bound would take two solutions beside a singular pose as a family.
 RESIDUAL_ROUND_OFF = 1e-13
-# A family is straight if the tool is at the target after each of these steps along it, rad.
+# Steps along a family of solutions, rad. The family is straight if the tool is at the target after
+# each of them.
 CHECKED_STEPS = (-2.0, 0.7, 3.0)
-# Largest number of steps along a family toward `near`.
+# Largest number of steps along a family of solutions toward the joint positions `near`.
 MAX_STEPS = 6
 
 
 class SolutionFamily(NamedTuple):
     """
-    A solution that is not isolated, and the motions along its family.
+    A solution that is not isolated, and the joint motions along its family of solutions.
 
     Attributes
     ----------
@@ -43,9 +49,9 @@ class SolutionFamily(NamedTuple):
     error
         Residual of the solution, m.
     motions : shape (k, n)
-        Orthonormal, scaled.
+        Joint motions that keep the tool at the target, scaled and orthonormal.
     straight
-        Whether every multiple of the motions is in the family.
+        Whether the tool stays at the target for every multiple of the motions.
     """
 
     q: Floats
@@ -56,7 +62,7 @@ class SolutionFamily(NamedTuple):
 
 class Sorted(NamedTuple):
     """
-    Isolated solutions and families.
+    Solutions of inverse kinematics, sorted into isolated solutions and families of solutions.
 
     Attributes
     ----------
@@ -74,13 +80,14 @@ class Sorted(NamedTuple):
 
 
 def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
-    """Sort proved solutions into isolated solutions and families."""
+    """Sort proved solutions into isolated solutions and families of solutions."""
     robot, target, plan, *_ = problem
     n = robot.dof
     none = np.zeros(len(found.q), dtype=np.bool_)
     shares = np.empty(len(found.q))
     kernel.pivots(target.residual, plan.scales, found.q, shares)
-    # If some joints never move the rows, every solution is in a family.
+    # Skip the test if J has full rank at all solutions. If some joints never move the target's
+    # rows, every solution is in a family.
     if not len(plan.idle) and not np.any(shares < SUSPECT_PIVOT_RATIO):
         return Sorted(found, none, ())
     m = len(found.q)
@@ -104,7 +111,7 @@ def isolated_or_not(problem: IkProblem, found: DistinctSolutions) -> Sorted:
 
 
 def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
-    # Returns the part of the null space along which the tool stays at the target.
+    # Returns the joint motions (k, n) of the null space along which the tool stays at the target.
     robot, target, plan, *_ = problem
     trials = np.concatenate([null, -null]) * TRIAL_STEP
     gone = refined(target, plan, q + trials * plan.scales, far=True)
@@ -114,7 +121,7 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
     kept = (gone.errors < as_good) & (size > MIN_TRIAL_MOTION) & (size < 4 * TRIAL_STEP)
     if not np.any(kept):
         return np.empty((0, len(q)))
-    # The family may be curved: project the steps onto the null space to get tangents.
+    # Project the steps onto the null space to get tangents, because the family may be curved.
     tangents = ways[kept] @ null.T @ null
     _, strength, right = np.linalg.svd(tangents, full_matrices=False)
     along = right[strength > 0.2 * TRIAL_STEP]
@@ -124,12 +131,13 @@ def _along(problem: IkProblem, q: Floats, null: Floats, error: float) -> Floats:
 def _straight(problem: IkProblem, q: Floats, along: Floats) -> bool:
     robot, target, plan, *_ = problem
     out = np.concatenate([q + t * along * plan.scales for t in CHECKED_STEPS])
-    # The tolerance is not round-off because the directions `along` have only about ten digits.
+    # Allow more than round-off, because the directions `along` have only about ten digits.
     return bool(np.all(errors_at(target, plan, out) < 1e-6 * robot.singularity.task.length))
 
 
 def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionFamily]:
-    # Keeps one straight family of each line, and one curved family of each configuration.
+    # Removes repeated families: keeps one straight family for each line, and one curved family for
+    # each set of joint positions.
     kept: list[SolutionFamily] = []
     for family in families:
         for one in kept:
@@ -145,7 +153,10 @@ def _merged(plan: InversePlan, families: list[SolutionFamily]) -> list[SolutionF
 
 
 def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> SolutionFamily:
-    """Return the family at a posture nearer to `near`, after at most `MAX_STEPS` steps."""
+    """
+    Return the family at a solution nearer to `problem.near`, after at most `MAX_STEPS` steps along
+    it.
+    """
     _, target, plan, near, *_ = problem
     q, error, motions, _ = family
     for _ in range(MAX_STEPS):
@@ -166,7 +177,10 @@ def nearer(problem: IkProblem, family: SolutionFamily, limits: Floats) -> Soluti
 
 
 def tangent(problem: IkProblem, q: Floats, dimension: int) -> Floats:
-    """Return the scaled, orthonormal joint motions (k, n) of the least singular values of J."""
+    """
+    Return the joint motions (k, n), scaled and orthonormal, of the `dimension` least singular
+    values of J.
+    """
     n, residual = len(q), problem.target.residual
     sigma, motions = np.zeros((1, n)), np.zeros((1, n, n))
     kernel.free_motions(residual, problem.plan.scales, q[None].copy(), sigma, motions)

@@ -1,11 +1,11 @@
 """
-Positions and multiplicities of multiple solutions, by the Lyapunov-Schmidt reduction.
+Compute positions and multiplicities of multiple solutions by the Lyapunov-Schmidt reduction.
 
-At a multiple solution J has a null vector v, and w is the lost direction of the tool. Solve all
-other equations along q + s v: the error along w is then a function g(s), the reduced equation. The
-roots of g are the solutions nearby, and a root of multiplicity m is m solutions. Refinement of q
-stops at a distance of the m-th root of round-off, but the root of a polynomial through g is exact
-to round-off.
+At a multiple solution q the Jacobian J has a null vector v, and w is the lost direction of the
+tool. Solve all other equations along q + s v. The error along w is then a function g(s), the
+reduced equation. The roots of g are the solutions near q, and a root of multiplicity m is m
+solutions. Refinement of q stops at a distance of the m-th root of round-off, but the root of a
+polynomial through g is exact to round-off.
 """
 
 import itertools
@@ -20,27 +20,28 @@ from ...kernel import Floats
 from .problem.problem import IkProblem
 from .search import DistinctSolutions, apart, errors_at
 
-# g is sampled at Chebyshev nodes for s within this distance of 0, rad.
+# The reduced equation g(s) is sampled at Chebyshev nodes for |s| up to this, rad.
 SAMPLED_SPAN = 0.02
-# Number of samples of g.
+# Number of samples of the reduced equation g(s).
 SAMPLE_COUNT = 13
-# Degree of the polynomial through the samples.
+# Degree of the polynomial that is fitted to the samples of g(s).
 POLYNOMIAL_DEGREE = 9
-# Simple roots of g within this distance of 0 are separate solutions, relative to SAMPLED_SPAN.
+# Simple roots of g(s) with |s| up to this are separate solutions, relative to SAMPLED_SPAN.
 SIMPLE_ROOT_RANGE = 0.05
-# Largest multiplicity of a root that is tried.
+# Largest multiplicity of a root of g(s) that is tried.
 MAX_ORDER = 6
-# Round-off of g and its derivatives, relative to the length: about 5 machine epsilons.
+# Round-off of g(s) and its derivatives, relative to the characteristic length: about 5 machine
+# epsilons.
 REDUCED_ROUND_OFF = 1e-15
-# Largest number of Newton's steps for the equations of full rank.
+# Largest number of Newton steps that solve the equations of full rank.
 MAX_NEWTON_STEPS = 12
-# Solutions within this distance are one, rad (prismatic joints divided by the length).
+# Solutions within this distance are taken as one, rad (prismatic joints divided by the length).
 SAME_SOLUTION_DISTANCE = 1e-7
 
 
 class Multiple(NamedTuple):
     """
-    A solution with its multiplicity.
+    A solution of inverse kinematics with its multiplicity.
 
     Attributes
     ----------
@@ -62,9 +63,9 @@ def with_multiplicities(
     problem: IkProblem, found: DistinctSolutions, singular: npt.NDArray[np.bool_]
 ) -> DistinctSolutions:
     """
-    Return isolated solutions with their multiplicities; coinciding solutions are merged.
+    Return isolated solutions with their multiplicities. Solutions that coincide are merged.
 
-    `singular` marks solutions at which J is singular; all other solutions are simple.
+    `singular` is true for solutions at which J is singular; all other solutions are simple.
     """
     if not np.any(singular):
         return found
@@ -80,7 +81,8 @@ def with_multiplicities(
 
 
 def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
-    # Returns the solutions at a singular solution q: one multiple solution, or several neighbours.
+    # Returns the solutions at a singular solution q: one multiple solution, or several simple ones
+    # near q.
     robot, target, plan, *_ = problem
     unknown, n = [Multiple(q, error, 0)], robot.dof
     if n > target.equations:
@@ -117,8 +119,8 @@ def _multiples(problem: IkProblem, q: Floats, error: float) -> list[Multiple]:
 
 
 def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
-    # Returns multiplicities and positions of the roots near 0: one multiple root, or all simple
-    # roots.
+    # Returns the multiplicities and positions of the roots of g(s) near 0: one multiple root, or
+    # all simple roots.
     order, at = _root(coefficients, nothing)
     if order != 1:
         return [(order, at)] if order else []
@@ -128,8 +130,8 @@ def _roots(coefficients: Floats, nothing: float) -> list[tuple[int, float]]:
 
 
 def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
-    # Returns the highest multiplicity m of a root near 0, and its position, computed as the simple
-    # root of derivative m - 1.
+    # Returns the highest multiplicity m of a root of g(s) near 0, and its position, computed as
+    # the simple root of derivative m - 1.
     derivatives = [np.polynomial.Polynomial(coefficients)]
     for _ in range(MAX_ORDER):
         derivatives.append(derivatives[-1].deriv())
@@ -137,7 +139,7 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
         root: complex = min(derivatives[order - 1].roots().tolist(), key=abs, default=math.inf)
         if abs(root) > 0.5 or abs(root.imag) > 1e-3:
             continue
-        # All Taylor coefficients at the root below the order must be round-off.
+        # Accept the root if all Taylor coefficients at the root below the order are round-off.
         at_root = (abs(one(root.real)) for one in derivatives[: order + 1])
         sizes = [size / math.factorial(k) for k, size in enumerate(at_root)]
         if max(sizes[:order]) <= nothing < sizes[order]:
@@ -148,8 +150,8 @@ def _root(coefficients: Floats, nothing: float) -> tuple[int, float]:
 def _way(
     problem: IkProblem, q: Floats, s: float, parts: tuple[Floats, Floats, Floats]
 ) -> Floats | None:
-    # Returns the scaled step from q with component s along the null direction of J. Newton's
-    # method solves the equations of full rank. None if it diverges.
+    # Returns the scaled step from q whose component along the null direction of J is s. Newton's
+    # method solves the equations of full rank. Returns None if Newton's method diverges.
     along, across, kept = parts
     y = np.zeros(len(across))
     for _ in range(MAX_NEWTON_STEPS):
@@ -166,7 +168,8 @@ def _way(
 
 
 def _linearised(problem: IkProblem, q: Floats) -> tuple[Floats, Floats]:
-    # Returns the weighted error (6,) at q, and its Jacobian (6, n); rows that do not count are 0.
+    # Returns the weighted error (6,) at q, and its Jacobian (6, n). Rows that the target does not
+    # use are 0.
     error, columns = np.empty(6), np.empty((len(q), 6))
     kernel.linearise(problem.target.residual, problem.plan.scales, q, error, columns)
     return error, columns.T

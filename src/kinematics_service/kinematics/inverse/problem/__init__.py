@@ -1,1 +1,1 @@
-"""Prepare a problem of inverse kinematics: properties of the arm, and the checked target."""
+"""Prepare an inverse kinematics problem: find properties of the arm, and check the target."""

@@ -1,4 +1,7 @@
-"""Recognise geometry in the screws of an arm: parallel axes, axes that meet, links in a plane."""
+"""
+Recognise special geometry in the joint screws of an arm: parallel axes, axes that meet, links in a
+plane.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,23 +11,26 @@ import numpy as np
 from ....kernel import Floats
 from .screws import Screws
 
-# Tolerance of parallel axes (rad) and of axes that meet (relative to the arm's size): tables have
-# ten digits.
+# Tolerance for parallel axes (rad) and for axes that meet (relative to the arm's size): tables
+# have ten digits.
 GEOMETRY_TOLERANCE = 1e-9
-# Size of an arm without lengths, m: not 0, because distances are divided by it.
+# Size of an arm whose lengths are all 0, m. It is not 0, because distances are divided by it.
 MIN_SIZE = 1e-300
-# Tolerance of equal turns per joint motion: 45 machine epsilons.
+# Two rates of rotation per joint motion are taken as equal within this: 45 machine epsilons.
 RATIO_TOLERANCE = 1e-14
 
 
 def size_of(screws: Screws) -> float:
-    """Return the largest distance between the points of the arm, in m."""
+    """Return the largest distance of an axis point or the tool from the point of axis 1, m."""
     points = np.vstack([screws.points, screws.tool])
     return max(float(np.max(np.linalg.norm(points - points[0], axis=1))), MIN_SIZE)
 
 
 def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -> Screws:
-    """Return the screws with new axes, points and coupling; twice the change is added to `off`."""
+    """
+    Return the screws with new axes, points and coupling, and add twice the change to their error
+    `off`.
+    """
     turns = np.linalg.norm(np.cross(axes, screws.axes), axis=1)
     ways = np.linalg.norm(np.cross(points - screws.points, screws.axes), axis=1)
     ways[np.array(screws.slides)] = 0.0
@@ -33,13 +39,14 @@ def made_exact(screws: Screws, axes: Floats, points: Floats, coupling: Floats) -
 
 
 def parallel(a: Floats, b: Floats) -> bool:
-    """Return whether two unit vectors are parallel or opposite."""
+    """Return whether the unit vectors a and b are parallel or opposite."""
     return float(np.linalg.norm(np.cross(a, b))) < GEOMETRY_TOLERANCE
 
 
 def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
     """
-    Return the point (3,) where rotation axes meet at rest, m; None if they do not.
+    Return the point (3,) at which the rotation axes `which` meet at rest, m; None if they do not
+    meet.
 
     Neighbouring axes must not be parallel: parallel axes coincide or do not meet.
     """
@@ -47,7 +54,7 @@ def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
         return None
     if any(parallel(screws.axes[i], screws.axes[j]) for i, j in zip(which, which[1:])):
         return None
-    # Computes the point with the least sum of squared distances from the axes.
+    # Compute the point with the least sum of squared distances from the axes.
     across = [np.eye(3) - np.outer(screws.axes[k], screws.axes[k]) for k in which]
     rows = np.vstack(across)
     right = np.concatenate([P @ screws.points[k] for P, k in zip(across, which)])
@@ -57,18 +64,18 @@ def meeting_point(screws: Screws, which: Sequence[int]) -> Floats | None:
 
 
 def all_parallel(screws: Screws, which: Sequence[int]) -> bool:
-    """Return whether these screws are rotations about parallel axes."""
+    """Return whether the screws `which` are all rotations, about parallel axes."""
     first = screws.axes[which[0]]
     return all(not screws.slides[k] and parallel(first, screws.axes[k]) for k in which)
 
 
 def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
     """
-    Return six screws with parallel axes 2 to 4, made exactly so, and the point (3,) where axes 5
-    and 6 meet, m.
+    Return six screws whose axes 2 to 4 are made exactly parallel, and the point (3,) at which axes
+    5 and 6 meet, m.
 
-    None if axis 1 or 5 is parallel to axes 2 to 4, a screw is a translation, or axes 5 and 6 do
-    not meet.
+    Returns None if axis 1 or 5 is parallel to axes 2 to 4, a joint is prismatic, or axes 5 and 6
+    do not meet.
     """
     point = meeting_point(screws, (4, 5))
     neighbours = any(parallel(screws.axes[1], screws.axes[k]) for k in (0, 4))
@@ -78,14 +85,19 @@ def with_parallel_axes(screws: Screws) -> tuple[Screws, Floats] | None:
 
 
 def through(screws: Screws, which: Sequence[int], point: Floats) -> Screws:
-    """Return the screws with some axes exactly through the point where they meet."""
+    """
+    Return the screws with the axes `which` moved exactly through `point`, at which they meet.
+    """
     points = screws.points.copy()
     points[list(which)] = point
     return made_exact(screws, screws.axes, points, screws.coupling)
 
 
 def in_one_direction(screws: Screws, which: Sequence[int]) -> Screws:
-    """Return the screws with some parallel axes exactly in the direction of the first."""
+    """
+    Return the screws with the parallel axes `which` turned exactly to the direction of the first
+    of them.
+    """
     axes, coupling = screws.axes.copy(), screws.coupling.copy()
     first = axes[which[0]]
     for k in which[1:]:
@@ -98,7 +110,7 @@ def with_feet(screws: Screws) -> Screws:
     """
     Return the screws with the points of axes 1 and 2 at the feet of their common perpendicular.
 
-    Axes that are parallel or meet within the tolerance do so exactly in the result.
+    If axes 1 and 2 are parallel or meet within the tolerance, they do so exactly in the result.
     """
     if parallel(*screws.axes[:2]):
         screws = in_one_direction(screws, (0, 1))
@@ -122,7 +134,7 @@ def reversed_screws(screws: Screws) -> Screws:
     """
     Return the screws in the order from tool to base, with opposite joint motions.
 
-    The inverse of the product of motions is the product of the inverse motions in this order.
+    The inverse of a product of motions is the product of the inverse motions in reversed order.
     """
     return replace(
         screws,
@@ -134,7 +146,9 @@ def reversed_screws(screws: Screws) -> Screws:
 
 
 def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
-    """Return the screws with a rotation about an axis (3,) through a point (3,) at the end."""
+    """
+    Return the screws with one more rotation at the end, about `axis` (3,) through `point` (3,).
+    """
     n = len(screws.axes)
     coupling = np.eye(n + 1)
     coupling[:n, :n] = screws.coupling
@@ -149,7 +163,8 @@ def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
 
 def with_links_merged(screws: Screws) -> Screws:
     """
-    Merge the last parallel rotations to two, so that the tool's origin moves as before.
+    Return the screws with the last parallel rotations merged to two that move the tool's origin
+    equally.
 
     In a plane each link is a vector that turns by the sum of the angles before it. Links that turn
     together, as in a parallelogram, are merged. Links that never turn are moved to the front.
