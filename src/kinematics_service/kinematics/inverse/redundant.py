@@ -1,8 +1,9 @@
 """
-Solve arms with more joints than the target has equations: the solutions form continua.
+Solve the inverse kinematics of arms with more joints than the target has equations: solutions form
+continua.
 
-With one redundant joint the result has the solution curves. With more, it has one posture of the
-continuum.
+If one joint is redundant, the result has the solution curves. If more are, it has one posture of
+the continuum.
 """
 
 import math
@@ -28,14 +29,19 @@ from .self_motion.curve import SolutionCurve
 from .self_motion.cut import arcs_of
 from .self_motion.sliced_arm import sliced_arm_of
 
-# Number of starts in the first round, and in the round without limits.
+# Number of random starts in the first round, inside the limits, and in the last round, without
+# limits.
 START_COUNT = 24
-# Number of starts inside the limits if the first round fails.
+# Number of random starts inside the limits in the second round, if the first round finds no
+# solution.
 REPEATED_START_COUNT = 240
 
 
 def redundant_result(problem: IkProblem) -> IkResult:
-    """Return the result for a redundant arm: its solution curves, or one posture of a family."""
+    """
+    Return the inverse kinematics result of a redundant arm: its solution curves, or one posture of
+    a family.
+    """
     robot, target, *_ = problem
     arm = sliced_arm_of(robot, target.rows, target.axis) if problem.curves else None
     curves = () if arm is None else curves_of(problem, arm)
@@ -50,8 +56,8 @@ def redundant_result(problem: IkProblem) -> IkResult:
 def _near_alone(
     problem: IkProblem, curves: Sequence[SolutionCurve], families: list[IkFamily]
 ) -> list[IkFamily]:
-    # Returns `near` as a family of its own if it is a solution outside all arcs and curves found:
-    # no curve can be traced from a singular solution.
+    # Returns the joint positions `near` as a family of their own if they are a solution that is on
+    # no arc or curve found: no curve can be traced from a singular solution.
     robot, target, plan, near, *_ = problem
     error = float(errors_at(target, plan, near[None])[0])
     if not target.is_reached_at(near, error):
@@ -95,7 +101,8 @@ def _family_of_curve(
         arcs = tuple(_on_turns_of(near, arc, plan) for arc in arcs)
         q = _nearest(problem, arcs)
     else:
-        # No posture of the curve is inside the limits: take the posture least beyond them.
+        # Take the posture of the curve that exceeds the limits least, because no posture is inside
+        # them.
         known = representatives(plan, curve.q, near)
         q = known.q[int(np.argmax(known.margin))]
     error = float(errors_at(target, plan, q[None])[0])
@@ -106,13 +113,14 @@ def _family_of_curve(
 
 
 def _on_turns_of(near: Floats, arc: IkArc, plan: InversePlan) -> IkArc:
-    # Returns the arc shifted by full turns inside the limits so that it passes nearest to `near`.
+    # Returns the arc, shifted by full turns inside the limits, that passes nearest to `near`.
     return min(shifted_past(arc, near, plan), key=lambda one: _away(near, one, plan), default=arc)
 
 
 def _nearest(problem: IkProblem, arcs: Sequence[IkArc]) -> Floats:
-    # Compares samples first: the nearest posture of an arc is at most half a sample distance from
-    # its nearest sample. So arcs whose nearest sample is much farther than the best are skipped.
+    # Returns the posture of all arcs nearest to `near`. Compares samples first, and skips arcs
+    # whose nearest sample is much farther than the best: the nearest posture of an arc is at most
+    # half a sample distance from its nearest sample.
     near, plan = problem.near, problem.plan
     away = [_away(near, arc, plan) for arc in arcs]
     nearest = [
@@ -127,9 +135,10 @@ def _away(near: Floats, arc: IkArc, plan: InversePlan) -> float:
 
 def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, Floats]:
     """
-    Return the family of solutions at a posture near `near`, inside the limits if one was found.
+    Return the family of solutions at a posture near `problem.near`, if possible inside the limits.
 
     The second result is the joint positions (n,) inside the limits with the least residual found.
+    The family is None if the search finds no solution.
     """
     robot, target, plan, near, *_ = problem
     random, best, least = problem.random(), near, np.inf
@@ -160,7 +169,8 @@ def redundant_family(problem: IkProblem) -> tuple[SolutionFamily | None, Floats]
 
 def into_limits(robot: Robot, q: Floats, random: np.random.Generator) -> Floats:
     """
-    Return joint positions (m, n) in which joints outside their limits are drawn again inside.
+    Return joint positions (m, n), where joints outside their limits get new random positions
+    inside them.
     """
     low, high = robot.limits.T
     bounded = np.isfinite(low) & np.isfinite(high)

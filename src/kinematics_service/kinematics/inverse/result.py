@@ -1,4 +1,7 @@
-"""The result of inverse kinematics: isolated solutions, families, and the nearest pose."""
+"""
+Define the result of inverse kinematics: isolated solutions, families of solutions, and the nearest
+pose.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,21 +17,21 @@ from .self_motion.arcs import IkArc
 Status = Literal['solved', 'family', 'outside_limits', 'unreachable']
 Method = Literal['closed form', 'algebraic', 'search']
 Complete = Literal['proved', 'found', 'partial']
-# Texts for `Complete`: whether other solutions may exist.
+# For each value of `Complete`, a text that says whether other solutions may exist.
 OTHERS: dict[Complete, str] = {
     'proved': 'there are no others',
     'found': 'there may be others',
     'partial': 'others were not looked for',
 }
 
-# Joint positions are on a family if their distance from it is at most this, rad.
+# Joint positions belong to a family of solutions if their distance from it is at most this, rad.
 FAMILY_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
 class Posture:
     """
-    The arm's posture in a solution; a word is empty if the arm has no such feature.
+    The posture of the arm in a solution, in words. A word is empty if the arm has no such feature.
 
     Attributes
     ----------
@@ -45,7 +48,9 @@ class Posture:
     wrist: str = ''
 
     def __str__(self) -> str:
-        """Return the words that are not empty, as `shoulder left, elbow up, wrist flip`."""
+        """
+        Return the words of the posture that are not empty: `shoulder left, elbow up, wrist flip`.
+        """
         parts = (('shoulder', self.shoulder), ('elbow', self.elbow), ('wrist', self.wrist))
         return ', '.join(f'{name} {word.replace("_", " ")}' for name, word in parts if word)
 
@@ -58,7 +63,7 @@ class IkSolution(FrozenArrays):
     Attributes
     ----------
     q : shape (n,), rad or m
-        Read-only.
+        The joint positions, read-only.
     residual
         The error by forward kinematics: norm of the position error (m) and of the rotation vector
         times the arm's length, over the wanted rows. If not `exact`, it is within the tolerance.
@@ -132,12 +137,15 @@ class IkFamily(FrozenArrays):
         """
         Return whether joint positions (n,) lie on a straight family, modulo full turns.
 
-        For a curved family only its own `q` counts.
+        A curved family contains only its own `q`.
         """
         return self.distance(q) < FAMILY_TOLERANCE
 
     def distance(self, q: Floats) -> float:
-        """Return the distance of joint positions (n,) from the family, rad; see `contains`."""
+        """
+        Return the distance of joint positions q (n,) from the family, rad. From a curved family it
+        is the distance to its `q`.
+        """
         away = np.asarray(q) - self.q
         if self.straight:
             away = off_motions(away, self.motions * self.scales)
@@ -146,9 +154,10 @@ class IkFamily(FrozenArrays):
 
 def off_motions(away: Floats, motions: Floats) -> Floats:
     """
-    Subtract multiples of motions (k, n) from a joint difference (n,) so that k joints become 0.
+    Return a joint difference `away` (n,) minus multiples of the motions (k, n), so that k joints
+    become 0.
 
-    Full turns of these k joints then do not change the result.
+    So full turns of these k joints do not change the result.
     """
     left = motions.copy()
     for i in range(len(left)):
@@ -173,7 +182,7 @@ class NearestPose(FrozenArrays):
     Attributes
     ----------
     q : shape (n,), rad or m
-        Read-only.
+        The joint positions, read-only.
     residual
         As in `IkSolution`.
     position_error, rotation_error

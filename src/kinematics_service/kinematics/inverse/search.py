@@ -1,5 +1,6 @@
 """
-Search for solutions by multistart: refine random starts until each solution was found four times.
+Search for inverse kinematics solutions by multistart: refine random starts until each solution was
+found four times.
 
 The rule follows Good (1953): if some solutions were found only once, others are likely missing.
 """
@@ -17,26 +18,26 @@ from .problem.plan import InversePlan
 from .problem.problem import IkProblem
 from .problem.target import IkTarget
 
-# Number of starts that are refined in one call.
+# Number of random starts that are refined in one call of the kernel.
 BATCH = 48
-# The search ends when every solution was found from at least this many starts.
+# The search ends if every solution was found from at least this number of starts.
 MIN_MEETINGS = 4
-# Largest number of starts.
+# Largest number of random starts.
 MAX_STARTS = 1920
-# The search ends after this number of starts if no start has led to a solution.
+# The search ends after this number of starts if none of them has led to a solution.
 MAX_FAILED_STARTS = 384
 
 
 class DistinctSolutions(NamedTuple):
     """
-    Different solutions of one target.
+    The different solutions of one inverse kinematics target.
 
     Attributes
     ----------
     q : shape (m, n), rad or m
         Joint positions, each a solution.
     errors : shape (m,), m
-        Residual of each.
+        Residual of each solution.
     multiplicities
         Number of solutions that coincide at each q; empty if all are simple.
     """
@@ -46,13 +47,13 @@ class DistinctSolutions(NamedTuple):
     multiplicities: tuple[int, ...] = ()
 
     def joined(self, others: DistinctSolutions) -> DistinctSolutions:
-        """Return these solutions followed by others."""
+        """Return the solutions of this object followed by those of `others`."""
         errors = np.concatenate([self.errors, others.errors])
         return DistinctSolutions(np.concatenate([self.q, others.q]), errors)
 
 
 def no_solutions(robot: Robot) -> DistinctSolutions:
-    """Return an empty set of solutions."""
+    """Return a `DistinctSolutions` without solutions."""
     return DistinctSolutions(np.empty((0, robot.dof)), np.empty(0))
 
 
@@ -63,7 +64,10 @@ def refinement(
     limits: Floats | None = None,
     held: bool = False,
 ) -> kernel.Refinement:
-    """Return the kernel's settings of a refinement; arguments as in `refined`."""
+    """
+    Return the kernel's Levenberg-Marquardt refinement for a target. The arguments are those of
+    `refined`.
+    """
     damping = kernel.SEARCH_DAMPING if far else 0.0
     steps = kernel.MAX_SEARCH_STEPS if far else kernel.MAX_CANDIDATE_STEPS
     return kernel.Refinement(
@@ -84,14 +88,14 @@ def refined(
     held: bool = False,
 ) -> DistinctSolutions:
     """
-    Return joint positions (m, n) moved to a local minimum of the residual.
+    Return joint positions q (m, n) moved to local minima of the residual (Levenberg-Marquardt).
 
     Parameters
     ----------
     target, plan
         The target, and the arm's plan for it.
     q : shape (m, n), rad or m
-        Starts.
+        Joint positions at which the iterations start.
     far
         Whether the starts are arbitrary (steps are damped) instead of candidates near solutions.
     limits : shape (n, 2), rad or m
@@ -103,7 +107,7 @@ def refined(
 
 
 def errors_at(target: IkTarget, plan: InversePlan, q: Floats) -> Floats:
-    """Return the residuals (m,) at joint positions (m, n), m."""
+    """Return the residuals (m,) of the target at joint positions q (m, n), m."""
     still = kernel.Refinement(target.residual, plan.scales, plan.unlimited, 0.0, 0)
     return _refined(still, q).errors
 
@@ -116,7 +120,7 @@ def _refined(refinement: kernel.Refinement, q: Floats) -> DistinctSolutions:
 
 
 def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
-    """Return the joint differences b - a (..., n), full turns removed."""
+    """Return the joint differences b - a (..., n) without full turns."""
     away = b - a
     turning = np.isfinite(plan.periods)
     if np.any(turning):
@@ -128,7 +132,7 @@ def apart(plan: InversePlan, a: Floats, b: Floats) -> Floats:
 def distinct(
     target: IkTarget, plan: InversePlan, found: DistinctSolutions
 ) -> tuple[DistinctSolutions, Integers]:
-    """Return each proved solution once, and the number of times it was found."""
+    """Return each proved solution once, and how many of the given joint positions led to it."""
     order = np.argsort(found.errors, kind='stable')
     q, errors = found.q[order], found.errors[order]
     which, met = np.empty(len(q), dtype=np.int64), np.empty(len(q), dtype=np.int64)
@@ -138,7 +142,7 @@ def distinct(
 
 
 def reached(target: IkTarget, found: DistinctSolutions) -> DistinctSolutions:
-    """Return the solutions that are within the tolerance."""
+    """Return those of the found solutions that reach the target within its tolerance."""
     which = [target.is_reached_at(q, error) for q, error in zip(found.q, found.errors)]
     return DistinctSolutions(found.q[which], found.errors[which])
 
@@ -164,15 +168,15 @@ def search(
     problem: IkProblem, limits: Floats, known: DistinctSolutions | None = None
 ) -> tuple[DistinctSolutions, Floats]:
     """
-    Return all solutions found, also outside the limits, and the joint positions (n,) of the least
-    residual.
+    Return all solutions that the search finds, also outside the limits, and the joint positions
+    (n,) with the least residual.
 
     Each `known` solution counts as found once. If a solution is within `limits` (n, 2), only
     solutions within the limits must be found `MIN_MEETINGS` times.
     """
     robot, target, plan, near, *_ = problem
     random, arrivals, best, least = problem.random(), known or no_solutions(robot), near, np.inf
-    # Held joints stay at their position in `near`.
+    # Keep the joints that the plan holds at their position in `near`.
     frozen = plan.held == 0.0
     for tried in range(BATCH, MAX_STARTS + 1, BATCH):
         q = starts(robot, plan, random, BATCH)
@@ -185,7 +189,7 @@ def search(
             best, least = arrived.q[k], arrived.errors[k]
         arrivals = arrivals.joined(arrived)
         found, met = distinct(target, plan, arrivals)
-        # Stop at very many distinct solutions: they are points of a continuum.
+        # Stop if very many solutions are distinct, because they are points of a continuum.
         if (not len(met) and tried >= MAX_FAILED_STARTS) or len(met) > MAX_STARTS // 40:
             break
         inside = np.all((found.q >= limits[:, 0]) & (found.q <= limits[:, 1]), axis=1)

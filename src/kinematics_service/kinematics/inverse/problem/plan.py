@@ -1,5 +1,6 @@
 """
-Choose how to solve the inverse kinematics of an arm, once for all targets, from its screws.
+Choose, from the screws of an arm, how to solve its inverse kinematics; the choice holds for all
+targets.
 """
 
 from __future__ import annotations
@@ -35,55 +36,61 @@ from .screws import Screws, screws_of
 from .six_joints import six_joints_of
 from .target import IDENTITY, residual_of
 
-# Number of random poses at which the rank of J is computed.
+# Number of random joint positions at which the rank of J is computed.
 RANK_POSES = 50
-# Singular values below this ratio to the largest count as zero.
+# Singular values below this ratio to the largest one are taken as zero.
 RANK_RATIO = 1e-9
-# Tolerance of whole numbers: turns of screws per turn of a joint.
+# A number counts as whole within this: the number of turns of a screw per turn of a joint.
 WHOLE_TOLERANCE = 1e-12
-# Relative round-off of a product of ten matrices and of a closed form: 9 machine epsilons.
+# Relative round-off of a closed form, after a product of ten matrices: 9 machine epsilons.
 CLOSED_FORM_ROUND_OFF = 2e-15
-# A complex solution with imaginary parts below this may be real, rad or m; refinement proves it.
+# If no imaginary part of a complex solution exceeds this, rad or m, the solution may be real;
+# refinement proves whether it is.
 IMAGINARY_TOLERANCE = 1e-6
-# Largest number of turns that are tried as the period of a joint that moves several screws.
+# Largest number of turns that is tried as the period of a joint that moves several screws.
 MAX_TURNS = 1000
-# Axes of the turn added to five joints: unit vectors parallel to no axis of usual arms. If the six
-# joints are singular with one axis, they are regular with the other.
+# Axes of the turn that is added to an arm of five joints: unit vectors parallel to no axis of
+# usual arms. If the six joints are singular with one axis, they are regular with the other.
 ADDED_AXES = np.array([[0.48, 0.6, 0.64], [0.64, -0.48, 0.6]])
 
 
 @dataclass(frozen=True, eq=False)
 class InversePlan(FrozenArrays):
     """
-    Properties of an arm and the wanted rows that do not depend on the target.
+    The way to solve the inverse kinematics of an arm for certain target rows, whatever the target
+    is.
 
     Attributes
     ----------
     closed
-        The closed form, or None.
+        The closed form of the arm, or None.
     six_joints
-        The elimination for six joints without a closed form, or None.
+        The elimination for an arm of six joints without a closed form, or None.
     joints
         The joints for the kernel: scales, periods and limits.
     scales : shape (n,)
-        Weight of a unit of each joint (the length for prismatic ones).
+        Weight of a unit of each joint: 1 for revolute joints, the characteristic length for
+        prismatic joints.
     held : shape (n,)
         The scales, with 0 for joints that are held so that solutions are isolated.
     idle : shape (k, n)
-        Scaled joint motions that never move the rows. Two joints on one axis have one such motion.
+        Scaled joint motions that never move the target's rows. Two joints on one axis have one
+        such motion.
     redundant
-        Whether solutions form families even if the joints with `held` 0 do not move.
+        Whether solutions form families even if the joints whose `held` is 0 do not move.
     freedom
-        Dimension of the null space of the rows of J at most poses, which is that of a family.
+        Dimension of the null space of the target's rows of J at most poses. A family of solutions
+        has this dimension.
     overdetermined
         Whether J has fewer independent rows than the target has equations, so that rounded targets
         are not met exactly.
     periods : shape (n,)
-        Joint motion after which the tool is back: 2 pi, another number with a gear, or infinite.
+        Joint motion after which the tool has the same pose: 2 pi, another number with a gear, or
+        infinite.
     middle : shape (n,), rad or m
         The middle of the limits, 0 without limits.
     limits, unlimited : shape (n, 2), rad or m
-        The limits, and infinite ones.
+        The joint limits, and infinite limits.
     reach, reach_inside
         Balls that the tool never leaves: at any joint positions, and inside the limits.
     """
@@ -107,8 +114,11 @@ class InversePlan(FrozenArrays):
 
 @functools.lru_cache(maxsize=128)
 def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan:
-    """Return the plan of an arm for the wanted rows and, with `axis`, the tool's direction."""
-    # An arm with closed loops has no screws: only the search solves it.
+    """
+    Return the plan of an arm for targets with the rows `rows` and, if `axis` is given, the
+    direction of a tool axis.
+    """
+    # Use no screws for an arm with closed loops, because only the search can solve it.
     screws = None if robot.chain.loops else screws_of(robot.chain)
     scales = np.array(robot.singularity.task.column_scales)
     idle, rank = _idle_motions(robot, rows, axis, scales)
@@ -150,19 +160,21 @@ def plan_for(robot: Robot, rows: tuple[str, ...], axis: str = '') -> InversePlan
 def _idle_motions(
     robot: Robot, rows: tuple[str, ...], axis: str, scales: Floats
 ) -> tuple[Floats, int]:
-    # Returns the joint motions in the null space of J at all poses, and the generic rank of J.
+    # Returns the joint motions that are in the null space of J at all joint positions, and the
+    # generic rank of J.
     poses = generic_poses(robot.chain, robot.limits, robot.prismatic)
     q = np.ascontiguousarray(poses[:RANK_POSES])
     n = robot.dof
     sigma, motions = np.zeros((len(q), n)), np.zeros((len(q), n, n))
-    # The pose is arbitrary: J depends on the rows only.
+    # Take any pose as target, because J depends only on the rows of the target.
     residual = residual_of(robot, IDENTITY, rows, axis)
     kernel.free_motions(residual, scales, q, sigma, motions)
-    # If the joints do not move the rows at all, J is round-off.
+    # Take singular values below `least` as zero: if the joints do not move the target's rows at
+    # all, J is only round-off.
     least = least_motion(robot.chain)
     rank = int(np.max(np.sum(sigma > np.maximum(RANK_RATIO * sigma[:, :1], least), axis=1)))
-    # sigma V^T is a root of J^T J at each pose. The null space of all these rows together is the
-    # null space common to all poses.
+    # Find the null space common to all joint positions. sigma V^T is a root of J^T J at each of
+    # them, so stack all these rows.
     moving = (sigma[:, :, None] * motions).reshape(-1, n)
     _, size, right = np.linalg.svd(moving, full_matrices=False)
     return signed(right[size <= max(RANK_RATIO * size[0], least)]), rank
@@ -170,17 +182,18 @@ def _idle_motions(
 
 def signed(motions: Floats) -> Floats:
     """
-    Return unit motions (k, n) with the first large number of each positive, and no negative zeros.
+    Return joint motions (k, n), each with a sign that makes its first large number positive, and
+    no negative zeros.
 
-    So the motions are the same on every machine.
+    This sign makes the motions equal on every machine.
     """
     signs = np.sign(motions[np.arange(len(motions)), np.argmax(np.abs(motions) > 0.1, axis=1)])
     return np.asarray(np.where(np.abs(motions) < 1e-9, 0.0, motions) * signs[:, None])
 
 
 def _pivots(idle: Floats) -> list[int]:
-    # Returns the index of a joint to hold for each idle motion: the last of the joints that it
-    # moves most (Gaussian elimination).
+    # Returns for each idle motion the index of a joint to hold: the last of the joints that the
+    # motion moves most (Gaussian elimination).
     left, pivots = idle.copy(), []
     for k in range(len(left)):
         j = left.shape[1] - 1 - int(np.argmax(np.round(np.abs(left[k][::-1]), 9)))
@@ -216,11 +229,12 @@ def _periods_by(robot: Robot, ratios: Iterable[Floats], periodic: npt.NDArray[np
 
 
 def _turns(ratios: Floats) -> float:
-    # Returns the least number of turns of a joint after which all its screws made whole turns.
+    # Returns the least number of turns of a joint after which all screws that it moves have made
+    # whole turns.
     moving = np.abs(ratios[ratios != 0.0])
     if not len(moving):
         return 1.0
-    # Try 1, 2, ... turns of the slowest screw until all other screws make whole turns as well.
+    # Try 1, 2, ... turns of the slowest screw until all other screws make whole turns, too.
     slowest = float(np.min(moving))
     for turns in range(1, MAX_TURNS + 1):
         if _whole(turns * moving / slowest):
@@ -233,7 +247,7 @@ def _whole(numbers: Floats) -> bool:
 
 
 def one_to_one(screws: Screws, robot: Robot) -> bool:
-    """Return whether screw and joint positions, modulo full turns, correspond one to one."""
+    """Return whether positions of screws and of joints correspond one to one, up to full turns."""
     C = screws.coupling
     if C.shape[0] != C.shape[1] or abs(np.linalg.det(C)) < WHOLE_TOLERANCE:
         return False
@@ -241,7 +255,7 @@ def one_to_one(screws: Screws, robot: Robot) -> bool:
     turns = ~robot.prismatic
     if np.any(C[np.ix_(slides, turns)]) or np.any(C[np.ix_(~slides, ~turns)]):
         return False
-    # Full turns of the screws must be full periods of the joints, and vice versa.
+    # Check that full turns of the screws are full periods of the joints, and the reverse.
     periods = _periods(screws, robot)[turns]
     if not np.all(np.isfinite(periods)):
         return False
@@ -262,12 +276,12 @@ def _closed_form(screws: Screws, robot: Robot, whole: bool) -> kernel.ClosedForm
 
 class SixSolver(NamedTuple):
     """
-    A solver that finds all solutions of six screws.
+    A solver that finds all inverse kinematics solutions of six screws.
 
     Attributes
     ----------
     form
-        The closed form, or the elimination.
+        The closed form or the elimination that solves the screws.
     to_joints : shape (6, 6)
         Matrix from positions of the screws to joint positions.
     home_inverse : shape (4, 4)
@@ -283,8 +297,8 @@ class SixSolver(NamedTuple):
 
     def candidates(self, pose: Floats) -> tuple[Floats, float]:
         """
-        Return candidates (m, 6) for a pose (4, 4), and a bound of their distance from solutions,
-        rad; infinite without a proof.
+        Return candidate solutions (m, 6) for a pose (4, 4), and a bound of their distance from
+        solutions, rad. The bound is infinite without a proof.
         """
         motion = pose @ self.home_inverse
         motion = np.ascontiguousarray(inverse(motion) if self.backwards else motion)
@@ -299,7 +313,10 @@ class SixSolver(NamedTuple):
 
 
 def closed_solvers(screws: Screws) -> Iterator[SixSolver]:
-    """Yield the closed forms of six screws, in the order from base to tool, then reversed."""
+    """
+    Yield solvers for the closed forms of six screws, ordered from base to tool, then from tool to
+    base.
+    """
     ways = _closed_solver(screws, False), _closed_solver(reversed_screws(screws), True)
     return (solver for solver in ways if solver is not None)
 
@@ -317,8 +334,8 @@ def _closed_solver(given: Screws, backwards: bool) -> SixSolver | None:
 
 def eliminating_solver(screws: Screws, poses: Floats) -> SixSolver | None:
     """
-    Return the elimination for six screws, or None. Its options are ranked at reachable poses
-    (m, 4, 4).
+    Return a solver by elimination for six screws, or None if elimination fails. Its options are
+    ranked at reachable poses (m, 4, 4).
     """
     form = six_joints_of(screws, poses)
     return None if form is None else _solver(form, screws, False)
@@ -334,10 +351,12 @@ def _solver(
 @functools.lru_cache(maxsize=128)
 def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
     """
-    Return solvers for five joints and an added last turn, which the caller holds at 0.
+    Return solvers for an arm of five joints with a sixth turn added at its end, which the caller
+    holds at 0.
 
-    The turn makes a closed form (Pieper 1968): it completes a spherical wrist, or it is the last
-    joint behind three parallel axes. With `eliminated` the solver is the elimination instead.
+    With the added turn the arm has a closed form (Pieper 1968): the turn completes a spherical
+    wrist, or it is the last joint after three parallel axes. If `eliminated`, the solver uses
+    elimination instead.
     """
     if robot.chain.loops or robot.dof != 5:
         return ()
@@ -359,7 +378,9 @@ def as_six(robot: Robot, eliminated: bool) -> tuple[SixSolver, ...]:
 
 @functools.lru_cache(maxsize=128)
 def elimination_of(robot: Robot) -> kernel.SixJoints | None:
-    """Return the elimination for six joints, or None."""
+    """
+    Return the elimination for an arm of six joints, or None if elimination cannot solve the arm.
+    """
     if robot.chain.loops or robot.dof != 6:
         return None
     screws = screws_of(robot.chain)
@@ -370,8 +391,9 @@ def elimination_of(robot: Robot) -> kernel.SixJoints | None:
 
 
 def _solvable(screws: Screws) -> bool:
-    # Three joints have a closed form for a position, unless the first two share an axis or slide
-    # in one direction, or all three are parallel. The search solves these cases.
+    # Returns whether the first three joints have a closed form for a position. They have none if
+    # the first two share an axis or slide in one direction, or if all three are parallel. The
+    # search solves these cases.
     first = with_feet(screws)
     z1, z2, z3 = first.axes[:3]
     both_turn = not first.slides[0] and not first.slides[1]

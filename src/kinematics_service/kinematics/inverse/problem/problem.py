@@ -1,4 +1,6 @@
-"""A problem of inverse kinematics: a target, the arm's plan, and preferred joint positions."""
+"""
+Define an inverse kinematics problem: a target, the arm's plan, and preferred joint positions.
+"""
 
 from typing import NamedTuple
 
@@ -15,12 +17,12 @@ from .target import IkTarget
 
 class IkProblem(NamedTuple):
     """
-    A problem of inverse kinematics.
+    An inverse kinematics problem: an arm, its target, and the options of the solution.
 
     Attributes
     ----------
     robot, target, plan
-        The arm, its target, and the plan for the wanted rows.
+        The arm, its target, and the plan for the target's rows.
     near : shape (n,), rad or m
         Joint positions; solutions are sorted by their distance from `near`.
     seed
@@ -41,13 +43,13 @@ class IkProblem(NamedTuple):
     respect_limits: bool = True
 
     def random(self) -> np.random.Generator:
-        """Return a new generator of random numbers with the seed."""
+        """Return a new generator of random numbers with the seed of the problem."""
         return random_from(self.seed)
 
 
 def near_or_middle(robot: Robot, plan: InversePlan, near: npt.ArrayLike | None) -> Floats:
     """
-    Return `near` as n finite numbers, or the middle of the limits for None.
+    Return `near` as n finite numbers, or the middle of the joint limits if `near` is None.
 
     Raises
     ------

@@ -1,8 +1,9 @@
 """
-Describe an arm by screws: the axis of each moving element, and the tool, with all joints at zero.
+Describe an arm by joint screws: the axis of each moving element, and the tool pose, with all
+joints at zero.
 
 The tool's pose is exp(s_1 psi_1) ... exp(s_k psi_k) home, psi = coupling q: the product of
-exponentials (Brockett 1984). Its geometry does not depend on the convention of the table.
+exponentials (Brockett 1984). The screws do not depend on the convention of the DH table.
 """
 
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ from ....robot.chain import FrozenArrays
 @dataclass(frozen=True, eq=False)
 class Screws(FrozenArrays):
     """
-    The screws of an arm, base to tool, in the base frame.
+    The joint screws of an arm, from base to tool, in the base frame.
 
     Attributes
     ----------
@@ -30,8 +31,8 @@ class Screws(FrozenArrays):
     home : shape (4, 4)
         The tool's pose with every joint at zero.
     off
-        Bound of the difference from the arm's own screws: rad, or relative to the arm's size. It
-        is not 0 if nearly parallel or nearly meeting axes were made exactly so.
+        Bound of the difference between these screws and those of the arm: rad, or relative to the
+        arm's size. It is not 0 if nearly parallel or nearly meeting axes were made exactly so.
     """
 
     axes: Floats
@@ -49,9 +50,9 @@ class Screws(FrozenArrays):
 
 def screws_of(chain: Chain) -> Screws:
     """
-    Return the screws of a chain.
+    Return the joint screws of a chain, with all joints at zero.
 
-    An element that turns and slides becomes two screws on one axis.
+    If an element both turns and slides, it becomes two screws on one axis.
     """
     table = chain.table
     axes, points, slides, coupling = [], [], [], []

@@ -1,4 +1,7 @@
-"""Choose the eliminations (Raghavan and Roth 1993) that find all solutions of six joints."""
+"""
+Choose the variants of elimination (Raghavan and Roth 1993) that find all solutions of an arm of
+six joints.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +14,12 @@ from ....kernel import Floats, Integers
 from ....rigid_motion import inverse
 from .screws import Screws
 
-# Largest number of isolated complex solutions, by the number of prismatic joints (Raghavan and
+# Largest number of isolated complex solutions for each number of prismatic joints (Raghavan and
 # Roth 1993; for two or three see kernel/six_joints/spherical_linkage.py).
 BOUNDS = {0: 16, 1: 16, 2: 8, 3: 2}
-# Number of poses at which the options of the elimination are tried.
+# Number of target poses at which each option of the elimination is tried.
 POSE_COUNT = 4
-# Number of best options that are kept.
+# Number of best options of the elimination that are kept.
 OPTION_COUNT = 4
 
 
@@ -25,7 +28,8 @@ Option: TypeAlias = tuple[int, int, int]
 
 def six_joints_of(screws: Screws, targets: Floats) -> kernel.SixJoints | None:
     """
-    Return the elimination with the best options first, or None if every option fails.
+    Return the elimination for six screws, with the best options first, or None if every option
+    fails.
 
     Parameters
     ----------
@@ -52,7 +56,8 @@ def _rank_of(
     form: kernel.SixJoints, motions: list[Floats], option: Option
 ) -> tuple[int, int, float, Option] | None:
     # Returns the rank of an option, smaller is better: the number of poses without a proof, the
-    # number of missing solutions, and the largest error of a candidate. None if it is singular.
+    # number of missing solutions, and the largest error of a candidate. Returns None if the option
+    # is singular.
     psi, accuracy = np.empty((kernel.MOST_CANDIDATES, 6, 2)), np.empty(3)
     unproved, missing, worst = 0, 0, 0.0
     for T in motions:
@@ -73,10 +78,12 @@ def _options(slides: tuple[bool, ...]) -> list[Option]:
         for first in range(6):
             turned = ordered[first:] + ordered[:first]
             if sum(slides) < 2:
-                # The hidden joint and the joint that is eliminated first must turn.
+                # Allow the option if the hidden joint and the joint that is eliminated first are
+                # revolute.
                 allowed = not turned[2] and not turned[5]
             else:
-                # A sliding joint is first, and at most two turning joints precede the next one.
+                # Allow the option if a prismatic joint is first, and at most two revolute joints
+                # precede the next prismatic joint.
                 allowed = turned[0] and any(turned[1:4])
             if allowed:
                 options += [(first, backwards, swapped) for swapped in (0, 1)]

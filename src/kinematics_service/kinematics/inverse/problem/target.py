@@ -1,4 +1,4 @@
-"""A checked target: its pose, the rows that count, and the tolerance."""
+"""Check a target of inverse kinematics: its pose, the rows that count, and the tolerance."""
 
 import functools
 import math
@@ -18,29 +18,29 @@ from ...arguments import number_or_nan, numbers_of, rows_in_order
 IDENTITY = np.eye(4)
 
 
-# Shapes of a pose and of a position.
+# Accepted shapes of a target: a pose and a position.
 SHAPES = ((4, 4), (3,))
 TOOL_AXES = ('x', 'y', 'z')
-# Largest residual of an exact solution, m: round-off of forward kinematics for usual arms.
+# A solution is exact if its residual is at most this, m: round-off of forward kinematics for usual
+# arms.
 EXACT_ERROR = 1e-10
-# The largest residual of an exact solution is at most this times the reach (it applies to arms
-# smaller than 1 mm).
+# Upper bound of EXACT_ERROR relative to the reach of the arm. It applies to arms smaller than 1
+# mm.
 SMALL_ARM_ERROR_RATIO = 1e-7
-# The largest residual of an exact solution is at least this times the reach (it applies to arms
-# larger than 1 km).
+# Lower bound of EXACT_ERROR relative to the reach of the arm. It applies to arms larger than 1 km.
 LARGE_ARM_ERROR_RATIO = 1e-13
 
 
 class IkTarget(NamedTuple):
     """
-    A checked target of inverse kinematics.
+    A checked target of inverse kinematics: pose, rows that count, and tolerance.
 
     Attributes
     ----------
     rows
         The rows that count, a part of x y z rx ry rz: axes of the table's frame 0.
     axis
-        The axis of the tool, x, y or z, whose direction counts; empty for none.
+        The axis of the tool, x, y or z, whose direction counts; empty if no direction counts.
     pose : shape (4, 4)
         The tool in the base frame; the rotation of a position is the identity.
     residual
@@ -66,26 +66,33 @@ class IkTarget(NamedTuple):
 
     @property
     def equations(self) -> int:
-        """Return the number of equations of the target; a direction has two."""
+        """Return the number of equations of the target: one for each row, two for a direction."""
         return len(self.rows) + (2 if self.axis else 0)
 
     @property
     def words(self) -> str:
-        """Return the rows that count as text: `x y z, direction of tool axis z`."""
+        """Return as text which rows of the target count: `x y z, direction of tool axis z`."""
         return ' '.join(self.rows) + (f', direction of tool axis {self.axis}' if self.axis else '')
 
     def is_reached_at(self, q: Floats, residual: float) -> bool:
-        """Return whether joint positions (n,) with a residual (m) are a solution."""
+        """
+        Return whether joint positions q (n,) with the residual `residual` (m) are a solution.
+        """
         if residual < self.exact:
             return True
         return residual < self.proved and self.is_near_at(q)
 
     def is_near_at(self, q: Floats) -> bool:
-        """Return whether the tool is within the tolerance at joint positions (n,)."""
+        """
+        Return whether the tool is within the tolerance of the target at joint positions q (n,).
+        """
         return max(kernel.parts_of_error(self.residual, np.array(q))) <= self.tolerance
 
     def within_tolerance(self) -> 'IkTarget':
-        """Return the target with `proved` raised, so that inexact solutions are accepted."""
+        """
+        Return the target with a larger `proved`, so that solutions within the tolerance are
+        accepted.
+        """
         return self._replace(proved=max(self.bound, self.exact))
 
 
@@ -97,7 +104,7 @@ def ik_target_of(
     tolerance: float = 0.0,
 ) -> IkTarget:
     """
-    Return a checked target.
+    Check a target of inverse kinematics and return it as `IkTarget`.
 
     Parameters
     ----------
@@ -140,7 +147,8 @@ def ik_target_of(
             TOOL_AXES,
             axis,
         )
-    # A direction replaces the three rows of a rotation.
+    # Only position rows can be chosen with a tool axis: its direction replaces the three rows of a
+    # rotation.
     known = ROW_NAMES if axis is None and shape == (4, 4) else ROW_NAMES[:3]
     ordered = known if rows is None else rows_in_order(TargetError, rows, known)
     counted = _counted(robot, ordered, axis or '')
@@ -152,7 +160,8 @@ def ik_target_of(
 
 def poses_of(targets: npt.ArrayLike) -> Floats:
     """
-    Return poses (N, 4, 4) of the tool, checked, each with a rotation that is orthogonal.
+    Check target poses of the tool and return them, shape (N, 4, 4), each with an orthogonal
+    rotation.
 
     Raises
     ------
@@ -171,7 +180,7 @@ def poses_of(targets: npt.ArrayLike) -> Floats:
 
 
 def _rigid(given: Floats) -> Floats:
-    # Returns the pose (4, 4) of a target, with a rotation that is orthogonal to round-off.
+    # Returns the pose (4, 4) of a target, with its rotation made orthogonal to round-off.
     pose = IDENTITY.copy()
     state = kernel.take_target(given, pose)
     if state == kernel.FINE:
@@ -188,9 +197,9 @@ def _rigid(given: Floats) -> Floats:
 
 
 class _Counted(NamedTuple):
-    # Arguments of the residual: weights of the rows, index of the tool's axis or -1, and reach.
-    # `off_by_one` is the residual if the errors are 1 m and 1 rad. `exact` is the largest residual
-    # of an exact solution, m.
+    # The arguments of `kernel.Residual` for certain rows: weights of the rows, index of the tool's
+    # axis or -1, and reach. `off_by_one` is the residual if the errors are 1 m and 1 rad. `exact`
+    # is the largest residual of an exact solution, m.
     weights: Floats
     tool_axis: int
     reach: float
@@ -200,7 +209,8 @@ class _Counted(NamedTuple):
 
 @functools.lru_cache(maxsize=128)
 def _counted(robot: Robot, rows: tuple[str, ...], axis: str) -> _Counted:
-    # If the tool never leaves frame 0, its reach is 0, and the length is used instead.
+    # Use the characteristic length as reach if the reach is smaller: a tool that never leaves
+    # frame 0 has the reach 0.
     length = robot.singularity.task.length
     reach = max(robot.singularity.task.reach, length)
     names = rows + ROW_NAMES[3:] if axis else rows
@@ -217,7 +227,10 @@ def _counted(robot: Robot, rows: tuple[str, ...], axis: str) -> _Counted:
 def residual_of(
     robot: Robot, pose: Floats, rows: tuple[str, ...], axis: str = ''
 ) -> kernel.Residual:
-    """Return the kernel's residual, the error of the tool from a pose (4, 4), for given rows."""
+    """
+    Return the kernel's `Residual`, the error of the tool against a pose (4, 4), for the given
+    rows.
+    """
     return _residual(robot, pose, _counted(robot, rows, axis))
 
 

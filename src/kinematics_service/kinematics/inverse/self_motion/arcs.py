@@ -1,4 +1,6 @@
-"""Arcs: the parts of a solution curve inside the joint limits, with certain full turns added."""
+"""
+Define arcs: the parts of a solution curve inside the joint limits, with certain full turns added.
+"""
 
 import math
 from collections.abc import Callable
@@ -14,15 +16,15 @@ from ...clearance import clearances
 from .curve import SolutionCurve
 
 SIDES = ('lower', 'upper')
-# Inverse golden ratio, (sqrt(5) - 1) / 2.
+# Inverse golden ratio, (sqrt(5) - 1) / 2, for the golden section search.
 INVERSE_GOLDEN_RATIO = 0.6180339887498949
-# Number of golden sections: they narrow 0.1 rad to 1e-9 rad.
+# Number of steps of the golden section search: they narrow 0.1 rad to 1e-9 rad.
 SECTION_COUNT = 38
 
 
 class IkArcEnd(NamedTuple):
     """
-    One end of an arc.
+    One end of an arc: the joint limit or the singular pose at which the arc ends.
 
     Attributes
     ----------
@@ -39,7 +41,7 @@ class IkArcEnd(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class IkArc(FrozenArrays):
     """
-    A continuous motion inside the joint limits during which the tool stays at the target.
+    A continuous joint motion inside the limits during which the tool stays at the target.
 
     Attributes
     ----------
@@ -58,9 +60,10 @@ class IkArc(FrozenArrays):
     curve
         The solution curve of which the arc is a part.
     places : shape (m,)
-        Places of the samples on the curve.
+        Places of the samples on the curve: a place is a sample index or, between samples, a
+        fraction.
     turn_offset : shape (n,), rad or m
-        Full turns, in rad, of the arc's joint positions beyond those of its curve.
+        Full turns, in rad, that are added to the curve's joint positions to get those of the arc.
     """
 
     q: Floats
@@ -94,7 +97,8 @@ class IkArc(FrozenArrays):
 
     def at(self, s: float) -> Floats:
         """
-        Return the joint positions (n,) at a length from 0 to `length` (rad), to round-off.
+        Return the joint positions (n,) at length s along the arc, from 0 to `length` (rad), to
+        round-off.
 
         A closed arc continues before 0 and beyond `length`, lap by lap.
         """
@@ -106,25 +110,33 @@ class IkArc(FrozenArrays):
         return self.curve.at(places) + self.turn_offset
 
     def shifted_by(self, turn_offset: Floats) -> 'IkArc':
-        """Return the arc with full turns (n,), in rad, added to its joint positions."""
+        """
+        Return the arc with the full turns `turn_offset` (n,), in rad, added to its joint
+        positions.
+        """
         return replace(self, q=self.q + turn_offset, turn_offset=self.turn_offset + turn_offset)
 
     def margins(self) -> Floats:
-        """Return the distance of each sample to the nearest limit, shape (m,), rad or m."""
+        """Return the distance of each sample to the nearest joint limit, shape (m,), rad or m."""
         return self.margin(self.q)
 
     def margin(self, q: Floats) -> Floats:
-        """Return the distance of joint positions (..., n) to the nearest limit, rad or m."""
+        """
+        Return the distance of joint positions q (..., n) to the nearest joint limit, rad or m.
+        """
         low, high = self.limits.T
         return np.asarray(np.min(np.minimum(q - low, high - q), axis=-1))
 
     def with_largest_margin(self) -> Floats:
-        """Return the joint positions (n,) farthest from their limits."""
+        """Return the joint positions (n,) of the arc that are farthest from their limits."""
         rows = np.vstack([self.q, self.at(self.place_of_least(lambda q: -self.margin(q)))])
         return np.array(rows[int(np.argmax(self.margin(rows)))])
 
     def nearest_to(self, q: Floats) -> Floats:
-        """Return the joint positions (n,) on the arc nearest to q (n,), by the scaled 2-norm."""
+        """
+        Return the joint positions (n,) of the arc that are nearest to q (n,), in the scaled
+        2-norm.
+        """
         k = int(squares_of((self.q - q) / self.scales).argmin())
         places, local = self._with_neighbours(self.places), q - self.turn_offset
         ends = zip(places[k : k + 2].tolist(), places[k + 1 : k + 3].tolist())
@@ -132,7 +144,7 @@ class IkArc(FrozenArrays):
         return np.array(rows[int(squares_of((rows - q) / self.scales).argmin())])
 
     def _with_neighbours(self, values: Floats) -> Floats:
-        # Returns the values at the samples, extended by one value at each end. On a closed arc the
+        # Returns the values at the samples with one more value at each end. On a closed arc the
         # added values are those of the neighbouring laps; otherwise the end values are repeated.
         before, behind = values[:1], values[-1:]
         if self.closed:
@@ -141,13 +153,16 @@ class IkArc(FrozenArrays):
         return np.concatenate([before, values, behind])
 
     def with_largest_clearance(self, robot: Robot) -> Floats:
-        """Return the sample (n,) with the largest proved radius free of singular poses."""
+        """
+        Return the sample (n,) of the arc with the largest clearance, the proved radius without
+        singular poses.
+        """
         return np.array(self.q[int(np.argmax(clearances(robot, np.array(self.q))))])
 
     def place_of_least(self, cost: Callable[[Floats], Floats]) -> float:
         """
-        Return the length (rad) along the arc at which a cost of joint positions is least, by
-        golden section search beside the best sample.
+        Return the length s (rad) along the arc at which `cost` of the joint positions is least.
+        The method is golden section search beside the best sample.
         """
         k = int(np.argmin(cost(self.q)))
         a, at_sample, b = self._with_neighbours(self.s)[k : k + 3].tolist()
@@ -158,5 +173,8 @@ class IkArc(FrozenArrays):
 
 
 def squares_of(ways: Floats) -> Floats:
-    """Return the squared norms of rows (m, n), in a third of the time of `np.linalg.norm`."""
+    """
+    Return the squared norms (m,) of the rows of `ways` (m, n), in a third of the time of
+    `np.linalg.norm`.
+    """
     return np.asarray(np.einsum('ij,ij->i', ways, ways))

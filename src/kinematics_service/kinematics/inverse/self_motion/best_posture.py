@@ -1,6 +1,6 @@
 """
-Find the best posture on the arc through a posture of a redundant arm: the one with the largest
-margin from the joint limits, or the largest clearance from singular poses.
+Find the best posture of a redundant arm on the arc through its present posture: the one with the
+largest margin from the joint limits, or the largest clearance from singular poses.
 """
 
 from collections.abc import Callable, Iterator
@@ -23,27 +23,28 @@ Cost = Callable[[Floats], Floats]
 
 # Largest distance between samples of an arc, rad (prismatic joints divided by the arm's length).
 SAMPLE_DISTANCE = 0.2
-# A posture is on an arc if its distance from the arc is less than this, rad.
+# A posture is taken as on an arc if its distance from the arc is less than this, rad.
 ON_ARC = 1e-6
-# Number of samples whose clearance is computed first, 0.1 ms each.
+# Number of samples of an arc whose clearance is computed first, 0.1 ms each.
 CLEARANCE_SAMPLES = 48
-# The cost of 1 rad of distance from the present posture, rad. Without it the result would jump
-# between equally good postures.
+# Cost for each rad of distance from the present posture, rad. Without this cost the result would
+# jump between equally good postures.
 COST_OF_DISTANCE = 1e-3
-# Number of corrections of a step that is 0.1 % too long: each divides the error by 1000.
+# Number of corrections of a step along an arc that is 0.1 % too long: each correction divides the
+# error by 1000.
 CORRECTIONS = 3
 
 
 class BestPosture(NamedTuple):
     """
-    A posture reached from another one along an arc.
+    The posture that the arm takes next on its way along an arc to the best posture.
 
     Attributes
     ----------
     q : shape (n,), rad or m
         The posture that was reached.
     arc
-        The arc inside the limits, with the full turns of the posture it starts from.
+        The arc inside the limits, with the full turns of the posture from which the motion starts.
     left : rad
         Distance along the arc from this posture to the best posture.
     """
@@ -54,7 +55,8 @@ class BestPosture(NamedTuple):
 
 
 def _of_largest_clearance(arc: IkArc, robot: Robot, away: Cost) -> float:
-    # Evaluates about CLEARANCE_SAMPLES samples, and then all samples beside the best one.
+    # Returns the length along the arc at the sample with the largest clearance. Evaluates about
+    # CLEARANCE_SAMPLES samples, and then all samples beside the best of them.
     ways = COST_OF_DISTANCE * away(arc.q)
 
     def best(places: Integers) -> int:
@@ -70,7 +72,7 @@ def _of_largest_margin(arc: IkArc, robot: Robot, away: Cost) -> float:
     return arc.place_of_least(lambda q: COST_OF_DISTANCE * away(q) - arc.margin(q))
 
 
-# Position of the best posture on an arc (rad), by criterion.
+# For each criterion, the function that returns the length (rad) along an arc of the best posture.
 CRITERIA = {'clearance': _of_largest_clearance, 'margin': _of_largest_margin}
 
 
@@ -78,9 +80,10 @@ def best_posture(
     robot: Robot, target: IkTarget, q: Floats, criterion: str, farthest: float
 ) -> BestPosture | None:
     """
-    Return the best posture on the arc through q, or a posture on the way to it, `farthest` from q.
+    Return the best posture on the arc through q, or a posture on the way to it at distance
+    `farthest` from q.
 
-    Returns None without an arc: q is singular or not a solution, or the arm does not have one
+    Returns None if there is no arc: q is singular or not a solution, or the arm does not have one
     joint more than the target has equations.
 
     Parameters
@@ -101,7 +104,8 @@ def best_posture(
         way -= arc.length * round(way / arc.length)
     step = min(max(way, -farthest), farthest)
     if step != way:
-        # Lengths along an arc are exact at samples, and have errors of 0.1 % between them.
+        # Shorten the step to at most `farthest`: lengths along an arc are exact at samples, and
+        # have errors of 0.1 % between samples.
         for _ in range(CORRECTIONS):
             far = float(np.linalg.norm((arc.at(here + step) - q) / arc.scales))
             step *= min(1.0, farthest / far) if far > 0.0 else 1.0
@@ -109,7 +113,9 @@ def best_posture(
 
 
 def has_arcs(robot: Robot, rows: tuple[str, ...], axis: str) -> bool:
-    """Return whether an arm has one joint more than a target with these rows and axis needs."""
+    """
+    Return whether an arm has one joint more than a target with these rows and this axis needs.
+    """
     return sliced_arm_of(robot, rows, axis) is not None
 
 
@@ -121,7 +127,10 @@ class ArcPlace(NamedTuple):
 
 
 def place_on_arc(robot: Robot, target: IkTarget, q: Floats) -> ArcPlace | None:
-    """Return the arc through a posture (n,) and the place on it; None without an arc."""
+    """
+    Return the arc through joint positions q (n,) and the place of q on it; None if there is no
+    arc.
+    """
     if not has_arcs(robot, target.rows, target.axis):
         return None
     plan = plan_for(robot, target.rows, target.axis)
@@ -142,7 +151,8 @@ def shifted_past(arc: IkArc, q: Floats, plan: InversePlan) -> Iterator[IkArc]:
     """
     Yield copies of an arc, shifted by full turns, that are inside the limits and pass near q (n,).
 
-    If the arc ends at a limit of a joint, this joint is not shifted: the arc would end elsewhere.
+    If the arc ends at a limit of a joint, this joint is not shifted, because the arc would then
+    end elsewhere.
     """
     turns = np.round((q - arc.q) / plan.periods)
     periods = np.where(np.isfinite(plan.periods), plan.periods, 0.0)

@@ -1,8 +1,9 @@
 """
-Trace a solution curve of an arm with one redundant joint, by numerical continuation.
+Trace a curve of inverse kinematics solutions of an arm with one redundant joint, by numerical
+continuation.
 
-Continuation (Allgower and Georg; `kernel.trace`) gives samples. Newton's method gives the
-solutions between samples (`kernel.CurvePath`).
+Continuation (Allgower and Georg; `kernel.trace`) gives samples of the curve. Newton's method gives
+the solutions between samples (`kernel.CurvePath`).
 """
 
 import math
@@ -14,16 +15,16 @@ from ....kernel import Floats
 from ..problem.problem import IkProblem
 from ..problem.target import TOOL_AXES
 
-# Largest number of samples of a curve, 6 times that of the longest curve seen. A curve may not end
-# if the arm's lengths are very different, or if all postures are singular.
+# Largest number of samples of a curve, 6 times that of the longest curve in experiments. A curve
+# may not end if the arm's lengths are very different, or if all postures are singular.
 MAX_SAMPLES = 1 << 12
-# Period that stands for no period, rad or m: more than any joint moves.
+# Period of a joint without a period, rad or m: more than any joint moves.
 NO_PERIOD = 1e12
 
 
 class SolutionCurve:
     """
-    A solution curve: the tool stays at the target along it.
+    A curve of joint positions along which the tool stays at the target.
 
     A place on the curve is the index of a sample; places between samples are fractions. On a
     closed curve places continue beyond the last sample, lap after lap.
@@ -58,26 +59,31 @@ class SolutionCurve:
         self.lap = self.q[-1] - self.q[0]
 
     def at(self, places: Floats) -> Floats:
-        """Return joint positions (m, n) at places (m,) of the curve."""
+        """Return the joint positions (m, n) at places (m,) of the curve."""
         laps = np.floor(places / self.last) * self.closed
         q = np.empty((len(places), self.point.n))
         kernel.write_places(self.path, places - laps * self.last, q)
         return np.asarray(q + laps[:, None] * self.lap)
 
     def nearest(self, begin: float, end: float, q: Floats) -> float:
-        """Return the place between `begin` and `end` that is nearest to joint positions (n,)."""
+        """
+        Return the place of the curve, between `begin` and `end`, that is nearest to joint
+        positions q (n,).
+        """
         laps = math.floor(0.5 * (begin + end) / self.last) * self.closed
         goal, before = np.array([q - laps * self.lap, self.plan.scales**-2]), laps * self.last
         return before + kernel.nearest_place(self.path, goal, begin - before, end - before)
 
 
 def point_of(problem: IkProblem) -> kernel.CurvePoint:
-    """Return the kernel's equations of a target with one equation less than the arm has joints."""
+    """
+    Return the kernel's `CurvePoint` for a target with one equation less than the arm has joints.
+    """
     robot, target, plan, *_ = problem
     residual = target.residual
     if target.axis:
-        # In the axes of the target, the turn about the tool's axis is one row. It does not count,
-        # so its weight is 0.
+        # Express the error in the axes of the target, so that the turn about the tool's axis is
+        # one row. This row does not count, so its weight is 0.
         k = TOOL_AXES.index(target.axis)
         weights = np.array([1.0] * 3 + [robot.singularity.task.length] * 3)
         weights[3 + k] = 0.0
@@ -88,17 +94,20 @@ def point_of(problem: IkProblem) -> kernel.CurvePoint:
 
 
 def traced(problem: IkProblem, point: kernel.CurvePoint, start: Floats) -> SolutionCurve | None:
-    """Return the curve through a solution (n,), or None if the solution is singular."""
+    """
+    Return the solution curve through the solution `start` (n,), or None if `start` is singular.
+    """
     n, samples = len(start), np.empty((2, MAX_SAMPLES, 2 * len(start)))
     samples[:, 0, :n] = start
     count = kernel.trace(point, 1.0, samples[0])
     if count < 0:
         return SolutionCurve(problem, point, samples[0, :-count].copy(), True)
     behind = kernel.trace(point, -1.0, samples[1])
-    # Samples in the other direction, in reverse order; their tangents change sign.
+    # Order the samples of the other direction along the first one; their tangents change sign.
     rows = samples[1, : abs(behind)][::-1] * np.repeat([1.0, -1.0], n)
     if behind < 0:
-        # Near a singular pose a closed curve may be followed in one direction only.
+        # Return the closed curve of the other direction: near a singular pose only one direction
+        # may succeed.
         return SolutionCurve(problem, point, rows, True)
     both = np.vstack([rows[:-1], samples[0, :count]])
     return SolutionCurve(problem, point, both, False) if len(both) > 1 else None

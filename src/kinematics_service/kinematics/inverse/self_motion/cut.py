@@ -3,8 +3,8 @@ Cut a solution curve into arcs at the joint limits.
 
 Samples and reversals of joints divide the curve into steps. In each step every joint rises or
 falls, so it passes a limit at most once. These passages divide the curve into pieces. The posture
-in the middle of a piece shows with which full turns the piece is inside the limits. Runs of pieces
-inside the limits are arcs (`turns.py`).
+in the middle of a piece determines with which full turns the piece is inside the limits. Runs of
+pieces inside the limits are arcs (`turns.py`).
 
 Steps with a joint far beyond its limits are skipped: an arc ends where one joint passes a limit
 while all others are inside, so no arc ends in such a step.
@@ -24,26 +24,28 @@ from .curve import NO_PERIOD, SolutionCurve
 from .turns import PieceRun, runs_of
 
 Flags = npt.NDArray[np.bool_]
-# A joint passes a limit at this distance beyond it, rad or m, so that a joint at rest at a limit
-# stays inside despite round-off. It is half of kernel.AT_LIMIT.
+# Distance beyond a limit at which a joint counts as passing it, rad or m. So a joint at rest at a
+# limit stays inside despite round-off. It is half of kernel.AT_LIMIT.
 EXIT_MARGIN = 5e-10
-# A joint reverses between two samples if the product of its slopes is below this. Otherwise it
-# rests, or reverses at a sample.
+# A joint reverses between two samples if the product of its slopes at both is below this.
+# Otherwise it rests, or reverses at a sample.
 MAX_SLOPE_PRODUCT = -1e-18
-# Places that differ by less are equal, in steps between samples: 2e-10 rad for a step of 0.1 rad.
+# Places of the curve that differ by less than this are equal, in sample distances: 2e-10 rad for
+# samples 0.1 rad apart.
 PLACE_TOLERANCE = 2e-9
-# Replaces an infinite limit, rad or m: less than NO_PERIOD, and more than a joint moves.
+# Number that replaces an infinite joint limit, rad or m: less than NO_PERIOD, and more than a
+# joint moves.
 NO_LIMIT = 1e9
 
 
-# Side of a place where no joint passes a limit.
+# Value of the column `side` in a row of the table at which no joint passes a limit.
 NO_SIDE = len(SIDES)
 
 
 @functools.lru_cache(maxsize=128)
 def _counted(plan: InversePlan) -> tuple[Floats, Floats, Floats]:
-    # Returns limits (2, n), periods (n,) and full turns (n,). The turn is 0 if a joint lacks a
-    # limit or a period.
+    # Returns the joint limits (2, n), the periods (n,) and the full turns (n,). The turn of a
+    # joint is 0 if it lacks a limit or a period.
     limited = np.isfinite(plan.limits).all(axis=1) & np.isfinite(plan.periods)
     limits = np.clip(plan.limits.T, -NO_LIMIT, NO_LIMIT)
     periods = np.where(limited, plan.periods, NO_PERIOD)
@@ -51,7 +53,10 @@ def _counted(plan: InversePlan) -> tuple[Floats, Floats, Floats]:
 
 
 def arcs_of(curve: SolutionCurve) -> tuple[IkArc, ...]:
-    """Return the arcs inside the limits; arcs that differ only by full turns are one arc."""
+    """
+    Return the arcs of a solution curve inside the limits. Arcs that differ only by full turns are
+    one arc.
+    """
     near = _is_near(curve)
     if not near.any():
         return ()
@@ -70,11 +75,11 @@ def _is_near(curve: SolutionCurve) -> Flags:
 
 
 class _CutCurve:
-    # A solution curve cut into pieces at the limits. `table` has one row for each sample, passage
-    # of a limit, and reversal of a joint, sorted by place: place, joint positions (n), length up
-    # to this place (rad), and joint and side of the limit. `lap` is the increment of a row in one
-    # lap of a closed curve. `begins` has the first row of each piece, and the last row of a curve
-    # that is not closed.
+    # A solution curve that is cut into pieces at the joint limits. `table` has one row for each
+    # sample, passage of a limit, and reversal of a joint, sorted by place: place, joint positions
+    # (n), length up to this place (rad), and joint and side of the limit. `lap` is the increment
+    # of a row in one lap of a closed curve. `begins` has the first row of each piece, and the last
+    # row of a curve that is not closed.
 
     def __init__(self, curve: SolutionCurve, near: Flags) -> None:
         self.curve, self.near = curve, near
@@ -103,8 +108,8 @@ class _CutCurve:
         self._add(k, (joint, none, slopes[k, joint], slopes[k + 1, joint]), NO_SIDE)
 
     def _add_limits(self) -> None:
-        # A joint passes a limit where its number of full turns (rows, 2, n) beyond the limit
-        # changes.
+        # Find the steps in which a joint passes a limit: its number of full turns (rows, 2, n)
+        # beyond the limit changes.
         places, q = self.table[:, 0], self.table[:, 1:-3]
         beyond = self.limits + [[-EXIT_MARGIN], [EXIT_MARGIN]]
         turns = np.floor((q[:, None] - beyond) / self.periods)
@@ -112,14 +117,15 @@ class _CutCurve:
         k, side, joint = np.nonzero((turns[:-1] != turns[1:]) & near[:, None, None])
         turned = self.periods[joint] * np.maximum(turns[k, side, joint], turns[k + 1, side, joint])
         before, after, limit = q[k, joint], q[k + 1, joint], self.limits[side, joint] + turned
-        # If a joint is within EXIT_MARGIN of the limit at an end of the step, it passes the limit
-        # at that end.
+        # Clip the limit to the step: if a joint is within EXIT_MARGIN of the limit at an end of
+        # the step, it passes the limit at that end.
         level = np.clip(limit, np.minimum(before, after), np.maximum(before, after))
         self._add(k, (joint, level, before - level, after - level), side)
 
     def _add(self, k: Integers, roots: Sequence[Floats | Integers], side: Integers | int) -> None:
-        # Adds rows behind rows k where a joint is at a level or reverses. `roots` are joint,
-        # level, and the values of the function at both ends of the step.
+        # Adds a row to the table after each row k, at the place where a joint is at a level or
+        # reverses. `roots` are the joint, the level, and the values of the function at both ends
+        # of the step.
         joint, level, low, high = roots
         rows, places = np.empty((len(k), self.table.shape[1])), self.table[:, 0]
         rows[:, -2], rows[:, -1] = joint, side
@@ -129,18 +135,19 @@ class _CutCurve:
         self.table = table[table[:, 0].argsort(kind='stable')]
 
     def _rows(self, rows: Integers) -> Floats:
-        # Returns rows of the table by index; on a closed curve the indices continue lap after lap.
+        # Returns rows of the table by their indices. On a closed curve the indices continue lap
+        # after lap.
         laps, k = np.divmod(rows, len(self.table))
         return np.asarray(self.table[k] + laps[:, None] * self.lap)
 
     def _begin(self, piece: int) -> int:
-        # Returns the index of the first row of a piece. On a closed curve the indices of pieces
-        # and rows continue lap after lap.
+        # Returns the index of the first row of a piece of the curve. On a closed curve the indices
+        # of pieces and rows continue lap after lap.
         laps, k = divmod(piece, len(self.begins))
         return self.begins[k] + laps * len(self.table)
 
     def runs(self) -> Iterator[PieceRun]:
-        """Return the runs of pieces inside the limits."""
+        """Return the runs (sequences) of pieces of the curve that are inside the limits."""
         places = self._rows(np.array([self._begin(k) for k in range(self.count + 1)]))[:, 0]
         q, (low, high) = self.curve.at(0.5 * (places[1:] + places[:-1])), self.limits
         first = np.ceil((low - kernel.AT_LIMIT - q) / self.periods)
@@ -150,7 +157,7 @@ class _CutCurve:
         return runs_of(boxes, self.curve.closed, lap.astype(int).tolist())
 
     def arc(self, run: PieceRun) -> IkArc:
-        """Return the arc of a run of pieces."""
+        """Return the arc that consists of the pieces of `run`."""
         begin, end = self._begin(run.first), self._begin(run.first + run.pieces)
         rows = self._rows(np.arange(begin, end + 1))
         way = rows[1:, 0] - rows[:-1, 0]
@@ -168,8 +175,8 @@ class _CutCurve:
         joint, side = int(row[-2]), int(row[-1])
         if side == NO_SIDE:
             return IkArcEnd('', 'singular')
-        # With other full turns the joint of this row may be inside its limits. Then another joint
-        # that is at a limit in the same place ends the arc.
+        # Find the joint that ends the arc. With other full turns the joint of this row may be
+        # inside its limits; then another joint is at a limit in the same place.
         away = np.abs(self.limits - q)
         if away[:, joint].min() > kernel.AT_LIMIT:
             joint = int(away.min(axis=0).argmin())
