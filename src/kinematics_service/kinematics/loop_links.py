@@ -1,6 +1,6 @@
 """
-Compute the links of closed loops at one configuration, for pictures: corners and joints of the
-second chain of each loop.
+Compute the shape of closed loops at given joint positions, for pictures: corners and joints of
+each loop's second chain.
 """
 
 from typing import NamedTuple
@@ -19,8 +19,8 @@ from .tool_state import ToolState
 
 class LoopJoint(NamedTuple):
     """
-    A joint of a loop: a point (3,), m, and the direction (3,) of the joint axis, and the names of
-    the motors that move the joint.
+    A joint of a closed loop: a point (3,) of its axis, m, the direction (3,) of the axis, and the
+    names of the motors that move the joint.
     """
 
     point: Floats
@@ -31,13 +31,13 @@ class LoopJoint(NamedTuple):
 
 class LoopLinks(NamedTuple):
     """
-    The second chain of a loop at one configuration, in the base frame.
+    The corners and joints of the second chain of a closed loop, in the base frame.
 
     Attributes
     ----------
     corners : shape (k, 3), m
         The first corner is the origin of the frame where the chain begins, the last corner the
-        origin of the frame that the chain meets. The number k is the same at every configuration.
+        origin of the frame that the chain meets. The number k is equal at all joint positions.
     slides : k - 1 flags
         Whether each piece between two corners changes its length.
     joints
@@ -51,9 +51,10 @@ class LoopLinks(NamedTuple):
 
 def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
     """
-    Return the links of every loop; `state` is one pose, evaluated with all frames.
+    Return the corners and joints of the second chain of each loop, at the state of one pose.
 
-    A loop that meets a row behind the end of the arm is left out: the state has no frame for it.
+    The state must have all frames. A loop that meets a row of the table behind the end of the arm
+    is left out, because the state has no frame for it.
     """
     description, closure = state.robot.description, state.closure
     if closure is None:
@@ -68,7 +69,7 @@ def loop_links(state: ToolState) -> tuple[LoopLinks, ...]:
 
 def carried_rows(robot: Robot) -> tuple[bool, ...]:
     """
-    Return for each row of the table whether it is a coordinate of a platform, not a link.
+    Return for each row of the table whether it is a coordinate of a platform instead of a link.
 
     Neighbouring prismatic rows that only passive joints move are coordinates of a platform that
     the loops carry.
@@ -81,7 +82,10 @@ def carried_rows(robot: Robot) -> tuple[bool, ...]:
 
 
 def linked_frames(robot: Robot) -> npt.NDArray[np.bool_]:
-    """Return for frame 0 and for the frame after each row whether the frame belongs to a link."""
+    """
+    Return for frame 0, and for the frame after each row of the table, whether the frame belongs to
+    a link.
+    """
     carried = np.array([*carried_rows(robot), False])
     return np.append(True, ~(carried[:-1] & carried[1:]))
 

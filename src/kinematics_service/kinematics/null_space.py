@@ -1,4 +1,7 @@
-"""Compute the null space of the task's Jacobian by SVD, and self-motion away from singularity."""
+"""
+Compute the null space of the task Jacobian by SVD, and the self-motion that leads away from
+singular poses.
+"""
 
 from collections.abc import Sequence
 
@@ -39,11 +42,12 @@ def null_space(
     q : shape (..., n), rad or m
         Joint positions.
     rows
-        Some of x y z rx ry rz, in the axes of the table's frame 0; default: the arm's task.
+        The rows of J_t, some of x y z rx ry rz, in the axes of the table's frame 0; default: the
+        arm's task.
     of
-        The frame that stays at rest, as `jacobian` takes it.
+        The frame that stays at rest, as in `jacobian`.
     near : shape (..., n, k)
-        The basis of an earlier pose. The basis nearest to `near` is returned, so that signs and
+        The basis of an earlier pose. The result is the basis nearest to `near`, so that signs and
         directions are continuous along a motion.
 
     Raises
@@ -77,12 +81,13 @@ def null_space(
 
 def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     """
-    Return the basis that `null_space` returns, for a Jacobian (..., 6, n) in base axes.
+    Return an orthonormal basis (..., n, k) of the null space of J_t, for a Jacobian J (..., 6, n)
+    in base axes.
 
     Parameters
     ----------
     task
-        The rows.
+        The rows of the Jacobian that J_t has.
     J : shape (..., 6, n)
         The Jacobian.
     before : shape (..., n, k)
@@ -90,8 +95,8 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
     """
     rank, matrix = task.generic_rank, task.row_scales[:, None] * task_jacobian(task, J)
     if before is not None:
-        # If more than k motions leave the tool at rest, those of the earlier basis win: all other
-        # motions get an added cost of the size of round-off.
+        # Prefer the motions of the earlier basis if more than k motions leave the tool at rest:
+        # all other motions get an added cost of the size of round-off.
         least = kernel.RANK_TOLERANCE * np.linalg.norm(matrix, axis=(-2, -1), keepdims=True)
         others = least * (np.eye(J.shape[-1]) - before @ np.swapaxes(before, -1, -2))
         leading = others.shape[:-2]
@@ -103,8 +108,8 @@ def basis_of(task: Task, J: Floats, before: Floats | None = None) -> Floats:
         # Make the largest number of each column positive.
         largest = np.argmax(np.abs(basis), axis=-2)[..., None, :]
         return np.asarray(basis * np.sign(np.take_along_axis(basis, largest, axis=-2)))
-    # Turn the basis within the null space so that it is nearest to `before` (orthogonal Procrustes
-    # problem).
+    # Rotate the basis within the null space so that it is nearest to `before` (orthogonal
+    # Procrustes problem).
     U, _, Wt = np.linalg.svd(np.swapaxes(basis, -1, -2) @ before)
     return np.asarray(basis @ (U @ Wt))
 
@@ -135,7 +140,7 @@ def self_motion(robot: AnyRobot, q: npt.ArrayLike) -> Floats:
 
 
 def self_motion_of(state: ToolState, basis: Floats) -> Floats:
-    """Return the motion that `self_motion` returns, for a state and a basis of its null space."""
+    """Return the result of `self_motion` for a state and a basis (..., n, k) of its null space."""
     found = singularity_of(state)
     if found.nearest_singular is None:
         return np.zeros(state.q.shape)

@@ -1,9 +1,12 @@
-"""Type variables of results that hold numbers for one pose and arrays for a batch."""
+"""
+Define type variables for results that hold a number for one pose and an array for a batch of
+poses.
+"""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    # A result type without brackets is for one pose. That needs type variables with defaults,
+    # Make a result type without brackets mean one pose. That needs type variables with defaults,
     # which `typing` has from Python 3.13 on.
     from typing_extensions import TypeVar
 
@@ -14,7 +17,7 @@ if TYPE_CHECKING:
     Index = TypeVar('Index', default=int)
     Grade = TypeVar('Grade', default=Level)
     Text = TypeVar('Text', default=str)
-    Pose = TypeVar('Pose', default=Floats | None)  # None: no such pose
+    Pose = TypeVar('Pose', default=Floats | None)  # None: the search found no pose
 else:
     from typing import TypeVar
 

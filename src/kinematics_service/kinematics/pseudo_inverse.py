@@ -1,8 +1,8 @@
 """
-Compute the pseudo-inverse of the task's Jacobian by singular values, plain and damped.
+Compute the pseudo-inverse of the task Jacobian by singular values, with or without damping.
 
 Only singular values below a bound are damped, so other directions stay exact (Nakamura and
-Hanafusa 1986; Maciejewski and Klein 1988). `joint_velocity` uses this damping.
+Hanafusa 1986; Maciejewski and Klein 1988). `joint_velocity` uses this damping, too.
 """
 
 from collections.abc import Sequence
@@ -21,16 +21,17 @@ from .arguments import check_positive, number_or_nan
 from .forward import state_of
 from .task_jacobian import task_jacobian, task_of
 
-# Default bound below which singular values are damped, relative to the length (as ServoSettings).
+# Default bound below which singular values are damped, relative to the characteristic length, as
+# in ServoSettings.
 DAMPED_BELOW = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class PseudoInverse(FrozenArrays):
     """
-    A pseudo-inverse of J_t, its rank and its damping.
+    The pseudo-inverse of the task Jacobian J_t, with its rank and its damping.
 
-    `matrix` gives the smallest joint motion among those that make a twist with the least error.
+    Of all joint motions that make a twist with the least error, `matrix` gives the smallest.
     Angular rows and prismatic columns are scaled by the characteristic length in both norms.
 
     Attributes
@@ -42,7 +43,8 @@ class PseudoInverse(FrozenArrays):
     singular_values : shape (..., min(m, n)), m
         Singular values of the scaled J_t, in descending order.
     rank : shape (...)
-        Number of singular values above 1e-10 of the largest; the others are not inverted.
+        Number of singular values above 1e-10 of the largest one. The other singular values are not
+        inverted.
     damping : shape (...)
         The largest damping in use, relative to the length; 0 if the pseudo-inverse is exact.
     """
@@ -57,8 +59,8 @@ class PseudoInverse(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class Inverted(FrozenArrays):
     """
-    Inverted singular values `gains` (..., k), 1/m, the `rank` (...), and the `damping` (..., k) of
-    each singular value, relative to the length.
+    Damped inverses of singular values: `gains` (..., k), 1/m, the `rank` (...), and the `damping`
+    (..., k) of each singular value, relative to the characteristic length.
     """
 
     gains: Floats
@@ -70,8 +72,8 @@ def inverted(sigma: Floats, length: float, damping: float, damped_below: float) 
     """
     Return damped inverses s / (s^2 + d^2) of singular values s below the bound, 1 / s above it.
 
-    With s and d relative to the length: d^2 = damping^2 (1 - (s / damped_below)^2). Singular
-    values below the rank tolerance give 0.
+    The damping d follows from d^2 = damping^2 (1 - (s / damped_below)^2), with s and d relative to
+    the length. Singular values below the rank tolerance give 0.
 
     Parameters
     ----------
@@ -113,7 +115,7 @@ def pseudo_inverse(
     damped_below: float = DAMPED_BELOW,
 ) -> PseudoInverse:
     """
-    Return the pseudo-inverse of J_t, with its rank and damping.
+    Return the pseudo-inverse of the task Jacobian J_t, with its rank and damping.
 
     Parameters
     ----------
@@ -122,9 +124,10 @@ def pseudo_inverse(
     q : shape (..., n), rad or m
         Joint positions.
     rows
-        Some of x y z rx ry rz, in the axes of the table's frame 0; default: the arm's task.
+        The rows of J_t, some of x y z rx ry rz, in the axes of the table's frame 0; default: the
+        arm's task.
     of
-        The frame that moves, as `jacobian` takes it.
+        The frame that moves, as in `jacobian`.
     damping, damped_below
         As in `ServoSettings`, relative to the characteristic length; 0: not damped.
 

@@ -1,9 +1,10 @@
 """
-Compute the factor, 0 to 1, with which a joint motion still stops before singular poses and limits.
+Compute the factor, 0 to 1, by which joint velocities must be scaled to stop before singular poses
+and limits.
 
-A constraint at a distance m, its margin, allows a speed v such that v T + v^2 / (2 a) = m: the
-distance of a reaction time T and of a stop with the deceleration a. So the scaled motion stops at
-the margin and never brakes harder than a. All joints are slowed by one factor, which keeps the
+A constraint at a distance m, its margin, allows a speed v such that v T + v^2 / (2 a) = m. This is
+the distance of a reaction time T and of a stop with the deceleration a. So the scaled motion stops
+at the margin and never brakes harder than a. All joints are slowed by one factor, which keeps the
 path. The joint that brakes slowest determines the time of a stop.
 
 The factor is not a safety function: it depends on the reported positions and speeds.
@@ -32,17 +33,18 @@ from .tool_state import ToolState, evaluate, velocities_of
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
-# MoveIt Servo's rule also slows motion away from a singular pose.
+# Cause that only MoveIt Servo's rule has: it also slows motion away from a singular pose.
 LEAVING = 'leaving a singularity'
-# Largest number of poses during a stop at which the distance to a singular pose is computed.
+# Largest number of poses along a stopping motion at which the distance to a singular pose is
+# computed.
 MAX_SEARCHES = 16
-# Tolerance of the distance along the motion, rad.
+# Tolerance of the computed distance along a stopping motion, rad.
 DISTANCE_TOLERANCE = 1e-3
 
 
 class Constraint(NamedTuple):
     """
-    A constraint that may slow a motion.
+    A limit or a singular pose that may slow a motion.
 
     Attributes
     ----------
@@ -61,7 +63,7 @@ class Constraint(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Return the constraint as text, for example `position limit of elbow`."""
+        """Return the constraint as text: `position limit of elbow`."""
         return f'{self.cause} of {self.of}' if self.of else self.cause
 
 
@@ -70,8 +72,8 @@ class MotionScale(FrozenArrays, Generic[Number, Text]):
     """
     The factor of a joint motion, and the constraint that determines it; not a safety function.
 
-    Numbers and texts for one motion, arrays for a batch. The scale is the smallest of `values`;
-    the first constraint with this value is the cause.
+    The fields are numbers and texts for one motion, arrays for a batch. The scale is the smallest
+    of `values`; the first constraint with this value is the cause.
 
     Attributes
     ----------
@@ -112,7 +114,9 @@ MotionScales: TypeAlias = MotionScale[Floats, npt.NDArray[np.str_]]
 
 
 class _Shares(NamedTuple):
-    """Factors, margins and times of some constraints, shape (..., number of constraints)."""
+    """
+    Factors, margins and times of some constraints on a motion, shape (..., number of constraints).
+    """
 
     constraints: tuple[Constraint, ...]
     values: Floats
@@ -122,9 +126,9 @@ class _Shares(NamedTuple):
 
 class _Braking(NamedTuple):
     """
-    Times of a stop: `horizon` is the reaction time (s), `stopping` (...) the duration of a stop of
-    the full motion (s), and `due` (N,) the time in which the full motion covers the distance of a
-    stop (s).
+    The times that a stop takes: `horizon` is the reaction time (s), `stopping` (...) the duration
+    of a stop of the full motion (s), and `due` (N,) the time in which the full motion covers the
+    distance of a stop (s).
     """
 
     horizon: float
@@ -227,9 +231,9 @@ def _scale(found: list[_Shares], proved: npt.NDArray[np.bool_]) -> MotionScale[A
 def _braked(
     constraints: tuple[Constraint, ...], margins: Floats, times: Floats, braking: _Braking
 ) -> _Shares:
-    # The motion scaled by s stops at the margin if s T + s^2 S / 2 = t. t is the time in which the
-    # full motion uses up the margin, and S the duration of a stop of the full motion. The formula
-    # is solved for s without cancellation.
+    # Compute the factor s for which the motion stops at the margin: s T + s^2 S / 2 = t. t is the
+    # time in which the full motion uses up the margin, and S the duration of a stop of the full
+    # motion. The formula is solved for s without cancellation.
     T, stopping = braking.horizon, braking.stopping[..., None]
     kept = 2.0 * times / (T + np.sqrt(T * T + 2.0 * times * stopping))
     values = np.where(np.isfinite(times), np.minimum(kept, 1.0), 1.0)
@@ -238,13 +242,13 @@ def _braked(
 
 def _times(margins: Floats, speeds: Floats) -> Floats:
     # Returns the times in which motions at these speeds use up the margins; infinite at rest and
-    # for motion away.
+    # for motion away from a limit.
     used = (speeds > AT_REST) & np.isfinite(margins)
     return np.where(used, np.maximum(margins, 0.0) / np.where(used, speeds, 1.0), np.inf)
 
 
 def _bounded(constraints: tuple[Constraint, ...], limits: Floats, speeds: Floats) -> _Shares:
-    # Returns the factors of speeds that have limits (not distances).
+    # Returns the factors by which speeds must be scaled to stay within speed limits.
     values = np.minimum(limits / np.maximum(speeds, np.finfo(float).tiny), 1.0)
     times = np.where(speeds > limits, 0.0, np.inf)
     return _Shares(constraints, values, limits - speeds, times)
@@ -287,12 +291,13 @@ def _by_rule(state: ToolState, rule: ServoRule) -> _Shares:
 
 
 def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking) -> _Shares:
-    # Sphere tracing: no singular pose is nearer than the distance, so the motion advances by the
-    # distance before the next search, up to the distance of a stop. At the last pose the singular
-    # surface is taken as a plane normal to the direction of the nearest singular pose.
+    # Returns the factor for the distance to singular poses by sphere tracing: no singular pose is
+    # nearer than the distance, so the motion advances by the distance before the next search, up
+    # to the distance of a stop. At the last pose the singular surface is taken as a plane normal
+    # to the direction of the nearest singular pose.
     thresholds, scales = robot.singularity.thresholds, robot.singularity.task.column_scales
     stop = MEASURES['distance'].stop if thresholds.measure != 'distance' else thresholds.stop
-    assert stop is not None  # the measure `distance` has default thresholds
+    assert stop is not None  # `distance` has default thresholds
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / scales, axis=-1)
     passed, times, margins = np.zeros(len(q)), np.full(len(q), np.inf), np.full(len(q), np.nan)
@@ -303,7 +308,7 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
         left = left[closes]
         speed, ahead = speeds[left], q[left] + passed[left, None] * rates[left]
         margin = found.distance - stop
-        # Speeds towards the nearest singular poses; NaN if none was found.
+        # Compute the speeds towards the nearest singular poses; NaN if the search found none.
         away = (ahead - found.nearest_singular) / scales
         normal = away / np.linalg.norm(away, axis=-1, keepdims=True)
         towards = -np.sum(rates[left] / scales * normal, axis=-1)
@@ -322,7 +327,8 @@ def _singularity(robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 def _proved(
     robot: Robot, state: ToolState, qdot: Floats, braking: _Braking
 ) -> npt.NDArray[np.bool_]:
-    # Returns whether successive balls without a singular pose cover the motion during a stop.
+    # Returns whether it is proved that a stopping motion meets no singular pose: successive balls
+    # without singular poses cover the motion.
     q, rates = (np.reshape(one, (-1, robot.dof)) for one in (state.q, qdot))
     speeds = np.linalg.norm(rates / robot.singularity.task.column_scales, axis=-1)
     passed = np.where(speeds > AT_REST, 0.0, braking.due)
@@ -337,9 +343,9 @@ def _proved(
 
 
 def _seen_from(robot: Robot, q: Floats) -> tuple[Singularities, npt.NDArray[np.bool_]]:
-    # Returns the measures of the poses (N, n) at which all closed loops close, and a mask of these
-    # poses. Loops do not close beyond a position at which the loop equations are singular, if the
-    # search missed this position and the motion advanced beyond it.
+    # Returns the singularity measures of those joint positions (N, n) at which all loops close,
+    # and a mask of them. Loops may not close if the motion has passed singular loop equations that
+    # the search missed.
     closes = np.ones(len(q), bool)
     while True:
         try:

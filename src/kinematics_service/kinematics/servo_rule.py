@@ -1,10 +1,10 @@
 """
-Compute MoveIt Servo's factor of a tool motion from the condition number of the Jacobian.
+Compute MoveIt Servo's speed factor of a tool motion from the condition number of the Jacobian.
 
 The rule is `velocityScalingFactorForSingularity` (moveit_servo/src/utils/common.cpp of MoveIt 2).
-Its settings have the names and defaults of MoveIt. J has all six rows, in m and rad. For an arm
-with n < 6 joints the smallest of the n singular values counts, as proposed in moveit2#3750. Servo
-itself reads a sixth singular value, which does not exist, and halts.
+The settings have the names and defaults of MoveIt. J has all six rows, in m and rad. For an arm
+with n < 6 joints the smallest of the n singular values counts, as proposed in moveit2#3750. MoveIt
+Servo itself reads a sixth singular value, which does not exist, and halts.
 """
 
 from dataclasses import dataclass, fields
@@ -48,7 +48,7 @@ class ServoRule:
     singularity_step_scale: float = 0.01
 
     def __post_init__(self) -> None:
-        """Refuse invalid settings."""
+        """Raise ServoSettingsError for invalid settings."""
         for name in (field.name for field in fields(self)):
             check_positive(ServoSettingsError, name, getattr(self, name))
         lower, hard_stop = self.lower_singularity_threshold, self.hard_stop_singularity_threshold
@@ -71,7 +71,7 @@ class ServoRule:
 
 class ServoShares(NamedTuple):
     """
-    Results of MoveIt Servo's rule, for one motion or many.
+    The speed factor by MoveIt Servo's rule and the numbers behind it, for one motion or many.
 
     Attributes
     ----------
@@ -90,13 +90,13 @@ class ServoShares(NamedTuple):
 
 
 def servo_shares(state: ToolState, rule: ServoRule) -> ServoShares:
-    """Return the results of MoveIt Servo's rule for states with known velocities."""
+    """Return the speed factors by MoveIt Servo's rule for states with known velocities."""
     U, sigma, Vt = np.linalg.svd(state.jacobian, full_matrices=False)
     condition = sigma[..., 0] / sigma[..., -1]
     lower, stop = rule.lower_singularity_threshold, rule.hard_stop_singularity_threshold
     stopped = ~(condition < stop)
-    # The tool direction u of the smallest singular value needs the joint motion v / sigma. The
-    # sign of u is arbitrary: a step shows whether +u or -u leads to larger condition numbers.
+    # Find the sign of u, the tool direction of the smallest singular value, which needs the joint
+    # motion v / sigma. A step shows whether +u or -u leads to larger condition numbers.
     u, v, least = U[..., -1], Vt[..., -1, :], np.where(stopped, np.inf, sigma[..., -1])
     step = v * (rule.singularity_step_scale / least)[..., None]
     next_jacobian = evaluate(state.robot, state.q + step).jacobian
@@ -106,7 +106,7 @@ def servo_shares(state: ToolState, rule: ServoRule) -> ServoShares:
     towards = np.where(grows, along, -along) > 0.0
     span = (stop - lower) * np.where(towards, 1.0, rule.leaving_singularity_threshold_multiplier)
     values = np.clip(1.0 - (condition - lower) / span, 0.0, 1.0)
-    assert state.qdot is not None  # callers pass states with velocities
+    assert state.qdot is not None  # the state must have velocities
     rates = jacobian_rate(state.robot, state.q, state.qdot)
     largest, smallest = (
         np.einsum('...i,...ij,...j->...', U[..., k], rates, Vt[..., k, :]) for k in (0, -1)

@@ -1,4 +1,6 @@
-"""Find singular poses of an arm inside limits by Newton's method from seeded poses."""
+"""
+Find singular poses of an arm inside joint limits, by Newton's method from seeded random poses.
+"""
 
 import numpy as np
 
@@ -7,14 +9,15 @@ from ..robot.robot import Robot
 from ..robot.task import seeded_poses
 from .singularity import singularity
 
-# Number of seeded poses from which Newton's method starts.
+# Number of seeded random poses from which Newton's method starts.
 STARTS = 200
-# Number of steps of Newton's method. Each step about squares the error; a pose that does not
-# converge is at a limit.
+# Number of steps of Newton's method. Each step about squares the error; a pose that has not
+# converged by then is at a limit.
 STEPS = 25
-# Longest step of the fastest joint, rad (prismatic joints divided by the length).
+# Largest motion of a joint in one Newton step, rad (prismatic joints divided by the length).
 MAX_STEP = 0.3
-# A pose counts as singular if its distance is below this, rad: far below encoder resolution.
+# A pose counts as singular if its distance from a singular pose is below this, rad: far below
+# encoder resolution.
 SINGULAR_DISTANCE = 1e-6
 
 
@@ -34,13 +37,13 @@ def singular_poses(robot: Robot, inside: Floats) -> Floats:
         Joint limits inside which the poses are; infinite for joints without limits.
     """
     if robot.chain.loops:
-        return np.empty((0, robot.dof))  # loops might not close after a step of Newton's method
+        return np.empty((0, robot.dof))  # loops may not close after a Newton step
     q = seeded_poses(inside, robot.prismatic)[:STARTS]
     scale = np.where(robot.prismatic, robot.singularity.task.length, 1.0)
     for _ in range(STEPS):
         near = singularity(robot, q)
-        # Step to the singular pose that was found. Without one, step against the way out (the
-        # gradient of ln w) by the first-order distance to w = 0.
+        # Step to the nearest singular pose that was found. If none was found, step against the way
+        # out (the gradient of ln w) by the first-order distance to w = 0.
         found = np.isfinite(near.nearest_singular)
         step = np.where(found, q - near.nearest_singular, near.distance[:, None] * near.way_out)
         fastest = np.max(np.abs(step) / scale, axis=1, keepdims=True)

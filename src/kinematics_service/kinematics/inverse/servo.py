@@ -1,11 +1,10 @@
 """
 Compute joint velocities for a wanted twist of the tool, by damped least squares with limits.
 
-The step solves J_t qdot = twist, with the rows of the arm's task scaled by the characteristic
-length.
-Only small singular values are damped, the smaller the more, so all other directions stay exact
-(Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Then all velocities are scaled down by
-one factor until none exceeds its limit. Joints near a position limit are slowed, and the other
+One step solves J_t qdot = twist, with the rows of the arm's task scaled by the characteristic
+length. Only small singular values are damped, smaller ones more, so all other directions stay
+exact (Nakamura and Hanafusa 1986; Maciejewski and Klein 1988). Then all velocities are scaled down
+by one factor until none exceeds its limit. Joints near a position limit are slowed, and the other
 joints compensate.
 """
 
@@ -28,16 +27,17 @@ from ..arguments import check_positive, numbers_of, refused, rows_in_order
 from ..task_jacobian import task_of
 from ..tool_state import ToolState, evaluate
 
-# A twist is lost if the arm makes less than 5 % of it.
+# A twist counts as lost if the arm makes less than this fraction of it.
 LOST_FRACTION = 0.05
-# A twist is followed if at most this fraction of it is missing: round-off of the least squares.
+# A twist counts as followed if at most this fraction of it is missing: round-off of the least
+# squares.
 FOLLOWED_ROUND_OFF = 1e-9
 
 
 @dataclass(frozen=True)
 class ServoSettings:
     """
-    Settings of the step from a twist to joint velocities.
+    Settings of `joint_velocity`, which computes joint velocities from a twist.
 
     Attributes
     ----------
@@ -52,7 +52,8 @@ class ServoSettings:
     default_rate, default_speed
         Velocity limits, rad/s and m/s, of joints without a limit in the robot file.
     rows
-        Some of x y z rx ry rz (axes of the table's frame 0); None: the arm's task.
+        The rows that the servo follows, some of x y z rx ry rz (axes of the table's frame 0);
+        None: the arm's task.
 
     Raises
     ------
@@ -68,7 +69,7 @@ class ServoSettings:
     rows: tuple[str, ...] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse invalid settings."""
+        """Raise ServoSettingsError for invalid settings."""
         for name in ('damping', 'damped_below', 'horizon', 'default_rate', 'default_speed'):
             check_positive(ServoSettingsError, name, getattr(self, name))
         if self.rows is not None:
@@ -78,12 +79,12 @@ class ServoSettings:
 @dataclass(frozen=True, eq=False)
 class ServoStep(FrozenArrays):
     """
-    Joint velocities, and the limits that acted on them.
+    The joint velocities for a twist, and the limits that acted on them.
 
     Attributes
     ----------
     qdot : shape (n,), rad/s or m/s
-        Always finite and inside the velocity limits; read-only.
+        The joint velocities, always finite and inside the velocity limits; read-only.
     twist : shape (6,), m/s and rad/s
         The tool's twist J qdot: vx vy vz wx wy wz in base axes; read-only.
     scale
@@ -113,7 +114,7 @@ class ServoStep(FrozenArrays):
 
     @property
     def lost(self) -> bool:
-        """Return whether a singular pose has lost at least 95 % of the twist."""
+        """Return whether a singular pose prevents at least 95 % of the wanted twist."""
         return self.damping > 0.0 and self.followed < LOST_FRACTION
 
     @property
@@ -154,7 +155,7 @@ def joint_velocity(
     axes: Literal['base', 'tool'] = 'base',
 ) -> ServoStep:
     """
-    Return the joint velocities for a twist of the tool.
+    Return the joint velocities that move the tool with a wanted twist.
 
     Parameters
     ----------

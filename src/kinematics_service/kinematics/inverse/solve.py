@@ -1,7 +1,8 @@
 """
 Solve inverse kinematics by closed form, elimination or search.
 
-Forward kinematics proves each candidate. Solutions are isolated, or belong to families (continua).
+Forward kinematics proves each candidate solution. Solutions are isolated, or belong to families
+(continua).
 """
 
 from __future__ import annotations
@@ -64,12 +65,13 @@ from .search import (
 
 # Default tolerance of a target, m and rad: typed numbers have seven digits.
 TOLERANCE = 1e-6
-# Number of starts for a single solution. If none of them finds one, all solutions are searched.
+# Number of random starts in the search for a single solution. If none of them leads to a solution,
+# all solutions are searched.
 STARTS = 256
-# Within this distance of a solution (rad) refinement converges to it, as in
+# A candidate within this distance of a solution (rad) is refined to this solution, as in
 # kernel/inverse/solving.py.
 CANDIDATE_ERROR = 1e-2
-# Methods that are tried for five joints, in this order.
+# Methods that are tried for an arm of five joints, in this order.
 FIVE_JOINTS: tuple[Method, ...] = ('closed form', 'algebraic')
 
 
@@ -137,7 +139,7 @@ def inverse_kinematics(
     plan = plan_for(robot, checked.rows, checked.axis)
     if plan.overdetermined:
         checked = checked.within_tolerance()
-    seed_of(seed)  # raises ArgumentError for an invalid seed
+    seed_of(seed)  # raise ArgumentError for an invalid seed
     near = near_or_middle(robot, plan, near)
     problem = IkProblem(robot, checked, plan, near, seed, curves, respect_limits)
     if all_solutions:
@@ -206,12 +208,13 @@ def _exact_or_near(problem: IkProblem) -> IkResult:
     result = _all(problem)
     nearest = result.nearest
     if nearest is not None and result.status != 'family' and target.is_near_at(nearest.q):
-        # The nearest pose is within the tolerance: look for inexact solutions.
+        # Look for inexact solutions, because the nearest pose is within the tolerance of the
+        # target.
         near = problem._replace(target=target.within_tolerance())
         result = (_all if plan.redundant else _searched)(near)
     if result.status != 'unreachable':
         return result
-    # Limits of prismatic joints bound the reach, so a ball inside the limits may be smaller.
+    # Use the reach inside the limits, which is smaller if prismatic joints have limits.
     reach = plan.reach_inside if problem.respect_limits else plan.reach
     sentence = beyond(target, robot, reach)
     return replace(result, reason=sentence, complete='proved') if sentence else result
@@ -240,8 +243,9 @@ def _all(problem: IkProblem) -> IkResult:
 
 
 def _result_of_five(problem: IkProblem) -> IkResult | None:
-    # Solves five joints as six whose added turn is held at 0. The nearest pose of the arm replaces
-    # the target; its number of solutions is proved. Returns None without a proof.
+    # Solves an arm of five joints as one of six whose added turn is held at 0. If the target is
+    # not exact, the pose of the first solution replaces it. Returns None if the number of
+    # solutions is not proved.
     robot, target, plan, *_ = problem
     known = target.rows == ROW_NAMES and not plan.redundant and not len(plan.idle)
     if not known or target.tolerance > CANDIDATE_ERROR**2:
@@ -263,8 +267,8 @@ def _result_of_five(problem: IkProblem) -> IkResult | None:
 
 
 def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
-    # Yields 12 poses beside a pose. If the number of solutions changes within the tolerance in
-    # some direction, it changes within sqrt(6) times the tolerance along one of six axes.
+    # Yields 12 poses near a pose. If the number of solutions changes within the tolerance in some
+    # direction, it changes within sqrt(6) times the tolerance along one of six axes.
     for way in np.vstack([np.eye(6), -np.eye(6)]) * math.sqrt(6.0) * tolerance:
         moved = pose.copy()
         moved[:3, 3] += way[:3]
@@ -273,15 +277,16 @@ def _poses_beside(pose: Floats, tolerance: float) -> Iterator[Floats]:
 
 
 def _method_of(roots: tuple[int, int] | None) -> Method:
-    # Three prismatic joints have two roots, of a quadratic equation.
+    # Name elimination with two roots a closed form: three prismatic joints lead to a quadratic
+    # equation.
     return 'algebraic' if roots and roots[1] > 2 else 'closed form'
 
 
 def _proved(
     problem: IkProblem, proved: kernel.Solutions, roots: tuple[int, int] | None = None
 ) -> IkResult:
-    # Returns the result if `proved` has all solutions. Nearly singular solutions may belong to
-    # families, so `answer` sorts them.
+    # Returns the result if `proved` is known to have all solutions. Nearly singular solutions may
+    # belong to families, so `answer` sorts them.
     which = range(proved.count)
     simple = proved.sure or all(proved.share(k) >= SUSPECT_PIVOT_RATIO for k in which)
     solved = _solved(problem, proved, which, roots) if simple else None
@@ -294,14 +299,15 @@ def _solved(
     which: range,
     roots: tuple[int, int] | None = None,
 ) -> IkResult | None:
-    # Returns the result for simple solutions that are complete; None if no wanted solution is
-    # inside the limits.
+    # Returns the result for simple solutions of which none is missing. Returns None if no wanted
+    # solution is inside the limits.
     wanted = solutions_of(problem, proved, problem.respect_limits, which)
     inside = sum(one.feasible for one in wanted)
     if not inside:
         return None
     result = IkResult.__new__(IkResult)
-    # The constructor of a frozen dataclass takes 5 % of the time of a call.
+    # Set the fields without the constructor, which would take 5 % of the time of a call for a
+    # frozen dataclass.
     result.__dict__.update(
         solutions=wanted,
         families=(),
@@ -316,8 +322,9 @@ def _solved(
 
 
 def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
-    # Solutions may be missing: a step of the closed form is nearly singular, or its errors are
-    # large. Elimination may be regular at this target, so it is tried next.
+    # Returns the result if the closed form may have missed solutions: a step of it is nearly
+    # singular, or its errors are large. Tries elimination next, which may be regular at this
+    # target.
     known = _found(closed)
     if closed.count:
         result = answer(problem, known, 'closed form')
@@ -333,7 +340,8 @@ def _unsure(problem: IkProblem, closed: kernel.Solutions) -> IkResult:
 
 
 def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminated) -> IkResult:
-    # Solves a target at which solutions coincide, or every determinant of elimination vanishes.
+    # Solves a target at which solutions coincide, or at which every determinant of elimination
+    # vanishes.
     every = arm.bound, arm.bound
     completed = completed_solutions(problem, arm)
     if completed is not None:
@@ -345,8 +353,8 @@ def _degenerate(problem: IkProblem, arm: kernel.SixJoints, eliminated: Eliminate
     isolated, singular, families = isolated_or_not(problem, known)
     if not families and np.count_nonzero(~singular) == real:
         found = with_multiplicities(problem, isolated, singular)
-        # Multiplicity 0 is unknown, and a singular solution of multiplicity 1 may already be
-        # counted in `certified`: both prevent a proof.
+        # Prove the result only if all multiplicities exceed 1: multiplicity 0 is unknown, and a
+        # singular solution of multiplicity 1 may already be counted in `certified`.
         multiples = found.multiplicities[np.count_nonzero(~singular) :]
         if all(m > 1 for m in multiples) and certified + sum(multiples) == arm.bound:
             return result_of(problem, found, (), _method_of(every), every)
@@ -358,15 +366,15 @@ def _searched(problem: IkProblem, known: DistinctSolutions | None = None) -> IkR
     out = _beyond_reach(problem)
     if out is not None:
         return out
-    # Only solutions inside the limits of an arm with loops must be found often. Beyond the limits
-    # loops seldom close, so a solution beyond would be found once in many slow starts.
+    # For an arm with loops, search only inside the limits as often as needed. Beyond the limits
+    # loops seldom close, so a solution there would be found once in many slow starts.
     inside = plan.limits if problem.respect_limits and robot.chain.loops else plan.unlimited
     found, best = search(problem, inside, known)
     return answer(problem, reached(checked, found), 'search', best=best)
 
 
 def _beyond_reach(problem: IkProblem) -> IkResult | None:
-    # Returns the result if the target is beyond the arm's reach; None if it is within reach.
+    # Returns the result for a target beyond the arm's reach; None if the target is within reach.
     if not beyond(problem.target, problem.robot, problem.plan.reach):
         return None
     return result_of(problem, no_solutions(problem.robot), (), 'closed form')
@@ -401,7 +409,7 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
         reason = LEFT_FREE + ', '.join(continuum.joints) + not_exact(target, error)
         return IkResult((), (continuum,), 'family', reason, method, nearest, 'partial')
     if proved.share(0) < SUSPECT_PIVOT_RATIO:
-        # J is nearly singular: the solution may not be isolated, so `answer` checks it.
+        # Let `answer` check whether the solution is isolated, because J is nearly singular.
         inside = problem._replace(respect_limits=True)
         return replace(answer(inside, _found(proved), method), complete='partial')
     reason = f'a solution inside the limits{not_exact(target, error)}; others were not looked for'
@@ -410,8 +418,9 @@ def _one(problem: IkProblem, proved: kernel.Solutions) -> IkResult:
 
 
 def _first_solution(problem: IkProblem) -> kernel.Solutions:
-    # Returns the first solution found inside the limits, or none. With a closed form it is the
-    # nearest to `near`, otherwise the result of refinement from `near` or from seeded starts.
+    # Returns the first solution found inside the limits, or none. If the arm has a closed form, it
+    # is the solution nearest to `near`, otherwise the result of refinement from `near` or from
+    # seeded starts.
     plan = problem.plan
     if plan.closed is not None:
         return closed_solutions(problem, plan.closed, True, False)

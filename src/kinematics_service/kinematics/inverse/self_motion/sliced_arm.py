@@ -1,9 +1,10 @@
 """
-Solve slices of an arm with one redundant joint: hold the first or last joint, solve the other six.
+Solve slices of an arm with one redundant joint: hold its first or last joint, and solve the other
+six joints.
 
-The geometry of the six joints does not depend on the held joint: only their target moves. If only
-the direction of a tool axis counts, a joint about that axis is added. If only the position counts,
-slices have three added joints about the tool's origin.
+The geometry of the six joints does not depend on the position of the held joint: only their target
+moves. If only the direction of a tool axis counts, a joint about that axis is added. If only the
+position counts, slices have three added joints about the tool's origin.
 """
 
 from __future__ import annotations
@@ -23,21 +24,22 @@ from ..problem.plan import SixSolver, closed_solvers, eliminating_solver, one_to
 from ..problem.screws import Screws, screws_of
 from ..problem.target import TOOL_AXES
 
-# The tool's rotation in slices for a position: any rotation at which the three added joints are
-# not singular.
+# The tool's rotation in slices for a position target: any rotation at which the three added joints
+# are not singular.
 ADDED_ROTATION = turn_about(np.array([0.48, 0.6, 0.64]), 1.1)
 
 
 class SlicedArm(NamedTuple):
     """
-    An arm with one joint more than its target has equations.
+    An arm with one joint more than its target has equations, and the solver of its slices.
 
     Attributes
     ----------
     robot
         The arm.
     screws
-        Screws of the arm, and of the joint that is added if only a direction counts.
+        Screws of the arm. If only a direction counts, they include the added joint about the tool
+        axis.
     to_joints : shape (k, joints)
         Matrix from positions of the screws to positions of the joints (row vectors).
     whole
@@ -45,8 +47,8 @@ class SlicedArm(NamedTuple):
     held
         Index of the screw that is held.
     six
-        Solver of the other screws, with three added joints for a position; None if there is no
-        solver.
+        Solver of the screws that are not held, with three added joints for a position target; None
+        if there is no solver.
     """
 
     robot: Robot
@@ -57,7 +59,10 @@ class SlicedArm(NamedTuple):
     six: SixSolver | None = None
 
     def solutions(self, pose: Floats, position: float) -> Floats:
-        """Return joint positions (m, n) of solutions with the held screw at a position."""
+        """
+        Return the joint positions (m, n) of all solutions for a pose in which the held screw has
+        the position `position`.
+        """
         if self.six is None:
             return np.empty((0, self.robot.dof))
         psi, _ = self.six.candidates(self.motion_of_six(pose, position))
@@ -67,8 +72,8 @@ class SlicedArm(NamedTuple):
 
     def motion_of_six(self, pose: Floats, position: float) -> Floats:
         """
-        Return the motion (4, 4) from rest that the other six screws must make for a pose (4, 4)
-        of the tool, with the held screw at a position.
+        Return the motion (4, 4) from rest that the other six screws must make, so that the tool
+        has the pose `pose` while the held screw has the position `position`.
         """
         screws, turn = self.screws, np.eye(4)
         turn[:3, :3] = turn_about(screws.axes[self.held], -position)
@@ -85,7 +90,7 @@ class SlicedArm(NamedTuple):
 @functools.lru_cache(maxsize=128)
 def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm | None:
     """
-    Return the arm with the solver of its slices, for the rows that count.
+    Return the arm with the solver of its slices, for targets with given rows and tool axis.
 
     Returns None unless the arm has exactly one redundant joint.
     """
@@ -94,7 +99,7 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
     if screws is None or not one_to_one(screws, robot) or not (position or rows == ROW_NAMES):
         return None
     if plan_for(robot, rows, axis).overdetermined:
-        # A plane arm has more than one redundant joint.
+        # Refuse a planar arm, because it has more than one redundant joint.
         return None
     if axis:
         screws = with_turn(screws, screws.home[:3, TOOL_AXES.index(axis)], screws.tool)
@@ -108,9 +113,10 @@ def sliced_arm_of(robot: Robot, rows: tuple[str, ...], axis: str) -> SlicedArm |
 
 def sliced(arm: SlicedArm, held: int) -> SlicedArm:
     """
-    Return the arm with its first or last screw `held`, and a solver for the other screws.
+    Return the arm with its screw number `held`, the first or the last, held, and a solver for the
+    other screws.
 
-    If this screw is a translation, the arm is returned unchanged.
+    If the joint of this screw is prismatic, the arm is returned unchanged.
     """
     robot, screws = arm.robot, arm.screws
     if screws.slides[held]:

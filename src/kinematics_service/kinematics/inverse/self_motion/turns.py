@@ -1,10 +1,12 @@
 """
-Find maximal runs of pieces of a curve inside the joint limits, by intersection of boxes.
+Find maximal runs (sequences) of pieces of a curve inside the joint limits, by intersection of
+boxes.
 
-The full turns with which a piece is inside all limits are a box of integers: one interval for each
-joint. A run of pieces is inside with every vector of turns in the intersection of its boxes. The
-run is maximal with a vector if neither the piece before nor the piece after is inside with it.
-Inclusion and exclusion of four boxes gives the number of such vectors.
+A piece may be inside all limits with several numbers of full turns of its joints. These numbers
+are a box of integers: one interval for each joint. A run of pieces is inside with every vector of
+turns in the intersection of its boxes. The run is maximal with a vector if neither the piece
+before nor the piece after is inside with this vector. Inclusion and exclusion of four boxes gives
+the number of such vectors.
 """
 
 import functools
@@ -14,14 +16,15 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 Turns = tuple[int, ...]
-# The least and the largest number of turns of each joint. The box is empty if one interval is
-# empty.
+# A box: the least and the largest number of full turns of each joint. The box is empty if one
+# interval is empty.
 Box = list[list[int]]
 
 
 class PieceRun(NamedTuple):
     """
-    A maximal run of pieces inside the limits with the same turns.
+    A longest sequence of pieces of a curve that are inside the limits with one vector of full
+    turns.
 
     Attributes
     ----------
@@ -30,7 +33,7 @@ class PieceRun(NamedTuple):
     turns
         A vector of turns with which the run is maximal, one number for each joint.
     closed
-        Whether the last piece leads to the first one with the same turns.
+        Whether the last piece leads to the first piece with equal turns.
     windings
         The number of vectors of turns with which the run is maximal.
     """
@@ -44,7 +47,7 @@ class PieceRun(NamedTuple):
 
 def runs_of(boxes: Sequence[Box], closed: bool, lap: Sequence[int]) -> Iterator[PieceRun]:
     """
-    Yield the maximal runs of pieces inside the limits.
+    Yield the maximal runs (sequences) of pieces of a curve inside the limits.
 
     Parameters
     ----------
@@ -87,8 +90,8 @@ def _size(box: Box) -> int:
 
 
 def _outside(box: Box, *others: Box) -> Turns:
-    # Returns a vector of `box` that is in none of `others`. Each of its numbers is the smallest of
-    # the box, or the first number beyond another box.
+    # Returns a vector of turns that is in `box` and in none of `others`. Each of its numbers is
+    # the smallest of the box, or the first number beyond another box.
     ways = [
         sorted({low, *(end + 1 for _, end in beside if low <= end < high)})
         for (low, high), *beside in zip(box, *others)
