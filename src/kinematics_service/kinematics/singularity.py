@@ -1,4 +1,7 @@
-"""Compute measures of singularity: distance, lost direction, way out, level and named factors."""
+"""
+Compute how near an arm is to a singular pose: distance, lost direction, way out, level and named
+factors.
+"""
 
 import math
 from collections.abc import Callable
@@ -24,7 +27,7 @@ from .tool_state import ToolState, evaluate
 @dataclass(frozen=True, eq=False)
 class FactorMeasures(Generic[Index]):
     """
-    The named factors of the robot file at a pose; see `Singularity.factors`.
+    The values and gradients of the named singular factors of the robot file, at one pose or many.
 
     Attributes
     ----------
@@ -32,8 +35,8 @@ class FactorMeasures(Generic[Index]):
         F names, as in the robot file.
     estimates : shape (..., F)
         First-order joint motion to each factor's zero, rad, 0 to pi; not a distance. For a closed
-        loop it is the distance to a position at which the loop equations are singular, if one was
-        found.
+        loop it is the distance to joint positions at which the loop equations are singular, if the
+        search found any.
     results : shape (..., F, 1 + n)
         Value and gradient of each factor.
     column_scales : shape (..., n)
@@ -57,15 +60,15 @@ class FactorMeasures(Generic[Index]):
     @property
     def motions(self) -> Floats:
         """
-        Return the joint motion to each factor's zero by first order, shape (..., F, n), rad or m.
+        Return the joint motion to each factor's zero, to first order, shape (..., F, n), rad or m.
         """
         return motions_to_zeros(self.results, self.column_scales[..., None, :])
 
     @property
     def nearest(self) -> Index:
         """
-        Return the index of the factor nearest to its zero: an int for one pose, shape (...) for
-        many.
+        Return the index of the factor that is nearest to its zero: an int for one pose, an array
+        (...) for many.
         """
         found = self.estimates.argmin(axis=-1)
         index: Index = found if found.ndim else found.item()
@@ -86,7 +89,7 @@ def _same_values(one: Any, other: Any) -> bool:
 @dataclass(frozen=True, eq=False)
 class Singularity(Generic[Number, Index, Grade, Pose]):
     """
-    The measures of J_t, the task's rows of the Jacobian; numbers for one pose, arrays for a batch.
+    The singularity measures of the task Jacobian J_t: numbers for one pose, arrays for a batch.
 
     For singular values and all that depends on them, angular rows and prismatic columns of J_t are
     multiplied by the characteristic length. Determinant and manipulability are of the unscaled
@@ -105,13 +108,13 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         Rank at this pose, and at random poses.
     distance
         Joint motion to `nearest_singular`, rad, 0 to 1 (prismatic joints divided by the length); 1
-        means that no singular pose was found within 1 rad. It is an upper bound of the true
+        means that the search found no singular pose within 1 rad. It is an upper bound of the true
         distance; `clearance` is a lower bound. Above 16 joints, and for positions beyond 1e5 rad,
         there is no search.
     nearest_singular : shape (..., n), rad or m
-        The nearest singular pose that was found, by Newton's method, and evaluated; None if none
-        was found or searched for; NaN in a batch. Joint limits do not count. For an arm with
-        closed loops it may be a position at which the equations of a loop are singular
+        The joint positions of the nearest singular pose that Newton's method found; None if it
+        found none or did not search; NaN in a batch. Joint limits do not count. For an arm with
+        closed loops they may be joint positions at which the equations of a loop are singular
         (`flat_loop`).
     clearance
         Radius around this pose in which no pose is singular, rad, at most 1, proved by bounds of
@@ -121,13 +124,13 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         Unit vector of the tool motion that needs the largest joint motion, in base axes: linear,
         then angular times the length.
     joint_motion : shape (..., n)
-        The unit joint motion that moves the tool least, rad or m. At a singular pose, its joints
-        work against each other.
+        The unit joint motion that moves the tool least, rad or m. At a singular pose, the joints
+        in it work against each other.
     way_out : shape (..., n)
         Joint motion that leads away from singular poses fastest, rad or m. At a singular pose the
-        opposite motion leads away as well. Zero if the first-order estimate is zero. Near a
-        position at which the equations of a loop are singular (`flat_loop`) it leads away from
-        that position. If no singular pose of an arm with loops was found, it leads away from the
+        opposite motion leads away, too. It is zero if the first-order estimate is zero. Near joint
+        positions at which the equations of a loop are singular (`flat_loop`) it leads away from
+        these positions. If no singular pose of an arm with loops was found, it leads away from the
         nearest one by first-order estimates.
     rate
         Change per second, along qdot, of the measure to which the robot's thresholds apply; None
@@ -191,7 +194,10 @@ T = TypeVar('T')
 
 
 class cached_property(Generic[T]):
-    """functools.cached_property without its lock, which costs 1 us a value before Python 3.12."""
+    """
+    A property that is computed once, as functools.cached_property, but without its lock, which
+    costs 1 us a value before Python 3.12.
+    """
 
     def __init__(self, compute: Callable[[Any], T]) -> None:
         self._compute = compute
@@ -206,13 +212,14 @@ class cached_property(Generic[T]):
 
 class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     """
-    Measures that are read from the rows of the kernel when an attribute is first accessed.
+    Singularity measures that are computed from the kernel's results when an attribute is first
+    read.
 
     Attributes
     ----------
     _first : shape (width,), or (..., width) for a batch
-        The rows of measures. In a batch the distance is a first-order estimate; the search starts
-        at the first access to a measure that needs it.
+        The rows of measures from the kernel. In a batch the distance is a first-order estimate;
+        the search starts at the first access to a measure that needs it.
     """
 
     _state: ToolState
@@ -233,13 +240,13 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
 
     @property
     def _watched(self) -> Floats:
-        # Returns the rows from which the level is read. They need the search only if the distance
-        # is the measure with thresholds.
+        # Returns the rows of measures from which the level is read. These rows need the search
+        # only if the thresholds are thresholds of the distance.
         by_distance = self._robot.singularity.thresholds.measure == 'distance'
         return self._found if by_distance else self._first
 
     def _shown(self, numbers: Floats) -> Any:
-        # Returns one number for each pose (N,) in the shape of the batch.
+        # Returns an array with one number for each pose (N,), in the shape of the batch.
         leading = self._first.shape[:-1]
         return _read_only(numbers.reshape(leading)) if leading else numbers.item()
 
@@ -349,14 +356,16 @@ Singularities: TypeAlias = Singularity[Floats, Integers, Integers, Floats]
 
 def watched_value(robot: Robot, singularity: Singularity) -> float:
     """
-    Return the measure of one pose to which the robot's thresholds apply; for the determinant its
-    absolute value.
+    Return the value, at one pose, of the measure to which the robot's thresholds apply; of a
+    determinant the absolute value.
     """
     return abs(float(getattr(singularity, robot.singularity.thresholds.measure)))
 
 
 def unsearched(singularity: Singularity) -> str:
-    """Return why no singular pose was searched for near one pose; empty if there was a search."""
+    """
+    Return the reason why the kernel did not search singular poses near one pose; empty if it did.
+    """
     state: ToolState | None = singularity.__dict__.get('_state')
     farthest = 0.0
     if state is not None:
@@ -366,8 +375,8 @@ def unsearched(singularity: Singularity) -> str:
 
 def none_found(singularity: Singularity) -> str:
     """
-    Return a text instead of the distance if no singular pose was found near one pose; empty if
-    one was found.
+    Return a text to show instead of the distance if the search found no singular pose near one
+    pose; empty if it found one.
     """
     none = MEASURES['distance'].farther(singularity.distance)
     reason = none and unsearched(singularity)
@@ -376,7 +385,8 @@ def none_found(singularity: Singularity) -> str:
 
 def nearest_factor(robot: Robot, singularity: Singularity) -> int | None:
     """
-    Return the index of the factor that is zero at the nearest singular pose; None if unknown.
+    Return the index of the factor that is zero at the nearest singular pose; None if no such
+    factor is known.
     """
     factors = singularity.factors
     if factors is None or singularity.nearest_singular is None:
@@ -391,7 +401,7 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
     Return the name of the closed loop whose equations are singular at the nearest singular pose;
     empty if the arm itself is singular.
 
-    At such a flat position the branch of the loop ends or meets another branch. The motors do not
+    At such joint positions the branch of the loop ends or meets another branch. The motors do not
     hold the passive joints; no direction of the tool is lost.
     """
     k = nearest_factor(robot, singularity)
@@ -400,7 +410,10 @@ def flat_loop(robot: Robot, singularity: Singularity) -> str:
 
 
 def measured(state: ToolState) -> ToolState:
-    """Return the state of one pose completed by its singularity measures, if it lacks them."""
+    """
+    Return a state of one pose with its singularity measures, which are computed if the state lacks
+    them.
+    """
     return state if state.measures is not None else state._replace(measures=_measure(state))
 
 
@@ -411,7 +424,7 @@ def _measure(state: ToolState) -> Floats:
 
 
 def singularity_of(state: ToolState) -> Singularity[Any, Any, Any, Any]:
-    """Return the measures of singularity of an evaluated state (depth JACOBIAN or more)."""
+    """Return the singularity measures of an evaluated state (depth JACOBIAN or more)."""
     alone, rows = state.joints is None, state.measures
     if rows is None:
         first = _measure(state) if alone else measure_rates.measures_of(state)
@@ -429,7 +442,7 @@ def singularity(
     robot: AnyRobot, q: npt.ArrayLike, qdot: npt.ArrayLike | None = None
 ) -> Singularity[Any, Any, Any, Any]:
     """
-    Return the measures of singularity at joint positions q.
+    Return the singularity measures of an arm at joint positions q.
 
     Parameters
     ----------

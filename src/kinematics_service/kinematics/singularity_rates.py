@@ -1,6 +1,6 @@
 """
-Compute measures of many poses, the rate of the measure that has thresholds, and the time until it
-reaches the threshold `warn`.
+Compute singularity measures of many poses, the rate of the measure that has thresholds, and the
+time until this measure reaches the threshold `warn`.
 """
 
 import numpy as np
@@ -11,15 +11,16 @@ from ..robot.robot import Robot
 from .threads import in_parts
 from .tool_state import ToolState, evaluate
 
-# Step of the forward difference along qdot, rad of the fastest joint. It is between the noise of
-# the measures near a singular pose, 1e-10, and the joint motion over which they change, 1e-2.
+# Step of the forward difference along qdot, rad of the fastest joint. The step is between the
+# noise of the measures near a singular pose, 1e-10, and the joint motion over which they change,
+# 1e-2.
 STEP = 1e-5
 
-# Smallest number of rows that one thread searches: about 30 ms of work.
+# Smallest number of poses for which one thread searches singular poses: about 30 ms of work.
 ROWS_PER_THREAD = 100
 
-# Largest speed that counts as rest, rad/s or m/s. Noise of encoders counts as rest, and denormal
-# speeds, whose step of time would be infinite.
+# Largest joint speed that counts as rest, rad/s or m/s: above the noise of encoders, and above
+# denormal speeds, whose time step would be infinite.
 AT_REST = 1e-9
 
 
@@ -27,7 +28,7 @@ def measures_of(state: ToolState) -> Floats:
     """
     Return one row of measures for each pose of a state, in the layout of `kernel.measure`.
 
-    The distance is a first-order estimate.
+    The distance to a singular pose in these rows is a first-order estimate.
     """
     robot = state.robot
     rows, q = _rows(state)
@@ -42,7 +43,9 @@ def measures_of(state: ToolState) -> Floats:
 
 
 def searched(state: ToolState, measures: Floats) -> Floats:
-    """Return the rows of `measures_of` completed by a search for the nearest singular poses."""
+    """
+    Return the rows of `measures_of`, with the results of a search for the nearest singular poses.
+    """
     rows, q = _rows(state)
     found = measures.copy()
 
@@ -57,9 +60,10 @@ def searched(state: ToolState, measures: Floats) -> Floats:
 
 def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolState:
     """
-    Return a state with the measures of the poses of a motion, in order of time.
+    Return a state of a motion with the singularity measures of its poses, which are in order of
+    time.
 
-    `search` holds the memory of earlier poses, from which the search continues.
+    `search` remembers the singular poses of earlier poses, from which it continues.
     """
     measures = measures_of(state)
     kernel.find_nearest(search, *_rows(state), measures, True)
@@ -68,9 +72,10 @@ def measured_in_order(state: ToolState, search: kernel.NearestSearch) -> ToolSta
 
 def measured_before(state: ToolState, distance: Floats, nearest_singular: Floats) -> ToolState:
     """
-    Return a state with its measures, from known distances (N,) and nearest singular poses (N, n).
+    Return a state with its singularity measures, for known distances (N,) and nearest singular
+    poses (N, n).
 
-    The level is that of the first-order distance.
+    The level in the measures is that of the first-order distance.
     """
     measures, judged = measures_of(state), state.robot.singularity
     measures[:, kernel.DISTANCE] = distance
@@ -88,8 +93,8 @@ def _rows(state: ToolState) -> tuple[Floats, Floats]:
 
 def watched(robot: Robot, measures: Floats) -> Floats:
     """
-    Return the measure to which the robot's thresholds apply, shape (N,); for the determinant its
-    absolute value.
+    Return the values (N,) of the measure to which the robot's thresholds apply; of a determinant
+    the absolute values.
     """
     return measures[:, robot.singularity.measure_places.judged + kernel.WATCHED]
 
@@ -98,8 +103,8 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     """
     Return the rate, along qdot, of the measure that has thresholds, shape (N,), 1/s.
 
-    The rate of the distance is its exact derivative, by the nearest singular pose that was found;
-    0 if none was found. The rate of other measures is a forward difference.
+    The rate of the distance is its exact derivative, by the nearest singular pose that was found,
+    and 0 if none was found. The rate of other measures is a forward difference.
     """
     robot, (_, q) = state.robot, _rows(state)
     qdot = np.ascontiguousarray(state.qdot).reshape(-1, robot.dof)
@@ -119,14 +124,16 @@ def rates(state: ToolState, measures: Floats) -> Floats:
     ahead = evaluate(robot, q + step[:, None] * qdot)
     there = watched(robot, measures_of(ahead))
     here = watched(robot, measures)
-    # An infinite condition number that stays infinite has the rate 0.
+    # Set the change to 0 if both values are equal, so that an infinite condition number that stays
+    # infinite has the rate 0.
     change = np.subtract(there, here, out=np.zeros_like(here), where=there != here)
     return np.divide(change, step, out=np.zeros_like(change), where=moving)
 
 
 def times_to_warning(robot: Robot, values: Floats, rates: Floats) -> Floats:
     """
-    Return the seconds until the measure reaches `warn`, shape (N,): 0 beyond it, inf if never.
+    Return the time (N,) until the measure reaches the threshold `warn`, s: 0 beyond it, inf if it
+    never does.
     """
     thresholds = robot.singularity.thresholds
     worsening = np.sign(thresholds.stop - thresholds.warn) * rates

@@ -1,8 +1,10 @@
 """
-Compute the joint torques J^T F of a wrench, and estimate the wrench of torques by least squares.
+Compute the joint torques J^T F for a wrench F, and estimate the wrench from torques by least
+squares.
 
-A wrench is a force and then a torque at a reference point, in N and N m; a joint's torque is in
-N m, or the force of a prismatic joint in N. Power is the same on both sides, so tau = J^T F.
+A wrench is a force and then a torque at a reference point, in N and N m; a joint's torque is in N
+m, or the force of a prismatic joint in N. The power of the joints equals that of the wrench, so
+tau = J^T F.
 """
 
 from dataclasses import dataclass
@@ -23,12 +25,13 @@ from .pseudo_inverse import DAMPED_BELOW, inverted
 @dataclass(frozen=True, eq=False)
 class WrenchEstimate(FrozenArrays):
     """
-    A wrench estimated from joint torques, and the directions without an effect on the joints.
+    A wrench estimated from joint torques, and the wrench directions that have no effect on the
+    joints.
 
     Attributes
     ----------
     wrench : shape (..., 6), N and N m
-        The smallest wrench among the solutions of the least squares.
+        The smallest of all wrenches with the least squared error.
     residual : shape (..., n), N m or N
         The torques minus J^T times `wrench`.
     rank : shape (...)
@@ -75,7 +78,7 @@ def joint_torques(
     wrench : shape (..., 6), N and N m
         Force and torque that the arm exerts, at the reference point.
     axes, of, at
-        As `jacobian` takes them.
+        As in `jacobian`.
 
     Raises
     ------
@@ -115,7 +118,8 @@ def wrench_from_torques(
     damped_below: float = DAMPED_BELOW,
 ) -> WrenchEstimate:
     """
-    Return the wrench that joint torques exert, by least squares, and the undetermined directions.
+    Return the wrench that joint torques exert, by least squares, and the directions that they do
+    not determine.
 
     In the norms of the least squares, a torque counts as a force times the characteristic length.
 
@@ -128,7 +132,7 @@ def wrench_from_torques(
     torques : shape (..., n), N m or N
         Joint torques without gravity and friction.
     axes, of, at
-        As `jacobian` takes them.
+        As in `jacobian`.
     damping, damped_below
         As in `pseudo_inverse`. Without damping, friction and noise give large wrenches along
         directions that act weakly on the joints.
@@ -154,8 +158,8 @@ def wrench_of(
     robot: Robot, J: Floats, torques: Floats, damping: float, damped_below: float
 ) -> WrenchEstimate:
     """
-    Return the result of `wrench_from_torques` for a Jacobian (..., 6, n). The wrench is in the
-    axes, and at the reference point, of the Jacobian.
+    Return the result of `wrench_from_torques` for a Jacobian J (..., 6, n), in the axes and at the
+    reference point of J.
     """
     length = robot.singularity.task.length
     # Scale F to F' = (force, torque / length), and tau to tau' by the scale of each joint. Then

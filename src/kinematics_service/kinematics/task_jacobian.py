@@ -1,4 +1,4 @@
-"""Select the rows of the Jacobian that are the task, by name, in the axes of frame 0."""
+"""Select the rows of the Jacobian that the task uses, by their names, in the axes of frame 0."""
 
 import functools
 from collections.abc import Sequence
@@ -15,7 +15,8 @@ from .arguments import rows_in_order
 
 def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> Task:
     """
-    Return the task of a point of the arm for some rows; default: the rows of the arm's own task.
+    Return the `Task` for a point of the arm and for some rows; by default the rows of the arm's
+    own task.
 
     Raises
     ------
@@ -27,7 +28,7 @@ def task_of(robot: Robot, rows: Sequence[str] | None, of: str | int = TOOL) -> T
     if rows is None and type(of) is str and of == TOOL:
         return robot.singularity.task
     names = robot.singularity.task.rows if rows is None else rows_in_order(PointError, rows)
-    robot.point(of)  # raises PointError if the arm has no such point
+    robot.point(of)  # raise PointError if the arm has no such point
     return _found(robot, names, of)
 
 
@@ -40,7 +41,8 @@ def _found(robot: Robot, rows: tuple[str, ...], of: str | int) -> Task:
 
 def task_jacobian(task: Task, J: Floats) -> Floats:
     """
-    Return J_t, the task's rows of a Jacobian: unscaled, in the axes of frame 0, (..., m, n).
+    Return the task Jacobian J_t, the task's rows of J: unscaled, in the axes of frame 0, (..., m,
+    n).
 
     Parameters
     ----------

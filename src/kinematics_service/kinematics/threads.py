@@ -1,9 +1,12 @@
-"""Run parts of a batch in threads: compiled functions release the interpreter lock."""
+"""
+Run parts of a batch in several threads, because compiled functions release the interpreter lock.
+"""
 
 import os
 from collections.abc import Callable
 
-# Smallest number of rows in a part. It takes milliseconds, while a thread starts in 50 us.
+# Smallest number of rows in a part of a batch. Such a part takes milliseconds, while a thread
+# starts in 50 us.
 MIN_PART = 10_000
 
 
@@ -34,10 +37,11 @@ def in_parts(count: int, work: Callable[[int, int], int], least: int = 0) -> int
     workers = min(cores(), parts)
     if workers < 2:
         return work(0, count)
-    from concurrent.futures import ThreadPoolExecutor  # the import takes 10 ms
+    from concurrent.futures import ThreadPoolExecutor  # import late: it takes 10 ms
 
     bounds = [count * k // parts for k in range(parts + 1)]
-    # A thread that has finished takes the next part, so a busy core does not delay the others.
+    # Let a thread that has finished take the next part, so that a busy core does not delay the
+    # other threads.
     with ThreadPoolExecutor(workers) as pool:
         rows = list(pool.map(work, bounds[:-1], bounds[1:]))
     return min((row for row in rows if row >= 0), default=-1)

@@ -1,5 +1,5 @@
 """
-Evaluate an arm at joint positions and velocities, by one pass of the kernel: the tool's state.
+Compute the state of an arm's tool at joint positions and velocities, in one call of the kernel.
 """
 
 from typing import NamedTuple, TypeGuard
@@ -20,15 +20,15 @@ from .threads import in_parts
 
 class ToolState(NamedTuple):
     """
-    Pose, Jacobian, twist and frames of an arm: results of the kernel for `q`.
+    The pose, Jacobian, twist and frames of an arm at joint positions `q`, computed by the kernel.
 
     Attributes
     ----------
     robot
         The arm.
     row : shape (..., width)
-        The results of the kernel, from which the properties are read. The row of one pose ends
-        with q, qdot and a second quaternion, whose sign is continuous over time.
+        The results of the kernel, from which the properties are read. If the state is one pose,
+        `row` ends with q, qdot and a second quaternion, whose sign is continuous over time.
     moving
         Whether the joint velocities are known.
     joints
@@ -70,7 +70,7 @@ class ToolState(NamedTuple):
 
     @property
     def numbers(self) -> Floats:
-        """Return all results of the kernel, shape (..., width)."""
+        """Return the results of the kernel without q and qdot at the end, shape (..., width)."""
         if self.joints is not None:
             return self.row
         return self.row[: -2 * self.robot.chain.dof - kernel.ROW_TAIL]
@@ -105,7 +105,7 @@ class ToolState(NamedTuple):
         """
         Return J in base axes, reference point the tool's origin, shape (..., 6, n).
 
-        Rows vx vy vz wx wy wz.
+        Its rows are vx vy vz wx wy wz.
         """
         n = self.robot.chain.dof
         J = self.row[..., kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * n]
@@ -116,14 +116,17 @@ class ToolState(NamedTuple):
         """
         Return J qdot in base axes, shape (..., 6): vx vy vz (m/s) wx wy wz (rad/s).
 
-        Zero if `qdot` is None.
+        The twist is zero if `qdot` is None.
         """
         at = kernel.JACOBIAN_AT + 6 * self.robot.chain.dof
         return self.row[..., at : at + 6]
 
     @property
     def closure(self) -> LoopClosure | None:
-        """Return the closed loops of the arm, with their passive joints; None without loops."""
+        """
+        Return the state of the arm's closed loops, with their passive joints; None for an arm
+        without loops.
+        """
         chain = self.robot.chain
         if not chain.loops:
             return None
@@ -143,13 +146,15 @@ class ToolState(NamedTuple):
 
 
 _DOUBLE = np.dtype(np.float64)
-# ToolStates are made by tuple.__new__: the constructor of a NamedTuple would add 0.18 us to the
-# 1.0 us of `evaluate`.
+# Create a ToolState by tuple.__new__: the constructor of a NamedTuple would add 0.18 us to the 1.0
+# us of `evaluate`.
 _new = tuple.__new__
 
 
 def as_the_kernel_takes_it(vector: npt.ArrayLike) -> TypeGuard[Floats]:
-    """Return whether the argument is one vector of doubles in C order, aligned."""
+    """
+    Return whether the argument is a vector that the kernel can read: float64, aligned, in C order.
+    """
     return (
         type(vector) is np.ndarray
         and vector.dtype is _DOUBLE
@@ -159,7 +164,8 @@ def as_the_kernel_takes_it(vector: npt.ArrayLike) -> TypeGuard[Floats]:
 
 
 def _joint_vector(robot: Robot, q: npt.ArrayLike, name: str) -> Floats:
-    # Copies joint values into the kernel's layout, so that the caller cannot change the state.
+    # Returns a copy of joint values as float64 in C order, so that the caller cannot change the
+    # state.
     array = numbers_of(name, q, JointVectorError, [(robot.dof,)], f'(..., {robot.dof})')
     if array.ndim == 0 or array.shape[-1] != robot.chain.dof:
         raise JointVectorError(
@@ -218,7 +224,8 @@ def evaluate(
     if type(robot) is not Robot:  # calling as_robot takes longer than this check
         robot = as_robot(robot)
     chain = robot.chain if point is None else point.chain
-    # The checks of `as_the_kernel_takes_it`, inlined: a function call takes longer than a check.
+    # Inline the checks of `as_the_kernel_takes_it`, because a function call takes longer than a
+    # check.
     if type(q) is np.ndarray and q.dtype is _DOUBLE and q.ndim == 1 and q.flags.carray:
         positions = q
     else:
@@ -246,7 +253,7 @@ def evaluate(
     else:
         bad = kernel.evaluate_one(chain, positions, rates, row)
     if bad != -1:
-        # Both calls raise an error if q or qdot is not n numbers.
+        # Raise an error if q or qdot is not n numbers.
         _joint_vector(robot, positions, 'q')
         _joint_vector(robot, rates, 'qdot')
         raise _refusal(robot, chain, 0, positions, rates, positions.shape)
@@ -256,7 +263,8 @@ def evaluate(
 def _evaluate_batch(
     robot: Robot, chain: Chain, q: Floats, qdot: Floats | None, depth: int
 ) -> ToolState:
-    # Copies vectors (n,); `evaluate` has already copied arrays with more dimensions.
+    # Evaluates many poses. Copies vectors (n,); `evaluate` has already copied arrays with more
+    # dimensions.
     if q.ndim == 1:
         q = _joint_vector(robot, q, 'q')
     if qdot is not None:
@@ -293,14 +301,15 @@ def _evaluate_batch(
 def _refusal(
     robot: Robot, chain: Chain, row: int, q: Floats, qdot: Floats, shape: tuple[int, ...]
 ) -> JointVectorError:
-    # Returns the error for a pose for which the kernel has no results.
+    # Returns the error for a pose that the kernel could not compute.
     if chain.loops and np.isfinite(q).all() and np.isfinite(qdot).all():
         loop, sentence = why_not_closed(robot, q)
         if loop:
             closed = LoopError(sentence, 'q', [shape], shape)
             closed.row, closed.loop = row, loop
             return closed
-    # If q and qdot are finite but the results are not, the error names neither argument.
+    # Name the argument that is not finite in the error. If q and qdot are finite but the results
+    # are not, the error names neither.
     named = [name for name, given in (('q', q), ('qdot', qdot)) if not np.isfinite(given).all()]
     error = JointVectorError(
         f'joint positions and velocities must be finite, and what follows too: row {row} is '

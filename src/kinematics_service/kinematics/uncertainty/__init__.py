@@ -1,1 +1,1 @@
-"""Compute covariances of pose and twist from the uncertainty of an arm's parameters."""
+"""Compute covariances of the tool's pose and twist from the uncertainty of an arm's parameters."""

@@ -1,7 +1,9 @@
 """
-Compute first-order covariances of pose and twist from the errors of an arm, each as a screw.
+Compute first-order covariances of the tool's pose and twist from the errors of an arm; each error
+is a screw.
 
-The robot file gives standard deviations of joint positions, velocities and table parameters.
+The robot file gives standard deviations of joint positions, joint velocities and parameters of the
+table.
 """
 
 import math
@@ -31,20 +33,22 @@ from ..tool_state import ToolState
 from .corrected_chain import CorrectedChain, error_screws, seen_from
 from .parameters import every_parameter_of, parameters_of, placement
 
-# Number of robots whose errors are cached: a node needs one.
+# Number of robots whose errors are cached: a node needs one of them.
 CACHE_SIZE = 8
 
 
 class TableErrors(NamedTuple):
     """
-    Uncertain parameters of a table as arrays for the kernel.
+    The uncertain parameters of a robot's table as arrays, from which `pose_errors` builds the
+    kernel's object.
 
     Attributes
     ----------
     frames : shape (P,)
-        The frame of the table in which the screw of each parameter is constant.
+        Index of the frame of the table in which the screw of each parameter is constant.
     screws : shape (P, 6)
-        The screw in that frame: linear velocity of the frame's origin, angular velocity.
+        The screw of each parameter in its frame: linear velocity of the frame's origin, angular
+        velocity.
     gears : shape (P,)
         If the parameter is a gear error, the index of the joint whose motion it multiplies;
         otherwise -1.
@@ -60,7 +64,7 @@ class TableErrors(NamedTuple):
 
 class NamedErrors(NamedTuple):
     """
-    The parameters of an arm by name, with screws as in `TableErrors`.
+    The parameters that a robot file may name, with their screws as in `TableErrors`.
 
     `of` (P,) is the index of the parameter of each screw. The gear ratio of a joint that moves
     several rows has several screws.
@@ -74,7 +78,9 @@ class NamedErrors(NamedTuple):
 
 
 def frames_of_elements(robot: Robot) -> Integers:
-    """Return for k = 0, 1, ... the index of the first frame of the table behind k joint screws."""
+    """
+    Return for k = 0, 1, ... the index of the first frame of the table that follows k joint screws.
+    """
     parents = robot.chain.table.frame_parent
     return np.array([int(np.argmax(parents == k - 1)) for k in range(robot.chain.elements + 1)])
 
@@ -103,7 +109,9 @@ def screws_in_frames(
 
 
 def named_errors(robot: Robot) -> NamedErrors:
-    """Return all parameters that a robot file may name, with their screws; gear ratios last."""
+    """
+    Return all parameters that a robot file may name, with their screws; the gear ratios are last.
+    """
     arm = every_parameter_of(robot.description)
     description, count = robot.description, len(arm.table)
     base, tool = description.base.motion.matrix, description.tool.motion.matrix
@@ -129,7 +137,7 @@ def named_errors(robot: Robot) -> NamedErrors:
 
 class JointScrews(NamedTuple):
     """
-    The screws of the joints, one for each pair of a joint and an element that it moves.
+    The joint screws of an arm, one for each pair of a joint and an element that the joint moves.
 
     `joints` (E,) has indices of joints; `frames` and `screws` are as in `TableErrors`.
     """
@@ -140,7 +148,7 @@ class JointScrews(NamedTuple):
 
 
 def joint_screws(robot: Robot) -> JointScrews:
-    """Return the screws of all joints of an arm, in the frames of the table."""
+    """Return the joint screws of an arm, each in a frame of the table."""
     chain = robot.chain.table
     offsets = np.tile(np.eye(4), (robot.chain.frames, 1, 1))
     offsets[:, :3] = chain.frame_offset
@@ -156,7 +164,8 @@ def joint_screws(robot: Robot) -> JointScrews:
 
 
 def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
-    # Returns the standard deviation of each parameter; groups of parameters are expanded.
+    # Returns the standard deviation of each parameter by name. A value for a group of parameters
+    # is given to each parameter of the group.
     groups = {name: value for name, value in given.items() if name in GROUPS}
     found = {}
     if groups:
@@ -167,7 +176,10 @@ def _deviations(robot: Robot, given: Mapping[str, float]) -> dict[str, float]:
 
 
 def table_errors_of(robot: Robot, uncertainty: Uncertainty | None) -> TableErrors:
-    """Return the uncertain parameters of the robot file as arrays; empty without uncertainty."""
+    """
+    Return the uncertain parameters that the robot file gives as arrays; empty arrays if it gives
+    none.
+    """
     rows = uncertainty.factor if uncertainty else ()
     deviations = _deviations(robot, dict(uncertainty.parameters) if uncertainty else {})
     names = [*deviations, *(name for name, _ in rows)]
@@ -194,7 +206,7 @@ def pose_errors(
     floor: tuple[float, float] = (0.0, 0.0),
 ) -> PoseErrors:
     """
-    Return the errors of joints, table and pose as an object of the kernel.
+    Return the kernel's `PoseErrors` for standard deviations of joints, table parameters and pose.
 
     Parameters
     ----------
@@ -227,7 +239,10 @@ def pose_errors(
 
 @lru_cache(maxsize=CACHE_SIZE)
 def errors_of_file(robot: Robot) -> PoseErrors | None:
-    """Return the errors that the robot file gives; None if the file has no uncertainty."""
+    """
+    Return the kernel's `PoseErrors` with the standard deviations of the robot file; None if the
+    file has none.
+    """
     said = robot.description.uncertainty
     if said is None:
         return None
@@ -243,7 +258,8 @@ def errors_of_file(robot: Robot) -> PoseErrors | None:
 
 def covariances(errors: PoseErrors, state: ToolState, axes: str = BASE) -> Floats:
     """
-    Return the covariances of pose and twist, shape (..., 2, 6, 6), of a state with all frames.
+    Return the covariances of the tool's pose and twist, shape (..., 2, 6, 6), for a state with all
+    frames.
 
     The covariance of the twist is in `axes`, `base` or `tool`.
     """

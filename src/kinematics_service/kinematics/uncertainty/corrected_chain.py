@@ -1,8 +1,9 @@
 """
-Compute the poses of a chain with corrected constants, and their exact derivatives by corrections.
+Compute tool poses of a chain whose constants have corrections, and their exact derivatives by the
+corrections.
 
 Each correction is a turn about, or a translation along, one axis of a frame between two joints. So
-the derivative of a pose by a correction is a screw about that axis.
+the derivative of a pose by a correction is a screw about the axis of the correction.
 """
 
 from dataclasses import dataclass
@@ -18,8 +19,8 @@ from ...kernel import Floats, Integers
 
 class CorrectingMotion(NamedTuple):
     """
-    A correction: a turn (rad) about, or a translation (m) along, axis 0, 1 or 2 of the frame at
-    its place in the product.
+    A correction of a chain: a turn (rad) about, or a translation (m) along, axis 0, 1 or 2 of the
+    frame at its place in the product of motions.
     """
 
     turns: bool
@@ -28,7 +29,10 @@ class CorrectingMotion(NamedTuple):
 
 
 class GearMotion(NamedTuple):
-    """The relative error of a joint's gear ratio: index of the joint, column of the correction."""
+    """
+    The relative error of a joint's gear ratio, as a correction: index of the joint, column of the
+    correction.
+    """
 
     joint: int
     column: int
@@ -39,7 +43,8 @@ Part: TypeAlias = Floats | CorrectingMotion
 
 class MovingScrews(NamedTuple):
     """
-    Joint screws Rz(theta) Tz(d), with theta = theta_0 + by_theta q and d = d_0 + by_d q.
+    The joint screws of a chain: Rz(theta) Tz(d), with theta = theta_0 + by_theta q and d = d_0 +
+    by_d q.
 
     `theta_0` and `d_0` have shape (elements,), `by_theta` and `by_d` shape (elements, n).
     """
@@ -51,9 +56,9 @@ class MovingScrews(NamedTuple):
 
 
 class _PartPlaces(NamedTuple):
-    # The products of parts between the joints, as arrays: `parts` has the constant parts,
-    # (levels, elements + 1, 4, 4). The other arrays have level, product, kind, axis and column of
-    # each correction.
+    # The products of constant motions between the joints, as arrays: `parts` has the constant
+    # motions, (levels, elements + 1, 4, 4). The other arrays have level, product, kind, axis and
+    # column of each correction.
     parts: Floats
     depths: Integers
     places: Integers
@@ -65,7 +70,8 @@ class _PartPlaces(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class CorrectedChain:
     """
-    The chain of an arm as a product: constant parts, a joint screw, constant parts, and so on.
+    The chain of an arm as a product: constant motions and corrections, a joint screw, constant
+    motions, and so on.
 
     Attributes
     ----------
@@ -98,9 +104,10 @@ class CorrectedChain:
 
 class PoseChange(NamedTuple):
     """
-    Poses (N, 4, 4), and their Jacobian (N, 6, P) by P corrections.
+    Poses (N, 4, 4) of a chain, and their Jacobian (N, 6, P) by P corrections.
 
-    Rows: linear velocity of the tool's origin, angular velocity, in the axes of the poses.
+    The rows of the Jacobian are the linear velocity of the tool's origin and the angular velocity,
+    in the axes in which the poses are given.
     """
 
     pose: Floats
@@ -108,9 +115,9 @@ class PoseChange(NamedTuple):
 
 
 class _Stills(NamedTuple):
-    # `motions`: the constant products between the joints, (elements + 1, 4, 4). The other arrays
-    # have product, column and kind of each correction, and its axis and origin in the frame where
-    # the product begins.
+    # The evaluated products between the joints. `motions` has the products, (elements + 1, 4, 4).
+    # The other arrays have product, column and kind of each correction, and its axis and origin in
+    # the frame where the product begins.
     motions: Floats
     places: Integers
     columns: Integers
@@ -120,12 +127,16 @@ class _Stills(NamedTuple):
 
 
 def small_motion(turns: bool, axis: int, value: float) -> Floats:
-    """Return the matrix of a turn (rad) about, or a translation (m) along, axis 0, 1 or 2."""
+    """
+    Return the matrix (4, 4) of a turn (rad) about, or a translation (m) along, axis 0, 1 or 2 by
+    `value`.
+    """
     return rigid_motion.screw('xyz'[axis], *((value, 0.0) if turns else (0.0, value)))
 
 
 def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
-    # Multiplies the parts of all products between the joints at once, level by level.
+    # Multiplies the motions and corrections of all products between the joints at once, level by
+    # level.
     parts, depths, places, turns, along, columns = chain._layout
     parts, by = parts.copy(), values[columns]
     parts[depths[~turns], places[~turns], along[~turns], 3] = by[~turns]
@@ -144,7 +155,7 @@ def _stills(chain: CorrectedChain, values: Floats) -> _Stills:
 
 
 def _screws(chain: CorrectedChain, q: Floats) -> Floats:
-    # Returns the matrices (elements, N, 4, 4) of all joint screws at joint positions (N, n).
+    # Returns the matrices (elements, N, 4, 4) of all joint screws at joint positions q (N, n).
     theta_0, d_0, by_theta, by_d = chain.screws
     theta, d = theta_0[:, None] + by_theta @ q.T, d_0[:, None] + by_d @ q.T
     T = np.zeros((*theta.shape, 4, 4))
@@ -157,7 +168,7 @@ def _screws(chain: CorrectedChain, q: Floats) -> Floats:
 
 
 def _driven(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
-    # Returns joint positions (N, n) with the corrections of the gear ratios applied.
+    # Returns the joint positions (N, n) after the corrections of the gear ratios.
     if not chain.gears:
         return q
     driven = np.array(q)
@@ -167,7 +178,10 @@ def _driven(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
 
 
 def poses_of(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
-    """Return the poses (N, 4, 4) with corrections (P,), rad and m, at joint positions (N, n)."""
+    """
+    Return the tool poses (N, 4, 4) of a chain with corrections `values` (P,), rad and m, at q (N,
+    n).
+    """
     motions = _stills(chain, values).motions
     moved = _screws(chain, _driven(chain, values, q)) @ motions[1:, None]
     return reduce(np.matmul, moved, np.broadcast_to(motions[0], (len(q), 4, 4)))
@@ -175,7 +189,8 @@ def poses_of(chain: CorrectedChain, values: Floats, q: Floats) -> Floats:
 
 def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
     """
-    Return poses and their derivatives by the corrections.
+    Return the tool poses of a chain at N joint positions, and their derivatives by the
+    corrections.
 
     Parameters
     ----------
@@ -220,17 +235,17 @@ def pose_change(chain: CorrectedChain, values: Floats, q: Floats) -> PoseChange:
 
 class ErrorScrews(NamedTuple):
     """
-    Corrections as screws, each in a frame in which the screw is constant.
+    The corrections of a chain as screws, each in a frame in which the screw is constant.
 
     Attributes
     ----------
     after : shape (P,)
-        Number of joint screws before each correction.
+        Number of joint screws that come before each correction in the chain.
     screws : shape (P, 6)
-        Linear velocity of the frame's origin and angular velocity, in the frame behind these joint
-        screws.
+        Linear velocity of the frame's origin and angular velocity, in the frame behind the joint
+        screws that `after` counts.
     starts : shape (elements + 1, 4, 4)
-        Poses of these frames, all joints at zero.
+        Poses of the frames behind 0, 1, ... joint screws, with all joints at zero.
     """
 
     after: Integers
@@ -239,7 +254,10 @@ class ErrorScrews(NamedTuple):
 
 
 def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
-    """Return the corrections of a chain as screws, at `values` (P,), rad and m."""
+    """
+    Return the corrections of a chain as screws, where the corrections have the values (P,), rad
+    and m.
+    """
     count, still = len(values), _stills(chain, values)
     after, screws = np.zeros(count, dtype=np.int64), np.zeros((count, 6))
     after[still.columns], turns = still.places, still.turns[:, None]
@@ -253,6 +271,8 @@ def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
 
 
 def seen_from(T: Floats, screws: Floats) -> Floats:
-    """Transform screws (P, 6) from a frame whose pose is T (4, 4) to the frame in which T is."""
+    """
+    Return screws (P, 6) of a frame with pose T (4, 4), expressed in the frame in which T is given.
+    """
     linear, angular = screws[:, :3] @ T[:3, :3].T, screws[:, 3:] @ T[:3, :3].T
     return np.concatenate([linear + np.cross(T[:3, 3], angular), angular], axis=1)

@@ -1,8 +1,9 @@
 """
-Choose the identifiable parameters of an arm, and build its chain with a correction for each.
+Choose the parameters of an arm that poses can identify, and build its chain with a correction for
+each parameter.
 
-Extra angles and lengths are added only if their motion of the tool is linearly independent of the
-motions by all table parameters. Projection over random poses decides.
+Extra angles and lengths are added only if they move the tool linearly independently of all table
+parameters. Projection over random poses decides.
 """
 
 from collections.abc import Sequence
@@ -38,28 +39,28 @@ from .corrected_chain import (
 )
 from .triangle import triangle_of
 
-# An extra parameter is added if the part of its tool motion that no other parameter can make is
-# larger than this, relative to LENGTH.
+# An extra parameter is added if a part of its tool motion larger than this, relative to LENGTH,
+# cannot be made by other parameters.
 MIN_EXTRA_MOTION = 0.1
-# Combinations of parameters that move the tool by less than 2 % of LENGTH are left out of the span
-# of known tool motions.
+# Combinations of parameters that move the tool by less than this, relative to LENGTH, are not
+# counted as known tool motions.
 MIN_SPAN_MOTION = 0.02
-# Number of random poses at which tool motions by parameters are compared.
+# Number of random poses at which the tool motions by different parameters are compared.
 POSES = 60
 
-# Places of the extra corrections in a row of a table.
+# Names of the places in a row of the table at which extra corrections are added.
 EXTRA_PLACES = ('Ry', 'Ty')
 
 
 @dataclass(frozen=True)
 class ArmParameters:
     """
-    The parameters of an arm, and its chain with one correction for each parameter.
+    The identifiable parameters of an arm, and its chain with one correction for each parameter.
 
     Attributes
     ----------
     table
-        The table's own parameters and the extra parameters.
+        The parameters of the table and the extra parameters.
     chain
         The chain from frame 0 to the frame of the last row. The columns of its Jacobian are in
         the order of `table`.
@@ -73,7 +74,7 @@ def placement(
     chain: CorrectedChain, base: Floats, tool: Floats, first: tuple[int, int]
 ) -> CorrectedChain:
     """
-    Return the chain extended to base and tool, each with six corrections of its placement.
+    Return the chain extended by the motions of base and tool, each with six corrections.
 
     Parameters
     ----------
@@ -95,13 +96,14 @@ def placement(
 
 
 def every_parameter_of(description: RobotDescription) -> ArmParameters:
-    """Return the parameters of an arm with all extra parameters, even dependent ones."""
+    """Return all parameters of an arm, including extra parameters that depend on others."""
     return _built(description, None)
 
 
 def parameters_of(robot: Robot, gears: bool = False) -> ArmParameters:
     """
-    Return the parameters of an arm, with the extra parameters that are independent of them.
+    Return the parameters of an arm's table, and the extra parameters that are independent of
+    these.
 
     Parameters
     ----------
@@ -153,11 +155,12 @@ def scaled_jacobian(
     positions: bool = False,
 ) -> Floats:
     """
-    Return R (P, P) of the QR factorisation of the Jacobian of random poses by P parameters.
+    Return R (P, P) of the QR factorisation of the Jacobian of the tool at random poses by P
+    parameters.
 
-    Each column is multiplied by the usual error of its parameter. The unit is LENGTH, RMS over
-    the poses. Angles of the tool are multiplied by the characteristic length. With `positions`,
-    only the rows of the tool's origin are used.
+    Each column of the Jacobian is multiplied by the usual error of its parameter. The unit is
+    LENGTH, RMS over the poses. Angles of the tool are multiplied by the characteristic length. If
+    `positions`, only the rows of the tool's origin are used.
     """
     q = seeded_poses(robot.limits, robot.prismatic)[:POSES]
     scales = np.array([one.scale for one in parameters])
@@ -169,7 +172,8 @@ def scaled_jacobian(
 
 
 def _built(description: RobotDescription, extra: set[str] | None) -> ArmParameters:
-    # `extra`: names of the extra parameters; None: all of them.
+    # Builds the chain with a correction for each parameter. `extra` has the names of the extra
+    # parameters, or is None for all of them.
     still: list[list[Part]] = [[]]
     moving: list[Row] = []
     table: list[ArmParameter] = []
@@ -207,7 +211,8 @@ def _arranged(
     kept: Sequence[PlacedParameter],
     motions: dict[str, CorrectingMotion],
 ) -> tuple[list[Part], list[Part]]:
-    # Returns the parts of a row before its joint screw, and the parts after the screw.
+    # Returns the constant motions and corrections of a row of the table: those before its joint
+    # screw, and those after it.
     if isinstance(link, DhRow):
         at = {one.parameter.place: motions[one.parameter.name] for one in kept}
         product = CONVENTIONS[convention]
@@ -223,7 +228,7 @@ def _arranged(
     if isinstance(link, ShapeRow):
         if link.joint is None:
             return [row.before], [row.after]
-        # The corrections are between the matrix `in` and the joint, in the joint's own axes.
+        # Put the corrections between the matrix `in` and the joint, in the joint's own axes.
         rest = np.asarray(np.linalg.solve(link.inner.matrix, row.before), np.float64)
         return [link.inner.matrix, *motions.values(), rest], [row.after]
     return [*motions.values(), row.before], [row.after]
@@ -232,7 +237,7 @@ def _arranged(
 def _constant(
     motion: NamedMotion, link: DhRow, at: dict[str, CorrectingMotion]
 ) -> tuple[Part, Part]:
-    # Returns a constant factor of a row's matrix product, and the correction of this factor.
+    # Returns one constant motion of a row's matrix product, and the correction of this motion.
     value = link[motion.quantity].affine.constant
     still = small_motion(motion.axis[0] == 'R', AXES.index(motion.axis[1]), value)
     return still, at[motion.quantity]

@@ -4,14 +4,15 @@ import numpy as np
 
 from ...kernel import Floats
 
-# Rows of a block divided by its columns. With 45 columns OpenBLAS uses one thread for such small
-# blocks; several threads wait for each other and take six times the processor time.
+# Number of rows of a block divided by its number of columns. With 45 columns OpenBLAS uses one
+# thread for such small blocks; several threads wait for each other and take six times the
+# processor time.
 BLOCK = 2
 
 
 def triangle_of(rows: Floats) -> Floats:
     """
-    Return R (k, k) of the QR factorisation of rows (m, k), computed block by block.
+    Return R (k, k) of the QR factorisation of the matrix `rows` (m, k), computed block by block.
 
     R^T R equals rows^T rows.
     """
