@@ -46,8 +46,8 @@ class Alarm(NamedTuple):
 
     def is_settled(self, level: Level, arrival: int) -> bool:
         """
-        Return whether `step` with this level and time surely returns the unchanged alarm and
-        False.
+        Return True if `step` with this level and time surely returns the unchanged alarm and
+        False, whatever its other arguments are.
         """
         if self.last is None or level is not self.level:
             return False
@@ -64,8 +64,8 @@ class Alarm(NamedTuple):
         Return the next alarm, and whether the node must publish a warning now.
 
         The node must publish for the first state and for each change of level. While the level is
-        WARN or ERROR, it must also publish once a second, and if the lost direction turns or
-        another factor becomes the nearest.
+        WARN or ERROR, it must publish once a second. It must also publish if the lost direction
+        turns or another factor becomes the nearest.
         """
         if self.last is None or level != self.level:
             say = True

@@ -27,7 +27,7 @@ DOUBLE = 8
 LITTLE, BIG = struct.Struct('<I'), struct.Struct('>I')
 # Format of a stamp: seconds (signed), nanoseconds (unsigned).
 STAMP = struct.Struct('<iI')
-SECOND = 1_000_000_000  # ns
+SECOND = 1_000_000_000  # one second, ns
 STAMP_AT = BODY
 
 
@@ -55,12 +55,12 @@ class CdrWriter:
         return len(self.data) - count * size
 
     def whole(self, number: int) -> None:
-        """Write a uint32."""
+        """Write `number` as an aligned uint32."""
         at = self.room(WHOLE)
         LITTLE.pack_into(self.data, at, number)
 
     def text(self, text: str) -> None:
-        """Write a text with its length and a final zero."""
+        """Write a text as its length, its bytes and a final zero."""
         encoded = text.encode() + b'\0'
         self.whole(len(encoded))
         at = self.room(1, len(encoded))
@@ -130,7 +130,8 @@ class CdrReader:
 
     def count(self) -> int:
         """
-        Read the length of a sequence and return it; CdrError if it exceeds the remaining bytes.
+        Read the length of a sequence and return it; raise CdrError if it exceeds the remaining
+        bytes.
         """
         count = self._length()
         if self._at + count > len(self._data):

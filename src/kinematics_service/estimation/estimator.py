@@ -1,5 +1,6 @@
 """
-Merge JointState messages by joint name and stamp into joint positions, and evaluate the arm there.
+Merge JointState messages by joint name and stamp into joint positions, and evaluate the arm at
+them.
 
 The estimator is the only object that remembers earlier JointState messages.
 """
@@ -199,8 +200,8 @@ JUMPS = 4
 
 class MessageOutcome(NamedTuple):
     """
-    What the kernel did with a message: it computed a new state, or refused the message, or left it
-    to the general reader.
+    The result of the kernel for one message: a new state, a refusal, or neither if the general
+    reader must read the message.
 
     Attributes
     ----------
@@ -236,8 +237,8 @@ _OUTCOMES |= {
     kernel.STARTED_ANEW + code: outcome._replace(starts_anew=True)
     for code, outcome in _OUTCOMES.items()
 }
-# If the kernel returns one of these codes, the message is read again as a sample, and an error
-# sentence names its fault.
+# If the kernel returns one of these codes, the estimator reads the message again as a sample, and
+# an error sentence names the fault of the message.
 _OUTCOMES |= {kernel.NOT_THIS_FORM: _UNREAD, kernel.BAD_POSITION: _UNREAD}
 _NOTHING = np.empty(0)
 # Largest number of message forms that the estimator remembers. A form is the list of joint names
@@ -338,8 +339,8 @@ class Estimator:
 
     def clock_stepped_back(self, now: int, back: int) -> bool:
         """
-        Forget all joints if the ROS clock stepped back by `back` to `now` (ns); return whether it
-        did.
+        Forget all joints if the ROS clock stepped back by `back` to `now` (ns); return True if
+        they were forgotten.
 
         If a message with a new stamp came before this call, that message has already reset the
         estimator.
@@ -393,9 +394,7 @@ class Estimator:
         """Return the level of a new state, with hysteresis, and whether to publish a warning."""
         alarm = self._alarm
         if alarm.level is Level.OK or alarm.level is Level.STALE:
-            level: Level = (
-                singularity.level
-            )  # hysteresis applies only if the last level is WARN or ERROR
+            level: Level = singularity.level  # no hysteresis
         else:
             value = watched_value(self.robot, singularity)
             # Take the higher level: a nearly singular pose is at least WARN whatever the watched
@@ -415,7 +414,9 @@ class Estimator:
         return level, say
 
     def go_stale(self, arrival: int) -> bool:
-        """Set the level to STALE; return whether the node must publish a warning of it."""
+        """
+        Set the level to STALE; return whether the node must publish a warning of the stale state.
+        """
         self._alarm, say = self._alarm.step(Level.STALE, None, arrival)
         return say
 
@@ -430,9 +431,9 @@ class Estimator:
         Return the tool's state and measures after a message, or the reason why there is no new
         state.
 
-        Returns None if the bytes must be read as a sample. This is so if the bytes have another
-        form or no stamp, or have a fault that an error sentence must name. In these cases the
-        estimator's memory has not changed.
+        Returns None if the bytes must be read as a sample: they have another form or no stamp, or
+        have a fault that an error sentence must name. In these cases the estimator's memory has
+        not changed.
 
         Parameters
         ----------

@@ -33,12 +33,13 @@ FORM_LIMIT = 8
 PACE = 3.0
 MICROSECONDS = 'nanosec most likely holds microseconds; write nanoseconds'
 MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
-# Likely cause of a wrong pace, by the pace (time by stamps divided by time of arrival).
+# For each pace (time by stamps divided by time of arrival), the most likely cause of this pace.
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
-# Relative tolerance within which the pace must agree with a key of PACE_CAUSES: jitter in half a
-# second.
+# A cause is named if the measured pace agrees with a key of PACE_CAUSES within this relative
+# tolerance. Jitter of stamps changes the pace by less than this in half a second.
 PACE_TOLERANCE = 0.1
-# Likely cause if the field nanosec stays below the key for more than a second.
+# For each bound, the most likely cause if the field nanosec of stamps stays below this bound for
+# more than a second.
 NANOSEC_CAUSES = {
     1: 'their stamps are whole seconds; fill nanosec',
     SECOND // 1_000_000: MILLISECONDS,
@@ -209,8 +210,8 @@ def _stamp_fault(group: JointMessages, simulated: bool) -> str:
         return f'{total}, all with the stamp {stamp}: the driver must stamp each message anew'
     total, largest = f'{len(group.q)} messages in {group.duration}', int(group.nanoseconds.max())
     dropped, cause = ~_advances(group.stamps), _cause_of_nanosec(group)
-    # If most of the late messages would be dropped, leave out messages that a relay sent twice,
-    # and count again.
+    # If most messages of the last second would be dropped, leave out messages that a relay sent
+    # twice, and count again.
     if 2 * np.sum(dropped & late) > np.sum(late):
         late &= ~(dropped & _came_twice(group))
     if 2 * np.sum(dropped & late) > np.sum(late):
@@ -247,7 +248,8 @@ def _came_twice(group: JointMessages) -> Flags:
 
 
 def _cause_of_nanosec(group: JointMessages) -> str:
-    # Returns the entry of NANOSEC_CAUSES if the field nanosec stays below its key; otherwise ''.
+    # Returns the cause of the first bound in NANOSEC_CAUSES below which the field nanosec stays;
+    # otherwise ''.
     gaps = np.diff(group.arrivals)
     within = gaps[np.diff(group.seconds) == 0].sum()
     if 2 * within < gaps.sum() or np.ptp(group.seconds) == 0:
@@ -280,8 +282,8 @@ def _motion_faults(
     places = {name: group.names.index(name) for name in ours if name in group.names}
     sizes = [np.abs(values[:, list(places.values())]) for values in (group.q, group.qdot)]
     known, told = (np.all(values <= LARGEST, axis=1) for values in sizes)
-    # Replace all velocities of a message by NaN if one is not usable, because the estimator uses
-    # either all of them or none.
+    # Replace all velocities of a message by NaN if one of them is not usable, because the
+    # estimator uses either all of them or none.
     group = group._replace(qdot=np.where(reported & told[:, None], group.qdot, np.nan))
     unstamped = group.stamps[-1] == 0
     group = group.taken(known & (unstamped | _advances(group.stamps)))

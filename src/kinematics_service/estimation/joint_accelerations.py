@@ -19,7 +19,8 @@ class JointAccelerations(StreamQuantity):
 
     The slope is the acceleration half a window ago. It is exact if the acceleration changes at a
     constant rate and messages come at equal intervals. If N velocities in a window of T seconds
-    have the standard deviation s (rad/s), the slope has about 3.5 s / (T sqrt(N)).
+    have the standard deviation s (rad/s), the standard deviation of the slope is about 3.5 s / (T
+    sqrt(N)).
 
     Only reported velocities are used: differences of positions would divide their noise by the
     square of the time step. Velocities older than the window are left out, except the last two. If

@@ -1,4 +1,4 @@
-"""The content of one JointState message, as plain data."""
+"""Define the content of one JointState message as plain data."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

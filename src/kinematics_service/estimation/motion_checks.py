@@ -19,10 +19,10 @@ from .joint_state_columns import Flags
 # backlash.
 POSITION_TOLERANCE = (0.02, 0.005)
 # A step of position is a jump if it exceeds this factor times the motion at the reported speed.
-SPEED_MARGIN = 3.0  # by trial: filters of drivers report accelerations late
+SPEED_MARGIN = 3.0  # by trial, because filters of drivers report accelerations late
 # If no speed is reported, a step of position is a jump if it exceeds this factor times the motion
 # at the velocity limit.
-LIMIT_MARGIN = 2.0  # by trial: jitter of stamps halves an interval
+LIMIT_MARGIN = 2.0  # by trial, because jitter of stamps can halve an interval
 # Velocity limit of a joint for which the robot file has none, rad/s and m/s: above the speed of
 # industrial arms.
 FREE_SPEED = (10.0, 2.0)

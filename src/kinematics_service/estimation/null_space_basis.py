@@ -11,8 +11,8 @@ from .joint_memory import NamedJoints
 
 class NullSpaceBasis(StreamQuantity):
     """
-    Computes a basis of the joint motions that the task does not notice, shape (n, k). Of all bases
-    it takes the one nearest to the last message's basis.
+    Computes a basis of the joint motions that do not move the task's rows, shape (n, k). It takes
+    the basis that is nearest to that of the last message.
     """
 
     _last: Floats | None = None

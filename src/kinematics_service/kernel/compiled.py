@@ -1,4 +1,4 @@
-"""Decide whether the compiled kernel runs or its source as plain Python, and import it."""
+"""Import the compiled kernel, or decide that its source runs as plain Python."""
 
 import copyreg
 import functools

@@ -61,7 +61,7 @@ def evaluate(chain: Chain, q: Floats, qdot: Floats, depth: int, rows: Floats) ->
             continue
         nothing = 0.0
         for j in range(n):
-            nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]  # NaN if one is not finite
+            nothing += 0.0 * q_k[j] + 0.0 * qdot_k[j]  # the sum is NaN if a number is not finite
         if nothing != 0.0 or not math.isfinite(
             closed_pass.evaluate_row(chain, q_k, qdot_k, depth, row)
         ):
@@ -120,7 +120,7 @@ def evaluate_tail(chain: Chain, row: Flat, at: int, closed: bool) -> int:
     n = chain.dof
     nothing = 0.0
     for j in range(at, at + 2 * n):
-        nothing += 0.0 * row[j]  # NaN if one is not finite
+        nothing += 0.0 * row[j]  # the sum is NaN if a number is not finite
     depth = places.POSE
     if at >= chain.width:
         depth = places.ALL_FRAMES

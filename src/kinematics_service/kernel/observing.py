@@ -11,7 +11,7 @@ from .loops import closing
 from .singular_search.arm import Arm
 
 # Smallest difference of positions that counts as a jump, rad or m. If a joint jumps and returns
-# repeatedly, two publishers report different positions of it.
+# repeatedly, two publishers report different positions of this joint.
 MIN_JUMP = 1e-3
 # A joint has returned after a jump if its distance from the position before the jump is below this
 # fraction of the jump.
@@ -27,8 +27,8 @@ def _note_jump(memory: JointMemory, j: int, arrival: Nanoseconds) -> None:
 def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
     # Records a jump for each joint whose reported position is impossible. The message is late, so
     # it is not accepted; a publisher with a late clock sends only such messages. A position is
-    # impossible if the joint cannot have been there at the time of the stamp, even at twice its
-    # present velocity.
+    # impossible if the joint cannot have been at this position at the time of the stamp, even at
+    # twice its present velocity.
     for k in range(reported.ours.count):
         j = reported.ours.joint[k]
         if memory.known[j] == 0:

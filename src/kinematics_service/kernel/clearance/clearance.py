@@ -119,9 +119,9 @@ class Clearance:
         return radius
 
     def _mix(self, share: float) -> None:
-        # Fills `across` with unit weights of the entries of the Schur complement. They go from
-        # weight 1 for the first entry alone (share 0) to the weights with the smallest slope
-        # (share 1).
+        # Fills `across` with weights of the entries of the Schur complement, a vector of length 1.
+        # If `share` is 0, only the first entry counts. If `share` is 1, the weighted sum has the
+        # smallest slope.
         for i in range(self.directions.count):
             self.across[i] = share * self.shares[i] + (1.0 - share) * self.first[i]
         unit(self.across, self.directions.count)
@@ -169,7 +169,7 @@ class Clearance:
 
     def _changed(self, r: float) -> float:
         # Returns an upper bound of the norm of the change of J_t for joint motions up to length r.
-        # No singular value changes by more.
+        # No singular value changes by more than this bound.
         return self.change * r + 0.5 * self.bend * r * r
 
     def _by_change(self, smallest: float) -> float:

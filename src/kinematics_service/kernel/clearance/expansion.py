@@ -156,8 +156,8 @@ class Expansion:
         w = arrays.after(v, 3 * entries)
         K = arrays.after(self.K, term * self.turns * self.length)
         for i in range(entries):
-            # `last` is the entry nearest to the tool among entry i and the chosen entries. The
-            # other ones rotate its linear velocity.
+            # Find `last`, the entry nearest to the tool among entry i and the chosen entries. The
+            # other entries rotate the linear velocity of `last`.
             last = max(i, self.chosen[order - 1])
             moved = vectors.apart(v, last, entries)
             left = i < last

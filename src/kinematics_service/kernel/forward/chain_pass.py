@@ -21,26 +21,26 @@ from .chain import Chain
 # Coefficients of sine and cosine. The kernel computes both together, in 0.4 of the time of two
 # calls of the C library. The coefficients and the parts of pi/2 are from fdlibm (Sun Microsystems
 # 1993: k_sin.c, k_cos.c, e_rem_pio2.c). The comments have the names in fdlibm.
-SIN_3 = -1.66666666666666324348e-01  # S1
-SIN_5 = 8.33333333332248946124e-03  # S2
-SIN_7 = -1.98412698298579493134e-04  # S3
-SIN_9 = 2.75573137070700676789e-06  # S4
-SIN_11 = -2.50507602534068634195e-08  # S5
-SIN_13 = 1.58969099521155010221e-10  # S6
-COS_4 = 4.16666666666666019037e-02  # C1
-COS_6 = -1.38888888888741095749e-03  # C2
-COS_8 = 2.48015872894767294178e-05  # C3
-COS_10 = -2.75573143513906633035e-07  # C4
-COS_12 = 2.08757232129817482790e-09  # C5
-COS_14 = -1.13596475577881948265e-11  # C6
+SIN_3 = -1.66666666666666324348e-01  # S1 of fdlibm
+SIN_5 = 8.33333333332248946124e-03  # S2 of fdlibm
+SIN_7 = -1.98412698298579493134e-04  # S3 of fdlibm
+SIN_9 = 2.75573137070700676789e-06  # S4 of fdlibm
+SIN_11 = -2.50507602534068634195e-08  # S5 of fdlibm
+SIN_13 = 1.58969099521155010221e-10  # S6 of fdlibm
+COS_4 = 4.16666666666666019037e-02  # C1 of fdlibm
+COS_6 = -1.38888888888741095749e-03  # C2 of fdlibm
+COS_8 = 2.48015872894767294178e-05  # C3 of fdlibm
+COS_10 = -2.75573143513906633035e-07  # C4 of fdlibm
+COS_12 = 2.08757232129817482790e-09  # C5 of fdlibm
+COS_14 = -1.13596475577881948265e-11  # C6 of fdlibm
 # Adding and then subtracting this number rounds a double to an integer, because doubles above 2^52
 # are integers.
 ROUNDER = 1.5 * 2.0**52
 # 2 / pi, and pi / 2 as the sum of three numbers; the first two have 33 bits.
 TWO_BY_PI = 6.36619772367581382433e-01
-HALF_PI_1 = 1.57079632673412561417e00  # pio2_1
-HALF_PI_2 = 6.07710050630396597660e-11  # pio2_2
-HALF_PI_3 = 2.02226624879595063154e-21  # pio2_2t
+HALF_PI_1 = 1.57079632673412561417e00  # pio2_1 of fdlibm
+HALF_PI_2 = 6.07710050630396597660e-11  # pio2_2 of fdlibm
+HALF_PI_3 = 2.02226624879595063154e-21  # pio2_2t of fdlibm
 
 
 def _sincos_reduced(x: float) -> tuple[float, float]:
@@ -60,7 +60,7 @@ def _sincos_reduced(x: float) -> tuple[float, float]:
     half = 0.5 * z
     w = 1.0 - half
     cosine = w + (((1.0 - w) - half) + (z * p - y * tail))
-    # Write these conditions so that the compiler makes selections of them. Branches would be
+    # Write the conditions below in a form that compiles to selections, because branches would be
     # mispredicted.
     quarter: Int32 = int(turns)
     if quarter & 1:

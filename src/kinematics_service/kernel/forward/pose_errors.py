@@ -175,7 +175,8 @@ def _carry_on(chain: Chain, element: int, row: Flat, qdot: Flat, before: Numbers
 
 def _add_causes(errors: PoseErrors, s: int, column: Numbers, moved: Flat) -> None:
     # Adds to `moved` (causes, 6) the motion of the tool that each cause produces along screw s.
-    # Six lines instead of a loop, because the compiler computes two at once.
+    # The loop body has six lines instead of a loop, because the compiler then computes two at
+    # once.
     spread = arrays.after(errors.spread, s * errors.causes)
     vx, vy, vz = column[0], column[1], column[2]
     wx, wy, wz = column[3], column[4], column[5]

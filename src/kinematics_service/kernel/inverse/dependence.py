@@ -1,6 +1,6 @@
 """
-Compute the null directions of the Jacobian rows that a target uses, and how far its columns are
-from dependent.
+Compute the null directions of the Jacobian J in the rows of a target, and how far the columns of J
+are from dependent.
 
 Null directions come from a singular value decomposition (one-sided Jacobi). The distance from
 dependence is the ratio of the last to the first pivot of a decomposition with complete pivoting,

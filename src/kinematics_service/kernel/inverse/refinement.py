@@ -15,10 +15,10 @@ from ..layout.arrays import Flat, Floats
 from ..measures import symmetric
 from .residuals import Residual
 
-# The iteration has converged if the error divided by the arm's length is at most this: five units
+# The iteration has converged if the error divided by `residual.size()` is at most this: five units
 # of round-off, 2.2e-16.
 ERROR_TOLERANCE = 1e-15
-# If the error divided by the arm's length is below this, a refused step ends the iteration,
+# If the error divided by `residual.size()` is below this, a refused step ends the iteration,
 # because the error is round-off.
 REFUSED_STEP_TOLERANCE = 1e-12
 # A step is slow if it decreases the squared error by less than this fraction, 0.1 %.

@@ -15,8 +15,8 @@ from ..layout import arrays, places
 from ..layout.arrays import Flat, Floats, Numbers, Vector
 from ..loops import closed_pass
 
-# Least length to which errors are compared, relative to the reach of the arm. It matters for
-# targets whose angular rows have no weight.
+# Weighted errors are compared with a length. This is the least such length, relative to the reach
+# of the arm. It matters for targets whose angular rows have no weight.
 MIN_LENGTH_RATIO = 1e-3
 # If the sine of a rotation angle is below this, the angle is taken as 0 or pi, because the axis is
 # undefined. An angle of pi then has an error of up to sqrt(1e-16).
@@ -194,7 +194,7 @@ class Residual:
         return max(self.weights[3], self.weights[4], self.weights[5])
 
     def size(self) -> float:
-        """Return the length, m, to which weighted errors are compared."""
+        """Return the length, m, with which weighted errors are compared."""
         return max(self.length(), MIN_LENGTH_RATIO * self.reach)
 
 

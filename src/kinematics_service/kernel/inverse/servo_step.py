@@ -19,7 +19,7 @@ from ..measures.task_rows import TaskRows
 # Tolerance of velocity bounds, rad/s (scaled): an excess up to this is round-off.
 REST_VELOCITY = 1e-12
 # Largest entry of a twist that is used, m/s or rad/s. A faster twist is scaled down to this,
-# because the velocity limits give the same joint velocities for both.
+# because the velocity limits give equal joint velocities for both twists.
 MAX_TWIST = 1e9
 
 

@@ -142,8 +142,8 @@ def _write_coefficients(slides: bool, g: Numbers, c: Numbers) -> None:
         c[6] = (-g[0] + 2.0 * g[1] - 2.0 * g[3] + g[4]) / 12.0
         c[8] = (g[0] - 4.0 * g[1] + 6.0 * g[2] - 4.0 * g[3] + g[4]) / 24.0
         return
-    # Fourier coefficients of g = c0 + Re(c1 e^ix + c2 e^2ix). The product with 2 e^2ix is a
-    # quartic in e^ix.
+    # Compute the Fourier coefficients of g = c0 + Re(c1 e^ix + c2 e^2ix). The product of g with 2
+    # e^2ix is a quartic in e^ix.
     for k in range(3):
         for j in range(5):
             turn = -2.0 * places.PI * k * j / 5.0

@@ -54,7 +54,7 @@ DETERMINANT_TOLERANCE = 1e-9
 # dimensionless.
 MIN_SLOPE = 0.01
 # If no joint has moved by more than this since the last joint positions, rad, the continuation
-# begins at these. Otherwise it begins at the joint positions of the robot file.
+# begins at the last ones. Otherwise it begins at the joint positions of the robot file.
 MAX_MOTION = 1.0
 # If the continuation fails, it also turns joints without limits in the other direction, for at
 # most this number of joints.
@@ -99,8 +99,8 @@ def _solve(
 
 
 def _slope_product(group: LoopGroup, slopes: Numbers) -> float:
-    # Returns the product over the passive variables of a group: the largest derivative of the
-    # residual by each variable, dimensionless.
+    # Returns a product over the passive variables of a group. Each factor is the largest
+    # derivative of the residual by one variable, dimensionless.
     product: float = 1.0
     for k in range(group.count):
         longest: float = MIN_SLOPE
@@ -283,8 +283,8 @@ def close_next(closure: Closure, last: Flat, q: Flat, section: Flat) -> int:
 
 def assemble(first: LoopGroup, groups: int, dof: int, section: Floats) -> int:
     """
-    Compute the passive variables near approximate ones by Newton's method, and complete their
-    section.
+    Compute the passive variables near approximate ones by Newton's method, and fill the section of
+    the closed loops.
 
     Returns 0 if all loops close, otherwise the number of groups from the first open one to the
     last. In the second case the section has the determinant and residual of the first open group.

@@ -153,7 +153,7 @@ def _combine(
 
 def _partial(operation: int, number: float, a: float, b: float) -> tuple[float, float, float]:
     # Returns the value and the two derivatives of a quotient, square root or arc tangent; NaN if
-    # it is undefined.
+    # the operation is undefined.
     if operation == places.QUOTIENT and b != 0.0:
         return a / b, 1.0 / b, -a / (b * b)
     if operation == places.SQUARE_ROOT and a >= 0.0:

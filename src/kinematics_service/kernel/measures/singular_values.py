@@ -225,7 +225,9 @@ def write_orthogonal_row(W: Flat, i: int, length: int, width: int) -> None:
             axis, least = k, used
     arrays.fill(row, length, 0.0)
     row[axis] = 1.0
-    for _ in range(2):  # twice is enough (Kahan; Parlett, The Symmetric Eigenvalue Problem, 6.9)
+    for _ in range(
+        2
+    ):  # two passes suffice (Kahan; Parlett, The Symmetric Eigenvalue Problem, 6.9)
         for j in range(i):
             above = arrays.after(W, j * width)
             along = arrays.dot(row, above, length)

@@ -123,8 +123,8 @@ def _write_determinant(n: int, W: Flat, spare: Flat, measures: Flat, lanes: int)
 def _write_volume(
     n: int, task: TaskRows, J: Flat, W: Flat, sigma: Flat, measures: Flat, lanes: int
 ) -> int:
-    # Writes the manipulability of a J_t that is not square or has no full generic rank. Returns
-    # the bit mask of `_decompose`.
+    # Writes the manipulability if J_t is not square or its generic rank is not full. Returns the
+    # bit mask of `_decompose`.
     m = task.count
     count, length = min(m, n), max(m, n)
     volume = arrays.after(measures, places.MANIPULABILITY * lanes)
@@ -175,7 +175,7 @@ def _fill_slopes(
     lanes: int,
 ) -> None:
     # Fills Y[j] with the gradient, by column j of J, of the sum of log(sigma) over the singular
-    # values `first` to `last`. If `lost`, it is the gradient of the sum of sigma. `left` is a
+    # values `first` to `last`. If `lost`, Y[j] is the gradient of the sum of sigma. `left` is a
     # local array of the caller with six numbers for each pose.
     m = task.count
     wide = n > m
@@ -236,7 +236,7 @@ def _write_direction(
     n: int, task: TaskRows, direction: Flat, lost: Flat, motion: Flat, lanes: int
 ) -> None:
     # Writes the tool direction that is lost first, in base axes, and the joint motion that belongs
-    # to it. They are the singular vectors of the smallest singular value.
+    # to it: the two singular vectors of the smallest singular value.
     m = task.count
     wide, length = n > m, max(m, n)
     arrays.fill(lost, 6 * lanes, 0.0)

@@ -84,8 +84,8 @@ class CurvePoint:
 
     def improve(self) -> bool:
         """
-        Move q to a solution and compute the tangent there; return whether Newton's method
-        converged.
+        Move q to a solution and compute the tangent of the curve at it; return whether Newton's
+        method converged.
         """
         n, A, step = self.n, self.A, self.step
         for _ in range(MAX_NEWTON_STEPS):

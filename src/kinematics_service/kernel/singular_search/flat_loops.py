@@ -30,7 +30,7 @@ DAMPING = 0.5
 # equations is at most this, rad.
 FLAT_TOLERANCE = 1e-4
 # The motion stops this far before joint positions with singular loop equations, rad. The distance
-# grows tenfold until the loops close, because a branch may end there.
+# grows tenfold until the loops close, because a branch may end at these positions.
 END_BEFORE = 1e-7
 # Largest number of Newton steps. A step multiplies the remaining distance by at most 0.75, if the
 # determinant falls linearly.

@@ -33,7 +33,7 @@ NEARLY_SINGULAR_SAMPLES = 96
 # If J is nearly singular but the nearest singular pose found is farther than this, rad, the search
 # tries more samples.
 DOUBTFUL_DISTANCE = 0.1
-# Number of starts in mixtures of the directions of the two least singular values, 22.5 degrees
+# Number of starts in directions that mix those of the two least singular values, 22.5 degrees
 # apart.
 MIXTURES = 8
 # Largest number of steps of a projection along the set of singular poses.
@@ -202,7 +202,7 @@ class NearestSearch:
                 self.flats[k * self.n + j] = self.u[j] + d[j]
             self._take_flat(k)
         # Limit steps to half the distance to singular loop equations, because the loops still
-        # close there.
+        # close within this distance.
         if self.groups > 0:
             self.projection.radius = min(projection.TRUST_RADIUS, 0.5 * self.distance)
 
@@ -224,7 +224,7 @@ class NearestSearch:
 
     def _take_flat(self, k: int) -> None:
         # Takes the joint positions at which the equations of loop group k are singular as the
-        # nearest singular pose, if they are nearer.
+        # nearest singular pose, if they are nearer than the pose found so far.
         if self.flat_lengths[k] < self.distance:
             self.distance = self.flat_lengths[k]
             arrays.copy(self.nearest, self.n, self.projection.d)
@@ -342,8 +342,8 @@ class NearestSearch:
         return self.atlas.matters(k // 2)
 
     def _remember(self, length: float) -> None:
-        # Stores the singular pose that the projection found. It replaces a stored pose that is
-        # nearly equal, or the farthest one if the memory is full.
+        # Stores the singular pose that the projection found. The pose replaces a stored pose that
+        # is nearly equal, or the farthest one if the memory is full.
         place, farthest = -1, 0
         for k in range(self.pose_count):
             squares = 0.0

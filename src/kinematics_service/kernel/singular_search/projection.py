@@ -32,7 +32,7 @@ SLIDE_TOLERANCE = 5e-3
 # Bounds of the step along the set of singular poses, relative to the step that solves the linear
 # equations.
 MIN_STEP_RATIO = 0.1
-MAX_STEP_RATIO = 2.0  # twice the step, if the set is half as curved as dS suggests
+MAX_STEP_RATIO = 2.0  # the set may be half as curved as dS suggests
 # Largest number of Newton steps after the projection. If S has a double zero, each step halves the
 # remaining distance.
 NEWTON_STEPS = 24

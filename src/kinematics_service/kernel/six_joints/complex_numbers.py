@@ -17,8 +17,8 @@ ROUND_OFF = 1e-16
 # Squared sizes below this are taken as 0: IEEE 754 numbers below 2e-308 lose digits. The inverse
 # of a larger number is finite.
 TINY = 1e-300
-# Largest |imaginary part| of an angle, rad. For a larger one a cosine exceeds e^25 / 2 = 4e10, and
-# the difference of two such cosines keeps fewer than six of sixteen digits.
+# Largest |imaginary part| of an angle, rad. For a larger imaginary part a cosine exceeds e^25 / 2
+# = 4e10, and the difference of two such cosines keeps fewer than six of sixteen digits.
 MAX_IMAGINARY = 25.0
 
 
@@ -33,7 +33,7 @@ def absolute(a: Complex) -> float:
 
 
 def root(a: Complex) -> Complex:
-    """Return the square root of a complex number whose real part is not negative."""
+    """Return the square root of a complex number a, the root with a real part >= 0."""
     size = absolute(a)
     if not size > 0.0:
         return (0.0, 0.0)

@@ -14,14 +14,14 @@ from ..layout.arrays import Flat, Numbers, Vector
 
 # Number of numbers that represent a line.
 LINE = 15
-# Index of p, a point of the line, in these numbers.
+# Index of p, a point of the line, in the 15 numbers of a line.
 POINT = 1
-# Index of l, the unit direction of the line.
+# Index of l, the unit direction of the line, in the 15 numbers of a line.
 DIRECTION = 5
-# Index of m = p x l, the moment of the line.
+# Index of m = p x l, the moment of the line, in the 15 numbers of a line.
 MOMENT = 9
-# Index of h = (p.p) l - 2 (p.l) p: p.p times the mirror image of l in the plane perpendicular to
-# p.
+# Index of h = (p.p) l - 2 (p.l) p in the 15 numbers of a line: p.p times the mirror image of l in
+# the plane perpendicular to p.
 MIRRORED = 12
 
 
@@ -70,8 +70,8 @@ def carry(V: Numbers, T: Numbers) -> None:
 
 def write_parts(screws: Numbers, k: int, V: Numbers, parts: Flat) -> None:
     """
-    Write the three parts (3, 15) of the line V moved by screw k, which are linear factors of 1,
-    cos, sin or 1, d, d^2.
+    Write to `parts` (3, 15) the three parts of the line V moved by screw k: the factors of 1, cos
+    and sin, or of 1, d and d^2.
     """
     axis, point = vectors.axis_of(screws, k), vectors.point_of(screws, k)
     arrays.copy(parts, LINE, V)

@@ -39,8 +39,8 @@ START_RADIUS = 0.7
 # at most this. If the noise is 1e-6, a double root is off by sqrt(1e-6) = 1e-3, a fourfold root by
 # 3e-2.
 MAX_REAL_DEVIATION = 0.05
-# If the relative error of a root is below this, one start of Newton's method is enough, because it
-# converges.
+# If the relative error of a root is below this, one start of Newton's method is enough, because
+# Newton's method converges from it.
 SHARP_ROOT = 1e-6
 # Allowed difference between the angle of a root and that of its solution, rad, even if the error
 # bound of the root is smaller: round-off of a solution near a singular pose.
