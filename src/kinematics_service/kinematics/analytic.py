@@ -139,7 +139,7 @@ def _of_rpy(R: Floats) -> _Map:
         [c / by, s / by, zero], [-s, c, zero], [c * tangent, s * tangent, zero + 1.0]
     )
     # The amplification is the inverse of the smallest singular value of the matrix [Rz Ry x, Rz y,
-    # z], which is sqrt(1 - |sin(pitch)|) = cos(pitch) / sqrt(1 + |sin(pitch)|).
+    # z]. This singular value is sqrt(1 - |sin(pitch)|) = cos(pitch) / sqrt(1 + |sin(pitch)|).
     growth = np.sqrt(1.0 + np.abs(R[..., 2, 0]))
     amplification = np.where(singular, np.inf, growth / np.where(singular, 1.0, cos_pitch))
     return coordinates, by_turn, amplification, singular

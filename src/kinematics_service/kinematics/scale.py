@@ -33,7 +33,8 @@ from .tool_state import ToolState, evaluate, velocities_of
 
 SINGULARITY, POSITION, VELOCITY = 'singularity', 'position limit', 'velocity limit'
 SPEED, TURNING = 'speed limit', 'turning limit'
-# Cause that only MoveIt Servo's rule has: it also slows motion away from a singular pose.
+# Cause that only MoveIt Servo's rule has, because this rule also slows motion away from a singular
+# pose.
 LEAVING = 'leaving a singularity'
 # Largest number of poses along a stopping motion at which the distance to a singular pose is
 # computed.
@@ -126,9 +127,9 @@ class _Shares(NamedTuple):
 
 class _Braking(NamedTuple):
     """
-    The times that a stop takes: `horizon` is the reaction time (s), `stopping` (...) the duration
-    of a stop of the full motion (s), and `due` (N,) the time in which the full motion covers the
-    distance of a stop (s).
+    The times that a stop takes. `horizon` is the reaction time (s). `stopping` (...) is the
+    duration of a stop of the full motion (s). In `due` (N,) seconds the full motion covers the
+    distance of a stop.
     """
 
     horizon: float

@@ -186,7 +186,7 @@ class Singularity(Generic[Number, Index, Grade, Pose]):
         return _same_values(self, other) if isinstance(other, Singularity) else NotImplemented
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        """Copy and pickle the values without the arm."""
+        """Return the constructor and the values, so that copies and pickles leave out the arm."""
         return Singularity, tuple(getattr(self, field.name) for field in fields(self))
 
 
@@ -241,7 +241,7 @@ class _TakenMeasures(Singularity[Any, Any, Any, Any]):
     @property
     def _watched(self) -> Floats:
         # Returns the rows of measures from which the level is read. These rows need the search
-        # only if the thresholds are thresholds of the distance.
+        # only if the thresholds apply to the distance.
         by_distance = self._robot.singularity.thresholds.measure == 'distance'
         return self._found if by_distance else self._first
 
@@ -356,15 +356,16 @@ Singularities: TypeAlias = Singularity[Floats, Integers, Integers, Floats]
 
 def watched_value(robot: Robot, singularity: Singularity) -> float:
     """
-    Return the value, at one pose, of the measure to which the robot's thresholds apply; of a
-    determinant the absolute value.
+    Return the value, at one pose, of the measure to which the robot's thresholds apply; the
+    absolute value of a determinant.
     """
     return abs(float(getattr(singularity, robot.singularity.thresholds.measure)))
 
 
 def unsearched(singularity: Singularity) -> str:
     """
-    Return the reason why the kernel did not search singular poses near one pose; empty if it did.
+    Return the reason why the kernel did not search singular poses near one pose; empty if it
+    searched.
     """
     state: ToolState | None = singularity.__dict__.get('_state')
     farthest = 0.0

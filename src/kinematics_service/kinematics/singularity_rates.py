@@ -93,8 +93,8 @@ def _rows(state: ToolState) -> tuple[Floats, Floats]:
 
 def watched(robot: Robot, measures: Floats) -> Floats:
     """
-    Return the values (N,) of the measure to which the robot's thresholds apply; of a determinant
-    the absolute values.
+    Return the values (N,) of the measure to which the robot's thresholds apply; absolute values of
+    a determinant.
     """
     return measures[:, robot.singularity.measure_places.judged + kernel.WATCHED]
 

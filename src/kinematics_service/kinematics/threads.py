@@ -14,7 +14,7 @@ def cores() -> int:
     """Return the number of cores this process may use."""
     try:
         return len(os.sched_getaffinity(0))
-    except AttributeError:  # not on Linux
+    except AttributeError:  # systems other than Linux lack this function
         return os.cpu_count() or 1
 
 

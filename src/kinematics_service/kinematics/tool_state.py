@@ -70,7 +70,10 @@ class ToolState(NamedTuple):
 
     @property
     def numbers(self) -> Floats:
-        """Return the results of the kernel without q and qdot at the end, shape (..., width)."""
+        """
+        Return the results of the kernel without q, qdot and quaternion at the end, shape (...,
+        width).
+        """
         if self.joints is not None:
             return self.row
         return self.row[: -2 * self.robot.chain.dof - kernel.ROW_TAIL]

@@ -102,7 +102,7 @@ class SixScrews:
         along = vectors.dot(axis, vectors.plus(mean, -1.0, origin))
         origin = vectors.plus(origin, along, axis)
         # Choose as unit the median distance of the points from the origin, so that one long link
-        # does not change it.
+        # does not change the unit.
         for k in range(6):
             v = vectors.plus(vectors.point_of(self.screws, k), -1.0, origin)
             distance = math.sqrt(vectors.dot(v, v))

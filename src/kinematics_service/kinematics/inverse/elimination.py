@@ -1,8 +1,8 @@
 """
 Solve the inverse kinematics of general arms of six joints by elimination (Raghavan and Roth 1993).
 
-The largest possible number of complex solutions is known. If that many are found, the real
-solutions are proved complete.
+The largest possible number of complex solutions is known. If this number of solutions is found,
+the real solutions are proved complete.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ SUSPECT_PIVOT_RATIO = 1e-3
 TRIAL_STEP = 0.05
 # Least joint motion, rad, that shows that a solution belongs to a family: the motion by a trial
 # step that is then corrected to the target. At the border of the workspace J is singular, but the
-# correction leads back.
+# correction leads back to the solution.
 MIN_TRIAL_MOTION = 0.01
 # Largest residual after a trial step on a family, relative to the characteristic length:
 # round-off. A larger bound would take two solutions beside a singular pose as a family.

@@ -103,7 +103,7 @@ class IkFamily(FrozenArrays):
         The posture found nearest to `near`, or to the middle of the limits.
     motions : shape (k, n)
         Orthonormal joint motions (prismatic ones divided by the arm's length) along the family at
-        `q`; k is its dimension there.
+        `q`; k is the dimension of the family at `q`.
     straight
         Whether q + any multiple of the motions is in the family, as for two joints on one axis
         (`theta1 + theta2` constant).
@@ -198,7 +198,8 @@ class NearestPose(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class IkResult(Sequence[IkSolution]):
     """
-    The isolated solutions, in order of their distance to `near` (or to the middle of the limits).
+    The result of inverse kinematics: a sequence of the isolated solutions, in order of their
+    distance to `near` (or to the middle of the limits).
 
     Attributes
     ----------

@@ -94,7 +94,8 @@ class ServoStep(FrozenArrays):
     held
         Names of the joints slowed or stopped by a position limit.
     damping
-        The damping in use, relative to the largest: 0 away from singular poses, 1 at one.
+        The damping in use, relative to the largest damping: 0 away from singular poses, 1 at a
+        singular pose.
     smallest_singular_value
         Smallest singular value of the scaled J_t, relative to the length.
     followed

@@ -243,9 +243,9 @@ def _all(problem: IkProblem) -> IkResult:
 
 
 def _result_of_five(problem: IkProblem) -> IkResult | None:
-    # Solves an arm of five joints as one of six whose added turn is held at 0. If the target is
-    # not exact, the pose of the first solution replaces it. Returns None if the number of
-    # solutions is not proved.
+    # Solves an arm of five joints as one of six whose added turn is held at 0. The pose of the
+    # first solution found replaces the target, because the arm reaches it exactly. Returns None if
+    # the number of solutions is not proved.
     robot, target, plan, *_ = problem
     known = target.rows == ROW_NAMES and not plan.redundant and not len(plan.idle)
     if not known or target.tolerance > CANDIDATE_ERROR**2:
@@ -366,8 +366,8 @@ def _searched(problem: IkProblem, known: DistinctSolutions | None = None) -> IkR
     out = _beyond_reach(problem)
     if out is not None:
         return out
-    # For an arm with loops, search only inside the limits as often as needed. Beyond the limits
-    # loops seldom close, so a solution there would be found once in many slow starts.
+    # For an arm with loops, only solutions inside the limits must be found several times. Beyond
+    # the limits loops seldom close, so a solution beyond would be found once in many slow starts.
     inside = plan.limits if problem.respect_limits and robot.chain.loops else plan.unlimited
     found, best = search(problem, inside, known)
     return answer(problem, reached(checked, found), 'search', best=best)

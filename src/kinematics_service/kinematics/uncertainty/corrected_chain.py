@@ -255,8 +255,7 @@ class ErrorScrews(NamedTuple):
 
 def error_screws(chain: CorrectedChain, values: Floats) -> ErrorScrews:
     """
-    Return the corrections of a chain as screws, where the corrections have the values (P,), rad
-    and m.
+    Return the corrections of a chain as screws; `values` (P,) are the corrections, rad and m.
     """
     count, still = len(values), _stills(chain, values)
     after, screws = np.zeros(count, dtype=np.int64), np.zeros((count, 6))

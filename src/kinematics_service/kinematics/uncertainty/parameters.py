@@ -39,8 +39,8 @@ from .corrected_chain import (
 )
 from .triangle import triangle_of
 
-# An extra parameter is added if a part of its tool motion larger than this, relative to LENGTH,
-# cannot be made by other parameters.
+# An extra parameter is added only if a part of its tool motion exceeds this, relative to LENGTH.
+# It is the part that no other parameters can produce.
 MIN_EXTRA_MOTION = 0.1
 # Combinations of parameters that move the tool by less than this, relative to LENGTH, are not
 # counted as known tool motions.

@@ -163,8 +163,8 @@ def with_turn(screws: Screws, axis: Floats, point: Floats) -> Screws:
 
 def with_links_merged(screws: Screws) -> Screws:
     """
-    Return the screws with the last parallel rotations merged to two that move the tool's origin
-    equally.
+    Return the screws with the last parallel rotations merged to two, which does not change the
+    motion of the tool's origin.
 
     In a plane each link is a vector that turns by the sum of the angles before it. Links that turn
     together, as in a parallelogram, are merged. Links that never turn are moved to the front.

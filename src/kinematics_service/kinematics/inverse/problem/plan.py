@@ -334,8 +334,8 @@ def _closed_solver(given: Screws, backwards: bool) -> SixSolver | None:
 
 def eliminating_solver(screws: Screws, poses: Floats) -> SixSolver | None:
     """
-    Return a solver by elimination for six screws, or None if elimination fails. Its options are
-    ranked at reachable poses (m, 4, 4).
+    Return a solver by elimination for six screws, or None if elimination fails. The options of the
+    elimination are ranked at reachable poses (m, 4, 4).
     """
     form = six_joints_of(screws, poses)
     return None if form is None else _solver(form, screws, False)
