@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ..kernel import Floats
 from ..robot.measures import Level
 
-# The node repeats the warning if the lost direction turns by more than this angle, rad.
+# The node repeats the warning if the lost direction has turned by at least this angle, rad.
 TURNED = math.radians(30.0)
 # Cosine of the angle `TURNED`: the warning is repeated if two lost directions have a smaller
 # cosine.

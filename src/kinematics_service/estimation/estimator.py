@@ -53,8 +53,8 @@ class EstimatorSettings:
         `message`: velocities of messages. `difference`: differences of positions. `auto`:
         velocities of the message, or differences if the message has none.
     timeout : ns
-        A joint is stale if its last position is older than this. If stamps step back by more, all
-        joints are forgotten.
+        A joint is stale if its last position is older than `timeout`. If stamps step back by more,
+        all joints are forgotten.
     acceleration_window : ns
         Time over which a line is fitted to velocities; its slope is the acceleration.
     integrate_velocities
@@ -428,8 +428,8 @@ class Estimator:
         quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
-        Return the tool's state and measures after a message, or the reason why there is no new
-        state.
+        Return the tool's state and measures after a message, or the reason why the state is not
+        new.
 
         Returns None if the bytes must be read as a sample: they have another form or no stamp, or
         have a fault that an error sentence must name. In these cases the estimator's memory has

@@ -36,7 +36,7 @@ MILLISECONDS = 'nanosec most likely holds milliseconds; write nanoseconds'
 # For each pace (time by stamps divided by time of arrival), the most likely cause of this pace.
 PACE_CAUSES = {1e3: 'sec most likely holds milliseconds', 1e-3: MICROSECONDS, 1e-6: MILLISECONDS}
 # A cause is named if the measured pace agrees with a key of PACE_CAUSES within this relative
-# tolerance. Jitter of stamps changes the pace by less than this in half a second.
+# tolerance. In half a second, jitter of stamps changes the pace by less.
 PACE_TOLERANCE = 0.1
 # For each bound, the most likely cause if the field nanosec of stamps stays below this bound for
 # more than a second.
@@ -137,7 +137,8 @@ def input_faults(
     robot, names
         The arm, and for each joint to check, including mimic joints, its name in messages.
     timeout : ns
-        If stamps step back by more than this, earlier messages are ignored.
+        Largest step back of stamps that is not a reset. After a larger one, earlier messages are
+        ignored.
     simulated
         Whether ROS time is simulated. If it is, stamps may advance at any rate.
     reported

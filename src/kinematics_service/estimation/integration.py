@@ -36,8 +36,8 @@ class Integration:
     @property
     def seconds(self) -> float:
         """
-        Return the longest time since a message reported a joint's position, s, while velocities
-        are integrated.
+        Return how long velocities have been integrated since the last reported position, s; the
+        longest of all joints.
         """
         return float(self._seconds.max())
 

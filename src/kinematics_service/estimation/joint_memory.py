@@ -68,8 +68,8 @@ class NamedJoints(JointMemory):
     source
         Source of velocities: kernel.AUTO, FROM_MESSAGE or FROM_DIFFERENCE.
     timeout : ns
-        A joint is missing if its last position is older than this. If stamps step back by more,
-        all joints are forgotten.
+        A joint is missing if its last position is older than `timeout`. If stamps step back by
+        more, all joints are forgotten.
     """
 
     def __init__(self, robot: Robot, prefix: str, source: int, timeout: int) -> None:

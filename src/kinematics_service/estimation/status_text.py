@@ -20,7 +20,7 @@ from ..robot.file.parts.loop_groups import closed_together, group_in_words, grou
 from ..robot.measures import MEASURES, Level, Measure
 from ..robot.robot import Robot
 
-# Components smaller than this ratio times the largest component are left out of texts.
+# A component is left out of texts if its ratio to the largest component is below this.
 NEGLIGIBLE_RATIO = 0.1
 
 # Longest expression that the warning sentence shows, characters. Longer expressions are only in

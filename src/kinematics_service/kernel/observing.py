@@ -43,7 +43,8 @@ def _note_late(memory: JointMemory, reported: ReportedJoints) -> None:
 
 def _store(memory: JointMemory, reported: ReportedJoints, use_velocities: bool) -> None:
     # Stores the joint positions of a message in the memory, and its velocities if
-    # `use_velocities`. Otherwise it stores differences of positions as velocities.
+    # `use_velocities`. Otherwise it stores differences of positions as velocities, unless all
+    # velocities must come from messages.
     at = reported.stamp if reported.stamp != 0 else reported.received
     for k in range(reported.ours.count):
         j, place = reported.ours.joint[k], reported.ours.place[k]
@@ -187,8 +188,8 @@ def take(arm: Arm, memory: JointMemory, reported: ReportedJoints, row: Flat, at:
 
 def check_fit(arm: Arm, memory: JointMemory, ours: OurJoints, at: int) -> None:
     """
-    Raise TypeError if arm, memory and message have different joints, or if `at` results are too
-    few for a pose.
+    Raise TypeError if the numbers of joints do not fit together, or if `at` results are too few
+    for a pose.
     """
     if (
         memory.joints != arm.chain.dof

@@ -44,8 +44,8 @@ class Solutions:
     count
         Number of solutions.
     regular
-        Whether no solution is missing up to first order: no step of the closed form was singular
-        within its error, and each candidate converged to a solution of its own.
+        Whether no step of the closed form was singular within its error, and each candidate
+        converged to a solution of its own.
     sure
         Whether, in addition, the errors of the candidates are below 0.01 rad, which excludes other
         solutions.
