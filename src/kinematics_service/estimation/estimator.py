@@ -428,8 +428,8 @@ class Estimator:
         quantities: Sequence[type[StreamQuantity]] = (),
     ) -> EstimatorOutput | RefusedMessage | None:
         """
-        Return the tool's state and measures after a message, or the reason why the state is not
-        new.
+        Return the tool's state and measures after a message, or the reason why the message was
+        refused.
 
         Returns None if the bytes must be read as a sample: they have another form or no stamp, or
         have a fault that an error sentence must name. In these cases the estimator's memory has
