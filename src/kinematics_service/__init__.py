@@ -8,13 +8,13 @@ Each name is imported at its first use, so that the command line prints `--help`
 Ctrl-C, before the kernel is loaded.
 """
 
-# `_signal` loads at once. `signal` would first create enumerations, and Ctrl-C during that time
-# would print a traceback.
+# Import the C module `_signal`, which loads at once. The module `signal` first creates
+# enumerations, and Ctrl-C during that time would print a traceback.
 import _signal
 import sys
 
-# A command runs this file before `__main__`, so SIGINT gets its default action here: Ctrl-C ends
-# the command without a traceback.
+# If the process is a command, give SIGINT its default action: Ctrl-C then ends the command without
+# a traceback. Python runs this file before `__main__`.
 _program = sys.argv[0] if sys.argv else ''
 _is_command = (_program == '-m' and __name__ in sys.orig_argv) or _program.endswith(f'/{__name__}')
 if _is_command and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
@@ -33,7 +33,7 @@ from .robot.file.translation import TRANSLATORS, RobotText  # noqa: E402
 
 
 def _translate_urdf(content: bytes, file: str, base: str, tip: str) -> RobotText:
-    from .robot.urdf.importer import urdf_as_robot_file  # loaded at the first URDF
+    from .robot.urdf.importer import urdf_as_robot_file  # load the importer only for a URDF
 
     return urdf_as_robot_file(content, file, base, tip)
 

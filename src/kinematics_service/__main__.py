@@ -15,7 +15,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv
         The arguments without the program's name; default: those of this process.
     """
-    # Imported here, so that Ctrl-C has its default action during the import (see `__init__`).
+    # Import the command line only now, so that Ctrl-C has its default action during the import
+    # (see `__init__`).
     from .cli.command_line import run
 
     try:

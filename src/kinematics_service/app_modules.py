@@ -1,15 +1,15 @@
 """
-Find modules of apps by the task that they do.
+Find the module of an app (an optional part in the folder `apps`) by the name of its task.
 
-The core does not import apps, and an app imports few other apps. Instead, commands are found by
-the table in `cli/commands.py`, and modules by `APP_MODULES`.
+The core does not import apps, and an app imports few other apps. The core finds the commands of
+apps in the table of `cli/commands.py`, and other modules of apps in `APP_MODULES`.
 """
 
 import os
 from importlib import import_module
 from typing import Any
 
-# Module in the folder `apps` for each task.
+# For each task, the module in the folder `apps` that does the task.
 APP_MODULES = {
     'check': 'checking.commands.check',
     'factory calibration': 'calibration.factory',

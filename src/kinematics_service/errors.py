@@ -82,7 +82,7 @@ class KinematicsError(Exception):
     ----------
     code
         Stable name of the cause, for example `unknown-name`; it is not printed. Each class has a
-        general one, for errors that are raised without.
+        general one, for errors that are raised without a code of their own.
     """
 
     code = 'error'
@@ -188,7 +188,7 @@ class JointVectorError(ArgumentError):
 
 class LoopError(JointVectorError):
     """
-    A closed loop of the arm does not close, on its known branch, at the joint positions.
+    A closed loop of the arm has no solution at the joint positions on the branch in use.
 
     Attributes
     ----------
@@ -201,31 +201,33 @@ class LoopError(JointVectorError):
 
 
 class PointError(ArgumentError):
-    """The arm does not have a point, row or axes; or a position is not three numbers."""
+    """The arm has no such point, table row or axes, or the coordinates are not three numbers."""
 
     code = 'point'
 
 
 class TargetError(ArgumentError):
-    """A target is neither a pose nor a position, or is not finite; or its rows do not exist."""
+    """A target is not a finite pose or position, or it names task rows that do not exist."""
 
     code = 'target'
 
 
 class TwistError(ArgumentError):
-    """A twist is not six finite numbers, or is given in axes that do not exist."""
+    """A twist is not six finite numbers, or it is given in the axes of an unknown frame."""
 
     code = 'twist'
 
 
 class WrenchError(ArgumentError):
-    """A wrench is not six finite numbers, or its leading dimensions do not fit the positions."""
+    """A wrench is not six finite numbers, or its leading dimensions do not fit those of `q`."""
 
     code = 'wrench'
 
 
 class PlanError(ArgumentError):
-    """The times of a plan do not increase, or a setting for its check has no meaning."""
+    """
+    The times of a plan do not increase, or a setting of the plan's check is outside its range.
+    """
 
     code = 'plan'
 
@@ -237,7 +239,7 @@ class ServoSettingsError(ArgumentError):
 
 
 class SweepError(KinematicsError):
-    """The worker processes of a sweep cannot be used."""
+    """The worker processes of a sweep (a computation over many poses) cannot be used."""
 
     code = 'sweep'
 
@@ -261,13 +263,13 @@ class FormulaError(KinematicsError, ValueError):
 
 
 class UrdfError(KinematicsError, ValueError):
-    """A URDF cannot be read, or its chain cannot be described by a robot file."""
+    """A URDF cannot be read, or a robot file cannot describe its chain of joints."""
 
     code = 'urdf'
 
 
 class RecordingError(KinematicsError, ValueError):
-    """A recording cannot be read or judged; the message has the reason."""
+    """A recording of joint positions cannot be read or evaluated; the message has the reason."""
 
     code = 'recording'
 
@@ -346,12 +348,12 @@ class LayoutError(KinematicsError, ValueError):
 
 
 class CdrError(KinematicsError, ValueError):
-    """The encapsulation or the lengths in serialized bytes are not those of a message."""
+    """Serialized bytes have an encapsulation header or a length that a message cannot have."""
 
     code = 'cdr'
 
 
 class WireError(KinematicsError, ValueError):
-    """Bytes are not a message of their type; ROS's own deserializer refuses them as well."""
+    """Serialized bytes are not a message of the expected type; ROS would refuse them as well."""
 
     code = 'wire'

@@ -19,8 +19,9 @@ from typing import BinaryIO, TextIO
 
 from .errors import KinematicsError
 
-# Errors after which an existing file is overwritten instead of replaced: the file has another
-# owner, or is a mount, as single files in containers are. EXDEV: the new file is on another disk.
+# Errors of the operating system after which an existing file is overwritten instead of replaced.
+# The file has another owner, or is a mount, as single files in containers are, or the new file is
+# on another disk (EXDEV).
 OVERWRITE_ERRORS = (errno.EPERM, errno.EACCES, errno.EBUSY, errno.EXDEV, errno.EROFS)
 # File descriptors of standard output and standard error.
 STREAMS = (1, 2)
@@ -78,7 +79,7 @@ def unwritable(path: Path) -> str | None:
 
 
 def _found(path: Path) -> os.stat_result | None:
-    # Returns the status of the file of a path, or None if the file, or the target of a link, does
+    # Return the status of the file at `path`, or None if the file, or the target of a link, does
     # not exist.
     try:
         return path.stat()
@@ -91,8 +92,8 @@ def _target(path: Path) -> Path:
 
 
 def _folder(path: Path) -> Path | None:
-    # Returns the folder for the new file: that of `path` if a rename can replace the old file;
-    # otherwise None, the system's folder for temporary files.
+    # Return the folder for the new file. It is the folder of `path` if a rename can replace the
+    # old file. Otherwise return None, which means the system's folder for temporary files.
     found, folder = _found(path), _target(path).parent
     beside = found is None or (_may_be_replaced(path, found) and os.access(folder, os.W_OK))
     return folder if beside else None
@@ -101,7 +102,7 @@ def _folder(path: Path) -> Path | None:
 def _may_be_replaced(path: Path, found: os.stat_result) -> bool:
     if not stat.S_ISREG(found.st_mode) or found.st_nlink > 1 or _stream(found) is not None:
         return False
-    # A link in /proc may lead to a file without a name, which cannot be replaced.
+    # A link in /proc may lead to a file without a name. Such a file cannot be replaced.
     there = _found(_target(path))
     return there is not None and os.path.samestat(found, there)
 
@@ -154,7 +155,7 @@ def _pour(made: Path, path: Path, found: os.stat_result) -> None:
 
 
 def _reserve(stream: BinaryIO, size: int, before: int) -> None:
-    # Reserves disk space before the content is overwritten, so that the old content stays if the
+    # Reserve disk space before the content is overwritten, so that the old content stays if the
     # disk is full.
     if not size or not hasattr(os, 'posix_fallocate'):
         return
@@ -166,7 +167,7 @@ def _reserve(stream: BinaryIO, size: int, before: int) -> None:
 
 
 def say_written(file: Path, stream: TextIO | None = None) -> None:
-    """Print that a file was written, if it is a regular file; in a pipe the line would be data."""
+    """Print that a file was written, but only if it is a regular file, not a pipe or a device."""
     if file.is_file():
         print(f'wrote {file}', file=stream)
 

@@ -41,15 +41,14 @@ def resource(package: str, name: str) -> str:
 
 
 def facts(rows: Iterable[tuple[str, str]]) -> str:
-    """Return an HTML list of names and values, which are HTML."""
+    """Return an HTML list of pairs; names and values are pieces of HTML themselves."""
     cells = ''.join(f'<dt>{name}</dt><dd>{value}</dd>' for name, value in rows)
     return f'<dl class="origin">{cells}</dl>\n'
 
 
 def table(headers: Sequence[str], rows: Iterable[Sequence[str]], numbers: Sequence[int]) -> str:
     """
-    Return an HTML table of cells, which are HTML; columns with indices in `numbers` are aligned
-    to the right.
+    Return an HTML table, given heads and cells as HTML; the columns `numbers` are aligned right.
     """
     styles = '', ' class="n"'
 

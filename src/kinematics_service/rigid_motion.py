@@ -10,13 +10,14 @@ Floats = npt.NDArray[np.float64]
 
 # If pitch is this near to +-pi/2, rad, `roll_pitch_yaw` sets yaw to 0, because yaw is not unique.
 ANGLE_TOLERANCE = 1e-9
-# If pitch is this near to +-pi/2, rad, `exact_rpy` sets yaw to 0: about round-off.
+# If pitch is this near to +-pi/2, rad, `exact_rpy` sets yaw to 0. The value is about round-off.
 ANGLE_ROUND_OFF = 1e-15
 # Value of 2 cos(angle) below which R + R^T gives the axis: within 18 degrees of half a turn, where
 # R - R^T is small.
 HALF_TURN_COSINE = -1.9
 
-# Rotations of the z axis into the named axis: permutations, without round-off.
+# Rotation matrices that turn the z axis into the named axis. They are permutations, so they have
+# no round-off.
 Z_INTO = {
     'x': np.array([[0.0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]]),
     'y': np.array([[0.0, 1, 0, 0], [0, 0, 1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]),
@@ -30,7 +31,10 @@ def screw_z(theta: float, d: float) -> Floats:
 
 
 def screw(axis: str, angle: float, length: float) -> Floats:
-    """Return the matrix (4, 4) of a rotation (rad) about and translation (m) along an axis."""
+    """
+    Return the matrix (4, 4) of a screw motion: turn by `angle` (rad) about an axis, and move by
+    `length` (m) along the axis.
+    """
     k, T = 'xyz'.index(axis), np.eye(4)
     i, j = (k + 1) % 3, (k + 2) % 3
     T[i, i] = T[j, j] = math.cos(angle)

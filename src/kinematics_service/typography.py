@@ -1,4 +1,4 @@
-"""Replace typographic signs, as in PDF files, by plain signs; write nouns with numbers as text."""
+"""Replace typographic signs, as in PDF files, by plain signs; write counts such as `2 joints`."""
 
 import re
 import unicodedata
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 DEGREE = '°'
 _MINUS = '−‐‑‒–﹣－'
-_TIMES = '×·⋅∙∗\u2062'  # the last sign is invisible; web formulas contain it
+_TIMES = '×·⋅∙∗\u2062'  # the last sign, in web formulas, is invisible
 _DIVIDED = '⁄∕÷'
 _SPACES = ('\u00a0', '\u202f', '\u205f', '\u3000', *map(chr, range(0x2000, 0x200B)))
 _NO_WIDTH = '\u200b\u200c\u200d\u2060\ufeff'
@@ -27,7 +27,7 @@ GREEK = {
     **dict(zip('αβγδεζηθικλμνξοπρστυφχψω', _NAMES.split(), strict=True)),
     **dict(zip('ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ', _NAMES.title().split(), strict=True)),
     'ϑ': 'theta', 'ϕ': 'phi', 'ϖ': 'pi', 'ϵ': 'epsilon', 'µ': 'mu',
-    '⍺': 'alpha',  # the sign of APL, which tables of some programs contain
+    '⍺': 'alpha',  # the alpha of APL, which tables of some programs use
 }  # fmt: skip
 _LETTERS = str.maketrans(GREEK)
 _STYLED = re.compile('[\U0001d400-\U0001d7ff]')  # letters of formulas, such as an italic theta

@@ -1,1 +1,1 @@
-"""Describe one arm: its table, chain, task and measures, and the files it is read from."""
+"""Describe one arm: its files, DH table, kinematic chain, task and measures of singularity."""

@@ -27,7 +27,7 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
     }.items()
 }
 OTHERS = 'Others'
-# Prefix of a robot that is a topic name: the node can read a URDF from a topic.
+# Prefix of a robot argument that names a ROS topic: the node can read a URDF from a topic.
 TOPIC = 'topic:'
 YAML = ('.yaml', '.yml')
 
@@ -63,13 +63,13 @@ def grouped_robots() -> Mapping[str, Mapping[str, Path]]:
 
 class RobotSource(NamedTuple):
     """
-    The file that describes a robot; for a URDF or a cell, also the ends of the chain in it.
+    The file that describes a robot; for a URDF or a cell, also the two ends of the chain.
 
     Attributes
     ----------
     base, tip
         In a URDF, the links at which the chain begins and ends. In a cell, arms or points of
-        arms. Empty if the user did not give them.
+        arms. Each text is empty if the user did not give it.
     """
 
     file: Path
@@ -91,7 +91,7 @@ def find_robot_file(name: str | os.PathLike[str]) -> Path:
 
 def find_robot(name: str | os.PathLike[str]) -> RobotSource:
     """
-    Return the source of a robot, given its bundled name, a path, or FILE:BASE:TIP.
+    Return the file and the chain ends of a robot, given a bundled name, a path or FILE:BASE:TIP.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
 
 
 def _other_model(text: str, name: str) -> bool:
-    # Return whether two names differ like two models of one maker. Either their digits differ
+    # Return whether two names look like two models of one maker. Either their sorted digits differ
     # (two exchanged digits are a typing mistake), or one name has more letters after its number,
     # as ur5e has more than ur5.
     (digits, behind), (others, other_behind) = (

@@ -1,8 +1,8 @@
 """
-Read cells: several arms in one frame, and the motion of one arm's tool relative to another's.
+Read cells, which place several arms in one frame, and describe relative motions of two arms.
 
-The relative motion of two arms is described as one arm with the joints of both, so every function
-that takes an arm accepts it.
+The motion of one arm's tool relative to another arm's tool is described as one arm with the joints
+of both arms. So every function that takes an arm accepts a relative motion.
 """
 
 import hashlib
@@ -28,13 +28,13 @@ from .points import ending_at, moved_base
 from .relative_motion import relative_motion
 
 FLOOR = 'cell'
-MAX_ARMS = 128  # bounds the reading time, which is half a second for 128 arms
+MAX_ARMS = 128  # bounds the reading time: 128 arms take half a second
 
 
 @dataclass(frozen=True)
 class Cell:
     """
-    Several arms in one frame.
+    Several arms whose bases are placed in one frame.
 
     Attributes
     ----------
@@ -43,8 +43,8 @@ class Cell:
     frame
         The name of the frame in which the bases are given.
     arms
-        The description of each arm, by name. Its base is given in the frame of the cell, and its
-        joints have their names in JointState messages, `joint_prefix` included.
+        The description of each arm, by name. The base of each arm is given in the frame of the
+        cell. The joints have their names in JointState messages, with `joint_prefix`.
     file
         The path as the user gave it.
     sha256
@@ -62,7 +62,7 @@ class Cell:
 
     def described(self, base: str = '', tip: str = '') -> RobotDescription:
         """
-        Return an arm of the cell, or the motion of one arm's tool relative to another's.
+        Return one arm of the cell, or the motion of one arm's tool relative to another arm's tool.
 
         Parameters
         ----------
@@ -107,7 +107,8 @@ class Cell:
         if not point:
             return description
         ended = ending_at(description, point)
-        # Add the name of the arm to the name of the frame: two arms may have the same point.
+        # Add the name of the arm to the name of the frame, because two arms may have points of the
+        # same name.
         return replace(ended, tool=Placement(f'{arm}_{ended.tool.frame}', ended.tool.motion))
 
 
@@ -120,7 +121,7 @@ def _arm_of(name: str, known: Sequence[str], file: str) -> str:
 
 def is_cell(source: RobotSource) -> bool:
     """
-    Return whether a file describes a cell.
+    Return whether the file of a robot source describes a cell, not a single arm.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """
-Fold a robot's table into the constants of the kernel.
+Multiply the constant motions of a DH table together, which gives the kernel's chain.
 
-The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K. Every moving row is one screw about its own z
-axis. The constant motions between two screws (conventions, fixed rows, base, tool) are multiplied
-into one constant. Therefore the kernel needs neither conventions nor joint types.
+The chain is C_0 screw_z(1) C_1 screw_z(2) ... C_K, where screw_z(k) is the screw about the z axis
+of moving row k. The constant motions between two screws (conventions, fixed rows, base,
+tool) are multiplied into one matrix C_k. So the kernel needs neither conventions nor joint types.
 """
 
 import itertools
@@ -26,8 +26,8 @@ class FrozenArrays:
     """
     Base of frozen dataclasses whose arrays are read-only.
 
-    The constructor also builds copies and unpickled objects, because numpy makes copied arrays
-    writable.
+    Copying and unpickling call the constructor, which makes the arrays read-only again: numpy
+    makes copied arrays writable.
     """
 
     READ_ONLY: ClassVar[tuple[str, ...]] = ()
@@ -65,7 +65,7 @@ def fold(
     closure: Closure | None = None,
 ) -> Chain:
     """
-    Return the kernel's chain of a table: constant motions and screws about z.
+    Return a table as the kernel's chain: constant motions, and screws about z between them.
 
     Parameters
     ----------
@@ -77,13 +77,14 @@ def fold(
     base, tool : shape (4, 4)
         Frame 0 in the base frame; the tool in the frame after the last row.
     closure
-        The loops that move the passive variables; ignored if no row moves with a passive variable.
+        The closed loops that move the passive variables; ignored if no passive variable moves a
+        row.
     """
     constants: list[Floats] = []
     elements: list[Row] = []
     entries: list[list[tuple[int, float, float]]] = []
     frame_parents, frame_offsets = [-1], [base]
-    still = base  # the constant motion after the last screw so far
+    still = base  # product of the constant motions after the last screw
     for row in rows:
         if moved := _entries(row, variables):
             constants.append(still @ row.before)
@@ -118,9 +119,7 @@ def fold(
 
 
 def poses_and_jacobians(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
-    """
-    Return the poses of a chain's end, (N, 4, 4), and J in base axes, (N, 6, n), at N positions q.
-    """
+    """Return the tool poses (N, 4, 4) of a chain, and J in base axes, (N, 6, n), at q (N, n)."""
     rows = _evaluated(chain, q, kernel.JACOBIAN)
     J = rows[:, kernel.JACOBIAN_AT : kernel.JACOBIAN_AT + 6 * chain.dof]
     return rows[:, :16].reshape(-1, 4, 4), J.reshape(-1, 6, chain.dof)
@@ -128,7 +127,7 @@ def poses_and_jacobians(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
 def poses_and_frames(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
-    Return the poses of a chain's end, (N, 4, 4), and of the frames of the table at N positions q.
+    Return the tool poses (N, 4, 4) of a chain, and the poses of the table's frames, at q (N, n).
 
     The frames are frame 0 and the frame after each row, (N, rows + 1, 4, 4), in the base frame.
     """

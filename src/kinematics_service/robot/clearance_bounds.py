@@ -1,4 +1,4 @@
-"""Bound the derivatives of an arm's Jacobian at every pose by the lengths of the arm."""
+"""Bound the derivatives of an arm's Jacobian at all joint positions, from the arm's lengths."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -10,10 +10,11 @@ from .. import kernel
 from ..kernel import Chain, ChainTable, Floats, Integers
 from .task import Task
 
-# If a chain has more entries, only the second derivative is bounded: the fourth derivative has
-# entries^5 components.
+# If a chain has more entries (a joint that moves a screw), bound only the second derivative: the
+# fourth derivative has entries^5 components.
 MAX_BOUNDED_ENTRIES = 12
-# Sine of the angle between two axes below which they count as parallel: no point is nearest.
+# Two axes count as parallel if the sine of the angle between them is below this. Parallel axes
+# have no unique nearest points.
 PARALLEL_SINE = 1e-6
 # Relative error of a sum of lengths: a few thousand times machine epsilon.
 LENGTH_SUM_ERROR = 1e-12
@@ -30,7 +31,7 @@ class ClearanceBounds(NamedTuple):
     point : shape (3,), m
         The reference point of J, in the axes of the tool, from its origin.
     bend, twist, fourth
-        Bounds of the second, third and fourth derivatives of J_t; infinite if not computed.
+        Upper bounds of the second, third and fourth derivative of J_t; infinite if not computed.
     """
 
     moving: Integers
@@ -42,10 +43,11 @@ class ClearanceBounds(NamedTuple):
 
 class _Elements(NamedTuple):
     """
-    The d elements (screws) of a chain at one configuration, in the base frame.
+    The d elements (screws) of a chain and the tool, at one joint configuration, in the base frame.
 
-    For each element: whether it turns (d,), and the direction (d, 3) and a point (d, 3), m, of its
-    axis. For the tool: its position (3,), m, and its rotation (3, 3).
+    Each element has a flag whether it turns, `turns` (d,), and an axis with the direction `axis`
+    (d, 3) through the point `point` (d, 3), m. The tool has the position `tool` (3,), m, and the
+    rotation `rotation` (3, 3).
     """
 
     turns: npt.NDArray[np.bool_]
@@ -65,8 +67,8 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
     turns, axis, point = np.zeros(count, bool), np.zeros((count, 3)), np.zeros((count, 3))
     for k in range(count):
         entries = range(first[k], first[k + 1])
-        # Compute the axis from the screw (v, w) of the entry that rotates most. A point of the
-        # axis follows from v = w x (tool - point).
+        # Compute the axis from the screw (v, w) of the entry with the largest rotation: v = w x
+        # (tool - point), where `point` is on the axis.
         e = max(entries, key=lambda entry: abs(chain.table.by_theta[entry]))
         if chain.table.by_theta[e] != 0.0:
             v, w = screws[e, :3], screws[e, 3:]
@@ -77,9 +79,10 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
 
 
 def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
-    # Return the reference point of J. For a task of six rows, J has the same rank at every point
-    # of the tool. Therefore return the wrist centre, the point of the last axis nearest to the
-    # axis before. If this point is farther from the tool than `farthest` (m), return the tool.
+    # Return the reference point of J, (3,), m. For a task of six rows, J has the same rank at
+    # every point of the tool. Therefore return the wrist centre: the point of the last axis that
+    # is nearest to the axis before it. If the wrist centre is farther from the tool than
+    # `farthest` (m), return the position of the tool.
     if not six_rows or len(elements.turns) < 2 or not elements.turns[-2:].all():
         return elements.tool
     a, b = elements.axis[-1], elements.axis[-2]
@@ -94,7 +97,7 @@ def _point(elements: _Elements, six_rows: bool, farthest: float) -> Floats:
 
 class _Feet(NamedTuple):
     """
-    The largest distance of a point from each element's axis, m, shape (elements,).
+    Upper bounds of the distances from each element's axis to one point, m, shape (elements,).
 
     `first` is the foot of the perpendicular on the first axis that turns, shape (3,), m.
     """
@@ -104,9 +107,9 @@ class _Feet(NamedTuple):
 
 
 def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
-    # Drop a perpendicular from the point to the last axis, from its foot to the axis before, and
-    # so on. Add the lengths of the perpendiculars, which are constant, and the strokes of sliding
-    # elements.
+    # Drop a perpendicular from the point to the last axis, from the foot of this perpendicular to
+    # the axis before, and so on. The distance to an axis is at most the sum of the perpendiculars
+    # after it, whose lengths are constant, and of the strokes of sliding elements.
     count = len(elements.turns)
     first = chain.table.first_entry
     hops, foot = np.zeros(count), point
@@ -148,11 +151,12 @@ def reach_of(chain: Chain, limits: Floats) -> Reach:
 
 def moving_joints(chain: Chain, task: Task) -> Integers:
     """
-    Return the joints that can change the rank of J_t, shape (d,).
+    Return the indices of the joints that can change the rank of J_t, shape (d,).
 
-    The first joint moves all columns of J_t as one rigid body. For a task of six rows, the last
-    joint moves no column. Neither changes the rank if the joint moves no other row of the table.
-    Neighbours on the same axis are left out as well. Joints of closed loops are always returned.
+    The first joint moves all columns of J_t as one rigid body. It is left out, unless it turns and
+    J_t has only some of the linear or angular rows. The last joint is left out if J_t has six
+    rows, because it changes no column. Neighbours on the axis of such a joint are left out. A
+    joint is kept if it moves two rows of the table, or is part of a closed loop.
     """
     six_rows = len(task.rows) == 6
     table = chain.table
@@ -173,7 +177,7 @@ def moving_joints(chain: Chain, task: Task) -> Integers:
 
 def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
     # Yield the entries of the first elements in `order` that share one axis. Stop at an element
-    # with several entries, or whose joint moves another element.
+    # that several joints move, or whose joint also moves another element.
     for place, k in enumerate(order):
         entry = table.first_entry[k]
         alone = table.first_entry[k + 1] == entry + 1
@@ -187,10 +191,11 @@ def _alone_about_one_axis(table: ChainTable, order: range) -> Iterator[int]:
 
 
 def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Floats:
-    # Return bounds of the derivatives of each column of J_t by `order` joints, shape (n, ..., n).
-    # The linear part is at most the speed of the entry that is last in the chain, times the
-    # angular velocities of the other entries. The angular part is at most the product of all
-    # angular velocities. It is zero unless all other entries are before the column in the chain.
+    # Return upper bounds of the norms of the derivatives of each column of J_t by `order` joints,
+    # shape (n, ..., n). The linear part is at most the speed of the entry that is last in the
+    # chain, times the angular velocities of the other entries. The angular part is at most the
+    # product of all angular velocities. The angular part is zero unless the column's entry is
+    # behind all other entries in the chain.
     table, E = chain.table, chain.entries
     element = np.repeat(np.arange(len(table.theta_0)), np.diff(table.first_entry))
     w = np.abs(table.by_theta)
@@ -203,7 +208,8 @@ def _largest_parts(chain: Chain, task: Task, farthest: Floats, order: int) -> Fl
     has_linear = any(axis < 3 for axis in task.axes)
     has_angular = any(axis >= 3 for axis in task.axes)
     parts = np.hypot(linear * has_linear, angular * task.length * has_angular)
-    # Sum the bounds over the entries of each joint, and scale sliding joints by the length.
+    # Sum the bounds over the entries of each joint, and multiply those of sliding joints by the
+    # characteristic length.
     scales = np.zeros((chain.dof, E))
     scales[table.joint, np.arange(E)] = task.column_scales[table.joint]
     for axis in range(order + 1):
@@ -225,8 +231,8 @@ def strokes_of(chain: Chain, limits: Floats) -> Floats:
 
 def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     """
-    Return bounds of an arm's Jacobian derivatives, for positions up to kernel.FARTHEST beyond the
-    strokes.
+    Return upper bounds of the derivatives of an arm's Jacobian. The bounds hold for joint
+    positions up to `kernel.FARTHEST` beyond the strokes.
 
     Parameters
     ----------
@@ -248,7 +254,8 @@ def find_bounds(chain: Chain, task: Task, strokes: Floats) -> ClearanceBounds:
     for order in (2, 3, 4) if chain.entries <= MAX_BOUNDED_ENTRIES else (2,):
         parts = _largest_parts(chain, task, farthest, order)
         parts = parts[np.ix_(np.arange(n), *[moving] * order)]
-        # The 2-norm of every flattening bounds the tensor along a unit vector: take the smallest.
+        # The derivative along a unit vector is at most the 2-norm of any matrix that has the
+        # components of the tensor. Take the smallest of these norms.
         flat = (parts.reshape(n * d**k, -1) for k in range(order))
         flat = (part if len(part) < len(part.T) else part.T for part in flat)
         bounds[order - 2] = min(float(np.linalg.norm(part, 2)) for part in flat)

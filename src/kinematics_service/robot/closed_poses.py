@@ -1,4 +1,4 @@
-"""Find joint positions at which an arm's closed loops close, by random sampling."""
+"""Find joint positions at which the closed loops of an arm close, by random sampling."""
 
 import numpy as np
 import numpy.typing as npt
@@ -7,11 +7,11 @@ from .. import kernel
 from ..kernel import Chain, Floats
 
 BATCH_SIZE = 20  # joint positions that the kernel tries in one call
-# Stop if fewer than one in this many samples closes: a sample that does not close takes as long
-# as many samples that close.
+# Stop if fewer than one in this many samples closes the loops. A sample that does not close them
+# takes as long as many samples that do.
 MAX_TRIES_PER_POSE = 5
-# If fewer samples close, sample around the position `assembled` of the robot file, within smaller
-# and smaller radii (rad or m).
+# If fewer samples close the loops, sample again around the position `assembled` of the robot file,
+# within smaller and smaller radii (rad or m).
 MIN_CLOSED_POSES = 100
 SEARCH_RADII = (1.0, 0.3, 0.1, 0.03, 0.01)
 SEED = 20240523
@@ -19,8 +19,8 @@ SEED = 20240523
 
 def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
     """
-    Close the loops of a chain at joint positions; return the kernel's numbers of the loops, and
-    which group of loops fails.
+    Solve the loop equations of a chain at joint positions. Return the kernel's results for the
+    loops, and the group of loops that fails.
 
     Parameters
     ----------
@@ -31,8 +31,9 @@ def close_at(chain: Chain, q: Floats) -> tuple[Floats, Floats]:
 
     Returns
     -------
-    The numbers that `kernel.Closure` documents, shape (N, width). For each row of q, 0 if all
-    loops close, else the number of the failed group, counted from the last as 1, shape (N,).
+    The results that `kernel.Closure` documents, shape (N, width), and for each row of q the failed
+    group, shape (N,). The second number is 0 if all loops close, else the number of the group,
+    counted from 1 for the last group.
     """
     sections = np.empty((len(q), chain.closure.width))
     failed = np.empty(len(q))
@@ -51,9 +52,9 @@ def closes_at(chain: Chain, q: Floats) -> npt.NDArray[np.bool_]:
 
 def tried_poses(chain: Chain, q: Floats) -> tuple[Floats, int]:
     """
-    Return the rows of q (N, n) at which the loops of a chain close, and how many rows were tried.
+    Return the rows of q (N, n) that close the loops of a chain, and the number of tried rows.
 
-    It stops early if fewer than one in MAX_TRIES_PER_POSE rows closes.
+    The function stops early if fewer than one in MAX_TRIES_PER_POSE rows closes the loops.
     """
     batches: list[Floats] = []
     closed, tried = 0, 0
@@ -66,10 +67,10 @@ def tried_poses(chain: Chain, q: Floats) -> tuple[Floats, int]:
 
 def closed_poses(chain: Chain, q: Floats) -> Floats:
     """
-    Return the rows of q (N, n) at which the loops of a chain close; all rows without loops.
+    Return the rows of q (N, n) that close the loops of a chain; all rows if it has no loops.
 
-    If fewer than MIN_CLOSED_POSES rows close, joint positions are added that are sampled around
-    the position `assembled` of the robot file, at which the loops close.
+    If fewer than MIN_CLOSED_POSES rows close the loops, the function adds joint positions that it
+    samples around the position `assembled` of the robot file, at which the loops close.
     """
     if chain.loops == 0:
         return q

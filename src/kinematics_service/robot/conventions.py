@@ -1,4 +1,4 @@
-"""Write each row of a table as a screw about z between two constants, in any convention."""
+"""Write a table row of any convention as a screw about z between two constant motions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Row:
 
 
 def row_of(link: Link, convention: str) -> Row:
-    """Return a table row, written in a convention, as a screw about z between two constants."""
+    """Return a table row of a convention as a screw about z between two constant motions."""
     if isinstance(link, DhRow):
         product = CONVENTIONS[convention]
         return Row(
@@ -42,8 +42,8 @@ def row_of(link: Link, convention: str) -> Row:
             _constants(product.after_joint, link),
         )
     if isinstance(link, ElementaryMotion):
-        # Rx(a) = turn @ Rz(a) @ turn.T, where `turn` rotates z into x. Ry, Tx and Ty have the
-        # same form.
+        # Write the motion as one along z: Rx(a) = turn @ Rz(a) @ turn.T, where `turn` rotates z
+        # into x. Ry, Tx and Ty are written in the same way.
         turn = Z_INTO[link.axis[1]]
         argument = link.argument.affine
         theta, d = (argument, ZERO) if link.turns else (ZERO, argument)
@@ -67,5 +67,5 @@ def _constants(motions: Sequence[NamedMotion], link: DhRow) -> Floats:
 
 
 def table_rows(description: RobotDescription) -> tuple[Row, ...]:
-    """Return the rows of a robot's table, base and tool not included."""
+    """Return the rows of a robot's table as screws, without base and tool."""
     return tuple(row_of(link, description.convention) for link in description.links)

@@ -1,8 +1,9 @@
 """
-Evaluate named singular factors: functions of the joints whose zeros are singular poses.
+Evaluate the singular factors of an arm: named functions of q that are zero at singular poses.
 
-A factor's expression becomes a tape, a list of elementary operations. The kernel computes value
-and gradient in one pass over the tape (forward-mode automatic differentiation).
+The expressions of the factors become a tape, which is a list of elementary operations. The kernel
+computes all values and gradients in one pass over the tape (forward-mode automatic
+differentiation).
 """
 
 import math
@@ -24,18 +25,18 @@ from .task import Task
 # product of the f^k is the determinant up to a constant. Away from its zeros, a determinant has
 # relative round-off below 1e-12.
 LOG_DIFFERENCE_TOLERANCE = 1e-9
-# Joint positions with |det| below this fraction of the median are not compared: near a zero of the
-# determinant, its relative round-off is large.
+# Compare the product with the determinant only where |det| is at least this fraction of its
+# median. Near a zero of the determinant, the relative round-off is large.
 MIN_DETERMINANT_RATIO = 1e-3
 # A zero of a factor counts as a singular pose if the smallest singular value of J_t is at most
 # this fraction of the largest one.
 SINGULAR_VALUE_RATIO = 1e-6
-# Largest ratio of singular values at a zero of an approximate factor, which belongs to the table
-# before calibration.
+# Largest ratio of singular values at a zero of an approximate factor. Such a factor was derived
+# from the table before its calibration.
 APPROXIMATE_SINGULAR_VALUE_RATIO = 0.03
 # An approximate factor can have its zero this far from the singular pose, rad.
 APPROXIMATE_ZERO_DISTANCE = 0.02
-CHECKED_ZEROS = 30  # starts of the search for zeros of each factor
+CHECKED_ZEROS = 30  # number of starts, for each factor, of the search for zeros
 NEWTON_STEPS = 40  # Newton iterations from each start
 
 
@@ -48,16 +49,16 @@ class Factors(FrozenArrays):
     ----------
     names, texts
         Names and expressions of the factors in the robot file, followed by those of the closed
-        loops. The factor of a loop is the determinant of its residuals' derivatives by its passive
-        joints. The tape does not contain factors of loops.
+        loops. The factor of a loop is the determinant of the derivatives of the loop equations by
+        the passive joints. The tape does not contain factors of loops.
     approximate
-        For each factor, whether it belongs to the table before calibration.
+        For each factor, whether it was derived from the table before its calibration.
     complete
-        Whether the product of the factors, with whole powers, is the determinant up to a constant.
-        Then every singular pose is a zero of a factor.
+        Whether a product of powers of the factors is the determinant of J_t up to a constant. If
+        so, every singular pose is a zero of a factor.
     operations : shape (steps, 3), constants : shape (steps,)
-        For each step of the tape: its operation and the indices of its operands; the value of a
-        constant, or the scale of a joint position or of an angle.
+        For each step of the tape, `operations` has the operation and the indices of two operands.
+        `constants` has the value of a constant, or the scale of a joint position or of an angle.
     ends : shape (factors,)
         For each factor on the tape, the index of the step that computes its value.
     """
@@ -82,9 +83,9 @@ class Factors(FrozenArrays):
         """
         Return whether a message may name factor k as the cause of the nearest singular pose.
 
-        If the factors are not complete, the cause may be missing from the list, so the zero of
-        factor k must be about as near as the singular pose. The factor of a loop is named if the
-        position at which the loop equations are singular is nearer than the singular pose.
+        If the factors are not complete, the true cause may not be one of them. So the distance to
+        the zero of factor k must be about the distance to the singular pose. The factor of a loop
+        may be named if its zero is not farther than the singular pose.
 
         Parameters
         ----------
@@ -110,7 +111,7 @@ class Factors(FrozenArrays):
 
     def evaluate(self, q: Floats) -> Floats:
         """
-        Return value and gradient of each factor of the robot file, (N, factors, 1 + n).
+        Return value and gradient of each factor of the robot file at q, (N, factors, 1 + n).
 
         `q` has shape (N, n), rad or m. Gradients are per rad or m of the joint position.
         """
@@ -121,14 +122,14 @@ class Factors(FrozenArrays):
 
 def motions_to_zeros(results: Floats, column_scales: Floats) -> Floats:
     """
-    Return one Newton step to the nearest zero of each factor, (..., factors, n), rad or m.
+    Return one Newton step towards a zero of each factor, (..., factors, n), rad or m.
 
     The step of a factor is zero if its gradient is zero.
 
     Parameters
     ----------
     results : shape (..., factors, 1 + n)
-        As `Factors.evaluate` returns them.
+        Values and gradients of the factors, as `Factors.evaluate` returns them.
     column_scales : shape (n,)
         1 for a joint that turns, the characteristic length for a prismatic joint.
     """
@@ -195,8 +196,8 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
     description, chain, task
         The arm.
     q : shape (N, n), rad or m
-        Joint positions at which the factors are compared with the determinant, and from which
-        their zeros are searched.
+        Joint positions at which the factors are compared with the determinant of J_t, and at which
+        the search for zeros of the factors starts.
 
     Raises
     ------
@@ -225,7 +226,7 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
 
 
 def with_loops(factors: Factors, description: RobotDescription, chain: Chain) -> Factors:
-    """Return factors, extended by the determinant of each group of closed loops of an arm."""
+    """Return factors, followed by one more for each group of closed loops: its determinant."""
     if chain.loops == 0:
         return factors
     groups = loop_groups(description.loops)
@@ -248,7 +249,7 @@ def _product_is_the_determinant(factors: Factors, chain: Chain, task: Task, q: F
         return False
     determinants = np.abs(np.linalg.det(_task_jacobians(chain, task, q)))
     values = np.abs(factors.evaluate(q)[..., 0])
-    # This replaces np.median, which imports another package and would delay each node's start.
+    # Sort instead of np.median, which imports another package and would delay the start of a node.
     usable = determinants > MIN_DETERMINANT_RATIO * np.sort(determinants)[len(determinants) // 2]
     usable &= np.all(values > 0.0, axis=1)
     if np.sum(usable) <= 2 * len(factors.names):

@@ -1,4 +1,4 @@
-"""Compute the range of each joint position over which the arm's singular poses are sampled."""
+"""Compute the range of each joint in which the kernel samples the arm's singular poses."""
 
 import math
 
@@ -14,13 +14,13 @@ MAX_TURNS = 4  # largest number of turns that is tried as the period of a joint
 
 def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
     """
-    Return the begin, the length and the period of each joint's sampling range, (n, 3), in rad.
+    Return begin, length and period of the range in which each joint is sampled, (n, 3), rad.
 
-    Positions of prismatic joints are divided by the characteristic length. The length of the range
-    is 0 if the joint never changes the rank of J_t. If the joint has no period, its period is
-    infinite, and the range goes `kernel.FARTHEST` beyond the limits, or is one turn without
-    limits. For an arm with closed loops the range ends at the limits, because the loops may not
-    close beyond them.
+    The range of a joint with a period is one period. The range of a joint without a period goes
+    `kernel.FARTHEST` beyond the joint limits, or is one turn if the joint has no limits; its
+    period is infinite. For an arm with closed loops, the range ends at the limits, because the
+    loops may not close beyond the limits. The length is 0 if the joint never changes the rank of
+    J_t. Positions of prismatic joints are divided by the characteristic length.
     """
     n, scales = chain.dof, task.column_scales
     if not chain.entries:
@@ -42,8 +42,8 @@ def joint_spans(chain: Chain, task: Task, limits: Floats) -> Floats:
 
 
 def _period(chain: Chain, j: int) -> float:
-    # Return the period of joint j in rad: the smallest number of whole turns after which the arm
-    # is in the same configuration. Return infinity if there is none up to MAX_TURNS.
+    # Return the period of joint j in rad: the smallest number of whole turns after which all links
+    # have their poses again. Return infinity if MAX_TURNS turns are not enough.
     moved = chain.table.joint == j
     if np.any(chain.table.by_d[moved] != 0.0):
         return math.inf

@@ -1,4 +1,4 @@
-"""Compute the column of each quantity in the rows that `kernel.measure` fills."""
+"""Compute in which columns of its result array `kernel.measure` writes each quantity."""
 
 from itertools import accumulate
 from typing import NamedTuple
@@ -8,21 +8,21 @@ from .. import kernel
 
 class MeasurePlaces(NamedTuple):
     """
-    The column indices of the quantities in a row that `kernel.measure` fills.
+    The column indices of the quantities that `kernel.measure` writes into one row per pose.
 
     Attributes
     ----------
     lost, motion, way, sigma
-        First column of four quantities: the direction of the tool that is null at a singular pose,
-        the joint motion that belongs to it, the joint motion away from the nearest singular pose,
-        and the singular values.
+        First columns of four vectors: the null direction of the tool at a singular pose, the joint
+        motion of this null direction, the joint motion away from the nearest singular pose, and
+        the singular values.
     judged
         The column of kernel.WATCHED, followed by the columns up to kernel.FIRST_ORDER.
     distances, results
-        First column of the distances to the factors' zeros, and of the values and gradients of
-        the factors.
+        First column of the distances to zeros of the factors, and first column of the values and
+        gradients of the factors.
     pose
-        First column of the nearest singular pose.
+        First column of the joint positions of the nearest singular pose.
     width
         Number of columns.
     """
@@ -39,6 +39,8 @@ class MeasurePlaces(NamedTuple):
 
 
 def measure_places(dof: int, rows: int, factors: int = 0) -> MeasurePlaces:
-    """Return the columns for an arm, given its numbers of joints, task rows and factors."""
+    """
+    Return the column indices for an arm, given the numbers of its joints, task rows and factors.
+    """
     widths = (6, dof, dof, min(dof, rows), kernel.JUDGED, factors, factors * (1 + dof), dof)
     return MeasurePlaces(*accumulate(widths, initial=kernel.LOST_AT))

@@ -1,4 +1,4 @@
-"""Name the units of the measures; those of determinant and manipulability depend on the arm."""
+"""Name the unit of each measure of singularity; the unit of the determinant depends on the arm."""
 
 from .measures import MEASURES
 from .robot import Robot
@@ -8,7 +8,8 @@ def measure_units(robot: Robot) -> dict[str, str]:
     """
     Return the unit of each measure in plain letters, such as `m^3`; empty for the unit 1.
 
-    The unit is `mixed` if J_t is not square and its minors have different units.
+    The determinant and the manipulability have the unit `mixed` if J_t is not square and its
+    minors have different units.
     """
     power = _volume_power(robot)
     volume = {None: 'mixed', 0: '', 1: 'm'}.get(power, f'm^{power}')

@@ -1,4 +1,4 @@
-"""Compare a measure of singularity with its thresholds: OK, WARN or ERROR, with hysteresis."""
+"""Compare a measure of singularity with two thresholds; the result is OK, WARN or ERROR."""
 
 import enum
 import math
@@ -21,15 +21,15 @@ class Level(enum.IntEnum):
     STALE = 3
 
 
-# WARN or ERROR ends only when the measure is better than the threshold by this factor. Therefore
-# noise near the threshold causes one warning, not many.
+# Hysteresis: WARN or ERROR ends only if the measure is better than the threshold by this factor.
+# So noise near the threshold causes one warning, not many.
 HYSTERESIS = 1.5
 
 
 @dataclass(frozen=True)
 class Thresholds:
     """
-    The watched measure, and the values at which WARN (`warn`) and ERROR (`stop`) begin.
+    The measure that is compared, and its values at which WARN (`warn`) and ERROR (`stop`) begin.
     """
 
     measure: str
@@ -40,7 +40,8 @@ class Thresholds:
         """
         Return the values of the measure at which WARN and ERROR begin, given the previous level.
 
-        Both are below the largest value of the measure (for `distance` 1 rad): it is always OK.
+        Both values are less than the largest value of the measure (1 rad for `distance`), so that
+        the largest value is always OK.
         """
         measure = MEASURES[self.measure]
         factor = HYSTERESIS if measure.small_is_bad else 1.0 / HYSTERESIS
@@ -71,7 +72,7 @@ def thresholds_for(
     task: Task, measure: str = '', warn: float | None = None, stop: float | None = None
 ) -> Thresholds:
     """
-    Return checked thresholds for an arm's task; measure and thresholds have defaults.
+    Return the thresholds for an arm's task after checks; omitted arguments have defaults.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def thresholds_for(
 
 def why_unsearched(joints: int, farthest: float = 0.0) -> str:
     """
-    Return the reason why the kernel cannot compute the distance to a singular pose, else ''.
+    Return why the kernel cannot compute the distance to a singular pose of an arm, or ''.
 
     Parameters
     ----------
