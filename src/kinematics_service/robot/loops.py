@@ -1,7 +1,8 @@
 """
-Fold the two chains of each closed loop of an arm into the constants of the kernel, and check them.
+Convert the closed loops of an arm to the kernel's data, and check that the loops close.
 
-The variables are the joints in their order, followed by the passive joints of all loops.
+Each loop has two chains. Their variables are the joints of the arm in their order, followed by the
+passive joints of all loops.
 """
 
 from collections.abc import Sequence
@@ -28,7 +29,7 @@ from .file.parts.loop_groups import loop_groups, names_in_loop, passive_of
 from .file.parts.singularity import ROWS
 from .file.reader import refuse
 
-# Components of a rotation or translation up to this, rad or m, count as zero.
+# Components of a rotation vector or a translation up to this, rad or m, count as zero.
 ROTATION_TOLERANCE = 1e-9
 # Step of a passive joint, rad or m, for the test whether the joint moves a row of a loop.
 JOINT_STEP = 0.1
@@ -40,7 +41,7 @@ def passive_names(description: RobotDescription) -> frozenset[str]:
 
 
 def opened(description: RobotDescription) -> RobotDescription:
-    """Return an arm with its loops cut open: passive joints become joints without limits."""
+    """Return an arm without its closed loops: the passive joints become joints without limits."""
     passive = tuple(
         JointDescription(joint.name, joint.name, joint.type, -np.inf, np.inf, np.inf)
         for joint in passive_of(description.loops)
@@ -61,7 +62,7 @@ def variables_of(description: RobotDescription) -> tuple[str, ...]:
 
 
 def moving_variables(description: RobotDescription, links: Sequence[Link]) -> frozenset[str]:
-    """Return the variables that move rows of the table, directly or by closed loops."""
+    """Return the variables that move one of the rows `links`, directly or by closed loops."""
     moving = names_in_rows(links)
     for group in reversed(loop_groups(description.loops)):
         if moving & {joint.name for joint in passive_of(group)}:
@@ -72,7 +73,7 @@ def moving_variables(description: RobotDescription, links: Sequence[Link]) -> fr
 def chain_of(
     description: RobotDescription, closure: Closure | None, point: PointDescription | None = None
 ) -> Chain:
-    """Return the kernel's chain from the base of an arm to its tool, or to a point."""
+    """Return the kernel's chain from the base of an arm to its tool, or to the point `point`."""
     rows, end = table_rows(description), description.tool.motion
     if point is not None:
         rows, end = rows[: point.row], point.motion
@@ -82,7 +83,7 @@ def chain_of(
 
 def closure_of(description: RobotDescription) -> Closure | None:
     """
-    Return the closed loops of an arm as the kernel reads them; None if the arm has no loops.
+    Return the closed loops of an arm as an object of the kernel; None if it has no loops.
 
     Raises
     ------
@@ -118,7 +119,7 @@ def _grouped(
     size: float,
     units: Floats,
 ) -> LoopGroup:
-    # Return the first group of a linked list, which is how the kernel reads groups of loops.
+    # Return the groups of loops as the kernel reads them: the first group of a linked list.
     before = list(chains)
     first, following = dof + sum(len(passive_of(group)) for group in groups), None
     for group in reversed(groups):
@@ -137,8 +138,8 @@ def _grouped(
 def _chains(
     description: RobotDescription, loop: LoopDescription, variables: Sequence[str]
 ) -> tuple[Chain, Chain]:
-    # Return the two chains of a loop: that of the table's rows, and that of the loop's own rows.
-    # Both begin in the frame where the loop leaves the table.
+    # Return the two chains of a loop: one with rows of the table, one with the loop's own rows.
+    # Both chains begin in the frame where the loop leaves the table.
     convention, here = description.convention, np.eye(4)
     there = [row_of(link, convention) for link in loop.there]
     back = [row_of(link, convention) for link in loop.links]
@@ -157,8 +158,8 @@ def _size(chain: Chain) -> float:
 def _units(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]], size: float
 ) -> Floats:
-    # Return for each variable the motion, rad or m, that counts as 1 rad; infinite for a variable
-    # that moves no loop.
+    # Return for each variable its unit, rad or m: the motion that corresponds to 1 rad. The unit
+    # is infinite for a variable that moves no loop.
     kinds = [joint.type for joint in description.joints]
     kinds += [joint.type for joint in passive_of(description.loops)]
     inside = {int(j) for pair in chains for chain in pair for j in chain.table.joint}
@@ -173,8 +174,8 @@ def _units(
 def _turns(
     description: RobotDescription, chains: Sequence[tuple[Chain, Chain]]
 ) -> kernel.Integers:
-    # Return for each joint 1 if it has no limits and a whole turn leaves every loop unchanged,
-    # else 0.
+    # Return for each joint 1 if the joint has no limits and its whole turn leaves every loop
+    # unchanged, else 0.
     turns = np.zeros(len(description.joints), dtype=np.int64)
     tables = [chain.table for pair in chains for chain in pair]
     for j, joint in enumerate(description.joints):
@@ -185,15 +186,15 @@ def _turns(
 
 
 def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
-    # Return the pose of the second chain's end relative to the first chain's end, in the axes
-    # where both begin: translation, and rotation as axis times sine.
+    # Return the gap from the end of the first chain to the end of the second chain, (6,):
+    # translation, m, and rotation as axis times sine, in the frame where both chains begin.
     (there,), (back,) = (poses_and_jacobians(chain, x[None])[0] for chain in pair)
     return gap_between(there, back)
 
 
 def gap_between(there: Floats, back: Floats) -> Floats:
     """
-    Return translation (m) and rotation (axis times sine) from poses `there` to poses `back`.
+    Return translation (m) and rotation (axis times sine) from pose `there` to pose `back`.
 
     Poses have shape (..., 4, 4), the result has shape (..., 6).
     """
@@ -251,9 +252,9 @@ def _gap_in_words(loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats) -
 def _idle_rows(
     loop: LoopDescription, pair: tuple[Chain, Chain], passive: kernel.Integers, x: Floats
 ) -> list[str]:
-    # Return the rows of the loop that no passive joint of its group moves. Passive joints are
-    # given by index. Test away from the given position x, because at x the loop equations may be
-    # singular.
+    # Return the rows of the loop that no passive joint of its group moves; `passive` has the
+    # indices of these joints. Test at a position away from x, because at x the loop equations may
+    # be singular.
     away = np.array(x)
     away[passive] += JOINT_STEP * (1.0 + np.arange(len(passive)))
     moved = np.zeros(len(ROWS))
@@ -267,8 +268,8 @@ def _idle_rows(
 def _check_rest(
     description: RobotDescription, loop: LoopDescription, pair: tuple[Chain, Chain], x: Floats
 ) -> None:
-    # If `rows` has one or two of rx, ry, rz, require that the rotations about the other axes are
-    # zero. Otherwise first-order steps do not close the loop.
+    # If the loop has one or two of the rows rx, ry, rz, require that the rotations about the other
+    # axes are zero. With other rotations, first-order steps do not close the loop.
     named = [row for row in loop.rows if row in ROWS[3:]]
     if len(named) in (0, 3):
         return

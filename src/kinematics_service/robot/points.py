@@ -1,8 +1,9 @@
 """
-Make the points of an arm: its tool, the named points of its file, and the frames of its table.
+Find a point of an arm: its tool, a named point of its file, or a frame of its table.
 
-The kinematics of a point is that of a shorter chain: the rows before the point, with the point as
-the tool. The Jacobian of this chain keeps columns for the joints after the point; they are zero.
+The kinematics of a point is the kinematics of a shorter arm, which has only the table rows before
+the point, and the point as its tool. The Jacobian of the shorter arm keeps the columns of the
+joints after the point; these columns are zero.
 """
 
 import math
@@ -36,12 +37,12 @@ TOOL = 'tool'
 @dataclass(frozen=True, eq=False)
 class Point:
     """
-    A frame of an arm, and the chain that leads to it.
+    A frame of an arm, and the kernel's chain from the base to the frame.
 
     Attributes
     ----------
     name
-        `tool`, the name in the robot file, or such as `row 2` for the frame after row 2.
+        `tool`, the name in the robot file, or a name such as `row 2` for the frame after row 2.
     chain
         The kernel's chain from the base to this frame.
     """
@@ -62,7 +63,7 @@ def known_points(description: RobotDescription) -> tuple[str, ...]:
 
 def described_point(description: RobotDescription, of: str | int) -> PointDescription:
     """
-    Return the point with a given name, or the frame after row `of` of the table (0: frame 0).
+    Return the point named `of`, or the frame after table row `of` (the number 0 is frame 0).
 
     Raises
     ------
@@ -90,7 +91,7 @@ def described_point(description: RobotDescription, of: str | int) -> PointDescri
 
 def place_in_frame(at: npt.ArrayLike) -> Floats:
     """
-    Return the coordinates of a point as an array, shape (3,), m, after a check.
+    Check the coordinates of a point, and return them as an array, shape (3,), m.
 
     Raises
     ------
@@ -110,7 +111,7 @@ def with_tool(
     description: RobotDescription, xyz: Sequence[float] | None, rpy: Sequence[float] | None
 ) -> RobotDescription:
     """
-    Return the same arm with another tool, without the known poses of the old tool.
+    Return an arm with another tool; the known poses, which belong to the old tool, are left out.
 
     Parameters
     ----------
@@ -138,7 +139,7 @@ def with_tool(
 
 
 def moved_base(description: RobotDescription, motion: Floats, frame: str) -> RobotDescription:
-    """Return the arm with its base frame placed at the pose `motion` (4, 4), m, in `frame`."""
+    """Return an arm whose base frame is at the pose `motion`, (4, 4), m, in the frame `frame`."""
     matrix = motion @ description.base.motion.matrix
     place, turn = _texts(matrix[:3, 3], description.metres), exact_rpy(matrix[:3, :3])
     texts = (*place, *_texts(turn, description.radians))
@@ -152,8 +153,8 @@ def _texts(numbers: npt.ArrayLike, unit: float) -> tuple[str, ...]:
 
 
 def _moved(motion: RigidMotion, place: Floats, unit: float) -> RigidMotion:
-    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. The first three
-    # texts are xyz, which change, and the last three are rpy, which stay.
+    # Move the origin of a frame to `place`, (3,), m, in the frame's own axes. The texts of the
+    # motion are xyz, which change, and rpy, which stay.
     matrix = motion.matrix.copy()
     matrix[:3, 3] += matrix[:3, :3] @ place
     return RigidMotion(matrix, (*_texts(matrix[:3, 3], unit), *motion.texts[3:]))
@@ -163,10 +164,10 @@ def ending_at(
     description: RobotDescription, of: str | int, at: npt.ArrayLike | None = None
 ) -> RobotDescription:
     """
-    Return the same arm with a point as its tool.
+    Return an arm that ends at a point: the point is its tool.
 
     `at`, shape (3,), m, moves the origin of the tool in the frame of the point. The name of the
-    result has the arm and the point, such as `puma560_elbow`. The sections `singularity` and
+    result consists of the names of arm and point, such as `puma560_elbow`. The sections `singularity` and
     `known_poses` are left out, because they describe the old tool. Joints after the point are
     marked as unused.
 
@@ -215,8 +216,8 @@ def ending_at(
 def _up_to(
     description: RobotDescription, links: Sequence[Link], of_tool: bool
 ) -> Uncertainty | None:
-    # Return the uncertainty of an arm that ends after `links`. Leave out the parameters of later
-    # rows; leave out those of the tool unless `of_tool`.
+    # Return the uncertainty of an arm that ends after the rows `links`. Leave out the parameters
+    # of later rows, and, unless `of_tool`, the parameters of the tool.
     uncertainty = description.uncertainty
     if uncertainty is None:
         return None

@@ -1,8 +1,8 @@
 """
-Describe the motion of one arm's tool relative to another arm's tool, as an arm.
+Describe the motion of one arm's tool relative to another arm's tool as one arm.
 
-The path from one tool to its own base and up the other arm is an ordinary chain. In this chain,
-the joints of the first arm are in reverse order and have the opposite sign.
+The chain of this arm goes from the first tool to the first base, then from the second base to the
+second tool. So the joints of the first arm are in reverse order and have the opposite sign.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,7 +30,7 @@ from .file.parts.links import names_in_rows
 from .file.reader import refuse
 from .file.text.expressions import Affine, Expression
 
-# Largest distance of two axes that count as one, relative to the sum of the chain's lengths. A
+# Two axes count as one axis up to this distance, relative to the sum of the chain's lengths. A
 # joint that both arms have is in the chain twice, with different round-off.
 AXIS_TOLERANCE = 1e-12
 # Entries of a matrix below this (rotation, or m) are round-off and are set to zero.
@@ -39,8 +39,9 @@ SCREW_AXES: tuple[Axis, Axis] = ('Rz', 'Tz')
 
 
 class _JointChain(NamedTuple):
-    # A chain as a product: constant motions, (4, 4) each, with one screw about z between two
-    # neighbours. A screw is an angle and a length, each linear in the variables with constant 0.
+    # A chain as the product of constant motions, (4, 4) each, with one screw about z after each
+    # motion but the last. A screw has an angle and a length, which are linear in the variables
+    # without a constant.
     motions: Sequence[Floats]
     screws: 'Sequence[tuple[Affine, Affine]]'
 
@@ -77,15 +78,15 @@ def relative_motion(
     first: RobotDescription, second: RobotDescription, names: tuple[str, str]
 ) -> RobotDescription:
     """
-    Return one arm from the tool of the first arm (its base) to the tool of the second arm.
+    Return an arm whose base is the tool of the first arm, and whose tool is that of the second.
 
     The result has the joints that change the relative motion: first those of the first arm, then
-    those of the second. Its Jacobian is in the axes of the first tool.
+    those of the second arm. The Jacobian of the result is in the axes of the first tool.
 
     Parameters
     ----------
     first, second
-        Two arms with their bases in one frame. Joints of the same name are the same joint.
+        Two arms with their bases in one frame. Two joints of the same name are one joint.
     names
         The names of the arms, for variables and messages.
 
@@ -94,7 +95,7 @@ def relative_motion(
     RobotFileError
         No joint changes the motion, or an arm has closed loops.
     """
-    variables: dict[str, str] = {}  # from the name of a joint to its variable in the new table
+    variables: dict[str, str] = {}  # joint name to variable in the new table
     chains = []
     for name, arm in zip(names, (first, second)):
         if arm.loops:
@@ -148,16 +149,16 @@ def relative_motion(
 
 def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
     # Join two chains. A joint that carries both arms is at the end of the first chain and, in the
-    # opposite direction, at the begin of the second. Leave such a joint out: it has no effect on
-    # the relative motion.
+    # opposite direction, at the beginning of the second chain. Leave out such a joint, because it
+    # has no effect on the relative motion.
     motions = [*first.motions[:-1], first.motions[-1] @ second.motions[0], *second.motions[1:]]
     screws = [*first.screws, *second.screws]
     size = sum(float(np.linalg.norm(motion[:3, 3])) for motion in motions)
     k = len(first.screws)
     while 0 < k < len(screws):
         here, there, between = screws[k - 1], screws[k], motions[k]
-        # If the constant motion between two screws maps the axis onto itself (or reverses it), it
-        # commutes with the screw, so that two opposite screws cancel.
+        # If the constant motion between two screws maps their axis onto itself (or reverses it),
+        # the motion commutes with a screw. Then two opposite screws cancel.
         round_z = between[2, 2] < 0.0
         undone = there == (here if round_z else tuple(map(_negative, here)))
         parallel = np.abs(between[:2, 2]).max() <= AXIS_TOLERANCE
@@ -171,8 +172,8 @@ def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
 
 
 def _links(chain: _JointChain) -> 'Sequence[Link]':
-    # Return rows in the convention of Sheth and Uicker, T = in * joint * inverse(out), because
-    # `in` and `out` can be any constant motion.
+    # Return table rows in the convention of Sheth and Uicker, T = in * joint * inverse(out), in
+    # which `in` and `out` can be any constant motions.
     links: list[Link] = []
     for k, screw in enumerate(chain.screws):
         moves = [

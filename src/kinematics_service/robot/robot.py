@@ -1,4 +1,4 @@
-"""Build a robot: the kernel's data of one arm, as far as these do not depend on q."""
+"""Build a robot: the data of one arm that the kernel needs at every q."""
 
 import os
 from contextlib import suppress
@@ -30,16 +30,16 @@ from .task import find_task, generic_poses
 @dataclass(frozen=True, eq=False)
 class Robot(FrozenArrays):
     """
-    One arm, frozen: its joints, frames and chain.
+    The read-only data of one arm: its joints, frames, chain and singularity model.
 
     Attributes
     ----------
     name, source, convention
         The values of these keys in the robot file.
     joint_names, variables
-        n names each: in JointState messages, and in the expressions of the file.
+        Names of the n joints in JointState messages, and in the expressions of the robot file.
     joint_types
-        `revolute`, `prismatic` or `helical`, n of them.
+        Type of each of the n joints: `revolute`, `prismatic` or `helical`.
     limits : shape (n, 2), rad or m
         Lower and upper limits of the joint positions, infinite for no limit; read-only.
     velocity_limits, acceleration_limits : shape (n,), rad/s or m/s, rad/s^2 or m/s^2
@@ -73,7 +73,7 @@ class Robot(FrozenArrays):
     description: RobotDescription
 
     def __post_init__(self) -> None:
-        """Check that the singularity model has the chain of this robot."""
+        """Check that the singularity model has the same chain object as this robot."""
         super().__post_init__()
         if self.singularity.chain is not self.chain:
             raise TypeError('the chain of a robot is not that of its singularity model')
@@ -111,8 +111,8 @@ class Robot(FrozenArrays):
     @property
     def loop_names(self) -> tuple[str, ...]:
         """
-        Return the names of the closed loops of the arm; 'a + b' for two loops that are solved
-        together. The result is empty if no loop moves the tool.
+        Return the names of the arm's closed loops; `a + b` for two loops that are solved together.
+        The result is empty if no loop moves the tool.
         """
         groups = loop_groups(self.description.loops) if self.chain.loops else ()
         return tuple(map(group_name, groups))
@@ -132,7 +132,7 @@ class Robot(FrozenArrays):
 
     def point(self, of: str | int) -> Point:
         """
-        Return a point by its name, or the frame of a row of the table.
+        Return the point with the name `of`, or the frame of table row `of`.
 
         Parameters
         ----------
@@ -145,7 +145,7 @@ class Robot(FrozenArrays):
         PointError
             The arm has no such point or row.
         """
-        # Use the stored points only for a str or int, because True and 1.0 are equal to 1.
+        # Look up stored points only for a str or an int: the keys True and 1.0 would find point 1.
         if type(of) is str or type(of) is int:
             found = self._found_points.get(of)
             if found is not None:
@@ -158,9 +158,9 @@ class Robot(FrozenArrays):
 
     def ending_at(self, of: str | int, at: npt.ArrayLike | None = None) -> 'Robot':
         """
-        Return the same arm with a point as its tool, for measures, plots and audits of the point.
+        Return an arm that ends at a point: the point is its tool, for measures, plots and audits.
 
-        The name of the result has the arm and the point, such as `puma560_elbow`. The task is
+        The result has a name such as `puma560_elbow`, of arm and point. The task is
         chosen from the joints that move the point, and the thresholds are the defaults. The
         Jacobian keeps columns for joints after the point; they are zero.
 
@@ -174,7 +174,7 @@ class Robot(FrozenArrays):
         Raises
         ------
         PointError
-            The arm has no such point or row, no joint moves it, or `at` is not three finite
+            The arm has no such point or row, no joint moves the point, or `at` is not three finite
             numbers.
         """
         point = self.point(of)
@@ -203,12 +203,12 @@ class Robot(FrozenArrays):
 
 def build_robot(description: RobotDescription, in_letters: bool = False) -> Robot:
     """
-    Build a robot from the description in its file.
+    Return the robot of a description, which is the content of a robot file.
 
     Parameters
     ----------
     in_letters
-        Whether constants without a value are accepted, for results that hold for every value.
+        Whether to accept constants without a value, for results that hold for every value.
 
     Raises
     ------
@@ -250,8 +250,8 @@ def build_robot(description: RobotDescription, in_letters: bool = False) -> Robo
 
 
 def _build_for_its_joints(description: RobotDescription) -> Robot:
-    # Build a robot with the task that it would have without its unused joints. For an arm with
-    # loops, the task is that of all joints.
+    # Build a robot whose task is chosen as if its unused joints did not exist. For an arm with
+    # closed loops, the task is chosen from all joints.
     if description.loops:
         return build_robot(description)
     joints = [joint for joint in description.joints if not joint.unused]
@@ -265,7 +265,7 @@ def _build_for_its_joints(description: RobotDescription) -> Robot:
 
 
 def with_chain(robot: Robot, chain: Chain) -> Robot:
-    """Return a robot with another chain, but the task and thresholds of the given robot."""
+    """Return a robot with the chain `chain`, and the task and thresholds of the robot `robot`."""
     return replace(robot, chain=chain, singularity=replace(robot.singularity, chain=chain))
 
 
@@ -289,7 +289,7 @@ def with_tool(
     rpy: tuple[float, ...] | None = None,
 ) -> Robot:
     """
-    Return the same arm with another tool.
+    Return an arm with another tool, given by its position or orientation.
 
     The section `singularity` of the robot file applies to the new tool, except factors whose zeros
     are not singular poses of the new tool.
@@ -326,7 +326,7 @@ def _with_factors(description: RobotDescription, factors: tuple[Factor, ...]) ->
 
 
 def _is_accepted(description: RobotDescription, factor: Factor) -> bool:
-    # Return whether the robot accepts a factor: its checked zeros are singular poses.
+    # Return whether the checked zeros of a factor are singular poses of the arm.
     with suppress(RobotFileError):
         return build_robot(_with_factors(description, (factor,))) is not None
     return False
@@ -334,9 +334,9 @@ def _is_accepted(description: RobotDescription, factor: Factor) -> bool:
 
 def load_robot(name: str | os.PathLike[str]) -> Robot:
     """
-    Return the robot of a YAML file, a URDF or a cell, or a bundled robot by its name.
+    Return the robot that a YAML file, a URDF or a cell describes, or a bundled robot.
 
-    A bundled robot is read only in the first call, another file in every call.
+    The first call reads the file of a bundled robot; every call reads any other file.
 
     Parameters
     ----------
@@ -344,8 +344,9 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
         A path such as `config/craig_3r.yaml`, or a bundled name such as `puma560`. For a URDF,
         `arm.urdf` means the longest chain up to a hand, and `arm.urdf:BASE:TIP` the chain between
         two links. For a cell, `cell.yaml` means the motion of the second arm's tool relative to
-        the first arm's tool. `cell.yaml:BASE:TIP` means the motion between two arms, or points of
-        arms such as `left/elbow`. If BASE is the frame of the cell, it means one arm.
+        the first arm's tool. `cell.yaml:BASE:TIP` means the motion of TIP relative to BASE. BASE
+        and TIP are arms, or points of arms such as `left/elbow`. If BASE is the frame of the cell,
+        the result is one arm.
 
     Raises
     ------
@@ -362,16 +363,16 @@ def load_robot(name: str | os.PathLike[str]) -> Robot:
     return build_robot(read_robot(source))
 
 
-# The type of the argument `robot` of all functions of the library: a Robot, a bundled name, or the
-# path of a file.
+# The type of the argument `robot` of the library's functions: a Robot, the name of a bundled
+# robot, or the path of a file.
 AnyRobot: TypeAlias = Robot | str | os.PathLike[str]
 
 
 def as_robot(robot: AnyRobot) -> Robot:
     """
-    Return the robot for an argument that is a Robot, a bundled name or a path.
+    Return the robot for an argument that is a Robot, a bundled robot's name or a file's path.
 
-    A file is read in the first call, and again after it has changed.
+    The first call reads the file; a later call reads it again only if the file has changed.
 
     Raises
     ------
@@ -387,11 +388,11 @@ def as_robot(robot: AnyRobot) -> Robot:
         parts = _robot_of(source, *state).description.parts
         return _robot_of(source, *state, *(k for part in parts for k in file_state(part)))
     except OSError:
-        return load_robot(robot)  # raises an error that says why the file cannot be read
+        return load_robot(robot)  # raises the error with the reason
 
 
 def robot_in_letters(robot: AnyRobot) -> Robot:
-    """Return the robot for a Robot, name or path, even if constants of its file have no value."""
+    """Return the robot as `as_robot` does, but accept constants without a value in its file."""
     if not isinstance(robot, str | os.PathLike) or os.fspath(robot) in bundled_robots():
         return as_robot(robot)
     return build_robot(read_robot(find_robot(robot)), in_letters=True)

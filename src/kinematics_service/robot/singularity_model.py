@@ -1,4 +1,4 @@
-"""Hold the data of an arm's singularity test: chain, task, thresholds and named factors."""
+"""Hold the data that the singularity test needs: chain, task, thresholds and singular factors."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # at run time, `kernel.Arm` would load the search for singula
 @dataclass(frozen=True, eq=False)
 class SingularityModel(FrozenArrays):
     """
-    The data with which the kernel tests whether an arm is singular, frozen.
+    The read-only data with which the kernel tests whether an arm is singular.
 
     Attributes
     ----------
@@ -34,9 +34,9 @@ class SingularityModel(FrozenArrays):
     task
         The rows of the Jacobian, and the characteristic length.
     thresholds
-        The watched measure, and the values at which WARN and ERROR begin.
+        The measure that is compared, and its values at which WARN and ERROR begin.
     factors
-        Named functions whose zeros are singular poses.
+        The singular factors: named functions of q whose zeros are singular poses.
     """
 
     chain: Chain
@@ -58,20 +58,20 @@ class SingularityModel(FrozenArrays):
             self.factors.tape,
             self.factors.complete,
             MEASURES[self.thresholds.measure].column,
-            *self.thresholds.bounds_after(),  # without a previous level: no hysteresis
+            *self.thresholds.bounds_after(),  # no previous level, so no hysteresis
             joint_spans(self.chain, self.task, self.limits),
         )
 
     @cached_property
     def measure_places(self) -> MeasurePlaces:
-        """Return the column of each quantity in the rows that `kernel.measure` fills."""
+        """Return the columns in which `kernel.measure` writes each quantity."""
         rows, factors = len(self.task.rows), len(self.factors.names)
         return measure_places(self.chain.dof, rows, factors)
 
 
 def singularity_model(description: RobotDescription, chain: Chain) -> SingularityModel:
     """
-    Return the singularity model of an arm; keys that its file omits have default values.
+    Return the singularity model of an arm; keys that the robot file omits have default values.
 
     Raises
     ------

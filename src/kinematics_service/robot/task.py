@@ -19,37 +19,37 @@ ROW_NAMES = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 SEEDED_POSES = 1000
 SEED = 20240523
 
-# A joint moves a row of J if an entry of the row exceeds this fraction of the largest entry. The
-# largest entry is that of all linear, or of all angular, rows. An entry of a linear row must also
-# exceed `least_motion`.
+# A joint moves a row of J if an entry of the row exceeds this fraction of the largest entry of all
+# linear rows, or of all angular rows. An entry of a linear row must also exceed `least_motion`.
 MOVED_ROW_RATIO = 1e-9
-# Round-off of the tool's position, relative to the constant lengths before the first joint.
+# Round-off of the tool's position, divided by the sum of the constant lengths before the first
+# joint.
 ROUND_OFF_RATIO = 1e-14
 
-# Rows whose entries are all below this fraction of the largest entry of J probably move only
-# because axes are not exactly parallel. The limit is an angle between axes of 0.57 deg.
+# Rows whose entries are all below this fraction of the largest entry probably move only because
+# axes are not exactly parallel. The value is an angle between axes of 0.57 deg, in rad.
 TILT_RATIO = 0.01
 
-# Number of joint positions at which the rank is computed first. Nearly all arms have full rank at
-# one of these positions, so the others need no computation.
+# Number of joint positions at which the rank of J is computed first. Nearly all arms have full
+# rank at one of these positions, so the rank is not computed at the others.
 FIRST_POSES = 20
 
-# Number of joint positions whose null spaces give `dependent_joints`, if the null space differs
-# from position to position.
+# If the null space of J_t depends on q, `dependent_joints` is found from the null spaces at this
+# number of joint positions.
 CLEAREST_POSES = 20
 
 
 @dataclass(frozen=True, eq=False)
 class Task(FrozenArrays):
     """
-    The m rows J_t of the Jacobian that are tested for rank, and their generic properties.
+    The m rows J_t of the Jacobian whose rank is tested, and their properties at generic q.
 
     Attributes
     ----------
     rows
         Names of the rows in the axes of frame 0: some of x y z rx ry rz, in that order.
     length
-        Characteristic length in m: angular rows and prismatic columns are multiplied by it.
+        Characteristic length, m. J_t has its angular rows and prismatic columns multiplied by it.
     generic_rank
         Rank of J_t at random joint positions.
     dependent_joints
@@ -59,15 +59,15 @@ class Task(FrozenArrays):
     reach
         Largest distance from frame 0 to the tool over random joint positions, in m.
     axes : shape (m,)
-        The index of each row in the whole Jacobian, 0 to 5.
+        The index of each row of J_t in the whole Jacobian, 0 to 5.
     rotation : shape (3, 3)
         The rotation of frame 0 in the base frame.
     row_scales : shape (m,), column_scales : shape (n,)
-        Factors that make rows and columns comparable: the length for angular rows and prismatic
+        Scale factors of the rows and columns of J_t: `length` for angular rows and prismatic
         joints, 1 for the others.
     plain_rows
-        The rows without those that move only because axes are not exactly parallel; equal to
-        `rows` for most arms.
+        `rows` without the rows that move only because axes are not exactly parallel. For most
+        arms, both are equal.
     """
 
     rows: tuple[str, ...]
@@ -147,8 +147,8 @@ def generic_poses(chain: Chain, limits: Floats, prismatic: Iterable[bool]) -> Fl
 
 
 def _rank(J: Floats) -> int:
-    # Return the largest rank of J, shape (N, m, n), over N joint positions. Stop after the first
-    # ones if they have full rank.
+    # Return the largest rank of J, shape (N, m, n), over N joint positions. Stop after FIRST_POSES
+    # positions if the rank is full at one of them.
     rank = 0
     for batch in (J[:FIRST_POSES], J[FIRST_POSES:]):
         sigma = np.linalg.svd(batch, compute_uv=False)
@@ -160,8 +160,9 @@ def _rank(J: Floats) -> int:
 
 
 def least_motion(chain: Chain) -> float:
-    """Return the length, in m, below which a motion of the tool counts as zero."""
-    # Use the lengths after the first joint and, for round-off, the constant lengths before it.
+    """Return the length, m, below which a linear entry of J counts as zero."""
+    # The limit has two parts: a fraction of the lengths after the first joint, and the round-off
+    # of the constant lengths before it.
     table = chain.table
     steps = np.linalg.norm(table.before[:, :, 3], axis=1)
     moved = float(np.sum(steps[1:]) + np.sum(np.abs(table.d_0[1:])))
@@ -170,8 +171,8 @@ def least_motion(chain: Chain) -> float:
 
 
 def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool]:
-    # Return for each row of J whether a joint moves it. An entry of a linear row must also exceed
-    # `least`, m.
+    # Return for each of the six rows of J, (N, 6, n), whether a joint moves the row. An entry of a
+    # linear row must also exceed `least`, m.
     largest = np.max(np.abs(J), axis=(0, 2))
     linear, angular = np.max(largest[:3]), np.max(largest[3:])
     limits = [max(share * linear, least)] * 3 + [share * angular] * 3
@@ -181,7 +182,8 @@ def _moved(J: Floats, least: float, share: float = MOVED_ROW_RATIO) -> list[bool
 def _default_rows(J: Floats, moved: Sequence[bool]) -> tuple[str, ...]:
     n = J.shape[2]
     names = tuple(name for name, moves in zip(ROW_NAMES, moved) if moves)
-    # Use only rows that a joint moves: the others hold round-off, which can have any rank.
+    # Use only rows that a joint moves: the other rows have only round-off, whose rank means
+    # nothing.
     for half in (ROW_NAMES[:3], ROW_NAMES[3:]) if n < 6 else ():
         kind = tuple(name for name in names if name in half)
         if kind and _rank(J[:, [ROW_NAMES.index(name) for name in kind]]) >= n:
@@ -198,14 +200,14 @@ def find_task(
     length: float | None = None,
 ) -> Task:
     """
-    Return the task of an arm, with generic properties computed at joint positions q.
+    Return the task of an arm: its rows, its length, and its properties over joint positions q.
 
     Parameters
     ----------
     chain
         The arm.
     joint_names, prismatic
-        The attributes of `robot.Robot` with these names.
+        Names of the joints, and whether each joint slides, as in `robot.Robot`.
     q : shape (N, n), rad or m
         Random joint positions of the arm, as `generic_poses` returns them.
     rows
@@ -229,7 +231,7 @@ def find_task(
     if length is None:
         length = float(np.sqrt(np.mean(distances**2)))
         if length <= least:
-            length = 1.0  # the tool never leaves the origin of frame 0
+            length = 1.0  # the tool stays at the origin of frame 0
     column_scales = np.array([length if slides else 1.0 for slides in prismatic])
     # Scale J as the kernel does, so that ranks do not depend on the size of the arm.
     J = J * np.repeat([1.0, length], 3)[:, None] * column_scales
@@ -259,13 +261,14 @@ def find_task(
 
 
 def _dependent_joints(J_t: Floats, joint_names: Sequence[str], rank: int) -> tuple[str, ...]:
-    # The null space of all J_t, stacked, has the joint motions that never move the tool.
+    # Stack J_t of all joint positions: the null space of this matrix has the joint motions that
+    # never move the tool.
     m, n = J_t.shape[1:]
     _, sigma, right = np.linalg.svd(J_t.reshape(-1, n), full_matrices=False)
     idle = right[sigma <= kernel.RANK_TOLERANCE * sigma[0]]
     if len(idle) < n - rank and n <= m:
-        # The null space also has motions that depend on q. Find them at the joint positions with
-        # the largest singular value number `rank`, where the null space is most accurate.
+        # Each J_t also has null directions that depend on q. Compute them at the joint positions
+        # with the largest singular value number `rank`, where they are most accurate.
         _, sigma, right = np.linalg.svd(J_t)
         clearest = np.argsort(sigma[:, rank - 1])[-CLEAREST_POSES:]
         idle = right[clearest, rank:].reshape(-1, n)
