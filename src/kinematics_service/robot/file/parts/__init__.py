@@ -1,1 +1,1 @@
-"""Read the parts of a robot file: joints, table, loops, points, singularity and others."""
+"""Read the sections of a robot file: joints, table, loops, points, singularity and others."""

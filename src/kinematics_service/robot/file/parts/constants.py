@@ -1,4 +1,4 @@
-"""Read the constants of a robot file: named numbers, which may use constants above them."""
+"""Read the constants of a robot file: named numbers or expressions of constants above them."""
 
 import zlib
 from collections.abc import Iterable
@@ -15,13 +15,13 @@ from ..text.yaml_document import Yaml
 from .description import Constant
 from .quantities import Units, check_finite
 
-MAX_CONSTANTS = 256  # far more than a datasheet has, which is about ten
+MAX_CONSTANTS = 256  # a datasheet has about ten constants
 
 
 class Constants(NamedTuple):
     """
-    The constants of a file: the valid ones, the names of those with faults (`unreadable`), and all
-    names that occur in their expressions (`used`).
+    The constants of a file without faults, the names of constants with faults (`unreadable`), and
+    all names that occur in expressions of constants (`used`).
     """
 
     constants: tuple[Constant, ...]
@@ -84,7 +84,7 @@ def read_constants(data: Yaml, units: Units, variables: Iterable[str], at: Place
 
 
 def _stand_in(name: str, units: Units) -> float:
-    # Return a value for a constant without a value, between 0.2 and 0.8 m. It is a hash of the
-    # name, so that two constants have different values.
+    # Return a substitute value for a constant that the file leaves open, between 0.2 and 0.8 m.
+    # The value is a hash of the name, so that two constants have different values.
     share = zlib.crc32(name.encode()) / 2**32
     return (0.2 + 0.6 * share) * (1000.0 if units.length == 'mm' else 1.0)

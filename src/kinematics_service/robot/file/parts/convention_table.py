@@ -1,4 +1,4 @@
-"""Define the conventions of robot files: the quantities of a row, and the product of motions."""
+"""Define the conventions of robot files: what a table row contains, and its transform T."""
 
 import re
 from dataclasses import dataclass
@@ -8,14 +8,16 @@ from typing import Literal, NamedTuple
 Axis = Literal['Rx', 'Ry', 'Rz', 'Tx', 'Ty', 'Tz']
 RowKind = Literal['quantities', 'motion', 'shape']
 
-# Quantities of a row that may contain joint variables, and their elementary motions. All other
-# quantities are constants.
+# The two quantities of a row that may contain joint variables, with their elementary motions. All
+# other quantities are constant.
 MOVING = {'theta': 'Rz', 'd': 'Tz'}
 FACTOR = re.compile(r'([RT][xyz])\((\w+)\)')
 
 
 class NamedMotion(NamedTuple):
-    """An elementary motion in a row's product, such as Rz(theta): its axis and its quantity."""
+    """
+    An elementary motion such as Rz(theta) in the transform of a row: its axis and its quantity.
+    """
 
     axis: Axis
     quantity: str
@@ -38,16 +40,16 @@ class Convention:
         The content of a row: named quantities, one elementary motion, or a motion between two
         shape matrices.
     reading
-        The formula of T for messages; empty if `product` has it.
+        The formula of T for messages; empty if `product` is the formula.
     written
-        The form of a row for the reference page; empty if `product` has it.
+        The form of a row for the reference page; empty if `product` shows the form.
     author
-        The author, if the name alone is ambiguous.
+        The author of the convention; empty if the name is not ambiguous.
     also
-        Names of the convention in textbooks and other programs. If a file has one of them, the
+        Names of the convention in textbooks and other programs. If a file has such a name, the
         error suggests `name`.
     notes
-        The comment that `new` writes above the table.
+        The comment that the command `new` writes above the table.
     """
 
     name: str
@@ -101,7 +103,10 @@ class Convention:
 
     @property
     def others(self) -> 'tuple[Convention, ...]':
-        """Return the other conventions that have the same quantities, in another product."""
+        """
+        Return the other conventions whose rows have equal quantities, but multiply them
+        differently.
+        """
         return tuple(
             other
             for other in CONVENTIONS.values()

@@ -21,9 +21,9 @@ class Constant:
     """
     A named number of the robot file, in the file's units.
 
-    Other descriptions are in SI units. A constant is not converted, because only its use shows
-    whether it is a length, an angle, or a ratio. If `letter` is true, the file gives no value, and
-    `value` is a generic number.
+    All other numbers are in SI units. A constant is not converted, because only its use shows
+    whether it is a length, an angle, or a ratio. If `letter` is true, the file gives no value for
+    the constant, and `value` is a generic number.
     """
 
     name: str
@@ -35,7 +35,7 @@ class Constant:
 @dataclass(frozen=True)
 class JointDescription:
     """
-    An actuated joint.
+    An actuated joint of a robot file: its names, type, limits and largest speed.
 
     Parameters
     ----------
@@ -48,11 +48,11 @@ class JointDescription:
     lower, upper : rad or m
         The limits of the position; -inf and inf for a joint without limits.
     velocity : rad/s or m/s
-        The largest speed; inf if the file gives none.
+        The largest speed; inf if the file does not give a value.
     unused
         Whether the file declares that the joint moves no row of the table.
     acceleration : rad/s^2 or m/s^2
-        The largest deceleration; inf if the file gives none.
+        The largest deceleration; inf if the file does not give a value.
     """
 
     name: str
@@ -68,12 +68,12 @@ class JointDescription:
 @dataclass(frozen=True)
 class RigidMotion:
     """
-    A constant pose and its expressions in the file; poses with equal expressions are equal.
+    A constant pose, and the expressions that give it in the file and decide equality.
 
     Parameters
     ----------
     matrix : shape (4, 4), translation in m
-        The pose; the object has a read-only copy.
+        The pose as a matrix; the object has a read-only copy.
     texts : 6 or 16 expressions in the file's units
         x y z roll pitch yaw with R = Rz(yaw) Ry(pitch) Rx(roll), or the matrix row by row.
     """
@@ -82,7 +82,7 @@ class RigidMotion:
     texts: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        """Replace the matrix by a read-only copy."""
+        """Replace the field `matrix` by a read-only copy of the array."""
         matrix = np.array(self.matrix, dtype=np.float64)
         matrix.setflags(write=False)
         object.__setattr__(self, 'matrix', matrix)
@@ -120,8 +120,8 @@ class DhRow:
     names
         The names of the quantities.
     motions
-        The elementary motion of each quantity, in the order of `names`. The convention defines
-        the order of the product.
+        The elementary motion of each quantity, in the order of `names`. The order of the product
+        T is defined by the convention.
     """
 
     names: tuple[str, ...]
@@ -152,10 +152,10 @@ Link: TypeAlias = DhRow | ElementaryMotion | ShapeRow
 @dataclass(frozen=True)
 class Placement:
     """
-    The base or the tool: the name of its frame, and a pose.
+    The base or the tool of an arm: the name of its frame, and its constant pose.
 
-    For the base, this is the pose of the table's frame 0 in the base frame. For the tool, it is
-    the pose of the tool in the frame after the last row.
+    For the base, `motion` is the pose of the table's frame 0 in the base frame. For the tool,
+    `motion` is the pose of the tool in the frame after the last row.
     """
 
     frame: str
@@ -170,7 +170,8 @@ class PointDescription:
     Parameters
     ----------
     row
-        The frame that carries the point: 0 is the table's frame 0, i the frame after row i.
+        The number of the frame that carries the point: 0 is frame 0 of the table, i is the frame
+        after row i.
     motion
         The pose of the point in the frame of `row`.
     """
@@ -183,12 +184,12 @@ class PointDescription:
 @dataclass(frozen=True)
 class PassiveJoint:
     """
-    A joint without a motor, moved by a closed loop.
+    A joint without a motor: a closed loop of the arm determines its position.
 
     Parameters
     ----------
     name
-        The name in expressions; messages do not contain the joint.
+        The name in expressions of the file. ROS messages do not contain passive joints.
     type
         Revolute or prismatic.
     """
@@ -200,21 +201,21 @@ class PassiveJoint:
 @dataclass(frozen=True)
 class LoopDescription:
     """
-    A closed loop: a second chain of rows that begins and ends in frames of the table.
+    A closed loop: a second chain of rows, which begins and ends at frames of the table's chain.
 
     Parameters
     ----------
     passive
         The joints that the loop moves.
     start, meets
-        The frame in which the second chain begins, and the frame in which the chain ends.
+        The frames of the table at which the second chain begins and ends.
     there
         The rows of the table from `start` to `meets`.
     links
         The rows of the second chain.
     rows
-        The components of the poses of both ends that are equal, in the axes of `start`, in the
-        order x y z rx ry rz.
+        The components of the pose that are equal for the ends of both chains, in the axes of
+        `start`, in the order x y z rx ry rz.
     q : n values, assembled : one value for each passive joint, rad or m
         Positions of the joints and of the passive joints at which the loop is approximately
         closed.
@@ -236,7 +237,7 @@ class LoopDescription:
 
 class Rounding(NamedTuple):
     """
-    The rounding of the numbers of a known pose: half of their last written digit, or 0 if exact.
+    The rounding errors of a known pose's numbers: half of the last digit, or 0 for exact numbers.
 
     Attributes
     ----------
@@ -252,7 +253,7 @@ class Rounding(NamedTuple):
 @dataclass(frozen=True)
 class KnownPose:
     """
-    The pose of the tool in the base frame at one joint vector, from the file's source.
+    The pose of the tool in the base frame at one joint vector, as a datasheet or paper gives it.
 
     Parameters
     ----------
@@ -261,7 +262,7 @@ class KnownPose:
         Tolerances of position and orientation. If the source gives no orientation,
         `tolerance_rpy` is inf, and the orientation of `motion` has no meaning.
     rounding
-        The rounding of the written numbers; zeros if the source gives a tolerance.
+        The rounding errors of the numbers; zeros if the source gives a tolerance.
     """
 
     q: tuple[float, ...]
@@ -279,8 +280,8 @@ class Factor:
     Parameters
     ----------
     approximate
-        Whether the zeros of the factor are only near singular poses, because the factor belongs
-        to the table before calibration.
+        Whether the zeros of the factor are only near singular poses, because the factor was
+        derived from the table before its calibration.
     """
 
     name: str
@@ -302,7 +303,7 @@ class SingularityDescription:
     measure
         The measure that is compared with the thresholds; '' for the default measure of the arm.
     warn, stop
-        Thresholds of WARN and ERROR: in rad for `distance`, else numbers in SI units.
+        Values of the measure at which WARN and ERROR begin, in SI units (rad for `distance`).
     factors
         The named factors, in the order of the file.
     """
@@ -318,21 +319,22 @@ class SingularityDescription:
 @dataclass(frozen=True)
 class Uncertainty:
     """
-    The uncertainty of an arm, in rad and m.
+    Standard deviations of the joint positions and the table of an arm, in rad and m.
 
     Parameters
     ----------
     noise, resolution, backlash : n values
-        Standard deviation, encoder step, and total backlash of each joint position.
+        For each joint position: standard deviation, encoder step, and total backlash.
     velocity_noise : n values
-        Standard deviations of joint velocities, rad/s or m/s; None: not known.
+        Standard deviations of joint velocities, rad/s or m/s; None if they are not known.
     parameters
         Standard deviations of the numbers of the table, by group or name.
     factor
-        The alternative to `parameters`, for correlated numbers. Their covariance is L L^T; each
+        The alternative to `parameters` for correlated numbers, whose covariance is L L^T. Each
         name has its row of the lower triangular L, so row k has at most k numbers.
     floor_xyz, floor_rpy : m, rad
-        Standard deviation, for each axis, of errors of position and rotation from other causes.
+        Standard deviations, for each axis, of errors of the tool's position and rotation that have
+        other causes.
     """
 
     noise: tuple[float, ...]
@@ -347,8 +349,8 @@ class Uncertainty:
     @property
     def joint_deviations(self) -> tuple[float, ...]:
         """
-        Return the standard deviations of the joint positions, rad or m, from noise, resolution and
-        backlash.
+        Return the standard deviations of the joint positions, rad or m, computed from noise,
+        resolution and backlash.
         """
         # Errors of resolution and backlash are uniform. A uniform distribution of width w has the
         # standard deviation w / sqrt(12).
@@ -359,7 +361,7 @@ class Uncertainty:
 
     @property
     def of_pose(self) -> bool:
-        """Return whether any of the uncertainties affects the pose of the tool."""
+        """Return whether a standard deviation other than that of joint velocities is above 0."""
         numbers = (
             *self.joint_deviations,
             *(deviation for _, deviation in self.parameters),
@@ -377,10 +379,10 @@ class Tolerances:
     Parameters
     ----------
     length, angle, gear : m, rad, relative
-        Standard deviations of all lengths, angles and gear ratios; None if not given.
+        Standard deviations of each length, angle and gear ratio; None if the file gives no value.
     named
-        Standard deviations of single numbers, by their names in a calibration, such as theta2 or
-        gear2.
+        Standard deviations of single numbers, by the names of the calibration parameters, such as
+        theta2 or gear2.
     """
 
     length: float | None = None
@@ -392,7 +394,7 @@ class Tolerances:
 @dataclass(frozen=True)
 class SpeedLimit:
     """
-    The largest speed of the tool or of a point; inf if the file gives none.
+    The largest allowed speeds of the tool or of a point; inf for a speed without a limit.
 
     Parameters
     ----------
@@ -412,12 +414,12 @@ class SpeedLimit:
 
 class MimicFormula(NamedTuple):
     """
-    A joint that mimics another: its position is multiplier * (position of the leader) + offset.
+    A joint whose position is multiplier * (position of the leader, another joint) + offset.
 
     Attributes
     ----------
     name, leader
-        Names in JointState messages; the arm's joints include the leader, not the mimicking joint.
+        Names in JointState messages. The leader is a joint of the arm; the mimicking joint is not.
     offset : rad or m
         The position of the mimicking joint if the leader is at 0.
     slides
@@ -434,13 +436,13 @@ class MimicFormula(NamedTuple):
 @dataclass(frozen=True)
 class RobotDescription:
     """
-    The content of a robot file without faults.
+    The content of a valid robot file, in SI units.
 
     Parameters
     ----------
     angle_unit, length_unit
-        The units of the expressions in the file. Numbers in this description are in SI units,
-        except those of constants.
+        The units of the expressions in the file. The numbers in this object are in SI units,
+        except the values of constants.
     links
         The rows of the table, in the form of the convention.
     points
@@ -454,7 +456,7 @@ class RobotDescription:
     file
         The path as the user gave it.
     tolerances
-        Standard deviations of the numbers of the table.
+        Standard deviations of the numbers of the table, from the manufacturer.
     sha256
         The SHA-256 digest of the file in hexadecimal digits; '' for a text without a file.
     loops

@@ -12,7 +12,7 @@ from .description import JointDescription, JointType
 from .quantities import DEGREES, INFINITE, KIND_OF, METRES, MILLIMETRES, RADIANS, Quantities, Units
 from .schema import JointEntry
 
-MAX_JOINTS = 128  # bounds the size of messages: each has a Jacobian with a column for each joint
+MAX_JOINTS = 128  # bounds the size of messages, which have a Jacobian with a column for each joint
 # Warn of a joint velocity above this, rad/s or m/s: it is probably in another unit.
 FASTEST_JOINT = 100.0
 NOUN = 'a list of joints, {name, type, limits}'
@@ -20,7 +20,7 @@ NOUN = 'a list of joints, {name, type, limits}'
 
 class JointHead(NamedTuple):
     """
-    The names and the type of a joint, which are read before the numbers of the file, because
+    The names and the type of a joint. They are read before the numbers of the file, because
     expressions contain the names.
 
     Attributes
@@ -30,7 +30,7 @@ class JointHead(NamedTuple):
     type, variable
         The type, and the name of the joint in expressions; None if the value has a fault.
     hidden
-        If the entry has faults: names that expressions may use for the joint. Else empty.
+        Names that expressions may use for the joint, if its entry has faults; else empty.
     """
 
     entry: JointEntry
@@ -72,8 +72,8 @@ def read_joint_heads(data: Yaml, constants: Sequence[str], at: Place) -> list[Jo
 
 
 def _words(given: dict[str, Yaml]) -> frozenset[str]:
-    # Return the values of an entry that may be the joint's name in expressions. If a key is
-    # misspelled, the value of any key may be the name.
+    # Return the values in a joint's entry that may be the name of the joint in expressions. If a
+    # key is misspelled, the value of any key may be the name.
     return frozenset(
         value.text
         for key, value in given.items()
@@ -103,7 +103,8 @@ def read_joint(head: JointHead, at: Place, quantities: Quantities) -> JointDescr
 
 def _check_name(name: str, first: int, index: int, at: Place) -> None:
     if ',' in name:
-        # In messages, the label of the Jacobian separates joint names by commas.
+        # Refuse commas, because the label of the Jacobian in messages separates joint names by
+        # commas.
         at.fault(f'{quoted(name)} holds a comma, which no joint name may')
     if first < index:
         at.fault(f'{quoted(name)} is already the name of joints[{first}]')

@@ -12,13 +12,13 @@ from .motions import pose_motion
 from .quantities import KIND_OF, Kind, Quantities, Units, unit_doubt
 from .schema import KnownPoseEntry, ToleranceEntry
 
-# Default tolerance of a known pose (m, rad): the last digit of a datasheet with six decimals.
+# Default tolerance of a known pose, m and rad: the last digit of a number with six decimals.
 DEFAULT_TOLERANCE = 1e-6
 # Joint positions that exceed a limit by less than this (rad or m) count as inside the limits.
 LIMIT_TOLERANCE = 1e-9
 DECIMALS = re.compile(r'[-+]?\d*\.(\d+)')
-# If half of the last digit exceeds this (m or rad), the number counts as exact, such as 0.45 m or
-# 22.5 deg.
+# A number such as 0.45 m or 22.5 deg counts as exact, not rounded, if half of its last digit
+# exceeds this, m or rad.
 MAX_ROUNDING = 1e-3
 
 
@@ -26,7 +26,7 @@ def read_known_poses(
     data: Yaml, joints: Sequence[JointDescription], quantities: Quantities
 ) -> tuple[KnownPose, ...]:
     """
-    Read the known poses in SI units; report faults, and leave out poses that have one.
+    Read the known poses in SI units; report faults, and leave out poses with faults.
 
     Parameters
     ----------
@@ -80,8 +80,9 @@ def _known_pose(
 
 
 def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
-    # Return half of the last written digit of some numbers, in m or rad; 0 if they count as exact.
-    # Use the number with most decimals, because the others may omit zeros at the end.
+    # Return half of the last digit of some numbers, in m or rad; 0 if the numbers count as exact.
+    # The last digit is that of the number with most decimals, because other numbers may omit zeros
+    # at the end.
     decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
     most = max((len(found[1]) for found in decimals), default=0)
     if any(unit_doubt(float(found[0]), kind) for found in decimals):

@@ -1,4 +1,4 @@
-"""Read the rows of a robot file's table in the form of its convention."""
+"""Read the rows of a robot file's table; the convention of the file defines their form."""
 
 import math
 import re
@@ -16,7 +16,7 @@ from .quantities import LARGEST_USUAL_LENGTH, METRES, MILLIMETRES, Kind, Quantit
 from .schema import ShapeRowEntry, dh_row_entry
 
 MAX_ROWS = 512
-MIN_USUAL_LENGTH = 0.01  # m; if all lengths add up to less, the table is probably not in mm
+MIN_USUAL_LENGTH = 0.01  # m; a table in mm whose lengths add up to less is probably in m
 ELEMENTARY = re.compile(r'\s*([RT][xyz])\s*\((.*)\)\s*', re.DOTALL)
 AXES: tuple[Axis, ...] = get_args(Axis)
 
@@ -24,7 +24,9 @@ AXES: tuple[Axis, ...] = get_args(Axis)
 def read_links(
     data: Yaml, convention: Convention, at: Place, quantities: Quantities
 ) -> tuple[Link, ...] | None:
-    """Read the rows of a chain, base to tip; report faults, and return None if there are any."""
+    """
+    Read the rows of a chain, from base to tip; report faults, and return None if a row has one.
+    """
     items = checked_list(data, at, 'a list of the rows of the table')
     if data == []:
         at.fault('at least one row is needed')
@@ -39,8 +41,8 @@ def read_links(
 
 def likely_convention(data: Yaml) -> Convention:
     """
-    Return a convention whose rows look like the first row of a list: a text, a mapping with
-    shape matrices, or a mapping with named quantities.
+    Return a convention that fits the form of the first row in a list. A row is a text, a mapping
+    with shape matrices, or a mapping with named quantities.
     """
     first = data[0] if isinstance(data, list) and data else None
     rows: RowKind = 'quantities'
@@ -53,7 +55,7 @@ def likely_convention(data: Yaml) -> Convention:
 
 def moving_parts(row: Link) -> Iterator[tuple[Kind, str, Expression]]:
     """
-    Yield each motion of a row that may contain joint variables: its kind (angle or length), its
+    Yield each motion in a row that may contain joint variables, as its kind (angle or length), its
     quantity or axis, and its expression.
     """
     for k, motion in enumerate(row.motions):
@@ -72,12 +74,12 @@ def variables_of(row: Link) -> frozenset[str]:
 
 
 def names_in_rows(rows: Iterable[Link]) -> frozenset[str]:
-    """Return the variables of joints, and the names of passive joints, that move some rows."""
+    """Return the joint variables and the passive joints that move at least one of the rows."""
     return frozenset().union(*map(variables_of, rows))
 
 
 def warn_of_size(rows: Sequence[Link], quantities: Quantities) -> None:
-    """Warn if the sum of the lengths is implausible in the unit of the file."""
+    """Warn if the sum of all lengths in the rows is implausible in the unit of the file."""
     lengths = [length for row in rows for length in _lengths(row)]
     total, at, unit = sum(lengths), quantities.top['links'], quantities.units.length
     if unit == 'm' and total > LARGEST_USUAL_LENGTH and max(lengths) <= LARGEST_USUAL_LENGTH:
@@ -97,7 +99,9 @@ def _lengths(row: Link) -> Iterator[float]:
 
 
 def check_helical(rows: Sequence[Link], quantities: Quantities) -> None:
-    """Report helical joints that the table uses only as an angle, or only as a length."""
+    """
+    Report helical joints whose variable occurs only in angles, or only in lengths, of the rows.
+    """
     places: dict[str, dict[Kind, str]] = {}
     for index, row in enumerate(rows):
         for kind, place, expression in moving_parts(row):

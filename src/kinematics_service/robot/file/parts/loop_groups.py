@@ -1,24 +1,24 @@
-"""Group closed loops that are solved together, because each needs passive joints of the other."""
+"""Group closed loops whose equations are solved together: each moves with joints of the other."""
 
 from collections.abc import Sequence
 
 from .description import LoopDescription, PassiveJoint
 from .links import names_in_rows
 
-BETWEEN = ' + '  # separates the names of loops in the name of their group
+BETWEEN = ' + '  # between the names of loops in the name of a group
 
 
 def names_in_loop(loop: LoopDescription) -> frozenset[str]:
-    """Return the joints and passive joints that move the chains of a loop."""
+    """Return the names of joints and passive joints that move the two chains of a loop."""
     return names_in_rows((*loop.there, *loop.links))
 
 
 def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription, ...], ...]:
     """
-    Return the groups of loops, in the order of the file; most groups have one loop.
+    Return the closed loops in groups that are solved together; most groups have one loop.
 
-    Two loops are in one group if each needs passive joints of the other, directly or through
-    other loops.
+    Loop a needs loop b if a passive joint of b moves a chain of a, directly or through other
+    loops. Two loops are in one group if each needs the other. Groups are in the order of the file.
     """
     needed = _needed(loops)
     groups: list[list[int]] = []
@@ -32,8 +32,8 @@ def loop_groups(loops: Sequence[LoopDescription]) -> tuple[tuple[LoopDescription
 
 
 def _needed(loops: Sequence[LoopDescription]) -> list[set[int]]:
-    # Return for each loop the indices of the loops whose passive joints it needs, directly or
-    # through other loops.
+    # Return for each loop the indices of the loops whose passive joints move its chains, directly
+    # or through other loops.
     owner = {joint.name: k for k, loop in enumerate(loops) for joint in loop.passive}
     needed = [
         {owner[name] for name in names_in_loop(loop) if name in owner} - {k}
@@ -46,7 +46,7 @@ def _needed(loops: Sequence[LoopDescription]) -> list[set[int]]:
 
 
 def passive_of(group: Sequence[LoopDescription]) -> tuple[PassiveJoint, ...]:
-    """Return the passive joints of a group of loops."""
+    """Return the passive joints of all loops in a group."""
     return tuple(joint for loop in group for joint in loop.passive)
 
 
@@ -61,7 +61,7 @@ def group_key(name: str) -> str:
 
 
 def closed_together(name: str) -> bool:
-    """Return whether a group with this name has several loops."""
+    """Return whether the name of a group of loops consists of several loop names."""
     return BETWEEN in name
 
 

@@ -1,4 +1,4 @@
-"""Read the closed loops of a robot file: second chains that begin and end at rows of the table."""
+"""Read the closed loops of a robot file: second chains that begin and end at table rows."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -34,14 +34,14 @@ def read_passive(
     data: Yaml, taken: Sequence[str], at: Place
 ) -> tuple[tuple[PassiveJoint, ...], ...]:
     """
-    Read the passive joints of each loop, and report faults of their names.
+    Return the passive joints of each loop, and report names that are not allowed.
 
     Parameters
     ----------
     data
         The value of the key `loops`; None if the file does not have the key.
     taken
-        Names that a passive joint may not have: those of constants and joint variables.
+        Names that a passive joint may not have: the names of constants and joint variables.
     at
         The place of the list of loops in the file.
     """
@@ -91,7 +91,7 @@ def _passive_joint(item: Yaml, at: Place) -> PassiveJoint | None:
 
 
 def names_in_loops(data: Yaml, known: Collection[str]) -> frozenset[str]:
-    """Return the known names that occur in the rows (`links`) of all loops."""
+    """Return the names in `known` that occur in the rows (key `links`) of all loops."""
     loops = data if isinstance(data, list) else ()
     rows = [loop['links'] for loop in loops if isinstance(loop, dict) and 'links' in loop]
     return frozenset().union(*(known_names_in(text, known) for text in texts_in(rows)))
@@ -106,7 +106,7 @@ def read_loops(
     quantities: Quantities,
 ) -> tuple[LoopDescription, ...]:
     """
-    Read the loops in the order of the file; report faults, and return no loops if there are any.
+    Read the loops in the order of the file; report faults, and return no loops if one has a fault.
 
     Parameters
     ----------
@@ -115,7 +115,8 @@ def read_loops(
     passive
         The passive joints of each loop.
     table, points, convention
-        The rows of the table, or None if they have faults; the points; the convention.
+        The rows of the table (None if they have faults), and the points and the convention of the
+        file.
     quantities
         The meaning of the names in expressions.
     """
@@ -129,7 +130,7 @@ def read_loops(
     if table is None or len(found) < len(loops) or not at.intact:
         return ()
     if len(quantities.joint_types) - len(quantities.types) < sum(map(len, passive)):
-        return ()  # two joints have one name, which has been reported
+        return ()  # two joints have one name: reported before
     called = [loop.name for loop in found]
     _check_effect(found, table, at)
     for k, loop in enumerate(found):
@@ -144,9 +145,9 @@ def read_loops(
 
 
 def _check_effect(loops: Sequence[LoopDescription], table: Sequence[Link], at: Place) -> None:
-    # Report passive joints that move no row of their loop. Report loops that need passive joints
-    # of a later loop outside of their group. Report groups that move neither the table nor a later
-    # loop.
+    # Report passive joints that move no row of their loop. Report loops that move with a passive
+    # joint of a later loop in another group. Report groups of loops that move neither the table
+    # nor a later loop.
     places = {loop.name: k for k, loop in enumerate(loops)}
     used = names_in_rows(table)
     for group in reversed(loop_groups(loops)):
@@ -202,7 +203,7 @@ def _check_group(
 
 @dataclass(frozen=True)
 class _LoopReader:
-    """Reads the entries of closed loops, given the table and points of the arm."""
+    """Read the entries of closed loops, given the table and the points of the arm."""
 
     table: Sequence[Link] | None
     points: Sequence[PointDescription]
@@ -212,7 +213,7 @@ class _LoopReader:
     def read(
         self, data: Yaml, passive: tuple[PassiveJoint, ...], at: Place
     ) -> LoopDescription | None:
-        """Read the entry of a loop; report faults, and return None if there are any."""
+        """Read the entry of a loop; report faults, and return None if the entry has one."""
         entry = checked(LoopEntry, data, at)
         rows: tuple[str, ...] = ()
         if entry.rows is not None:

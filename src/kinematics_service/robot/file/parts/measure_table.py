@@ -1,4 +1,4 @@
-"""Define the measures of singularity, and which thresholds are valid for each."""
+"""Define the measures of singularity: name, unit, and valid thresholds of each measure."""
 
 import math
 from dataclasses import dataclass
@@ -9,14 +9,15 @@ from .... import kernel
 @dataclass(frozen=True)
 class Measure:
     """
-    A measure of singularity. The kernel computes it, and `Singularity` has a field of its name.
+    A measure of singularity. The kernel computes its value for the field of `Singularity` that has
+    the name of the measure.
 
     Attributes
     ----------
     name, meaning
         The name in robot files, topics and parameters; the definition for the reference page.
     column
-        The column of the measure in the rows that `kernel.measure` fills.
+        The column in which `kernel.measure` writes the measure.
     small_is_bad
         Whether the measure decreases toward a singular pose.
     unit
@@ -24,7 +25,8 @@ class Measure:
     warn, stop
         Default thresholds; None if no default suits every arm.
     least, most
-        Thresholds are above `least` and at most `most`. A value of `most` means `most` or more.
+        A threshold is above `least` and at most `most`. If the value is `most`, the true value
+        may be larger.
     of_square
         Whether the measure exists only for a square J_t. Such a measure may be negative; its
         absolute value is compared with the thresholds.
@@ -32,11 +34,11 @@ class Measure:
         Whether the measure is a product of singular values of the unscaled J_t, so that its unit
         depends on the arm.
     drawn_unit
-        The unit in pictures and tables; empty: `unit`.
+        The unit in pictures and tables; if empty, `unit` is used.
     short, long, drawn
-        Other names: in narrow tables, in titles, and on the axes of plots (in TeX).
+        Names for narrow tables, for titles, and for the axes of plots (in TeX).
     on_page
-        Whether the page of an audit shows the measure even if the node watches another one.
+        Whether the page of an audit shows the measure even if the node watches another measure.
     """
 
     name: str
@@ -69,7 +71,10 @@ class Measure:
         return f'must be above {self.least:g}{most}, not {self._amount(threshold)}'
 
     def farther(self, value: float) -> str:
-        """Return `none found within 1 rad (57 deg)` if the value is the largest one, else ''."""
+        """
+        Return a text such as `none found within 1 rad (57 deg)` if `value` is the largest, else
+        ''.
+        """
         if not value >= self.most < math.inf:
             return ''
         return f'none found within {self._amount(self.most)}'
@@ -80,7 +85,9 @@ class Measure:
         return f'{value:g} rad ({math.degrees(value):.0f} deg)'
 
     def ordered(self, warn: float, stop: float) -> bool:
-        """Return whether the measure reaches `warn` before `stop` toward a singular pose."""
+        """
+        Return whether the measure reaches `warn` before `stop` on the way to a singular pose.
+        """
         return stop < warn if self.small_is_bad else warn < stop
 
 
@@ -93,7 +100,7 @@ MEASURES = {
             '1 rad',
             kernel.DISTANCE,
             unit='rad',
-            warn=0.1,  # 0.1 rad is about 6 degrees, and 0.03 rad about 2 degrees
+            warn=0.1,  # 0.1 rad is about 6 degrees, 0.03 rad about 2
             stop=0.03,
             most=kernel.FARTHEST,
             long='distance to a singular pose',
@@ -140,6 +147,6 @@ MEASURES = {
 
 
 def default_measure(joints: int) -> Measure:
-    """Return the measure that the node watches if a robot file names none."""
+    """Return the measure that the node watches if a robot file does not name a measure."""
     searched = joints <= kernel.MAX_SEARCHED_JOINTS
     return MEASURES['distance' if searched else 'condition_number']

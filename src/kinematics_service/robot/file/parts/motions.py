@@ -1,4 +1,4 @@
-"""Read the constant poses of a robot file: {xyz, rpy}, matrices, the base and the tool."""
+"""Read constant poses of a robot file, given as {xyz, rpy} or as a matrix; read base and tool."""
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +23,7 @@ PRINTED_ROTATION_TOLERANCE = 1e-6
 def read_placement(
     data: Yaml, at: Place, default_frame: str, quantities: Quantities
 ) -> Placement | None:
-    """Read the base or the tool; report faults, and return None if there are any."""
+    """Read the base or the tool; report faults, and return None if the entry has one."""
     if data is None:
         return Placement(default_frame, IDENTITY)
     entry = checked(PlacementEntry, data, at)
@@ -38,7 +38,7 @@ def read_placement(
 
 def pose_motion(entry: PoseEntry, at: Place, quantities: Quantities) -> RigidMotion | None:
     """
-    Read a pose given by xyz and rpy, R = Rz(yaw) Ry(pitch) Rx(roll); a missing key means zeros.
+    Read a pose given by xyz and rpy, R = Rz(yaw) Ry(pitch) Rx(roll). A missing key means zeros.
 
     The result is None if a value has a fault.
     """
@@ -93,7 +93,7 @@ def _rigid(matrix: npt.NDArray[np.float64], at: Place) -> npt.NDArray[np.float64
         at[3].fault('the fourth row of a rigid motion is [0, 0, 0, 1]')
         return None
     R = matrix[:3, :3]
-    # Clip entries, so that the product cannot overflow: entries of a rotation are at most 1.
+    # Clip the entries, so that R^T R cannot overflow. The entries of a rotation are at most 1.
     capped = np.clip(R, -1e3, 1e3)
     error = float(np.abs(capped.T @ capped - np.eye(3)).max())
     if error > PRINTED_ROTATION_TOLERANCE:
@@ -109,8 +109,8 @@ def _rigid(matrix: npt.NDArray[np.float64], at: Place) -> npt.NDArray[np.float64
     if error <= EXACT_ROTATION_TOLERANCE:
         return matrix
     at.remark(f'is {number(error)} from a rotation matrix: the nearest rotation is used instead')
-    # Return the nearest rotation in the Frobenius norm: the orthogonal factor of the polar
-    # decomposition.
+    # Return the rotation nearest to R in the Frobenius norm: the orthogonal factor of the polar
+    # decomposition of R.
     U, _, Vt = np.linalg.svd(R)
     result: npt.NDArray[np.float64] = matrix.copy()
     result[:3, :3] = U @ Vt

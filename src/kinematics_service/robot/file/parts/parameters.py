@@ -1,9 +1,9 @@
 """
-List the parameters of an arm that a calibration corrects: numbers of its table, base and tool.
+List the parameters of an arm that a calibration can correct: numbers of table, base and tool.
 
 The numbers of a Denavit-Hartenberg table cannot describe every small error. If two axes are
 nominally parallel, a small turn of one axis out of the common plane needs a d of kilometres. An
-extra angle about y describes that error (Hayati 1983).
+extra angle about y describes this small turn (Hayati 1983).
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,13 +16,14 @@ from .convention_table import CONVENTIONS
 from .description import DhRow, ElementaryMotion, JointDescription, Link, ShapeRow
 from .tolerances import EXTRA, GEAR
 
-# Usual standard deviations of a robot's dimensions from its datasheet. The calibration divides
-# corrections by them.
+# Usual standard deviations of the differences between a robot and its datasheet. The calibration
+# divides corrections by these deviations.
 LENGTH = 1e-3  # m
 ANGLE = np.radians(0.2)  # rad
-RATIO = 1e-3  # of a gear ratio, relative
+RATIO = 1e-3  # relative error of a gear ratio
 AXES = 'xyz'
-# Conventions whose tables can have the extra corrections `beta` and `b` in an additional row.
+# Conventions in which an additional row can hold the extra corrections `beta` (angle) and `b`
+# (length).
 WITH_EXTRA = ('standard', 'modified')
 ENDS = ('base', 'tool')
 GEARS = 'gears'
@@ -34,7 +35,7 @@ SIX = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 @dataclass(frozen=True)
 class ArmParameter:
     """
-    A number of an arm that may have an error.
+    A number in the description of an arm that may have an error.
 
     Attributes
     ----------
@@ -65,14 +66,16 @@ class ArmParameter:
 
     @property
     def scale(self) -> float:
-        """Return the usual standard deviation of the parameter, in rad, in m, or relative."""
+        """
+        Return the usual standard deviation of the parameter's error, in rad, in m, or relative.
+        """
         if self.group == GEARS:
             return RATIO
         return float(ANGLE) if self.angle else LENGTH
 
 
 class PlacedParameter(NamedTuple):
-    """A parameter, the axis of its motion (x, y or z), and whether it is an extra correction."""
+    """A parameter, the axis x, y or z of its motion, and whether the parameter is extra."""
 
     parameter: ArmParameter
     axis: str
@@ -113,7 +116,8 @@ def _of_dh_row(k: int, link: DhRow, convention: str) -> Iterator[PlacedParameter
 
 def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[PlacedParameter]:
     # Yield the parameters of a joint: two angles and two lengths of its axis, and the offset of
-    # its position. A prismatic joint has no lengths, because only its direction has an effect.
+    # its position. A prismatic joint has no lengths, because only the direction of its axis has an
+    # effect.
     for kind in 'RT' if joint.turns else 'R':
         for axis in AXES.replace(joint.axis[1], ''):
             yield _placed(k, kind + axis, kind + axis, kind + axis, extra=True)
@@ -121,7 +125,10 @@ def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[PlacedParameter]:
 
 
 def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
-    """Return, for each joint that moves a row, the relative error of its gear ratio."""
+    """
+    Return the gear parameters: the relative error of the gear ratio of each joint that moves a
+    row.
+    """
     return [
         ArmParameter(f'{GEAR}{k + 1}', GEARS, False, k, GEAR)
         for k, joint in enumerate(joints)
@@ -145,7 +152,7 @@ def uncertain_parameters(
     joints: Sequence[JointDescription],
     ends: Sequence[str] = ENDS,
 ) -> dict[str, ArmParameter]:
-    """Return the parameters of rows, base, tool and gears by name; each may be uncertain."""
+    """Return by name all parameters for which a robot file may give a standard deviation."""
     table = [one.parameter for row in placed_rows(links, convention) for one in row]
     placed = [one for end in ends for one in end_parameters(end, 0)]
     return {one.name: one for one in (*table, *placed, *gear_parameters(joints))}

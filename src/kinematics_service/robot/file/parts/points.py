@@ -25,7 +25,7 @@ def read_points(
     data: Yaml, rows: int, placements: Sequence[Placement | None], quantities: Quantities
 ) -> tuple[PointDescription, ...]:
     """
-    Read the points in the order of the file; report faults, and leave out points that have one.
+    Read the points in the order of the file; report faults, and leave out points with faults.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def _why_no_name(name: str, frames: dict[str, str]) -> str:
 
 
 def check_row(row: int | None, rows: int, at: Place) -> None:
-    """Report the row of a point or loop if it exceeds the number of rows of the table."""
+    """Report a fault if the row number of a point or loop exceeds the number of table rows."""
     if row is not None and row > rows:
         at['row'].fault(
             f'there is no row {row}: 0 is the frame before the table, {rows} the frame after its '
