@@ -1,4 +1,4 @@
-"""Read a robot file, one YAML file for one robot, into a `RobotDescription`."""
+"""Read a robot file, which is a YAML file for one robot, and return a `RobotDescription`."""
 
 import hashlib
 import os
@@ -45,8 +45,8 @@ from .text.yaml_document import Yaml, texts_in
 from .translation import MAX_BYTES as MAX_TRANSLATED_BYTES
 from .translation import RobotText, translator_of
 
-# Types of paths that are refused, because reading a directory fails, and reading a pipe or a
-# device might never end.
+# Types of paths that the reader refuses: reading a directory fails, and reading a pipe or a device
+# might never end.
 KINDS = {
     stat.S_IFDIR: 'a directory',
     stat.S_IFIFO: 'a named pipe',
@@ -54,7 +54,7 @@ KINDS = {
     stat.S_IFCHR: 'a device',
     stat.S_IFBLK: 'a device',
 }
-# The file of a cell has the key `cell`, where the file of a robot has `robot`.
+# Finds the key `cell`, which only the file of a cell has. The file of a robot has the key `robot`.
 CELL = re.compile(r'^cell\s*:', re.MULTILINE)
 ROBOT_NAME = re.compile(r'[A-Za-z0-9_]+')
 
@@ -86,7 +86,9 @@ def read_robot_file(
 
 
 def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '') -> str:
-    """Return the text of a robot file; a URDF is translated into such a text first."""
+    """
+    Return the text of a robot file; if the file is a URDF, return the robot file it translates to.
+    """
     file = os.fspath(path)
     if translate := translator_of(file):
         return translate(_content(file), file, base, tip).text
@@ -98,7 +100,7 @@ def robot_file_text(path: str | os.PathLike[str], base: str = '', tip: str = '')
 
 def text_of(file: str) -> str:
     """
-    Return the text of a file in UTF-8, without a translation.
+    Return the text of a file in UTF-8 as it is, without a translation of URDF.
 
     Raises
     ------
@@ -109,8 +111,11 @@ def text_of(file: str) -> str:
 
 
 def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
-    """Return the description of a robot whose text was translated from the bytes of a file."""
-    # Replace the reader's warnings, which name lines and keys of a text that the user never sees.
+    """
+    Return the description of a robot from the robot file text that a translator made of `content`.
+    """
+    # Replace the reader's warnings, because these name lines and keys of the translated text,
+    # which the user never sees.
     return replace(
         parse_robot(translated.text, file),
         warnings=translated.doubts,
@@ -126,8 +131,8 @@ def _content(file: str) -> bytes:
         kind = KINDS.get(stat.S_IFMT(os.stat(file).st_mode))
         if kind is None:
             with open(file, 'rb') as stream:
-                # Read at most one byte more than is accepted, because a file may be endless. The
-                # caller refuses a file that is too long.
+                # Read at most one byte more than the largest accepted size, because a file may be
+                # endless. The caller refuses a file that is too long.
                 return stream.read(most + 1)
         reason = f'is {kind}: give the robot file itself'
     except FileNotFoundError:
@@ -179,7 +184,7 @@ def parse_robot(text: str, file: str) -> RobotDescription:
         for index, head in enumerate(names.heads)
         if (joint := read_joint(head, top['joints', index], quantities))
     ]
-    # If the convention is missing or unknown, check the rows by a convention that they look like.
+    # If the convention is missing or unknown, check the rows by a convention that fits their form.
     convention = CONVENTIONS.get(entry.convention or '') or likely_convention(entry.links)
     links = _links(entry, data, convention, names)
     rows = len(entry.links) if isinstance(entry.links, list) else MAX_ROWS
@@ -196,7 +201,8 @@ def parse_robot(text: str, file: str) -> RobotDescription:
 
     top.report.raise_faults()
     if not (entry.robot and entry.convention and links and base and tool and singularity):
-        # This never runs: a missing part has a fault, which is raised above. mypy needs the check.
+        # This line never runs, because a missing section has a fault, which is raised above. mypy
+        # needs the check.
         refuse(file, 'is incomplete')
     _remark(entry, names, links)
     return RobotDescription(
@@ -224,12 +230,12 @@ def parse_robot(text: str, file: str) -> RobotDescription:
 
 
 def refuse(file: str, message: str, line: int = 0, where: str = '') -> NoReturn:
-    """Raise RobotFileError with one fault, at a line and key or for the whole file."""
+    """Raise RobotFileError with one fault: at a line and key, or for the whole file."""
     raise RobotFileError((Fault(file, line, where, message),))
 
 
 def read_units(data: Yaml, at: Place) -> Units:
-    """Read the units of the numbers of a file; by default rad and m."""
+    """Read the units of angles and lengths in a robot file; by default rad and m."""
     if data is None:
         return Units()
     entry = checked(UnitsEntry, data, at)
@@ -237,7 +243,7 @@ def read_units(data: Yaml, at: Place) -> Units:
 
 
 def check_name(name: str | None, at: Place) -> None:
-    """Report the name of a robot or cell if it is invalid."""
+    """Report a fault if the name of a robot or cell has other characters than it may have."""
     if name is not None and not ROBOT_NAME.fullmatch(name):
         at.fault(f'{quoted(name)} is not a name of letters, digits and underscores')
 
@@ -279,8 +285,8 @@ def _names(entry: RobotEntry, data: dict[str, Yaml], units: Units, top: Place) -
     driven = Quantities(
         *(top, units, values, known, [head.type for head in heads]),
         unreadable=hidden - known.keys() - values.keys(),
-        # If the variable of a joint has a fault, any unknown name in an expression may be that of
-        # the joint.
+        # If the variable of a joint has a fault, any unknown name in an expression may be the
+        # variable.
         all_names_known=bool(heads)
         and constants.all_names_known
         and all(head.variable for head in heads),
@@ -314,8 +320,8 @@ def _ends(entry: RobotEntry, quantities: Quantities) -> tuple[Placement | None, 
 
 
 def _check_movement(entry: RobotEntry, names: _FileNames, links: Sequence[Link] | None) -> None:
-    # Report joints that move no row, unless they have `unused: true`, and `unused` joints that
-    # move one.
+    # Report joints that move no row although they are not marked `unused: true`, and joints that
+    # are marked so although they move a row.
     quantities = names.quantities
     joints, known = quantities.top['joints'], quantities.joint_types.keys()
     if links is not None:

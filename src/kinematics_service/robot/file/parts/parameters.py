@@ -125,10 +125,7 @@ def _of_joint(k: int, joint: ElementaryMotion) -> Iterator[PlacedParameter]:
 
 
 def gear_parameters(joints: Sequence[JointDescription]) -> list[ArmParameter]:
-    """
-    Return the gear parameters: the relative error of the gear ratio of each joint that moves a
-    row.
-    """
+    """Return, for each joint that moves a row, the parameter for the error of its gear ratio."""
     return [
         ArmParameter(f'{GEAR}{k + 1}', GEARS, False, k, GEAR)
         for k, joint in enumerate(joints)

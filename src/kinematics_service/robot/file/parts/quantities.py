@@ -17,7 +17,7 @@ Kind = Literal['angle', 'length', 'number']
 
 # Largest accepted number (m or rad); products of larger numbers may overflow.
 LARGEST = 1e6
-# Ends of warnings about numbers that are implausible in the unit of the file.
+# Questions at the end of warnings about numbers that are implausible in the unit of the file.
 DEGREES = 'are these degrees? (then: units: {angle: deg})'
 RADIANS = 'are these radians? (then: units: {angle: rad})'
 MILLIMETRES = 'are these millimetres? (then: units: {length: mm})'
@@ -26,9 +26,10 @@ LARGEST_USUAL_LENGTH = 20.0  # m; longer links are probably in mm
 # Largest plausible angle (rad): a whole turn, plus the round-off of two decimals.
 LARGEST_USUAL_ANGLE = 2.0 * math.pi + 0.02
 QUARTERS = [k * math.pi / 2.0 for k in range(1, 5)]
-# An angle in deg this close to pi/2, pi, 3 pi/2 or 2 pi is probably in rad: 1.57 rounds pi/2.
+# A number in a file with degrees that is this close to pi/2, pi, 3 pi/2 or 2 pi is probably in
+# rad, such as 1.57.
 QUARTER_TOLERANCE = 0.005
-# Numbers with 2 to 9 decimals, which may be rounded; numbers with more decimals count as exact.
+# Numbers with 2 to 9 decimals may be rounded; numbers with more decimals count as exact.
 DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')
 
 INFINITE = re.compile(r'[-+]?\.?(inf|Inf|INF)')
@@ -46,7 +47,7 @@ KIND_OF: Mapping[JointType, Kind] = {
 
 def check_finite(text: str) -> None:
     """
-    Refuse a text that means infinity or not-a-number in YAML.
+    Raise an error for a text that means infinity or not-a-number in YAML.
 
     Raises
     ------
@@ -82,27 +83,27 @@ class Quantities:
     Parameters
     ----------
     top
-        The place of the whole file.
+        The whole file, as the place at which faults are reported.
     units
         The units of the file.
     constants
         The values of the constants by name, in the file's units.
     joint_types
-        The type of each joint by its variable, in the order of the joints.
+        The type of each joint, by the joint's variable, in the order of the joints.
     types
         The type of each entry in the list of joints; None if the type has a fault.
     unreadable
         Names whose definition has a fault; an expression with such a name has no value.
     all_names_known
-        Whether all definitions have a readable name. If not, unknown names in expressions are not
-        reported, because a faulty definition may define them.
+        Whether the name of every definition can be read. If not, unknown names in expressions are
+        not reported, because a definition with a fault may define these names.
     used
         Names in the expressions read so far.
     strange
         Names in the expressions read so far that the file does not define.
     letters
-        Names of constants without a value. Expressions with such a name are not checked for
-        implausible size.
+        Names of constants without a value. The size of an expression with such a name is not
+        checked.
     """
 
     top: Place
@@ -120,9 +121,10 @@ class Quantities:
         self, text: str | None, kind: Kind, at: Place, *, usual: bool = True
     ) -> float | None:
         """
-        Return the value of a constant expression in SI units; report a fault and return None.
+        Return the value of a constant expression in SI units; report a fault, and then return
+        None.
 
-        If `usual`, warn of an implausible length, or of an angle of more than a turn.
+        If `usual` is true, warn of an implausible length, or of an angle of more than a turn.
         """
         expression = self._read(text, kind, at, self._scope(kind), usual)
         return expression.affine.constant if expression else None
@@ -130,7 +132,7 @@ class Quantities:
     def above_zero(
         self, text: str | None, kind: Kind, at: Place, *, usual: bool = False
     ) -> float | None:
-        """Return the value of a constant expression like `fixed`, if it is above 0, else None."""
+        """Return the value of a constant expression in SI units if it is above 0, else None."""
         value = self.fixed(text, kind, at, usual=usual)
         if value is not None and value <= 0.0:
             at.fault(f'must be above 0, not {text}')
@@ -157,7 +159,7 @@ class Quantities:
         self, text: str | None, kind: Kind, at: Place, advice: str = ''
     ) -> Expression | None:
         """
-        Return a constant expression with its text; report a fault and return None.
+        Return a constant expression as text and value; report a fault, and then return None.
 
         `advice` is added to the message about a joint variable in a constant expression.
         """
@@ -165,7 +167,8 @@ class Quantities:
 
     def moving(self, text: str | None, kind: Kind, at: Place, quantity: str) -> Expression | None:
         """
-        Return an expression that is linear in the joint variables; report a fault and return None.
+        Return an expression that is linear in the joint variables; report a fault, then return
+        None.
 
         `quantity` is the name of the expression in messages, such as `theta` or `Tx`.
         """
@@ -216,8 +219,8 @@ class Quantities:
         return plain_expression(text, known, self.units.angle, scope.wanted)
 
     def _judged(self, text: str, scope: Scope) -> bool:
-        # Return whether an expression can be evaluated. If a name has a faulty or unknown
-        # definition, check only the syntax.
+        # Return whether an expression can be evaluated. If the definition of a name has a fault or
+        # is unknown, check only the syntax of the expression, and return False.
         names = names_in(text)
         self.used.update(names)
         strange = names.difference(scope.known, scope.refused, self.unreadable, ('pi',))
@@ -227,7 +230,8 @@ class Quantities:
             hidden |= strange
         if not hidden:
             return True
-        # Accept hidden names as variables: their faulty definitions may be those of joints.
+        # Accept names whose definition has a fault as variables, because the definition may be
+        # that of a joint.
         varying = tuple(dict.fromkeys((*scope.variables, *sorted(hidden))))
         refused = {name: why for name, why in scope.refused.items() if name not in hidden}
         check_function(text, replace(scope, variables=varying, refused=refused, wanted=None))
@@ -258,7 +262,8 @@ class Quantities:
         for variable, factor in affine.coefficients:
             own = KIND_OF[self.joint_types[variable]]
             if own != kind:
-                # A helical joint moves the row by a length per angle (or an angle per length).
+                # The coefficient of a helical joint has the unit length per angle (or angle per
+                # length).
                 factor = self.units.to_si(factor, kind) / self.units.to_si(1.0, own)
             coefficients.append((variable, factor))
         return Affine(self.units.to_si(affine.constant, kind), tuple(coefficients))
@@ -289,7 +294,7 @@ def unit_doubt(
     millimetres: str = MILLIMETRES,
 ) -> str:
     """
-    Return a warning about the unit of an implausible number (m or rad), or '' if it is plausible.
+    Return a warning about the unit of an implausible number (m or rad); '' for a plausible one.
 
     `longest` is the largest plausible length, m. The warning ends with the question `degrees` or
     `millimetres`.
@@ -303,9 +308,9 @@ def unit_doubt(
 
 def rounded_quarters(text: str) -> Iterator[tuple[str, int]]:
     """
-    Yield the numbers in a text that are k pi/2 for k from 1 to 4, rounded or cut, such as 1.57.
+    Yield numbers such as 1.57 in a text that are k pi/2, rounded or cut, for k from 1 to 4.
 
-    Each number is yielded as text with its k.
+    The function yields each number as text, followed by k.
     """
     for digits, decimals in DECIMALS.findall(text):
         for k, quarter in enumerate(QUARTERS, 1):

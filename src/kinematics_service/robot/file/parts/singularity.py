@@ -15,7 +15,7 @@ ROWS = ('x', 'y', 'z', 'rx', 'ry', 'rz')
 
 
 def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescription | None:
-    """Read the section with default values; report faults, and return None if there are any."""
+    """Read the section `singularity` with default values; report faults, and then return None."""
     usual = default_measure(len(quantities.joint_types))
     if data is None:
         return SingularityDescription(measure=usual.name, warn=usual.warn, stop=usual.stop)
@@ -28,7 +28,7 @@ def read_singularity(data: Yaml, quantities: Quantities) -> SingularityDescripti
     length = quantities.above_zero(entry.length, 'length', at['length'], usual=True)
     factors = () if entry.factors is None else _factors(entry.factors, at['factors'], quantities)
     if not intact:
-        return None  # values with faults are None, which would mean the default here
+        return None  # here, None for a value with a fault would mean the default
     measure = MEASURES[entry.measure or usual.name]
     thresholds = _thresholds(entry, measure, at, quantities)
     if thresholds is None or not at.intact:

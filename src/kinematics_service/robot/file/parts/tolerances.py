@@ -11,8 +11,8 @@ from .quantities import Kind, Quantities
 from .schema import TableToleranceEntry
 
 NAME = re.compile(r'([A-Za-z]+)([1-9][0-9]{0,3})')
-# Calibration parameters that are not quantities of rows: extra corrections with their elementary
-# motions, and gear ratios.
+# Names of calibration parameters that are not quantities of table rows: extra corrections, with
+# the elementary motion of each, and gear ratios.
 EXTRA = {'beta': 'Ry', 'b': 'Ty'}
 GEAR = 'gear'
 AXES = tuple(f'{kind}{axis}' for kind in 'RT' for axis in 'xyz')
@@ -22,7 +22,7 @@ def read_tolerances(
     data: Yaml, convention: Convention, rows: int, quantities: Quantities
 ) -> Tolerances:
     """
-    Read the standard deviations in SI units; report faults, and leave out faulty values.
+    Read the section `tolerance` in SI units; report faults, and leave out values with faults.
 
     Parameters
     ----------
@@ -55,8 +55,8 @@ def read_tolerances(
 
 
 def _axes_of(convention: Convention) -> dict[str, str]:
-    # Return the elementary motion of each word in parameter names, such as Rx for `alpha` of
-    # `alpha2`.
+    # Return the elementary motion of each word in parameter names, such as Rx for the word `alpha`
+    # in `alpha2`.
     if convention.product:
         return {**{quantity: axis for axis, quantity in convention.motions}, **EXTRA}
     return {axis: axis for axis in AXES}

@@ -31,7 +31,7 @@ def read_uncertainty(
     quantities: Quantities,
 ) -> Uncertainty | None:
     """
-    Read the section and report faults; return None if it is missing or has faults.
+    Read the section `uncertainty`; report faults, and return None if it is missing or has faults.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def read_uncertainty(
     at = quantities.top['uncertainty']
     entry = checked(UncertaintyEntry, data, at)
     if links is None or len(joints) < len(quantities.types):
-        return None  # the section refers to joints and rows, and some of these have faults
+        return None  # the section names joints and rows, some of which have faults
     kinds = [KIND_OF[joint.type] for joint in joints]
     noise, resolution, backlash = (
         _of_joints(getattr(entry, key), kinds, at[key], quantities) for key in OF_POSITIONS
@@ -94,7 +94,8 @@ def _deviation(text: str | None, kind: Kind, at: Place, quantities: Quantities) 
 def _of_joints(
     data: Yaml, kinds: Sequence[Kind], at: Place, quantities: Quantities
 ) -> tuple[float, ...]:
-    # Return a number, at least 0, for each joint, from one number or a list; zeros if missing.
+    # Return a standard deviation or width for each joint, at least 0. The file gives one number
+    # for all joints, or a list; a missing key means zeros.
     if data is None:
         return (0.0,) * len(kinds)
     if not isinstance(data, list):

@@ -1,7 +1,7 @@
 """
 Check entries of a robot file: mappings with a fixed set of keys and value types.
 
-Every value arrives as the text that the user wrote (`ScalarNode`), so `true` never becomes 1.0. A
+Every value arrives as the text that the user wrote (`ScalarNode`), not as a bool or a number. A
 value that is missing or has a fault is None in an entry.
 """
 
@@ -21,13 +21,13 @@ WHOLE = re.compile(r'[0-9]{1,6}')
 TRUTH = re.compile(r'true|True|TRUE|false|False|FALSE')
 
 
-# The type of a value in an entry, after its check.
+# The type of a value in an entry, after the check of the value.
 Value: TypeAlias = Yaml | str | int | bool | list[str | None]
 Check = Callable[[Yaml], Any]
 
 
 class WrongValue(Exception):
-    """A value has a fault: the message is the reason; `meant` is the word probably meant."""
+    """A value of the file has a fault. The message is the reason; `meant` is the probable word."""
 
     def __init__(self, message: str, meant: str | None = None) -> None:
         super().__init__(message)
@@ -50,7 +50,7 @@ def _scalar(value: Yaml, wanted: str) -> ScalarNode:
 
 
 MAX_NAME_LENGTH = 256
-MAX_CITATION_LENGTH = 2000  # characters, because a source may have several citations
+MAX_CITATION_LENGTH = 2000  # characters; a source may have several citations
 
 
 def _text(value: Yaml, longest: int) -> str:
@@ -122,7 +122,7 @@ def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
 
 
 def called(**words: str) -> dict[str, str]:
-    """Map other words to accepted words: `called(a='length l')` maps `length` and `l` to `a`."""
+    """Return a mapping of words: `called(a='length l')` maps `length` and `l` to the key `a`."""
     return {
         other: accepted.rstrip('_')
         for accepted, others in words.items()
@@ -133,14 +133,16 @@ def called(**words: str) -> dict[str, str]:
 def meant_by(
     text: str, accepted: tuple[str, ...], also: Mapping[str, str] | None = None
 ) -> str | None:
-    """Return the accepted word that a wrong word probably means, or None."""
+    """
+    Return the accepted word that is most similar to a wrong word; None if no word is similar.
+    """
     folded = text[:60].lower().replace('-', '_').replace(' ', '_')
     if folded in accepted:
         return folded
     if also and folded in also:
         return also[folded]
     if len(text) < 3:
-        return None  # a text this short resembles too many words
+        return None  # so short a text is similar to many words
     near = difflib.get_close_matches(text[:60], accepted, n=1)
     return near[0] if near else None
 
@@ -155,7 +157,8 @@ def choice(accepted: tuple[str, ...]) -> str:
     return f' (accepted: {", ".join(accepted)})'
 
 
-# Types of values, each annotated with its check. A list has a second check, for each item.
+# Types of values, each annotated with the function that checks it. A list has a second function,
+# which checks each item.
 Word = Annotated[str | None, _word]
 Formula = Annotated[str | None, _formula]
 Citation = Annotated[str | None, _citation]
@@ -170,16 +173,18 @@ Words = Annotated[list[str | None] | None, _listed(None, 'a list of words'), _wo
 
 class Entry:
     """
-    A frozen mapping of the file, whose keys are the annotated attributes of the subclass.
+    A mapping of the robot file as a frozen object: the subclass annotates one attribute for a key.
 
     If a key is a Python keyword, the name of its attribute ends with an underscore.
     """
 
     noun: ClassVar[str] = 'an entry'
     required: ClassVar[tuple[str, ...]] = ()
-    also: ClassVar[Mapping[str, str]] = {}  # maps other words to keys, which the error suggests
+    also: ClassVar[Mapping[str, str]] = {}  # maps wrong keys to keys that the error suggests
 
-    checks: ClassVar[Mapping[str, tuple[Check, ...]]]  # the checks of each key's value
+    checks: ClassVar[
+        Mapping[str, tuple[Check, ...]]
+    ]  # for each key, the functions that check the value
 
     def __init_subclass__(cls) -> None:
         cls.checks = {
@@ -199,7 +204,7 @@ class Entry:
 def _taken(
     checks: Sequence[Check], value: Yaml, place: Path
 ) -> tuple[Any, list[tuple[Path, WrongValue]]]:
-    # Return the checked value, and the place and reason of each of its faults.
+    # Return the checked value, and the place and the reason of each fault in the value.
     if not checks:
         return value, []
     whole, *each = checks
@@ -214,7 +219,8 @@ def _taken(
 
 
 def _before_colon(key: str, keys: tuple[str, ...]) -> str | None:
-    # Return the key `a` of a text such as `a:0.4`, which YAML reads as a key without a value.
+    # Return the key `a` for a text such as `a:0.4`. YAML reads this text as one key without a
+    # value.
     word, colon, _ = key.partition(':')
     return word if colon and word in keys else None
 
@@ -225,7 +231,7 @@ Result = TypeVar('Result')
 
 def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
     """
-    Check a mapping of the file, and return its entry; a value with a fault is None.
+    Check a mapping of the file, and return it as an entry, in which values with faults are None.
 
     If a key or word is misspelled, the fault is reported, and the entry has the key or word that
     the user probably meant. Therefore one mistake causes only one fault.
@@ -269,7 +275,7 @@ def checked(kind: type[EntryType], data: Yaml, at: Place) -> EntryType:
 
 
 def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
-    # Return advice for a list of values without keys, such as a row copied from a table.
+    # Return advice for a list where a mapping is expected, such as a row copied from a table.
     texts = [value.text for value in values if isinstance(value, ScalarNode)]
     if not len(keys) == len(values) == len(texts):
         return ''
@@ -278,22 +284,24 @@ def _named(keys: tuple[str, ...], values: list[Yaml]) -> str:
 
 
 def checked_number(data: Yaml, at: Place) -> str | None:
-    """Return the text of a number or an expression; report a fault and return None."""
+    """Return the text of a number or an expression; report a fault, and then return None."""
     return _reported(_number, data, at)
 
 
 def checked_word(data: Yaml, at: Place) -> str | None:
-    """Return a printable text; report a fault and return None."""
+    """Return the printable text of a value; report a fault, and then return None."""
     return _reported(_word, data, at)
 
 
 def checked_formula(data: Yaml, at: Place) -> str | None:
-    """Return a printable text with Unicode signs replaced; report a fault and return None."""
+    """
+    Return a printable text with Unicode signs replaced; report a fault, and then return None.
+    """
     return _reported(_formula, data, at)
 
 
 def checked_list(data: Yaml, at: Place, noun: str, length: int | None = None) -> list[Yaml]:
-    """Return the items of a list; report a fault and return no items."""
+    """Return the items of a list; report a fault, and then return no items."""
     return _reported(_listed(length, noun), data, at) or []
 
 
@@ -301,7 +309,7 @@ def checked_mapping(data: Yaml, at: Place, noun: str) -> dict[str, Yaml]:
     """
     Return a mapping whose keys are names that the user chooses.
 
-    The result is empty if the mapping is missing, or if it has a fault, which is reported.
+    The result is empty if the mapping is missing, or has a fault, which the function reports.
     """
     if data is not None and not isinstance(data, dict):
         at.fault(f'expected a mapping of {noun}, not {shown(data)}')

@@ -1,5 +1,5 @@
 """
-Parse expressions: a tokenizer checks the text, then Python's own parser builds the tree.
+Parse expressions: a tokenizer checks the text, then Python's parser builds a syntax tree.
 
 `ast.parse` runs no code. The tokenizer refuses Python that is not accepted in a robot file:
 `0x10`, `1_0`, `1j`, `True`, `**`, attributes, and strings.
@@ -16,7 +16,7 @@ from ....errors import ExpressionError
 from ....typography import DEGREE, counted, plain_names
 
 ARGUMENTS_OF = {'sqrt': 1, 'sin': 1, 'cos': 1, 'atan2': 2}
-MAX_CHARACTERS = 400  # longer than formulas of datasheets
+MAX_CHARACTERS = 400  # formulas of datasheets are shorter
 MAX_DEPTH = 32
 
 TOKEN = re.compile(
@@ -49,7 +49,9 @@ class Token(NamedTuple):
 
 
 def why_no_name(name: str) -> str | None:
-    """Return why a text cannot be the name of a constant or joint variable; None if it can."""
+    """
+    Return why a text cannot be the name of a constant or joint variable; None for a valid name.
+    """
     if not IDENTIFIER.fullmatch(name):
         plain = plain_names(name)
         advice = f': write {plain}' if IDENTIFIER.fullmatch(plain) else ''
@@ -62,7 +64,9 @@ def why_no_name(name: str) -> str | None:
 
 
 def names_in(text: str) -> frozenset[str]:
-    """Return the names in an expression, without functions; the expression may have faults."""
+    """
+    Return the names in an expression, without names of functions; the syntax may have faults.
+    """
     return frozenset(IDENTIFIER.findall(plain_names(text))).difference(ARGUMENTS_OF)
 
 
@@ -85,8 +89,8 @@ def syntax_tree(text: str, why_not: WhyNot) -> ast.expr:
     tokens = _tokens(text, why_not)
     _check_names(tokens, why_not)
     _check_order(tokens, text)
-    # Write each number as Python prints a float, because Python refuses 017 and very long
-    # integers.
+    # Rewrite each number as Python prints a float, because Python's parser refuses 017 and very
+    # long integers.
     words = (repr(float(t.text)) if t.kind == 'number' else t.text for t in tokens)
     source = ' '.join(words)
     try:
@@ -120,7 +124,10 @@ Worth = TypeVar('Worth')
 
 
 def postorder(tree: Tree, parts_of: Callable[[Tree], Sequence[Tree]]) -> Iterator[Tree]:
-    """Yield every node of a tree after its parts, without recursion, because trees may be deep."""
+    """
+    Yield every node of a syntax tree, operands before operators. Trees may be deep, so the
+    function does not use recursion.
+    """
     stack = [(tree, False)]
     while stack:
         node, parts_done = stack.pop()
@@ -137,9 +144,9 @@ def folded(
     worth: Callable[[Tree, list[Worth]], Worth],
 ) -> Worth:
     """
-    Return the value of a tree, computed from the leaves to the root without recursion.
+    Return the value of a syntax tree, computed from the leaves to the root without recursion.
 
-    `worth` computes the value of a node from the node and the values of its parts.
+    `worth` computes the value of a node from the node and the values of its operands.
     """
     values: list[Worth] = []
     for node in postorder(tree, parts_of):
@@ -272,7 +279,7 @@ def _check_names(tokens: list[Token], why_not: WhyNot) -> None:
 
 def _check_order(tokens: list[Token], text: str) -> None:
     # Check that operands and operators alternate. `open_calls` has an item for each open
-    # parenthesis: True if it is that of a function, which may contain commas.
+    # parenthesis: True if it belongs to a function, whose parentheses may contain commas.
     open_calls: list[bool] = []
     last = ''
     for token in tokens:

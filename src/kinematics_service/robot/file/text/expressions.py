@@ -13,20 +13,20 @@ from ....errors import ExpressionError
 from .entries import did_you_mean, meant_by
 from .expression_syntax import ARGUMENTS_OF, evaluated, names_in, short, syntax_tree
 
-# Patterns for suggestions: usual names of joint variables, the number at the end of a name, and
-# `pi2`, which may mean pi/2.
+# Patterns for suggestions in messages: usual names of joint variables, the number at the end of a
+# name, and `pi2`, which may mean pi/2.
 JOINT = re.compile('(?:theta|th|t|phi|q|d|s|joint|j)_?([0-9]+)', re.IGNORECASE)
 END = re.compile('[0-9]+$')
 PART_OF_PI = re.compile('pi([1-9])')
 
 MAX_LISTED = 20  # largest number of names in a message
-MAX_ADVISED_LENGTH = 80  # characters; the message does not correct a longer expression
+MAX_ADVISED_LENGTH = 80  # characters; a message corrects only shorter expressions
 
 
 @dataclass(frozen=True)
 class Affine:
     """
-    A constant plus a linear combination of joint variables.
+    An affine function of q: a constant plus a linear combination of joint variables.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ class Affine:
     coefficients: tuple[tuple[str, float], ...]
 
     def at(self, values: Mapping[str, float]) -> float:
-        """Return the value of the combination, given the values of the variables by name."""
+        """Return the value of the function, given the values of the joint variables by name."""
         return self.constant + sum(factor * values[name] for name, factor in self.coefficients)
 
 
@@ -83,9 +83,9 @@ class Scope:
         return (*pi, *self.constants, *self.variables)
 
     def why_not(self, name: str) -> str | None:
-        """Return why an expression may not use a name; None if it may."""
+        """Return why an expression may not use a name; None for an accepted name."""
         if name in self.known or name == 'pi':
-            return None  # `parse_affine` refuses pi in degrees and corrects the whole expression
+            return None  # `parse_affine` refuses pi in degrees, with a correction
         hint = did_you_mean(self._meant(name))
         if not hint and self.variables and JOINT.fullmatch(name):
             hint = ': add a joint of that name to joints, or take one that is there'
@@ -98,8 +98,8 @@ class Scope:
         )
 
     def _meant(self, name: str) -> str | None:
-        # Return what an unknown name probably means: pi/2 for `pi2`, a function without
-        # parentheses, another name of a joint, or a known name in other case.
+        # Return a suggestion for an unknown name: pi/2 for `pi2`, a function without parentheses,
+        # the right name of a joint, or a known name with other letter case.
         if (part := PART_OF_PI.fullmatch(name)) and self.angle_unit == 'rad':
             return f'pi/{part[1]}'
         for function in ARGUMENTS_OF:
@@ -133,13 +133,13 @@ def parse_affine(text: str, scope: Scope) -> Affine:
         or is not finite. The message has the reason.
     """
     value = _value(text, scope, must_be_linear=True)
-    assert value is not None  # the value is None only for a nonlinear expression
+    assert value is not None  # only nonlinear expressions have the value None
     return value
 
 
 def check_function(text: str, scope: Scope) -> None:
     """
-    Check an expression that may be nonlinear in the joint variables, such as a singular factor.
+    Raise an error if an expression, such as a singular factor, has wrong syntax or names.
 
     Raises
     ------
@@ -172,9 +172,9 @@ def _value(text: str, scope: Scope, must_be_linear: bool) -> Affine | None:
 
 
 def _advice_on_pi(text: str, scope: Scope) -> str:
-    # Return the end of a message about `pi` in a file with degrees: an angle of pi is 180, but the
-    # number is 3.14. If the expression is linear in pi and joints only, pi is an angle, and the
-    # message has the corrected expression.
+    # Return the end of a message about `pi` in a file with degrees, in which pi as an angle is
+    # 180, but pi as a number is 3.14. If the expression is linear in pi and joints only, pi is an
+    # angle, and the message has the corrected expression.
     undecided = (
         "'pi' is not accepted in a file with 'angle: deg': an angle of pi is 180 here, the number "
         f'is {math.pi!r}'
@@ -230,7 +230,7 @@ def _quotient(one: Affine, other: Affine) -> Affine:
     if other.constant == 0.0:
         raise ExpressionError('division by zero')
     divisor = other.constant
-    # Divide each factor, because a product with the reciprocal would round twice.
+    # Divide each factor by the divisor. A product with the reciprocal would be rounded twice.
     coefficients = tuple((name, value / divisor) for name, value in one.coefficients)
     return Affine(one.constant / divisor, coefficients)
 

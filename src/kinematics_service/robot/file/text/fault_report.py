@@ -6,11 +6,11 @@ from ....errors import Fault, RobotFileError
 from .expression_syntax import IDENTIFIER
 from .yaml_document import Document, Path, ScalarNode, Yaml
 
-MAX_FAULTS = 100  # bounds the reading time and the length of the message for a hostile file
+MAX_FAULTS = 100  # bounds the reading time and the message for hostile files
 
 
 def dotted(path: Path) -> str:
-    """Return the path of a value in the form of messages: `links[2].alpha`."""
+    """Return the path of a value as messages show it: `links[2].alpha`."""
     text = ''
     for step in path:
         if isinstance(step, int):
@@ -47,7 +47,7 @@ def number(value: float) -> str:
 
 class Place:
     """
-    A place in a file, at which faults, warnings and remarks are reported.
+    A place (a key or list item) in a file, at which faults, warnings and remarks are reported.
 
     Parameters
     ----------
@@ -62,13 +62,16 @@ class Place:
         self._before = report.fault_count
 
     def __getitem__(self, steps: str | int | Path) -> 'Place':
-        """Return the place of an inner value, by a key, an index, or a tuple of these."""
+        """
+        Return the place of an inner value, given its key, its index, or a tuple of keys and
+        indices.
+        """
         inside = steps if isinstance(steps, tuple) else (steps,)
         return Place(self.report, (*self.path, *inside))
 
     @property
     def intact(self) -> bool:
-        """Return whether the report got no fault, at any place, since this object was created."""
+        """Return whether no fault was reported in the whole file since this object was created."""
         return self.report.fault_count == self._before
 
     @property
@@ -78,11 +81,13 @@ class Place:
 
     def fault(self, message: str, code: str = 'fault') -> None:
         """Report a fault at this place."""
-        # The search for a line takes time: use line 0 if the list is full and omits the fault.
+        # Use line 0 if the list of faults is full, because the search for a line takes time.
         self.report.add(self.path, 0 if self.report.full else self.line, message, code)
 
     def warn(self, message: str, code: str = 'doubt') -> None:
-        """Report a probable mistake at this place; the file stays valid."""
+        """
+        Report a probable mistake at this place as a warning, with which the file stays valid.
+        """
         report = self.report
         if len(report.warned) < MAX_FAULTS:
             file = report.document.file
@@ -127,12 +132,12 @@ class FaultReport:
 
     def raise_faults(self) -> None:
         """
-        Raise all faults in the order of the file, if there are any.
+        Raise an error with all faults in the order of the file, if at least one was reported.
 
         Raises
         ------
         RobotFileError
-            At least one fault was reported; the message has one line for each.
+            At least one fault was reported; the message has one line for each fault.
         """
         if not self._faults:
             return

@@ -1,7 +1,7 @@
 """
-Convert expressions to a plain form: spell names as defined, and replace degree signs.
+Convert expressions to a plain form: names as the file defines them, and no degree signs.
 
-All readers of an expression after this step, such as the derivation, get the plain form.
+Later readers of an expression, such as the derivation of formulas, get the plain form.
 """
 
 import re
@@ -77,11 +77,11 @@ def _in_a_function(before: str) -> bool:
 def _without_sign(found: re.Match[str], angle_unit: str) -> str:
     if angle_unit == 'deg':
         return found[1]
-    share = Fraction(found[1]) / 180  # the angle divided by pi, exact for the derivation
+    share = Fraction(found[1]) / 180  # the angle divided by pi, as an exact fraction
     over = '' if share.denominator == 1 else f'/{share.denominator}'
     times = '' if share.numerator == 1 else f'{share.numerator}*'
     if not share:
         return '0'
-    # After `/` the product needs parentheses: 1/90° is 1/(pi/2).
+    # After `/`, write parentheses around the angle: 1/90° becomes 1/(pi/2).
     divides = found.string[: found.start()].rstrip('+- \t\n').endswith('/')
     return f'({times}pi{over})' if divides else f'{times}pi{over}'

@@ -1,5 +1,5 @@
 """
-Read the YAML of a robot file as a tree of texts.
+Read the YAML of a robot file as a tree of mappings, lists and unconverted texts.
 
 Inside `[...]` and `{...}`, YAML ends an unquoted text at every comma, so it would split
 `atan2(1, 2)`. Such a file is refused with the advice to quote the expression.
@@ -15,7 +15,7 @@ from .yaml_reader import MappingStart, Scalar, SequenceStart, YamlError, YamlRea
 
 MAX_BYTES = 256 * 1024
 MAX_DEPTH = 16
-MAX_NODES = 20_000  # twice the YAML values of a file with 128 joints and 512 rows
+MAX_NODES = 20_000  # a file with 128 joints and 512 rows has half as many values
 
 
 def read_document(text: str, file: str) -> Document:

@@ -5,7 +5,7 @@ from typing import NamedTuple, TypeAlias
 
 
 class ScalarNode(NamedTuple):
-    """A scalar of YAML as its text, with its line in the file."""
+    """A scalar of YAML as text, with the line of the scalar in the file."""
 
     text: str
     line: int
@@ -13,14 +13,14 @@ class ScalarNode(NamedTuple):
 
 
 class ListNode(NamedTuple):
-    """A sequence of YAML, with its line in the file."""
+    """A sequence of YAML as a list, with the line of the sequence in the file."""
 
     items: tuple['Node', ...]
     line: int
 
 
 class MappingNode(NamedTuple):
-    """A mapping of YAML as pairs in the order of the file; of two equal keys the first counts."""
+    """A mapping of YAML as pairs in the order of the file; the first of two equal keys is used."""
 
     entries: tuple[tuple[ScalarNode, 'Node'], ...]
     line: int
@@ -28,8 +28,8 @@ class MappingNode(NamedTuple):
 
 Node: TypeAlias = ScalarNode | ListNode | MappingNode
 Path: TypeAlias = tuple[str | int, ...]
-# A value as Python containers, without the lines of its lists and mappings; None for a missing
-# key.
+# A YAML value as Python containers, without line numbers of lists and mappings. The value of a
+# missing key is None.
 Yaml: TypeAlias = ScalarNode | list['Yaml'] | dict[str, 'Yaml'] | None
 
 
@@ -42,7 +42,7 @@ class Document:
     data
         The document as dicts and lists, with a `ScalarNode` for each scalar.
     faults
-        Path, line and message of each key that is twice in a mapping.
+        Path, line and message of each key that occurs twice in one mapping.
     """
 
     def __init__(self, file: str, root: Node) -> None:

@@ -1,7 +1,7 @@
 """
-A reader of YAML by the events of its parser, which checks each event before it builds a value.
+Read YAML from the events of PyYAML's parser; check each event before a value is built.
 
-Tags, anchors and aliases could build objects or multiply values; their events are refused.
+The reader refuses tags, anchors and aliases, which could build objects or multiply values.
 """
 
 import re
@@ -12,12 +12,12 @@ import yaml
 from .fault_report import quoted
 from .yaml_document import ScalarNode
 
-MAX_REASON_LENGTH = 200  # characters of the parser's reason in a message
-# A text with a syntax error is parsed again for a better message, if it has at most this length
-# (characters).
+MAX_REASON_LENGTH = 200  # largest number of characters of a parser's reason
+# If a text with a syntax error has at most this length (characters), it is parsed again for a
+# better message.
 MAX_EXPLAINED_LENGTH = 256 * 1024
-# Refused characters: those that YAML does not accept, and three that end a line only in YAML 1.1,
-# so that line numbers would be ambiguous.
+# Refused characters: characters that YAML does not accept, and three that end a line only in YAML
+# 1.1, which would make line numbers ambiguous.
 UNACCEPTED = re.compile(
     '[^\t\n\r\x20-\x7e\xa0-\u2027\u202a-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]'
 )
@@ -66,8 +66,8 @@ class YamlReader(Generic[Read]):
         self._deepest, self._most_values = deepest, most_values
         self._advice, self._second = advice, second
         self._documents: list[Read] = []
-        # The lists and mappings that are not closed yet, innermost last: for each, its first
-        # event and its values so far.
+        # The lists and mappings that are not closed yet, innermost last. Each item has the first
+        # event of a list or mapping, and its values so far.
         self._open: list[tuple[yaml.Event, list[Any]]] = [(None, self._documents)]
         self._values = 0
 
@@ -110,9 +110,9 @@ class YamlReader(Generic[Read]):
         return self._documents
 
     def _explained(self, error: yaml.MarkedYAMLError, text: str) -> tuple[int, str]:
-        # Return the line and reason of a syntax error. libyaml names only the expected element.
-        # Parse again with PyYAML's own parser, which also names the element found. At the end of a
-        # text, libyaml may count one line more.
+        # Return the line and the reason of a syntax error. libyaml names only the expected
+        # element, and at the end of a text may count a line too many. So parse again with PyYAML's
+        # own parser, which also names the element that it found.
         depth = 0
         try:
             for event in yaml.parse(
@@ -177,7 +177,7 @@ class YamlReader(Generic[Read]):
 
 
 def node_of(event: Scalar) -> ScalarNode:
-    """Return the scalar of an event as text, without conversion to a number."""
+    """Return the scalar of a parser event as text, without conversion to a number."""
     return ScalarNode(event.value, event.start_mark.line + 1, bool(event.style))
 
 
