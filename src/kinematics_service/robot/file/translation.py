@@ -1,4 +1,4 @@
-"""Register translators of other formats, such as URDF, into the text of a robot file."""
+"""Register functions that translate other formats, such as URDF, to the text of a robot file."""
 
 from collections.abc import Callable
 from pathlib import PurePath
@@ -9,7 +9,7 @@ from ...errors import Fault
 if TYPE_CHECKING:
     from .parts.description import MimicFormula
 
-# Largest size of a file that is translated: 16 times the URDF of a humanoid.
+# Largest size of a file that is translated, bytes: 16 times the size of a humanoid's URDF.
 MAX_BYTES = 8 * 1024 * 1024
 
 
@@ -33,8 +33,8 @@ class RobotText(NamedTuple):
     remarks: tuple[str, ...] = ()
 
 
-# A function that translates a file. Arguments: the bytes of the file, its name for messages, and
-# the first and last link of the arm ('' if the translator chooses them).
+# A function that translates a file. Its arguments are the bytes of the file, the file's name for
+# messages, and the first and the last link of the arm ('' if the translator chooses the link).
 Translator = Callable[[bytes, str, str, str], RobotText]
 # Translators by file suffix. `kinematics_service/__init__.py` adds them, because the package
 # `file` may not import `urdf`.

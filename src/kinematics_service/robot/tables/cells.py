@@ -8,8 +8,8 @@ from ..file.parts.quantities import QUARTERS
 from ..file.text.expression_syntax import ARGUMENTS_OF
 from ..urdf.quantity import as_rounded_part_of_pi
 
-# Replacements in a cell, in this order: marks of LaTeX, Markdown and programming languages become
-# plain signs.
+# Replacements in a cell, applied in this order. Marks of LaTeX, Markdown and programming languages
+# become plain signs.
 PLAIN = tuple(
     (re.compile(pattern), plain)
     for pattern, plain in (
@@ -56,5 +56,5 @@ def plain_cell(text: str) -> str:
 
 
 def is_quarter(number: str) -> bool:
-    """Return whether a number, as text, is a rounded multiple of pi/2 (1 to 4), such as 1.57."""
+    """Return whether a number such as `1.57` is a rounded multiple of pi/2, up to 2 pi."""
     return '.' in number and as_rounded_part_of_pi(number) in QUARTERS

@@ -1,4 +1,4 @@
-"""Read the heads of a table: the quantity and the unit of each column."""
+"""Read the column heads of a table: the quantity and the unit of each column."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -9,7 +9,7 @@ from .report import TableReport
 
 WORDS = {
     'a': 'a linklength length',
-    'r': 'r',  # means a (along x) in some books, and d (along z) in others
+    'r': 'r',  # means a (along x) or d (along z), depending on the book
     'alpha': 'alpha alph twist linktwist twistangle',
     'd': 'd linkoffset',
     'theta': 'theta th thet q jointangle',
@@ -95,7 +95,7 @@ def _meaning(phrase: str) -> Head:
 
 
 def find_heads(rows: Sequence[PastedRow]) -> int | None:
-    """Return the index of the first row that has heads (alpha and another quantity), or None."""
+    """Return the index of the first row that has column heads (alpha and another one), or None."""
     for index, row in enumerate(rows):
         meanings = {head_of(cell).meaning for cell in row.cells}
         if 'alpha' in meanings and meanings & {'a', 'd', 'r', 'theta', 'offset'}:
@@ -104,7 +104,9 @@ def find_heads(rows: Sequence[PastedRow]) -> int | None:
 
 
 def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | None:
-    """Return heads with units from the row below the heads; None if its cells are not units."""
+    """
+    Return heads with units from `row`, the row below the heads; None if its cells are not units.
+    """
     units = [UNIT_ALONE.fullmatch(cell.lower()) for cell in row.cells]
     if len(units) != len(heads) or any(cell and not unit for cell, unit in zip(row.cells, units)):
         return None
@@ -115,7 +117,8 @@ def with_unit_row(heads: Sequence[Head], row: PastedRow) -> Sequence[Head] | Non
 
 def with_r(heads: Sequence[Head], report: TableReport) -> tuple[Sequence[Head], str]:
     """
-    Replace a head `r` by a or d; return the heads and the convention of the table, '' if unknown.
+    Replace the head `r` by a or d. Return the heads, and the convention of the table ('' if
+    unknown).
 
     In tables of Khalil and Dombre, d is along x and r along z; in other books r means a.
     """

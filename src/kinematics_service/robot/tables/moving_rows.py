@@ -8,8 +8,9 @@ from ..file.text.expression_syntax import names_in
 from .cells import is_quarter
 from .report import TableReport
 
-MARK = '@'  # replaces the variable of a row until the variable has a name
-# Names without a number, such as `theta` or `q_i`, that mean the variable of their own row.
+MARK = '@'  # stands for the variable of a row without a name yet
+# Names without a number, such as `theta` or `q_i`: each stands for the variable of the row in
+# which it is.
 OWN = {
     'theta': re.compile(r'\b(?:theta|th|q|var|variable)(?:_?[ijn])?\b'),
     'd': re.compile(r'\b(?:d|q|s|var|variable)(?:_?[ijn])?\b'),
@@ -17,7 +18,7 @@ OWN = {
 ANGLE = re.compile(r'(?:theta|th|t|phi|psi|q|joint|j)_?\d+', re.IGNORECASE)
 SLIDING = re.compile(r'[dqs]\w*', re.IGNORECASE)  # variables in column d; other names are lengths
 AN_ANGLE = re.compile(r'(?:\d+\*)?pi(?:/\d+)?|\d\.\d{4,}')  # matches pi/2 and 1.5708, not 1.57
-IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # a number that is probably a length, not an angle
+IN_METRES = re.compile(r'-?[01]?\.\d{1,2}')  # numbers that are probably lengths in m, not angles
 LENGTH = re.compile(r'[adlhb]_?\d+', re.IGNORECASE)
 # A star marks the variable of a joint: `theta3* - 90` means theta3 - 90.
 STARRED = re.compile(r'\b(?!pi\b)([A-Za-z]\w*)\s*\*+\s*(?=(?P<sign>-)|[+]|$)')
@@ -34,22 +35,20 @@ ZERO = ('', '0', '0.', '0.0', '0.00', '0.000', '0.0000', '0.000000', '-0.0')
 
 
 class NumberedRow(NamedTuple):
-    """
-    A table row: its line in the text, its number counted from 1, and its cells by quantity.
-    """
+    """A table row: line in the text, number of the row (from 1 on), and cells by quantity."""
 
     line: int
     number: int
     cells: dict[str, str]
 
     def fault(self, report: TableReport, column: str, message: str) -> None:
-        """Report a fault of the cell in a column of this row."""
+        """Report a fault of this row in the cell of a column."""
         report.fault(message, self.line, f'row {self.number}, column {column}')
 
 
 class MovingRow(NamedTuple):
     """
-    A row, its expressions d and theta, and its variable ('' if no variable first occurs in it).
+    A row, its expressions d and theta, and the variable that first occurs in the row, or ''.
 
     `place` is the quantity that moves, 'd' or 'theta', or '' for a fixed row.
     """
@@ -64,7 +63,7 @@ class MovingRow(NamedTuple):
 def without_stars(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> set[str]:
-    """Remove from d and theta the stars that mark variables; return the names that had a star."""
+    """Remove the stars that mark variables in the cells d and theta; return the marked names."""
     found = [
         (row, place, star)
         for row in rows
@@ -87,7 +86,7 @@ def without_stars(
 def moving_rows(
     rows: Sequence[NumberedRow], constants: Collection[str], report: TableReport
 ) -> list[MovingRow]:
-    """Find the variable of each row, and report faults and assumptions."""
+    """Return each row with its joint variable; report faults and assumptions of the search."""
     starred = without_stars(rows, constants, report)
     constants = {*constants, *_lengths(rows, constants, starred, report)}
     joints = [row for row in rows if not NOT_A_JOINT.fullmatch(row.cells.get('joint', ''))]
@@ -132,9 +131,9 @@ def sum_of(variable: str, constant: str) -> str:
 def _lengths(
     rows: Sequence[NumberedRow], known: Collection[str], starred: set[str], report: TableReport
 ) -> set[str]:
-    # Return the names in column d that are constant lengths. A name is a length if the joint of
-    # its row turns, or if a joint with its number turns. In a table with stars, names without a
-    # star are lengths.
+    # Return the names in column d that are constant lengths, not variables. A name is a length if
+    # the joint of its row turns, or if the joint with the number in the name turns. In a table
+    # with stars, names without a star are lengths.
     turning = {name for row in rows for name in _moving(row, 'theta', known)}
     numbers = {_number(name) for name in turning}
     found = set[str]()
@@ -176,15 +175,15 @@ def bare(name: str) -> str:
 
 def _place(row: NumberedRow, known: Collection[str], usual: str | None, named: bool) -> str | None:
     # Return the quantity that contains the row's variable: 'd', 'theta', or '' for a fixed row.
-    # Return None if the cell of the column `type` is not understood.
+    # Return None if the row's cell in the column `type` has an unknown word.
     if 'type' in row.cells:
         return TYPES.get(row.cells['type'].lower())
     if usual is not None:
         return usual
     if _moving(row, 'theta', known):
         return 'theta'
-    # An empty cell in d is the variable of a sliding joint, unless the table names its variables:
-    # then a number is missing.
+    # An empty cell in column d is the variable of a sliding joint. But if the table names its
+    # variables, the empty cell is a missing number.
     if _moving(row, 'd', known) or not (row.cells['d'] or named):
         return 'd'
     return '' if row.cells['theta'] else 'theta'
@@ -232,8 +231,8 @@ def _faults(
 def _judge_fixed(
     arm: Sequence[MovingRow], joints: Sequence[NumberedRow], report: TableReport
 ) -> None:
-    # Decide for each row without a new variable: it is fixed, an earlier joint moves it, or its
-    # variable is missing, which is a fault.
+    # Classify each row without a new variable: the row is fixed, or an earlier joint moves it, or
+    # its variable is missing, which is a fault.
     rows = [one.row for one in arm if not one.place and 'type' not in one.row.cells]
     fixed = [row for row in rows if row in joints]
     moving = [one.variable for one in arm if one.variable]

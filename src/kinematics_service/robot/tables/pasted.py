@@ -1,4 +1,4 @@
-"""Cut a pasted table into rows of cells: spreadsheets, plain text, Markdown, LaTeX, brackets."""
+"""Cut a pasted table (spreadsheet, plain text, Markdown, LaTeX, matrix) into rows of cells."""
 
 import csv
 import html
@@ -13,8 +13,8 @@ from .heads import MEANINGS, find_heads
 from .report import TableReport
 
 BARS = str.maketrans(dict.fromkeys('│┃║┆┊╎', '|'))
-RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')  # a drawn line between rows
-# The lines of base and tool in a robot that Corke's toolbox printed.
+RULE = re.compile(r'[-+=:|_\s\u2500-\u257f]*')  # a line drawn with signs between two rows
+# The lines of base and tool, if the table is the print of a robot by Corke's toolbox.
 ENDS = re.compile(r'(?m)^\W*(?:base|tool)\s*\|(?:\s*t\s*=[^|\n]*)?\s*\|?\s*$')
 LATEX_ONLY = re.compile(
     r'(?<!\\)%.*|\\(?:begin|end)\{\w+\*?\}(?:\[\w\])?(?:\{(?:[^{}]|\{[^{}]*\})*\})*'
@@ -22,7 +22,7 @@ LATEX_ONLY = re.compile(
 )
 MERGED = re.compile(r'\\multi(?:column\{(\d+)\}|row\{\d+\})\{[^{}]*\}\{([^{}]*)\}')
 COMMENT = re.compile(r'(?m)(^|\s|(?<=[;,\])]))(?:#+|%+|//+)(?=\s*[\w(\[]).*$')
-REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a line that is all comment
+REMARK = re.compile(r'(?m)^\s*(?:#+|%+|//+)\s*(?=[\w\\(]).*$')  # a line with a comment only
 OPENED = '([{'
 # The space between a head and its unit, as in `a [m] d [m]`.
 UNIT_BEHIND = re.compile(r'(?<=\w)[ \t]+(?=[\[(](?:mm|cm|m|rad|deg|°)[\])])')
@@ -32,14 +32,16 @@ NAMED = re.compile(r'([A-Za-z_]\w*)(?:\[\w*\])*\s*[=:(]+\s*(?:[\w.]+\(\s*)?$')
 
 
 class ScriptMatrix(NamedTuple):
-    """A matrix in a script: its name ('' if it has none) and its rows."""
+    """A matrix in a script: the variable to which it is assigned ('' if none) and its rows."""
 
     name: str
     rows: list[PastedRow]
 
 
 def plain_text(text: str) -> str:
-    """Return a pasted text with plain signs and names; cells of HTML are separated by bars."""
+    """
+    Return a pasted text with plain signs and names, and with bars between cells of HTML tables.
+    """
     text = html.unescape(text.replace('\r\n', '\n').replace('\r', '\n')).translate(BARS)
     text = re.sub(r'(?i)\s*</?t[dh][^>]*>\s*(?:<t[dh][^>]*>)?', '|', text)
     return plain_names(re.sub(r'(?i)<tr[^>]*>\s*\|?', '', text).replace('\\_', '_'))
@@ -81,10 +83,10 @@ def remark_heads(text: str) -> list[PastedRow]:
 
 def blocks_of(text: str) -> list[ScriptMatrix]:
     """
-    Return the matrices in a script.
+    Return the matrices in a script or text.
 
-    Each row has brackets of its own, or row ends (`;` or a new line) are inside one pair of
-    brackets.
+    A matrix has brackets around each row, or one pair of brackets around all rows, which end at
+    `;` or a new line.
     """
     text = re.sub(r'\.\.\.[ \t]*\n', ' ', without_comments(text))
     blocks: list[ScriptMatrix] = []
@@ -112,7 +114,7 @@ def blocks_of(text: str) -> list[ScriptMatrix]:
 
 
 def cells_of(text: str) -> list[str]:
-    """Return the elements of a list, separated by commas or, without commas, by white space."""
+    """Return the elements of a list, split at commas; without commas, split at white space."""
     depth, at = 0, [-1]
     for k, sign in enumerate(text):
         depth += (sign in OPENED) - (sign in ')]}')
@@ -126,8 +128,8 @@ def cells_of(text: str) -> list[str]:
 
 
 def _groups(text: str) -> Iterator[tuple[int, int, int]]:
-    # Yield each pair of brackets that is not a function call, inner pairs first. A pair is yielded
-    # as the indices of its begin, its end, and the begin of the pair around it, or -1.
+    # Yield each pair of brackets that is not a function call, inner pairs first, as three indices:
+    # its begin, its end, and the begin of the pair around it (-1 without one).
     opened: list[tuple[int, bool]] = []
     for k, sign in enumerate(text):
         if sign in OPENED:
@@ -154,7 +156,7 @@ def _latex(text: str) -> Iterator[PastedRow]:
 
 
 def _read_lines(text: str, report: TableReport) -> list[PastedRow]:
-    # Remove comments, except a comment that has the heads of the table.
+    # Remove all comments, except a comment that contains the column heads of the table.
     kept = []
     for line in text.split('\n'):
         bare = re.sub(r'^\s*(?:#+|%+|//+)\s*(?=[\w\\(])', '', line)

@@ -1,4 +1,4 @@
-"""Collect the faults of a table, and the assumptions made to read it."""
+"""Collect the faults of a pasted table, and the assumptions that the reader made."""
 
 from dataclasses import dataclass, field
 from typing import NoReturn
@@ -26,14 +26,14 @@ class TableReport:
         self.faults.append(Fault(self.file, line, where, message))
 
     def note(self, message: str) -> None:
-        """Add an assumption that the user should know."""
+        """Add a sentence about an assumption that the user should check."""
         self.notes.append(Fault(self.file, 0, '', message))
 
     def raise_faults(self) -> None:
-        """Raise RobotFileError with all faults, if there are any."""
+        """Raise RobotFileError with all faults if the report has at least one."""
         if self.faults:
             raise RobotFileError(self.faults)
 
     def refuse(self, message: str, line: int = 0) -> NoReturn:
-        """Raise RobotFileError with one fault of a line, or of the whole table."""
+        """Raise RobotFileError with one fault: at a line, or for the whole table."""
         raise RobotFileError([Fault(self.file, line, '', message)])

@@ -26,14 +26,14 @@ HOW = (
     'such as --columns a,alpha,d,theta (known are also offset, type, joint, limits, min, max; '
     '- for a column that is left out)'
 )
-MAX_CHARACTERS = 50_000  # ten times the length of a table with 128 joints
+MAX_CHARACTERS = 50_000  # ten times the length of a 128-joint table
 DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 IN_THOUSANDS = re.compile(r'-?[1-9]\d{0,2},\d{3}')
 BETWEEN = re.compile(r'\s*(?:,|;|\.\.\.?|…|\bto\b|~)\s*|\s+')
 SCALED = re.compile(r'(?:(.*\*))?\s*(?:array\()?\[(.*)\]\)?\s*([*/].*)?')
-KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}  # keys and `pi`, which are not names of constants
+KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}  # words that are not names of constants
 PLACE = re.compile(r'(links|joints)\[(\d+)\](?:\.(\w+))?.*')
-# Words in the pasted text that show its convention.
+# Words in the pasted text that show the convention of the table.
 TITLES = {
     'modified': re.compile(r'\b(?:modified|craig|mdh|proximal)\b', re.IGNORECASE),
     'standard': re.compile(r'\b(?:standard|classic|classical|distal|spong)\b', re.IGNORECASE),
@@ -151,17 +151,17 @@ def _rows(text: str, columns: str | None, report: TableReport) -> Sequence[Paste
 def _headed(
     rows: Sequence[PastedRow], columns: str | None, report: TableReport
 ) -> tuple[Sequence[Head], Sequence[PastedRow]]:
-    # Return the heads of the columns, and the rows below the heads.
+    # Return the heads of the columns, and the table rows below the heads.
     at = find_heads(rows)
     if at is None and columns and rows and not re.search(r'\d', ''.join(rows[0].cells)):
-        at = 0  # the first row has no digits: its words are heads, which `columns` replaces
+        at = 0  # a first row without digits has heads: `columns` replaces them
     if at is None and columns is None:
         report.refuse(f'no row says what the columns hold: say it, {HOW}')
     words: Sequence[str] = rows[at].cells if at is not None else ()
     heads: Sequence[Head] = [head_of(word) for word in words]
     body = rows if at is None else rows[at + 1 :]
     if len(heads) > 3 and all(len(row.cells) == len(heads) + 1 for row in body):
-        # In a printed data frame, the first column has the names of the rows and no head.
+        # In a printed data frame, the first column has no head: it has the names of the rows.
         heads, words = [Head('joint'), *heads], ['', *words]
     if any(find_heads([row]) is not None for row in body):
         report.refuse(SEVERAL)
@@ -170,7 +170,7 @@ def _headed(
     if columns is not None:
         words = plain_names(columns).split(',')
         given = [head_of(word) for word in words]
-        # Keep the units and indices of the table's heads, unless `columns` has others.
+        # Keep the units and indices of the table's own heads, unless `columns` gives others.
         own = [*heads, *[Head('')] * len(given)]
         heads = [
             old._replace(meaning=one.meaning, unit=one.unit or old.unit) if not one.before else one
@@ -194,7 +194,7 @@ def _refuse_unheaded(
         if meanings.count(meaning) != 1:
             count = 'no column is' if meaning not in meanings else 'several columns are'
             report.refuse(f'{count} {meaning}: say what the columns hold, {HOW}')
-    # Refuse tables of Khalil whose columns `before`, gamma or b describe branches.
+    # Refuse tables of Khalil that describe a branched arm by their columns `before`, gamma or b.
     columns = list(zip(*(row.cells for row in body)))
     for head, cells in zip(heads, columns):
         counted = [str(k) for k in range(len(cells))]
@@ -313,7 +313,8 @@ def _link(moved: MovingRow, angle: str) -> str:
 
 
 def _in_the_table(fault: Fault, arm: Sequence[MovingRow]) -> Fault:
-    # Return a fault of the generated robot file with its place in the pasted table.
+    # Return a fault of the generated robot file as a fault of the pasted table, with its row and
+    # column.
     where, line = fault.where, 0
     if found := PLACE.fullmatch(where):
         rows = arm if found[1] == 'links' else [row for row in arm if row.variable]

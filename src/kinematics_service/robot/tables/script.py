@@ -1,4 +1,4 @@
-"""Read from a script its constants, and the base, tool and offsets of its robot."""
+"""Read the constants of a script, and the base, tool and joint offsets of its robot."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -29,7 +29,9 @@ TURN = re.compile(
 
 
 def constants_of(text: str, report: TableReport) -> dict[str, str]:
-    """Return the expressions that a script assigns to names, except names of joints."""
+    """
+    Return, by name, the expressions that a script assigns to names other than those of joints.
+    """
     found: dict[str, str] = {}
     for names, value in CONSTANT.findall(text):
         values = cells_of(value) if ',' in names else [value]
@@ -43,7 +45,7 @@ def constants_of(text: str, report: TableReport) -> dict[str, str]:
 
 
 def settings_of(text: str, report: TableReport) -> dict[str, str]:
-    """Return the expressions that a script sets as `offset`, `base` and `tool` of its robot."""
+    """Return the expressions in a script for `offset`, `base` and `tool` of the robot, by key."""
     found = {key: value.strip() for key, value in SETTING.findall(text)}
     if found.pop('qlim', ''):
         report.note('qlim of the robot is not read: write limits into the robot file')
@@ -51,7 +53,9 @@ def settings_of(text: str, report: TableReport) -> dict[str, str]:
 
 
 def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> Iterator[str]:
-    """Yield the base and tool of a script, or of a printed robot, as lines of a robot file."""
+    """
+    Yield the base and tool that a script sets, or a robot's print shows, as robot file lines.
+    """
     for end in ('base', 'tool'):
         if end in settings:
             found = _placement(settings[end])

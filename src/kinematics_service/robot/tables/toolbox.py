@@ -1,4 +1,4 @@
-"""Read links written as calls of Corke's Robotics Toolbox for MATLAB or Python."""
+"""Read table rows that are calls such as `Link(...)` of Corke's Robotics Toolbox."""
 
 import re
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from .pasted import blocks_of, cells_of, without_comments
 from .report import TableReport
 from .script import settings_of
 
-# Calls that make a link, except `Link(i)`, which is a head of a table.
+# Calls that construct a link. `Link(i)` is excluded: it is a column head of a table.
 LINKS = r'\b(DHLink|Link|(?:Revolute|Prismatic)(?:M?DH)?)\s*\((?!\s*[ijkn]\b)'
 CALL = re.compile(LINKS)
 LINK = re.compile(
@@ -21,23 +21,30 @@ NAME = re.compile(r'\w+(?:[\[(]\w+[\])])?')
 REPEATED = re.compile(r'\)\s*for\b|[\[(][A-Za-z]\w*[\])]\s*=\s*\w*Link\(|append\(')
 OPTION = re.compile(r"'(modified|standard|revolute|prismatic|[rp])'\s*,?")
 VALUE = re.compile(r"(?:'(\w+)'\s*,|(\w+)\s*=)\s*((?:[^,\[(]|\[[^\]]*\]|\([^()]*\))+)")
-VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')  # elements of MATLAB's Link([...])
+VECTOR = (
+    'theta',
+    'd',
+    'a',
+    'alpha',
+    'sigma',
+    'offset',
+)  # elements of the vector in MATLAB's Link([...])
 LATER = re.compile(
     r'(\w+(?:[\[(]\w+[\])])?)\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=\s*([^;\n]+)'
 )
 # The name of the matrix in `SerialLink(dh)`.
 OF_MATRIX = re.compile(r'\bSerialLink\s*\(\s*(\w+|(?=\[))\s*[,)\[]')
 LATER_OF_LINKS = re.compile(r'\w+[\[(]\w+[\])]\.\w+\s*=\s*[^;\n]+')
-# Known arguments of a link. Arguments for dynamics and drawing are ignored.
+# Known arguments of a link. The reader ignores those for dynamics and drawing.
 KNOWN = {*VECTOR, 'mdh', 'flip', 'qlim', 'name', 'mesh', 'm', 'r', 'I', 'Jm', 'G', 'B', 'Tc'}
-UNREAD = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # a link that remains after LINK is removed
+UNREAD = re.compile(r"\([^()]*\balpha\b'?\s*[=,]")  # a link that LINK did not match
 HEADS = ('a', 'alpha', 'd', 'theta', 'offset', 'type', 'limits')
 FALSE = (None, '', '0', '0.0', 'False', 'false')
 
 
 class ToolboxLinks(NamedTuple):
     """
-    The links of a script: heads and rows, the convention, and the settings of the robot as text.
+    The links of a script as heads and rows, their convention, and the robot's settings as text.
     """
 
     rows: list[PastedRow]
@@ -47,7 +54,7 @@ class ToolboxLinks(NamedTuple):
 
 class _LinkCall(NamedTuple):
     line: int
-    target: str  # the variable to which the script assigns the link; '' if there is none
+    target: str  # the script's variable of the link, or ''
     function: str
     values: dict[str, str]
 
@@ -136,7 +143,8 @@ def _call(text: str, found: re.Match[str], report: TableReport) -> _LinkCall:
 
 def _row(link: _LinkCall, report: TableReport) -> PastedRow:
     values = link.values
-    # MATLAB's Link(...) has the constant one of theta and d as an argument; the other one moves.
+    # MATLAB's Link(...) has theta or d as an argument. The argument is constant, and the other
+    # quantity moves.
     names_theta = link.function == 'Link' and 'theta' in values and 'd' not in values
     slides = link.has('sigma', 'prismatic', 'p') or link.function.startswith('Prismatic')
     moving = 'd' if slides or names_theta else 'theta'

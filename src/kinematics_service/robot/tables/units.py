@@ -1,4 +1,4 @@
-"""Find the units of angles and lengths of a table, from heads, marks, or the size of numbers."""
+"""Find the units of a table's angles and lengths from heads, marks, or the size of numbers."""
 
 import math
 import re
@@ -14,15 +14,15 @@ from .heads import Head
 from .moving_rows import ZERO, NumberedRow
 from .report import TableReport
 
-# Words in the pasted text that show its units.
+# Words in the pasted text that show the units of its numbers.
 WORDS = {
     'deg': re.compile(r'\bdegrees?\b(?!\(| of freedom)', re.IGNORECASE),
     'rad': re.compile(r'\bradians?\b(?!\()', re.IGNORECASE),
     'mm': re.compile(r'\bmm\b|\bmillimet(?:er|re)s?\b', re.IGNORECASE),
     'm': re.compile(r'\bmet(?:er|re)s?\b', re.IGNORECASE),
 }
-# For angles and lengths: the columns, the units, and the largest plausible number in the first
-# unit (rad, m).
+# For angles and for lengths: the columns, the two units, and the largest plausible number in the
+# first unit (rad or m).
 KINDS = {
     'angles': (('alpha', 'theta', 'offset'), ('rad', 'deg'), LARGEST_USUAL_ANGLE),
     'lengths': (('a', 'd'), ('m', 'mm'), LARGEST_USUAL_LENGTH),
@@ -30,7 +30,7 @@ KINDS = {
 IN_MM = {'mm': Decimal(1), 'cm': Decimal(10), 'm': Decimal(1000), 'in': Decimal('25.4')}
 NUMBER = re.compile(r'(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?')
 MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?)\b')
-# A number that is a term of a sum, not a factor, and has no unit.
+# A number without a unit that is a term of a sum, not a factor.
 TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
 DEGREE_DECIMALS = 9  # removes round-off: 29.999999999999996 deg becomes 30
 LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')  # limits from 30 on are in degrees
@@ -45,7 +45,9 @@ def in_one_unit(
     text: str,
     report: TableReport,
 ) -> str:
-    """Choose one unit for all angles or all lengths, convert the cells to it, and return it."""
+    """
+    Choose a unit for all angles or all lengths of a table, convert the cells, and return the unit.
+    """
     meanings, accepted, _ = KINDS[kind]
     in_heads = {one.meaning: one.unit for one in heads if one.meaning in meanings and one.unit}
     asked = set(given).intersection(accepted)
@@ -86,7 +88,8 @@ def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableRepor
         if kind == 'angles':
             found = ['deg'] * (DEGREE in text) + ['rad'] * ('pi' in names_in(text))
         marks |= dict.fromkeys(found, text.strip())
-        # Compare terms only, not factors: in 26.45*0.0254, the factor 26.45 exceeds the product.
+        # Compare the sizes of terms only, not of factors: in 26.45*0.0254, the factor 26.45 is
+        # larger than the product.
         if 'rad' not in found:
             plain += [number for number in TERM.findall(text) if float(number)]
     plain.sort(key=float)
@@ -109,7 +112,7 @@ def _likely_unit(kind: str, texts: Sequence[str], whole: str, report: TableRepor
 
 
 def in_unit(cell: str, unit: str) -> str:
-    """Return a cell in which numbers such as `350 mm` or `pi/2` are converted to a unit."""
+    """Return a cell after the conversion of numbers such as `350 mm` or `pi/2` to a unit."""
     if unit == 'deg':
         cell = re.sub(r'\bpi\b', '180', cell.replace(DEGREE, ''))
     cell = re.sub(r'(\bpi\b[^*/]*?)\s*\b(?:rad|radians?)\b', r'\1', cell)
@@ -125,7 +128,9 @@ def in_unit(cell: str, unit: str) -> str:
 
 
 def rounded(cell: str, unit: str) -> str:
-    """Return an angle as text; replace numbers such as 1.5708 by the parts of pi they round."""
+    """
+    Return an angle as text in which parts of pi replace their rounded values, such as 1.5708.
+    """
 
     def part(found: re.Match[str]) -> str:
         if unit == 'deg':

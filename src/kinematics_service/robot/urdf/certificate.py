@@ -15,15 +15,15 @@ CONFIGURATIONS = 1000
 SEED = 20240611
 UNLIMITED_STROKE = 1.0  # m, the sampled range of a prismatic joint without limits
 FULL_TURN = 2.0 * math.pi
-# Largest sampled joint position, rad or m. Larger positions would test less, because round-off
-# grows with the position.
+# Largest sampled joint position, rad or m. At larger positions the test would be weaker, because
+# round-off grows with the position.
 MAX_POSITION = 10.0 * FULL_TURN
 
 
 @dataclass(frozen=True)
 class Certificate:
     """
-    The largest difference of tool poses between a robot's table and the URDF it was made from.
+    The largest differences between the tool poses of a robot file and those of its source URDF.
 
     Parameters
     ----------
@@ -65,7 +65,9 @@ def configurations(chain: UrdfChain, count: int = CONFIGURATIONS) -> Floats:
 
 
 def certify(chain: UrdfChain, robot: Robot) -> Certificate:
-    """Compare the tool poses of a robot with the poses of the URDF chain it was made from."""
+    """
+    Compare the tool poses of a robot with those of the URDF chain that is the robot's source.
+    """
     q = configurations(chain)
     expected, found = chain.poses(q), poses_and_frames(robot.chain, q)[0]
     position = np.linalg.norm(found[:, :3, 3] - expected[:, :3, 3], axis=1)

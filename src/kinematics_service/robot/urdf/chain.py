@@ -1,8 +1,8 @@
 """
 Read a chain of a URDF, and compute its pose as the plain product of its joints.
 
-The product shares no code with the kernel, or with the computation of the table from the chain.
-Therefore the product can check both.
+This computation shares no code with the kernel, or with the conversion of the chain to a table.
+Therefore it can check both.
 """
 
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ class Variable:
     Parameters
     ----------
     type
-        `revolute`, `prismatic`, or `helical` for a turning joint that sliding joints mimic.
+        `revolute`, `prismatic`, or `helical` (a turning joint that sliding joints mimic).
     """
 
     name: str
@@ -42,19 +42,18 @@ class Variable:
 @dataclass(frozen=True, eq=False)
 class MovingJoint:
     """
-    One moving joint of a URDF chain: a constant motion, then a motion about or along its axis.
+    One moving joint of a URDF chain: a constant motion, then a motion about or along the axis.
 
     Parameters
     ----------
     turns
-        Whether the joint turns rather than slides.
+        True for a joint that turns, False for a joint that slides.
     before : shape (4, 4)
         The constant motion after the previous moving joint, including the origin of this joint.
     axis : shape (3,)
         The axis as a unit vector, in the frame after `before`.
     variable, factor, offset
-        The position of the joint, rad or m, is factor * variable + offset; the variable is given
-        by its index.
+        The position of the joint, rad or m, is factor * q[variable] + offset.
     follows
         Whether the joint mimics another joint.
     """
@@ -84,9 +83,9 @@ class UrdfChain:
     end : shape (4, 4)
         The constant motion after the last moving joint.
     mimics
-        The joints of the chain that mimic others.
+        The joints of the chain that mimic other joints.
     joints
-        All joints of the chain, including fixed joints, and the joints that they mimic.
+        All joints of the chain, with fixed joints, and the joints that chain joints mimic.
     """
 
     robot: str
@@ -108,7 +107,7 @@ class UrdfChain:
 
 
 def moved(turns: bool, axis: Floats, position: Floats) -> Floats:
-    """Return the motions (k, 4, 4) of a joint about or along its axis at positions (k,)."""
+    """Return the motion matrices (k, 4, 4) of a joint with a unit axis (3,) at positions (k,)."""
     T = np.tile(np.eye(4), (len(position), 1, 1))
     if turns:
         T[:, :3, :3] = turn_about(axis, position)
@@ -121,12 +120,12 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
     """
     Read the chain between two links of a URDF; base and tip may be on different branches.
 
-    If `rounds`, angles and axes that look rounded are replaced by exact ones.
+    If `rounds` is true, exact angles and axes replace those that look rounded.
 
     Raises
     ------
     UrdfError
-        There is no chain, no joint moves it, or a robot file cannot express a joint of it.
+        There is no such chain, no joint moves the tip, or a robot file cannot express a joint.
     """
     elements = tree.way(base, tip)
     up = len(elements.up)
@@ -143,8 +142,8 @@ def read_chain(tree: UrdfTree, base: str, tip: str, rounds: bool = False) -> Urd
         names.sort(key=order.index)
     motions, still = [], np.eye(4)
     for k, joint in enumerate(way):
-        # On the path up from the base, the path enters a joint at its child link, so its motion is
-        # inverted.
+        # Where the path goes up from the base, it enters a joint at the child link, so the motion
+        # of the joint is inverted.
         before, after, sign = (
             (np.eye(4), inverse(joint.origin), -1.0) if k < up else (joint.origin, np.eye(4), 1.0)
         )
@@ -193,8 +192,8 @@ def _refuse(joint: XmlElement, message: str) -> NoReturn:
 
 
 def _followed(tree: UrdfTree, joint: UrdfJoint) -> UrdfJoint:
-    # Return the joint as a mimic of an actuated joint, with multiplier and offset. Chains of
-    # mimics are multiplied out; an actuated joint mimics itself.
+    # Return the joint as a mimic of an actuated joint, with multiplier and offset. If a joint
+    # mimics a mimic, combine both formulas. An actuated joint mimics itself.
     factor, offset, leader = 1.0, 0.0, joint
     passed = set()
     while leader.mimics:

@@ -1,5 +1,5 @@
 """
-Read the XML elements of a URDF with their lines, by expat, and refuse hostile files.
+Read the XML elements of a URDF and their line numbers with expat, and refuse hostile files.
 
 Entities make XML dangerous: they can grow without bound, or read other files. Only a DOCTYPE can
 declare entities, so the parser refuses every DOCTYPE before it reads its content.
@@ -23,8 +23,8 @@ MAX_LISTED_NAMES = 30  # largest number of names in a message
 MISPLACED = expat.errors.codes[expat.errors.XML_ERROR_MISPLACED_XML_PI]
 BLANK_BEGINNING = re.compile(rb'\A(\s+)(<\?xml\b[^>]*\?>)')
 DECLARED = re.compile(rb'\A<\?xml\b[^>]*?\bencoding\s*=\s*["\']([\w.-]+)["\']')
-# Python codecs for encodings that expat cannot read, because they use several bytes for a
-# character. The codec has the larger character set that files with such a name use.
+# Python codecs for encodings with several bytes for a character, which expat cannot read. The
+# codec of each encoding has the larger character set that files with this encoding's name use.
 CODECS = dict.fromkeys(('gb2312', 'gbk', 'gb18030'), 'gb18030')
 CODECS |= dict.fromkeys(('shift_jis', 'x_sjis', 'windows_31j', 'cp932'), 'cp932')
 CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}
@@ -33,7 +33,7 @@ CODECS |= {name: name for name in ('utf_8', 'big5', 'euc_kr', 'euc_jp')}
 @dataclass(frozen=True)
 class XmlElement:
     """
-    An element of the file.
+    An XML element of a URDF file, with its place in the file.
 
     Parameters
     ----------
@@ -54,16 +54,16 @@ class XmlElement:
     inside: str
 
     def all(self, tag: str) -> Iterator['XmlElement']:
-        """Yield the children that have a tag, such as `joint`."""
+        """Yield the children with the tag `tag`, such as `joint`."""
         return (child for child in self.children if child.tag == tag)
 
     def first(self, tag: str) -> 'XmlElement | None':
-        """Return the first child that has a tag, or None."""
+        """Return the first child with the tag `tag`, or None."""
         return next(self.all(tag), None)
 
     def refuse(self, message: str) -> NoReturn:
         """
-        Raise an error with the place of this element.
+        Raise a UrdfError with a message and the file and line of this element.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class XmlElement:
         raise UrdfError(str(self.fault(message)))
 
     def fault(self, message: str) -> Fault:
-        """Return a fault with a message and the place of this element."""
+        """Return a fault with a message and the file and line of this element."""
         inside = f' of {self.inside}' if self.inside else ''
         return Fault(self.file, self.line, _title(self.tag, self.attributes) + inside, message)
 
@@ -85,7 +85,7 @@ def _title(tag: str, attributes: Mapping[str, str]) -> str:
 
 
 def listed_names(names: Iterable[str]) -> str:
-    """Return names for a message, at most the first MAX_LISTED_NAMES."""
+    """Return the first names, at most MAX_LISTED_NAMES, as one text for a message."""
     return listed([quoted(name)[1:-1] for name in names], MAX_LISTED_NAMES) or 'none'
 
 
@@ -136,8 +136,8 @@ class _XmlReader:
         self.elements = 0
 
     def read(self, content: bytes) -> XmlElement:
-        # Move blank lines before the XML declaration to after it. The parsers of ROS accept blank
-        # lines before the declaration; expat refuses them.
+        # Move blank lines before the XML declaration behind it. The parsers of ROS accept blank
+        # lines before the declaration, but expat refuses them.
         content, encoding = self._in_utf_8(BLANK_BEGINNING.sub(rb'\2\1', content))
         self.parser = expat.ParserCreate(encoding)
         self.parser.StartDoctypeDeclHandler = self._doctype
@@ -151,14 +151,14 @@ class _XmlReader:
                 reason += '; delete what stands before <?xml, or delete <?xml ...?>'
             self._refuse(error.lineno, f'not valid XML: {reason}')
         except UrdfError:
-            raise  # a handler refused the file; UrdfError is also a ValueError
+            raise  # a handler refused the file (UrdfError is a ValueError)
         except (ValueError, LookupError) as error:
             self._refuse(0, f'not valid XML: {error}')  # expat does not know the encoding
         assert self.root is not None  # expat refuses a document without a root
         return self.root
 
     def _in_utf_8(self, content: bytes) -> tuple[bytes, str | None]:
-        # Return the bytes and their encoding, or None for the encoding if expat finds it. Valid
+        # Return the bytes and their encoding; the encoding is None if expat detects it. Valid
         # UTF-8 counts as UTF-8 even if the file declares another encoding, because a text from a
         # ROS message has been decoded.
         found = DECLARED.match(content)

@@ -1,4 +1,4 @@
-"""List the parts of a URDF's chain that the import does not read, or that are likely mistakes."""
+"""List parts of a URDF's chain that the import ignores, and parts that are probably mistakes."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -18,12 +18,12 @@ from .joints import ATTRIBUTES, SINCE
 from .quantity import ROUND_OFF
 from .tree import UrdfTree
 
-# Places in the generated robot file whose warnings also apply to the URDF: the joints, and the sum
-# of the lengths.
+# Warnings about these places in the generated robot file also apply to the URDF: the joints, and
+# the sum of the lengths.
 MAPPED_PLACES = re.compile(r'joints\[(\d+)\]|links$')
-SIMILARITY = 0.75  # least similarity by difflib for a suggestion, that of `axes` and `axis`
-# For each attribute of an origin: the largest plausible number (m or rad, as in a robot file), and
-# the warning about a larger one.
+SIMILARITY = 0.75  # for a suggestion by difflib: `axes` and `axis`
+# For each attribute of an `<origin>`: the largest plausible number (m or rad, as in a robot file),
+# and the warning about a larger number.
 UNIT_DOUBTS = (
     ('xyz', LARGEST_USUAL_LENGTH, 'a length of {} m: ' + MILLIMETRES),
     ('rpy', LARGEST_USUAL_ANGLE, '{} rad is more than a turn: ' + DEGREES),
@@ -41,7 +41,7 @@ def chain_doubts(
     tree, chain
         The links and joints of the file; the chain.
     of_the_table
-        The warnings about the robot file that was made from the chain. Those about units also
+        The warnings about the robot file that was made from the chain. Warnings about units also
         apply to the URDF.
     """
     doubts: list[Fault] = []
@@ -67,14 +67,15 @@ def chain_doubts(
 
 def chain_remarks(tree: UrdfTree, chain: UrdfChain, rounded: UrdfChain) -> tuple[str, ...]:
     """
-    Return sentences about limits that a robot file cannot have, and about `--round-angles`.
+    Return sentences about joint limits that a robot file cannot have, and about `--round-angles`.
 
     Parameters
     ----------
     tree, chain
         The links and joints of the file; the chain.
     rounded
-        The same chain, read with angles and axes replaced by exact ones if they look rounded.
+        The chain after a second reading, in which exact angles and axes replaced those that look
+        rounded.
     """
     limits = {joint.name: joint.element.first('limit') for joint in chain.joints}
     rates = {'jerk', 'deceleration'} if tree.version >= SINCE['jerk'] else set()

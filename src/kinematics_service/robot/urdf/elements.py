@@ -1,4 +1,4 @@
-"""Hold the links and joints of a URDF that will be written, as frozen data."""
+"""Hold the links and joints of a URDF before the program writes it."""
 
 from dataclasses import dataclass
 
@@ -10,15 +10,15 @@ from ..file.parts.quantities import LARGEST
 UNLIMITED = LARGEST
 # The versions of URDF that urdfdom 6.0 reads. A file without a version counts as the first one.
 VERSIONS = ('1.0', '1.1', '1.2')
-# Name of an element of the root that has the attribute joint_order. It is written if the robot
-# file has the joints in another order than the chain; other readers skip unknown elements.
+# Name of the element that has the attribute `joint_order`. The program writes this element if the
+# robot file has the joints in another order than the chain. Other readers skip unknown elements.
 EXTENSION = 'kinematics_service'
 
 
 @dataclass(frozen=True)
 class Limit:
     """
-    The limits that URDF requires of a joint that is not continuous; UNLIMITED for no limit.
+    The limits of a joint, which URDF requires unless the joint is continuous; UNLIMITED for none.
 
     Parameters
     ----------
@@ -55,9 +55,10 @@ class PlannedJoint:
     sign
         1 or -1: the axis of the joint is sign times z.
     limit, mimic
-        None for a joint without limits; None for a joint that mimics no other joint.
+        `limit` is None for a joint without limits, `mimic` for a joint that mimics no other joint.
     hub
-        Whether the joint has a shape: only the first of several joints on one axis has.
+        Whether the joint has a shape in pictures: only the first of several joints on one axis has
+        a shape.
     """
 
     name: str
@@ -83,8 +84,8 @@ class UrdfPlan:
     tool
         The link for the tool frame.
     joint_order
-        The names of the actuated joints in the order of the robot file, if the order in the chain
-        is different; else empty.
+        The names of the actuated joints in the order of the robot file; empty if the chain has the
+        same order.
     """
 
     links: tuple[str, ...]

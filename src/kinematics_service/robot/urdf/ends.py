@@ -1,4 +1,6 @@
-"""Choose the base and tip of a URDF's chain: the longest chain of moving joints up to a hand."""
+"""
+Choose base and tip of a URDF's chain: the longest chain of moving joints that ends at a hand.
+"""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,9 +16,10 @@ from .tree import UrdfTree, end_of
 
 # Largest number of other possible tips, or of joints, that a message lists.
 MAX_NAMED_TIPS = 8
-# Words in the name of a joint, or of the link that it moves, that show that the joint belongs to a
-# hand. GRIPPER is used only for the last joints. ARM matches joints that move the whole hand, and
-# STILL matches links that are fixed in the hand; such joints are not part of the hand.
+# Words in names that show whether a joint belongs to a hand. FINGER and GRIPPER match a joint of a
+# hand, or the link that it moves; GRIPPER is used only for the last joints. ARM matches joints
+# that move the whole hand, and STILL matches links that are fixed in the hand. Such joints are not
+# part of the hand.
 FINGER = re.compile(r'finger|thumb|jaw|claw|knuckle', re.IGNORECASE)
 GRIPPER = re.compile(r'gripper', re.IGNORECASE)
 ARM = re.compile(
@@ -55,12 +58,12 @@ class _LinkWay(NamedTuple):
 
 def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     """
-    Return the base and the tip of a chain. An empty name is chosen from the longest chain.
+    Return the base and tip of a chain; the function chooses an omitted one by the longest chain.
 
     The base is the root, or the link below the last floating or planar joint. The tip is the end
     of the chain with the most moving joints, without the joints of a hand. If several limbs have
-    the same number, it is the end of the first limb. At the end, a link that is named after a tool
-    is preferred, then the farthest link. A hand begins
+    equally many moving joints, the tip is the end of the first limb. If several links are at the
+    end, a link named after a tool is preferred, then the farthest link. A hand begins
 
     1. at a joint that is named after a finger, a thumb, a jaw, a claw or a gripper;
     2. at a link to which a link is fixed that is named after a tool, unless a tool comes later;
@@ -71,13 +74,13 @@ def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     Parameters
     ----------
     base, tip
-        Names of links; empty for links to choose.
+        Names of links; an empty name if the function chooses the link.
 
     Raises
     ------
     UrdfError
-        There is no link of this name, no joint moves a link below it, or two branches may be limbs
-        or fingers.
+        A link of this name does not exist, no joint moves a link below it, or the tree has two
+        branches that may be limbs or fingers.
     """
     if tip:
         way = _way(tree, tip, base)
@@ -160,7 +163,7 @@ def _tip(tree: UrdfTree, ways: Mapping[str, _LinkWay]) -> tuple[str, str]:
 
 def _before_hand(tree: UrdfTree, path: Sequence[str]) -> int:
     # Return the number of joints before the first joint that is named after a hand. If all joints
-    # are, return the number of all joints.
+    # are named after a hand, return the number of all joints.
     count = len(path)
     while count and _of_hand(tree.joints[path[count - 1]], GRIPPER):
         count -= 1
@@ -179,8 +182,8 @@ def _of_hand(joint: XmlElement, word: re.Pattern[str]) -> bool:
 def _before_branches(
     tree: UrdfTree, ways: Mapping[str, _LinkWay], leaf: str, arm: tuple[str, ...]
 ) -> int:
-    # Return the number of joints before a hand that has no name of a hand, but branches or follows
-    # a tool link. Without such a hand, return the number of all joints.
+    # Return the number of joints before a hand that is not named after a hand, but has branches or
+    # follows a tool link. Without such a hand, return the number of all joints.
     of_fingers = arm and _of_hand(tree.joints[arm[0]], GRIPPER)
     for k in range(1, 0 if of_fingers else min(len(arm), MAX_JOINTS)):
         paths = {link: way.moving for link, way in ways.items() if way.moving[:k] == arm[:k]}
@@ -193,7 +196,7 @@ def _before_branches(
         if any(_of_hand(tree.joints[one], FINGER) for one in fingers):
             return k
         if most > shared or arm[: k + 1] in tools:
-            continue  # the first k joints are a trunk of limbs, or the tool comes later
+            continue  # joint k carries limbs, or the tool comes later
         similar = len(fingers) > 1 and fewest >= most - 1
         short = fewest == most <= MAX_FINGER_JOINTS
         if arm[:k] in tools or (similar and (len(fingers) > 2 or short)):

@@ -21,8 +21,8 @@ class _Link(NamedTuple):
     d: float
 
 
-# Example arms by number of joints, 1 to 6: one and two are planar, three is anthropomorphic, and
-# larger arms add wrist joints.
+# Example arms with 1 to 6 joints. Arms with one or two joints are planar, the arm with three
+# joints is anthropomorphic, and larger arms add wrist joints.
 PLANAR = (_Link(0.3, 0, 0), _Link(0.25, 0, 0))
 SHOULDER = (_Link(0, 1, 0.4), _Link(0.35, 0, 0))
 ELBOW, BEND, TURN = _Link(0.3, 0, 0), _Link(0, 1, 0), _Link(0, 0, 0.1)
@@ -141,7 +141,7 @@ def _angle(quarters: int, units: Units) -> str:
 
 def _quantities(links: Sequence[_Link], convention: Convention, units: Units) -> Iterator[str]:
     # Yield the rows of a table with named quantities. In a convention such as Craig's, a and alpha
-    # come before the joint and belong to the previous link, so they move one row down.
+    # come before the joint, so those of a link are written in the next row.
     late = bool(convention.before_joint)
     before = _Link(0, 0, 0)
     for i, link in enumerate(links, 1):
@@ -177,8 +177,8 @@ def _elementary(links: Sequence[_Link], _: Convention, units: Units) -> Iterator
 
 
 def _shape(links: Sequence[_Link], _: Convention, units: Units) -> Iterator[str]:
-    # Yield rows of Sheth and Uicker. The key `in`, the fixed motion before a joint, has d, a and
-    # alpha of the standard row before.
+    # Yield rows in the convention of Sheth and Uicker. The key `in` is the fixed motion before a
+    # joint: it has d, a and alpha of the standard row before.
     way = ''
     for i, link in enumerate(links, 1):
         yield f'{{{way}joint: Rz(q{i})}}'
@@ -195,8 +195,8 @@ WRITERS: dict[RowKind, Callable[[Sequence[_Link], Convention, Units], Iterator[s
 
 
 def _known_pose(links: Sequence[_Link], units: Units) -> str:
-    # Return the known pose with all joints at 0. Each frame is then rotated about x by a multiple
-    # of 90 degrees.
+    # Return the known pose for q = 0, where each frame is rotated about x by a multiple of 90
+    # degrees.
     x = y = z = 0.0
     quarters = 0
     for link in links:

@@ -18,7 +18,7 @@ BOM = '\ufeff'
 
 def with_factors(text: str, factors: Mapping[str, str]) -> str:
     """
-    Return the text of a robot file with new `singularity.factors`, and no other change.
+    Return the text of a robot file, changed only in the value of `singularity.factors`.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
     factors
         Expressions by name, in the file's units.
     """
-    if text.startswith(BOM):  # libyaml does not count the BOM as a character of the text
+    if text.startswith(BOM):  # libyaml does not count the BOM as a character
         return BOM + with_factors(text.removeprefix(BOM), factors)
     root = yaml.compose(text, Loader=LOADER)
     assert isinstance(root, MappingNode)  # the root of a valid robot file is a mapping
@@ -52,14 +52,16 @@ def with_factors(text: str, factors: Mapping[str, str]) -> str:
 
 
 def entry_of(mapping: MappingNode, name: str) -> tuple[Node, Node] | None:
-    """Return the key and value of the entry with a name in a YAML mapping, or None."""
+    """
+    Return key and value of the entry `name` of a YAML mapping, or None without such an entry.
+    """
     return next((pair for pair in mapping.value if pair[0].value == name), None)
 
 
 def last_line(node: Node) -> int:
     """Return the last line of a YAML node, counted from 0."""
-    # Use the last inner node of a block, because the end mark of the block is after the comments
-    # and blank lines that follow.
+    # Use the last inner node of a block, because the block's own end mark is behind the comments
+    # and blank lines after the block.
     if isinstance(node, MappingNode) and not node.flow_style and node.value:
         return last_line(node.value[-1][1])
     if isinstance(node.value, list) and not node.flow_style and node.value:
@@ -80,8 +82,8 @@ def written_entries(text: str, value: Node, without: Sequence[str]) -> dict[str,
 
 
 def _comments(lines: list[str]) -> dict[str, str]:
-    # Return the comment at the end of each line, by the name of the factor in the line. The name
-    # is '' for the line of the key `factors`.
+    # Return the comments at the ends of lines, each by the name of the factor in its line. The
+    # comment in the line of the key `factors` has the name ''.
     found = {}
     for line in lines:
         comment = re.search(r'\s+#.*$', line.rstrip('\n'))
