@@ -26,8 +26,8 @@ from .robot_text import robot_file_text
 from .table import modified, table_of
 from .tree import UrdfTree, read_tree
 
-# Largest accepted error of a robot file's poses, relative to the arm's size. It is a hundred times
-# the largest error of thousands of random chains.
+# Largest accepted error of a robot file's poses, relative to the arm's size. The value is a
+# hundred times the largest error over thousands of random chains.
 MAX_RELATIVE_ERROR = 1e-10
 MAX_NAME_LENGTH = 256  # characters, the limit in a robot file
 REFUSED_IN_JOINTS = ','  # the comma separates joint names in the label of a Jacobian message
@@ -37,21 +37,21 @@ REFUSED_IN_FRAMES = r'\s'
 @dataclass(frozen=True)
 class UrdfImport:
     """
-    The result of the import of a chain.
+    The result of the import of a URDF chain: a robot file, its robot, and warnings.
 
     Parameters
     ----------
     text
         The robot file; its `source` and its first lines have the certificate.
     robot
-        The robot of this text.
+        The robot that `text` describes.
     certificate
-        The largest difference between the poses of the robot and those of the URDF.
+        The largest differences between the tool poses of the robot and of the URDF.
     doubts
         Warnings about parts that are not read, numbers that are probably not in m or rad, and
         other possible tips.
     mimics
-        Joints of the chain that mimic others.
+        Joints of the chain that mimic other joints.
     remarks
         Sentences about limits that a robot file cannot have, and about angles that look rounded.
     """

@@ -1,4 +1,4 @@
-"""Read and check a joint of a URDF: type, origin, axis, limits and mimicry."""
+"""Read and check a joint of a URDF: its type, origin, axis, limits and `<mimic>`."""
 
 import math
 import re
@@ -23,13 +23,13 @@ WHY_NOT = {
     'floating': 'a floating joint moves in six ways at once: begin the chain below it',
     'planar': 'a planar joint moves in three ways at once: begin the chain below it',
 }
-# An axis vector shorter than this is refused: its direction is round-off.
+# An axis vector shorter than this is refused, because its direction is round-off.
 MIN_AXIS_LENGTH = 1e-6
-# Limits beyond this (rad or m) mean no limit.
+# A limit whose absolute value is above this, rad or m, means no limit.
 MAX_LIMIT = 1e4
 RATES = ('velocity', 'acceleration', 'deceleration')
-# Attributes that are read from the elements of a joint. SINCE has the version of URDF that
-# introduced an attribute, if it is not the first version (README of urdfdom).
+# Attributes that the import reads, for each element of a joint. SINCE has the version of URDF that
+# introduced an attribute, if that is not the first version (README of urdfdom).
 ATTRIBUTES = {
     'origin': ('xyz', 'rpy', 'quat_xyzw'),
     'axis': ('xyz',),
@@ -62,7 +62,7 @@ class JointLimits(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class UrdfJoint:
     """
-    One joint of a URDF as it is written, in rad and m.
+    One joint with the values in the URDF file, in rad and m.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ def read_joint(element: XmlElement, version: str, rounds: bool = False) -> UrdfJ
     version
         The version of URDF that the file has.
     rounds
-        Whether angles and axes that look rounded are replaced by exact ones.
+        Whether exact angles and axes replace those that look rounded.
 
     Raises
     ------
@@ -166,7 +166,7 @@ def _axis(element: XmlElement, rounds: bool) -> Floats:
         length = float(np.linalg.norm(direction))
         if length < MIN_AXIS_LENGTH:
             axis.refuse(f'xyz={quoted(axis.attributes.get("xyz", ""))} has no direction')
-        # Do not divide a vector that is a unit vector up to round-off.
+        # Divide the axis by its length, unless it is a unit vector up to round-off.
         if abs(length - 1.0) > 1e-15:
             direction = direction / length
     return direction

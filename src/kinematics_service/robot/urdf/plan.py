@@ -1,9 +1,9 @@
 """
-Lay out a robot's table as the links and joints of a URDF.
+Convert the table of a robot to the links and joints of a URDF.
 
-Every frame of the table becomes a link. A variable's URDF joint is at its first term in the table,
-about z or -z. The other terms in `theta` and `d` become joints on the same axis that mimic it. For
-`theta3 - theta2`, two joints turn: by theta3, and by -1 times theta2. A helical joint becomes a
+Every frame of the table becomes a link. The first term of a variable in the table becomes the
+variable's joint, about z or -z. Other terms in `theta` and `d` become joints that mimic this joint,
+on the axis of their row. For `theta3 - theta2`, two joints turn: by theta3, and by -1 times theta2. A helical joint becomes a
 joint that turns and one that slides. For `q1/3` (a gear), two joints turn: by q1, and by -2/3
 times q1. Therefore a URDF can express every robot file without loops.
 """
@@ -26,8 +26,9 @@ IDENTITY = np.eye(4)
 
 @dataclass(frozen=True)
 class _JointTerm:
-    # One term of theta or d: a variable (given by its index) times a factor. `leads` marks the one
-    # term of each variable that becomes its joint; the other terms become joints that mimic it.
+    # One term of theta or d: a factor times a variable, which is given by its index. `leads` is
+    # true for the one term of each variable that becomes the variable's joint. Other terms become
+    # joints that mimic this joint.
     joint: int
     turns: bool
     factor: float
@@ -35,7 +36,8 @@ class _JointTerm:
 
 
 class _UniqueNames:
-    # A set of used names. `new` makes a name unique: it appends underscores if the name is used.
+    # A set of used names. `new` makes a name unique: the method appends underscores to a used
+    # name.
     def __init__(self, taken: Iterable[str]) -> None:
         self._taken = set(taken)
 
@@ -52,9 +54,9 @@ def _motions(row: Row, index_of: Mapping[str, int]) -> list[_JointTerm]:
 
 
 def _with_leaders(robot: Robot, rows: list[list[_JointTerm]]) -> list[list[_JointTerm]]:
-    # Mark the first term of each variable as its joint, with factor +-1. If the factor is another
-    # number, add a term for the rest, which mimics the joint. Within a row, joints come before
-    # mimics, because Pinocchio needs this order.
+    # Mark the first term of each variable as the variable's joint, whose factor is +-1. If the
+    # term has another factor, add a term for the difference, which mimics the joint. In each row
+    # put joints before mimics, because Pinocchio needs this order.
     led: set[int] = set()
     result = []
     for row in rows:
@@ -103,7 +105,8 @@ class _Planner:
         joints.append(self._fixed(frames[-1], self.tool, robot.description.tool.motion.matrix))
         found = [joint.name for joint in joints if joint.type != 'fixed' and not joint.mimic]
         order = tuple(name for name in self.joint_names if name in found)
-        # Readers of URDF use the order of the chain, so an equal order is not written.
+        # Readers of URDF use the order of the chain, so write the order of the joints only if it
+        # is different.
         order = () if list(order) == found else order
         moved = {motion.joint for motion in itertools.chain(*motions)}
         joints += [self._idle(j) for j in range(robot.dof) if j not in moved]
@@ -143,8 +146,8 @@ class _Planner:
         j, factor, name = term.joint, term.factor, self.joint_names[term.joint]
         limits, velocity = self.robot.limits[j], float(self.robot.velocity_limits[j])
         # A helical joint has the type `revolute` even without limits: Pinocchio represents a
-        # continuous joint by (cos, sin), which a sliding joint cannot mimic. A turning mimic has
-        # the type of its joint, because Pinocchio requires this.
+        # continuous joint by (cos, sin), which a sliding joint cannot mimic. A turning joint that
+        # mimics another has the type of the other joint, because Pinocchio requires this.
         helical = self.robot.joint_types[j] == 'helical'
         kind = 'revolute' if helical or np.isfinite(limits).any() else 'continuous'
         kind = kind if term.turns else 'prismatic'
@@ -162,7 +165,7 @@ class _Planner:
 
 def plan_of(robot: Robot, names: FrameNames = AS_IN_THE_FILE) -> UrdfPlan:
     """
-    Return the links and joints of a robot's URDF: the base frame is the root, and the tool frame
-    is the last leaf.
+    Return the links and joints of a robot's URDF. The base frame is the root link, and the tool
+    frame is the last leaf.
     """
     return _Planner(robot, names).plan()

@@ -1,4 +1,4 @@
-"""Convert the numbers of a table to text that has exactly the value of the number."""
+"""Convert numbers of a table to texts, which have exactly the values of the numbers."""
 
 import math
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from ...typography import number_text
 ROUND_OFF = 2e-15
 DECIMALS = 12  # a value is rounded to 12 decimals if this changes it by at most ROUND_OFF
 PARTS = 12  # multiples of pi/12, 15 degrees, are written as parts of pi
-LAST_DIGITS = 2.5  # largest error of a rounded part of pi, in units of its last digit
+LAST_DIGITS = 2.5  # largest error of a rounded part of pi, last digits
 ROUNDED = 1e-3  # largest error of a rounded part of pi, rad
 # Largest error of a right angle from a CAD program, rad: the round-off of 32 bit numbers (6e-8)
 # after a few products.
@@ -19,22 +19,22 @@ CAD_NOISE = 1e-6
 
 @dataclass(frozen=True)
 class WrittenNumber:
-    """A number in rad or m, and its text in a robot file."""
+    """A number in rad or m, and the text that a robot file has for the number."""
 
     text: str
     value: float
 
 
 def length_of(value: float) -> WrittenNumber:
-    """Remove round-off from a length, m, and write it: 0.4 for 0.40000000000000013."""
-    value = float(value)  # the repr of a numpy number has the name of its type
+    """Return a length, m, without round-off, and its text: `0.4` for 0.40000000000000013."""
+    value = float(value)  # the repr of a numpy number contains its type
     near = round(value, DECIMALS)
     value = (near if abs(value - near) <= ROUND_OFF * max(1.0, abs(value)) else value) + 0.0
     return WrittenNumber(number_text(value), value)
 
 
 def angle_of(value: float) -> WrittenNumber:
-    """Remove round-off from an angle, rad, and write it; a part of pi is written as `-pi/2`."""
+    """Return an angle, rad, without round-off, and its text, such as `-pi/2` for a part of pi."""
     part = Fraction(round(value / math.pi * PARTS), PARTS)
     over, under = part.numerator, part.denominator
     exact = over * math.pi / under
@@ -46,7 +46,7 @@ def angle_of(value: float) -> WrittenNumber:
 
 def as_rounded_part_of_pi(text: str) -> float:
     """
-    Return the part of pi (rad) that a number rounds, or else the number itself.
+    Return the part of pi (rad) of which a number is a rounded value, or else the number itself.
 
     For `1.57`, `1.5707` (cut off) and `1.570796325` (half of a rounded pi), the result is pi/2. An
     angle that differs before its last digits, such as a calibrated angle, is not changed. The
@@ -57,6 +57,8 @@ def as_rounded_part_of_pi(text: str) -> float:
 
 
 def part_of_pi(value: float, near: float = CAD_NOISE) -> float:
-    """Return the multiple of pi/12 within `near` (rad) of an angle, or else the angle itself."""
+    """
+    Return the multiple of pi/12 whose distance to an angle is at most `near` (rad), or the angle.
+    """
     exact = round(value / math.pi * PARTS) * math.pi / PARTS
     return exact if abs(exact - value) < near else value

@@ -12,11 +12,11 @@ from ..file.text.expression_syntax import why_no_name
 from .chain import UrdfChain, Variable
 from .table import ConstantPose, UrdfRow, UrdfTable
 
-# If a joint name has more characters, the variables of the table are q1, q2, ... instead of the
-# joint names.
+# If a joint name has more characters than this, the variables of the table are q1, q2, ... instead
+# of the joint names.
 MAX_VARIABLE = 8
 MAX_SOURCE_LENGTH = 2000  # characters, the limit in a robot file
-# Words that YAML 1.1 or 1.2 does not read as text unless they are in quotes.
+# Words that YAML 1.1 or 1.2 reads as text only if they are in quotes.
 WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 
 
@@ -72,7 +72,7 @@ def _variables(joints: Sequence[Variable]) -> list[str]:
 
 
 def quoted_name(text: str) -> str:
-    """Return a name as YAML, in quotes if YAML would not read it as that text."""
+    """Return a name as YAML text, in quotes if YAML would read the bare name as another value."""
     plain = re.fullmatch(r'[A-Za-z][A-Za-z0-9_./-]*', text) and text.lower() not in WORDS
     return text if plain else json.dumps(text, ensure_ascii=False)
 

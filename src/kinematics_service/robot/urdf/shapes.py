@@ -1,5 +1,5 @@
 """
-Make shapes for viewers: rods between frames and hubs on joint axes, sized by the arm's length.
+Make simple shapes of an arm for viewers: rods between frames, and hubs on joint axes.
 
 A robot file has no shapes of links. The shapes made here are symbols, not the arm's outline: do
 not use them for collision checks.
@@ -15,10 +15,10 @@ from ...rigid_motion import across
 from .elements import UNLIMITED, PlannedJoint, UrdfPlan
 
 # Sizes relative to the arm's characteristic length, chosen by eye.
-ROD_RADIUS = 0.025  # of rods between frames
-HUB_RADIUS = 0.045  # of cylinders on joint axes
-HUB_LENGTH = 0.11  # of cylinders on joint axes
-TOOL_RADIUS = 0.035  # of the sphere at the tool
+ROD_RADIUS = 0.025  # radius of rods between frames
+HUB_RADIUS = 0.045  # radius of cylinders on joint axes
+HUB_LENGTH = 0.11  # length of cylinders on joint axes
+TOOL_RADIUS = 0.035  # radius of the sphere at the tool
 UNLIMITED_STROKE = 0.5  # length of the rod of a prismatic joint without limits
 
 
@@ -46,7 +46,9 @@ class Shape:
 
 
 def shapes_of(plan: UrdfPlan, length: float) -> dict[str, tuple[Shape, ...]]:
-    """Return the shapes of each link; their sizes scale with the characteristic length (m)."""
+    """
+    Return the shapes of each link, whose sizes are proportional to the characteristic length (m).
+    """
     shapes: dict[str, list[Shape]] = {link: [] for link in plan.links}
     for joint in plan.joints:
         shapes[joint.parent] += _rod(joint.origin[:3, 3], length)
@@ -91,7 +93,7 @@ def _hub(joint: PlannedJoint, length: float) -> Iterator[Shape]:
 
 
 def _pointing(direction: Floats) -> Floats:
-    # Return a pose whose z axis is `direction`. Its x axis is arbitrary, because a cylinder looks
+    # Return a pose whose z axis is `direction`. The x axis is arbitrary, because a cylinder looks
     # equal from all sides.
     T = np.eye(4)
     T[:3, :3] = np.column_stack([*across(direction), direction])

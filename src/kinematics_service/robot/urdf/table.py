@@ -1,8 +1,8 @@
 """
-Compute the Denavit-Hartenberg table of a URDF's chain, by common normals of its joint axes.
+Compute the Denavit-Hartenberg table of a URDF chain from common normals of the joint axes.
 
-Each row is computed in the frame after the rows before it, with all joints at 0. These rows have
-the rounded numbers of the robot file, so each row corrects the round-off of the rows before it.
+The program computes each row in the frame after the previous rows, with all joints at 0. The
+previous rows have the rounded numbers of the robot file, so each row corrects their round-off.
 """
 
 import math
@@ -15,16 +15,16 @@ from ...rigid_motion import exact_rpy, inverse, pose_of, screw_x, screw_z
 from .chain import UrdfChain, moved
 from .quantity import ROUND_OFF, WrittenNumber, angle_of, length_of
 
-# Axes count as parallel if their directions differ by less than this, rad. Such a difference is
-# round-off, and the common normal of the axes would be at an arbitrary place.
+# Axes count as parallel if the angle between them is less than this, rad. So small an angle is
+# round-off, and would put the common normal of the axes at an arbitrary place.
 PARALLEL_TOLERANCE = 1e-13
 # Largest distance to a common normal, relative to the length of the chain. Nearly parallel axes (a
 # URDF with rpy="1.5708") meet kilometres away, and rows with such lengths lose digits of the pose.
-# If the distance is larger, two rows lead to the next axis over a line that crosses it at a right
-# angle.
+# If the distance is larger, use two rows and an additional line, which crosses the next axis at a
+# right angle.
 MAX_NORMAL_DISTANCE = 2.0
-# Limit, rad, of the angle from the last joint's axis to the tip's z axis. A smaller angle is
-# written into the pose of the tool, a larger one into the last row.
+# Limit, rad, of the angle from the last joint's axis to the tip's z axis. A smaller angle becomes
+# part of the tool pose, a larger angle becomes alpha of the last row.
 TOOL_AXIS_TOLERANCE = 1e-3
 # A right angle plus a tolerance, so that round-off does not add pi to the theta of a row.
 RIGHT_ANGLE = math.pi / 2.0 + 1e-9
@@ -32,9 +32,7 @@ RIGHT_ANGLE = math.pi / 2.0 + 1e-9
 
 @dataclass(frozen=True)
 class Term:
-    """
-    A term of theta (`turns`) or of d: a factor times a joint variable, given by its index.
-    """
+    """A term of theta (if `turns`) or of d: a factor times the joint variable with an index."""
 
     turns: bool
     variable: int
@@ -77,7 +75,7 @@ class ConstantPose:
 @dataclass(frozen=True)
 class UrdfTable:
     """
-    The rows of a table, and the poses at its ends.
+    The rows of a table, and the constant poses of base and tool.
 
     `base` is the pose of frame 0 in the base link, `tool` the pose of the tip in the frame after
     the last row.
@@ -115,8 +113,8 @@ def table_of(chain: UrdfChain) -> UrdfTable:
             line = _Line(np.zeros(3), line.direction)
         next_sign = 1.0
         if there is not None and (here.follows or there.follows) and _coincide(line):
-            # Both joints are on one axis and will be in one row, about z. If the next joint is
-            # about -z, its term gets a minus sign.
+            # The present and the next joint have one axis and will be in one row, about z. If the
+            # next joint is about -z, its term gets a minus sign.
             next_sign = math.copysign(1.0, line.direction[2])
         line = _Line(line.point, next_sign * line.direction)
         steps = _last_steps(line, size) if there is None else _steps(line, size)
@@ -130,7 +128,7 @@ def table_of(chain: UrdfChain) -> UrdfTable:
 
 def modified(table: UrdfTable) -> UrdfTable:
     """
-    Convert a standard table to Craig's convention: a and alpha move one row down.
+    Return a standard table in Craig's convention: a and alpha of each row go to the next row.
 
     The a and alpha of the last row become part of the tool.
     """
@@ -159,8 +157,8 @@ def _lines(chain: UrdfChain) -> tuple[list[_Line], Floats]:
 
 
 def _base(line: _Line) -> ConstantPose:
-    # Return the pose of frame 0 in the base link. Its z axis is the first joint axis, and its
-    # origin is the point of this axis nearest to the origin of the base link.
+    # Return the pose of frame 0 in the base link. The z axis of frame 0 is the first joint axis.
+    # Its origin is the point of this axis that is nearest to the origin of the base link.
     theta, alpha = _turns(line.direction)
     nearest = line.point - (line.point @ line.direction) * line.direction
     zero = length_of(0.0)
@@ -224,8 +222,8 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
     row, away = _step(line)
     if _parallel(line.direction) or away <= MAX_NORMAL_DISTANCE * size:
         return [row]
-    # The axes are nearly parallel: return two rows, over an additional line. The line crosses the
-    # next axis at a right angle and is tangential to a circle around z.
+    # The axes are nearly parallel: return two rows with an additional line between the axes. The
+    # line crosses the next axis at a right angle and is tangential to a circle around z.
     W = line.direction
     point = line.point - line.point[2] / W[2] * W
     distance = math.hypot(point[0], point[1])
@@ -238,8 +236,8 @@ def _steps(line: _Line, size: float) -> list[UrdfRow]:
 
 
 def _last_steps(line: _Line, size: float) -> list[UrdfRow]:
-    # Return the last row, which leads to the z axis of the tip. The pose of the tool contains the
-    # motion about and along this axis.
+    # Return the last row, which leads to the z axis of the tip. The motion about and along this z
+    # axis is left to the pose of the tool.
     z = line.direction[2]
     if math.hypot(*line.direction[:2]) < TOOL_AXIS_TOLERANCE:
         row, _ = _step(_Line(line.point, np.array([0.0, 0.0, math.copysign(1.0, z)])))

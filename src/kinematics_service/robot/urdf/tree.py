@@ -14,8 +14,8 @@ from .elements import VERSIONS
 
 class UrdfWay(NamedTuple):
     """
-    The joints on the path between two links: up from the first to a link above both, then down to
-    the second.
+    The joints on the path between two links: `up` from the first link to a link above both, then
+    `down` to the second link.
     """
 
     up: tuple[XmlElement, ...]
@@ -25,7 +25,7 @@ class UrdfWay(NamedTuple):
 @dataclass(frozen=True)
 class UrdfTree:
     """
-    The links of a URDF and the joints between them; other parts of the file are not checked here.
+    The links of a URDF and the joints between them, without a check of the other elements.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class UrdfTree:
         Elements by name, in the order of the file. A leading slash is removed from names of links,
         as robot_state_publisher does, because tf2 refuses the slash.
     above
-        For each link, the joints that have the link as their child; at most one in a tree.
+        For each link, the joints whose child is the link; a valid tree has at most one.
     """
 
     root: XmlElement
@@ -45,7 +45,9 @@ class UrdfTree:
 
     @property
     def version(self) -> str:
-        """Return the version of URDF that the file has; the newest one if it is unknown."""
+        """
+        Return the version of URDF that the file declares; the newest version if that is unknown.
+        """
         written = self.root.attributes.get('version', VERSIONS[0])
         return written if written in VERSIONS else VERSIONS[-1]
 
@@ -98,7 +100,7 @@ def end_of(joint: XmlElement, end: str) -> str:
     Raises
     ------
     UrdfError
-        The joint does not name the link.
+        The joint does not name its parent or child link.
     """
     element = joint.first(end)
     link = None if element is None else element.attributes.get('link')
@@ -109,7 +111,7 @@ def end_of(joint: XmlElement, end: str) -> str:
 
 def read_tree(root: XmlElement) -> UrdfTree:
     """
-    Read the links and joints of a URDF, and check that they form no circle.
+    Read the links and joints of a URDF, and check that no link is above itself.
 
     Raises
     ------

@@ -69,7 +69,7 @@ def export_urdf(robot: AnyRobot, names: FrameNames = AS_IN_THE_FILE) -> str:
 
 
 def without_loops(robot: Robot) -> str:
-    """Return a sentence that lists the closed loops that the URDF of an arm leaves out."""
+    """Return a sentence about the closed loops of an arm, which its URDF does not contain."""
     loops = ', '.join(repr(loop.name) for loop in robot.description.loops)
     passive = ', '.join(robot.passive_joint_names)
     return (
@@ -103,8 +103,8 @@ def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
 
 
 def _comment(sentence: str) -> str:
-    # Separate two hyphens in a row, and add a space at the end. XML allows neither `--` in a
-    # comment nor a hyphen at its end.
+    # Put a space between two hyphens and at the end: XML allows neither `--` in a comment nor a
+    # hyphen at the end of a comment.
     return f' {sentence.replace("--", "- -").replace("--", "- -")} '
 
 
