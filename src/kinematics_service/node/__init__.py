@@ -1,1 +1,1 @@
-"""Run the ROS 2 node: its topics, its parameters, its process, and the picture of its arm."""
+"""Run the ROS 2 node: topics, parameters, process, and the picture of the arm."""

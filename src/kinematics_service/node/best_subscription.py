@@ -1,5 +1,5 @@
 """
-Subscribe to a topic with the reliability of its publishers, and with a queue bounded in bytes.
+Subscribe to a topic with the reliability of its publishers and a queue of limited size.
 
 rclpy fixes `ReliabilityPolicy.BEST_AVAILABLE` when a subscription is created, by the publishers at
 that time. The messages of a best-effort publisher that starts later would never be received.
@@ -31,14 +31,14 @@ from .losses import Losses
 from .waiting_messages import take_waiting
 
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
-# Number of messages that are remembered while two subscriptions receive them. A message that was
-# taken from one subscription is ignored from the other.
+# Number of messages that are remembered while two subscriptions receive every message. If a
+# message was taken from one subscription, its copy from the other subscription is ignored.
 MAX_REMEMBERED = 4096
-# Time (s) for which the former subscription is kept after the new one is connected to every
-# publisher.
+# Time (s) for which the former subscription is kept after the new subscription is connected to
+# every publisher.
 OVERLAP_TIME = 1.0
-# Largest queue in the middleware (bytes), unless one message is larger. Reading a full queue takes
-# 0.5 s: a message of 10,000 joints takes 16 ms.
+# Largest size of the queue in the middleware (bytes), unless one message is larger. Reading a full
+# queue takes 0.5 s, for example 16 ms for a message of 10,000 joints.
 MAX_QUEUE_SIZE = 1 << 23
 # Size (bytes) above which 1000 messages do not fit into the queue.
 LARGE_SIZE = MAX_QUEUE_SIZE // 1000
@@ -47,13 +47,14 @@ DEPTH_RECOVERY_TIME = 10.0
 
 Take = Callable[[bytes], None]
 Info = Mapping[str, Any]
-# Number and send time of each remembered message, as keys in the order of arrival.
+# Sequence number and send time of each remembered message, as the keys of a dictionary in the
+# order of arrival.
 Recent = dict[tuple[int | None, int], None]
 
 
 class BestSubscription:
     """
-    Subscribes to a topic as bytes, as reliably as its publishers offer, and counts lost messages.
+    Subscribes to the bytes of a topic's messages, if possible reliably; counts lost messages.
 
     The first subscription has best effort, which every publisher matches. A reliable subscription
     would make the middleware of a best-effort publisher log an error. If all publishers offer
@@ -61,21 +62,21 @@ class BestSubscription:
     If a best-effort publisher starts, or the last publisher ends, a best-effort subscription
     replaces the reliable one. While there are two subscriptions, each message is taken once.
 
-    The middleware bounds a queue by the number of its messages, and keeps their memory. If
-    messages are large, a subscription with a shorter queue replaces the present one.
+    The middleware bounds a queue by the number of its messages, and keeps the memory of the
+    messages. If messages are large, a subscription with a shorter queue replaces the present one.
 
     Parameters
     ----------
     node, kind, topic
-        As for `Node.create_subscription`.
+        The arguments of `Node.create_subscription`: node, message type, and name of the topic.
     qos
-        Quality of service with `ReliabilityPolicy.BEST_AVAILABLE`. If a parameter overrides the
-        reliability, the reliability does not change later.
+        Quality of service with `ReliabilityPolicy.BEST_AVAILABLE`. If a parameter overrides this
+        policy, the subscription keeps the reliability of the parameter.
     take
         A function that is called with each message.
     size
-        A function that returns the size (bytes) of messages of known form, for which `fit` is not
-        called.
+        A function that returns the size (bytes) of messages for which the caller does not call
+        `fit`, because their form is known.
     """
 
     def __init__(
@@ -90,11 +91,11 @@ class BestSubscription:
         self._node, self.given_topic, self._take = node, topic, take
         self._size = size
         self._adapts = False
-        # Number of messages that ended subscriptions lost; `_lost_more` is whether it is a lower
-        # bound.
+        # Number of messages that former subscriptions lost. `_lost_more` is true if the number is
+        # a lower bound.
         self._lost: int | None = 0
         self._lost_more = False
-        # The remembered messages; None if no message can arrive twice.
+        # The remembered messages; None while only one subscription receives messages.
         self._recent: Recent | None = None
         self._former: _CountedSubscription | None = None
         self._all_connected_since = 0.0  # time since which all publishers are connected, s
@@ -112,7 +113,8 @@ class BestSubscription:
         self._is_ending = False  # whether the queue may contain events of an ended subscription
 
     def _settle_reliability(self, qos: QoSProfile) -> SetParametersResult:
-        # rclpy calls this function after it has applied the overrides of a user.
+        # rclpy calls this function after it has applied the parameters that override the quality
+        # of service.
         if qos.reliability is ReliabilityPolicy.BEST_AVAILABLE:
             self._adapts = True
             qos.reliability = BEST_EFFORT
@@ -181,7 +183,7 @@ class BestSubscription:
             self._want(depth=depth)
 
     def _want(self, **policies: Any) -> None:
-        # Stores the wanted policies; `_replace` applies them between two messages.
+        # Store the wanted policies. `_replace` applies these policies between two messages.
         wanted = copy.copy(self._wanted)
         for policy, value in policies.items():
             setattr(wanted, policy, value)
@@ -193,7 +195,7 @@ class BestSubscription:
             # take them first: messages of the former subscription are older
             self._take_waiting(former)
             if former is not self._former or former.qos != self._wanted:
-                self._end(former)  # replace the present subscription at a later call
+                self._end(former)  # a later call replaces the present subscription
                 return
             self._current, self._former = former, self._current
         elif self._is_ending:
@@ -206,7 +208,7 @@ class BestSubscription:
 
     def _end(self, former: '_CountedSubscription') -> None:
         if former is not self._former or former.subscription not in self._node.subscriptions:
-            return  # it has ended already, or the executor has released it to skip its messages
+            return  # it has ended, or is released by an executor that skips messages
         self._former = None
         if self._counting is former:
             lost, now = self.lost, self._current.losses.count
@@ -219,7 +221,7 @@ class BestSubscription:
     def _has_ended(self) -> None:
         self._is_ending = False
         # Return freed memory to the system: the allocator would keep 200 MiB after large messages.
-        with contextlib.suppress(OSError, AttributeError):  # it is glibc's
+        with contextlib.suppress(OSError, AttributeError):  # only glibc has malloc_trim
             ctypes.CDLL(None).malloc_trim(0)
 
     def _on_message(self, subscription: '_CountedSubscription', data: bytes, info: Info) -> None:
@@ -234,8 +236,8 @@ class BestSubscription:
                 self._take_waiting(former)
             self._take_once(self._recent, data, info)
             if former is not None and former.qos.depth > self._qos.depth:
-                # Empty the former queue, because it is longer than allowed for messages of this
-                # size.
+                # Empty the queue of the former subscription, because it is too long for messages
+                # of this size.
                 self._take_waiting(former)
                 if subscription is self._current:
                     self._end(former)
@@ -256,7 +258,8 @@ class BestSubscription:
         if former is not self._former or recent is None:
             return  # the former subscription has ended already
         newest, count = take_waiting(former.subscription, self._qos.depth)
-        # End the former subscription if more messages wait there than the present queue can hold.
+        # End the former subscription if its queue has more messages than the present queue can
+        # hold.
         is_full = count > len(newest)
         for data, info in (newest[-1],) if is_full else newest:
             former.losses.take(info['publication_sequence_number'], info['source_timestamp'])
@@ -287,7 +290,7 @@ class BestSubscription:
 
 
 class _CountedSubscription:
-    # A subscription of rclpy, and its losses.
+    # A subscription of rclpy that counts its lost messages.
 
     def __init__(
         self,
@@ -303,14 +306,14 @@ class _CountedSubscription:
         count = losses.take
 
         def taken(*arguments: Any) -> None:
-            # Accept both forms: `EventsExecutor` of Jazzy passes message and information as one
-            # tuple.
+            # Accept two arguments or one tuple: `EventsExecutor` of Jazzy passes message and
+            # information as one tuple.
             data, info = arguments if len(arguments) == 2 else arguments[0]
             count(info['publication_sequence_number'], info['source_timestamp'])
             take(self, data, info)
 
-        # Set a signature with two arguments: rclpy reads it to find out whether the callback takes
-        # the information.
+        # Set a signature with two arguments, from which rclpy finds out that the callback takes
+        # the information about a message.
         setattr(taken, '__signature__', inspect.signature(lambda data, info: None))  # noqa: B010
         self.subscription = node.create_subscription(
             kind,
@@ -325,7 +328,7 @@ class _CountedSubscription:
     def _publishers(self) -> int:
         try:
             return int(self.subscription.get_publisher_count())
-        except InvalidHandle:  # the subscription ended while one of its messages was handled
+        except InvalidHandle:  # the subscription ended during the handling of a message
             return 0
 
     def end(self, then: Callable[[], None]) -> None:
@@ -333,8 +336,8 @@ class _CountedSubscription:
         Destroy the subscription when the executor has released it, then call `then`.
 
         Events in the queue of the executor refer to a subscription by its address, and a new
-        subscription may get the same address. So do not make a new one before `then` is called:
-        the old events have left the queue only then.
+        subscription may get the same address. So make a new subscription only after `then` is
+        called, because the old events have left the queue then.
         """
         node, subscription = self._node, self.subscription
         node._subscriptions.remove(subscription)

@@ -1,4 +1,4 @@
-"""Make the status of the input: received messages, their outcomes, and missing joints."""
+"""Make the diagnostic status of a node's input: received messages, outcomes, missing joints."""
 
 import math
 from collections import Counter
@@ -25,24 +25,27 @@ REJECTED = (
     estimator.NOT_CLOSED,
     estimator.TOO_FAST,
 )
-# Reasons of refusal that only few arms or settings can cause; shown only if they occurred.
+# Reasons for refusing a message that only few arms or settings can cause. The status shows such a
+# reason only if it occurred.
 RARE = (estimator.NOT_CLOSED, estimator.TOO_FAST)
 INTERNAL_ERROR = 'internal error'
-# Time (s) for which lost messages and resets are reported.
+# Time (s) for which the status reports lost messages and resets after they occurred.
 REPORTED_TIME = 10.0
-# Number of resets within `REPORTED_TIME` up to which they look like a recording played in a loop.
+# Up to this number of resets within `REPORTED_TIME`, the resets look like a recording that is
+# played in a loop.
 MAX_RESETS = 3
 LEFT_OUT = 'left out'
 
 
 class InputState(NamedTuple):
     """
-    The messages received, and their outcomes since the last diagnostics.
+    The joint states that a node received, and their outcomes since the last diagnostics.
 
     Attributes
     ----------
     counts, news
-        Number of messages by outcome: since the start, and since the last diagnostics.
+        Numbers of messages by outcome: `counts` since the start, `news` since the last
+        diagnostics.
     interval : s
         Time since the last diagnostics.
     arrival : ns
@@ -58,11 +61,11 @@ class InputState(NamedTuple):
     velocity_source
         Source of the joint velocities of the last state: `message`, `difference` or `none`.
     silent
-        Why the node answers nothing; empty if it answers.
+        The reason why the node answers no messages; empty if it answers.
     messages
         The last messages, grouped by their joint names.
     simulated : ns
-        The simulated time, 0 before the first; None if time is not simulated.
+        The simulated time; 0 before the first message on /clock; None without simulated time.
     """
 
     counts: Counter[str]
@@ -86,7 +89,7 @@ def input_status(
     state: InputState,
     warnings: Sequence[str],
 ) -> StatusText:
-    """Return the status of the input of an arm."""
+    """Return the diagnostic status of an arm's input, made from the state of the input."""
     level, sentence = _verdict(arm, subscription.topic_name, state, warnings)
     counts, work, delay = state.counts, state.work, arm.quantity(JointAccelerations).delay
     rate = state.news[estimator.ACCEPTED] / state.interval if state.interval > 0.0 else 0.0
@@ -151,9 +154,7 @@ def _verdict(
 def incomplete_in_words(
     arm: estimator.Estimator, topic: str, state: InputState, warnings: Sequence[str]
 ) -> str:
-    """
-    Return as text which joints have no position, and why; empty if all joints have a position.
-    """
+    """Return a text with the joints that have no position and the reason; '' if there are none."""
     missing = ', '.join(arm.missing(state.arrival))
     if not missing:
         return ''
@@ -179,7 +180,7 @@ def incomplete_in_words(
 
 def unstamped_in_words(arm: estimator.Estimator, state: InputState) -> str:
     """
-    Return as text how noisy speeds are if messages have neither stamps nor velocities; else ''.
+    Return a text about noisy velocities if messages have neither stamps nor velocities; else ''.
     """
     if not state.news[estimator.NOT_STAMPED] or state.velocity_source == 'message':
         return ''
@@ -232,7 +233,10 @@ def input_warnings(arm: estimator.Estimator, state: InputState) -> Iterator[str]
 
 
 def message_warnings(state: InputState) -> Iterator[str]:
-    """Yield a sentence for each cause of unanswered messages; these causes were logged at once."""
+    """
+    Yield a sentence for each cause of unanswered messages. The node has logged these causes
+    already.
+    """
     if rejected := [reason for reason in REJECTED if state.news[reason]]:
         yield f'messages rejected: {", ".join(rejected)}'
     if left_out := state.news[LEFT_OUT]:

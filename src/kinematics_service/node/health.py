@@ -1,4 +1,4 @@
-"""Publish the diagnostics of a node once a second: its input and the outcomes of messages."""
+"""Publish the diagnostics of a node once a second: the input, and outcomes of messages."""
 
 import math
 import re
@@ -31,14 +31,15 @@ from .steady_time import Throttle, steady_timer
 
 # Period of the diagnostics, s.
 DIAGNOSTICS_PERIOD = 1.0
-# Shortest time over which a rate is computed, s. After a stall the timer makes up for missed
-# calls, several at once.
+# Shortest time over which a rate of messages is computed, s. After a stall of the process the
+# timer makes several missed calls at once.
 MIN_INTERVAL = 0.5 * DIAGNOSTICS_PERIOD
-# Interval (s) above which the process did not run, and so cannot have received messages.
+# If the time between two calls is above this, s, the process was stalled and cannot have received
+# messages.
 STALL_INTERVAL = 2.0 * DIAGNOSTICS_PERIOD
-# Time without joint states after which the reason is logged, s.
+# Time (s) without joint states after which the node logs the probable reason.
 SILENCE_TIMEOUT = 5.0
-# Shortest time between two log lines with one cause, s.
+# Shortest time (s) between two log lines that have the same cause.
 LOG_PERIOD = 60.0
 JOINT_STATES = 'sensor_msgs/msg/JointState'
 # Node name of a publisher whose node is not discovered yet.
@@ -47,7 +48,8 @@ UNKNOWN = '_NODE_NAME_UNKNOWN_'
 
 def why_no_joint_states(node: Node, topic: str, given: str) -> str:
     """
-    Return as text why no joint state arrives on a topic, and which topics have joint states.
+    Return a text that says why no joint state arrives on a topic, and which topics have joint
+    states.
 
     `given` is the name of the topic before remapping.
     """
@@ -63,7 +65,7 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
         name
         for name, types in topics.items()
         if JOINT_STATES in types and name not in own and not name.startswith(nodes)
-        # Use count_publishers, because get_publishers_info_by_topic would remap the name.
+        # Call count_publishers, because get_publishers_info_by_topic would remap the topic's name.
         if node.count_publishers(name)
     )
     elsewhere = 'no other topic here has a publisher of joint states'
@@ -75,7 +77,8 @@ def why_no_joint_states(node: Node, topic: str, given: str) -> str:
 
 def namesakes_in_words(node: Node) -> str:
     """
-    Return as text which other nodes publish on this node's topic of poses; empty if none does.
+    Return a text with the other nodes that publish on this node's pose topic; '' if there are
+    none.
     """
     publishers = node.get_publishers_info_by_topic(POSE)
     names = [_name_of(info) for info in publishers if info.node_name != UNKNOWN]
@@ -92,7 +95,9 @@ def _name_of(info: TopicEndpointInfo) -> str:
 
 
 def without_numbers(sentence: str) -> str:
-    """Return the text before the first colon, without numbers: it identifies the cause."""
+    """
+    Return the text before the first colon without numbers, which identifies the cause of a fault.
+    """
     return re.sub(r'[\d.]+', '', sentence.partition(':')[0])
 
 
@@ -111,7 +116,7 @@ def publish_statuses(node: Node, publisher: Publisher, statuses: Mapping[str, St
 
 class Health:
     """
-    Checks the input and publishes its status once a second.
+    Checks the input of a node and publishes the status of the input once a second.
 
     Attributes
     ----------
@@ -146,7 +151,7 @@ class Health:
         steady_timer(node, DIAGNOSTICS_PERIOD, self.say_when_due)
 
     def _recent_counts(self, now: float, lost: int, resets: int) -> tuple[int, int]:
-        # Returns the numbers of lost messages and of resets within `REPORTED_TIME`.
+        # Return the numbers of lost messages and of resets within `REPORTED_TIME`.
         losses = self._losses
         losses.append((now, lost, resets))
         while now - losses[0][0] > REPORTED_TIME:
@@ -154,7 +159,7 @@ class Health:
         return lost - losses[0][1], resets - losses[0][2]
 
     def _explain_silence(self, now: float, state: InputState) -> None:
-        # Logs why no joint states arrive, because users look at the terminal before /diagnostics.
+        # Log why no joint states arrive, because users look at the terminal before /diagnostics.
         topic = self._subscription.topic_name
         why = state.silent or incomplete_in_words(self._estimator, topic, state, self.warnings)
         if state.silent or not why or state.interval > STALL_INTERVAL:
@@ -175,15 +180,12 @@ class Health:
                 logger.warning(f'joint states: {sentence}')
 
     def say_when_due(self) -> None:
-        """Publish the status, unless this call only makes up for a missed one after a stall."""
+        """Publish the status, unless the timer makes this call only to catch up after a stall."""
         if time.monotonic() - self._published_at >= MIN_INTERVAL:
             self.say()
 
     def say(self) -> None:
-        """
-        Check the input since the last diagnostics, log its faults, and publish the status if
-        subscribed.
-        """
+        """Check the input since the last diagnostics, log its faults, and publish its status."""
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         publishers = node.get_publishers_info_by_topic(subscription.given_topic)

@@ -30,11 +30,11 @@ class Input:
     transport
         `bytes` or `messages`.
     take
-        Called with each message; returns whether it took the message. It gets the bytes if the
-        form of the message is remembered. If it does not take the bytes, it gets the decoded
-        message.
+        A function that is called with each message, and returns whether it accepts the argument.
+        The argument is the bytes of the message if its form is remembered. If the function does
+        not accept the bytes, it is called with the decoded message.
     refuse
-        Called with a sentence if bytes are not a JointState.
+        A function that is called with a sentence if bytes are not a JointState.
 
     Attributes
     ----------

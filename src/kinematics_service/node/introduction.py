@@ -1,4 +1,4 @@
-"""Log the first lines of a node."""
+"""Log the first lines of a node, which describe its arm and its settings."""
 
 from rclpy.node import Node
 

@@ -3,13 +3,13 @@
 from collections.abc import Callable
 
 NANOSECOND = 1e-9  # s
-# Smallest number of messages from which a rate is computed. After four times as many the rate
-# starts at a later message, because publishers with similar numbers may be mistaken for each
-# other.
+# Smallest number of messages from which a rate is computed. After four times as many messages, the
+# rate starts at a later message, because an earlier message may belong to another publisher with
+# similar numbers.
 MIN_RATE_MESSAGES = 20
-# Time (s) by which a message may be early or late.
+# Time (s) by which a message may be sent early or late, compared with the publisher's rate.
 SEND_TIME_TOLERANCE = 0.02
-# Number of lost messages in a gap that is accepted at any rate.
+# Gaps with at most this number of lost messages are accepted at any rate of the publisher.
 MAX_GAP_AT_ANY_RATE = 3
 # Largest rate of a publisher whose rate is not known yet, messages per s.
 MAX_RATE = 20_000.0
@@ -18,24 +18,26 @@ MAX_RATE_RATIO = 2.0
 
 
 class _Publisher:
-    # Number and send time (ns) of the last message of a publisher, and of two earlier messages.
-    # The rate is computed from the earlier ones.
+    # Sequence number and send time (ns) of a publisher's last message and of two earlier messages,
+    # from which the rate is computed.
 
     def __init__(self, number: int, stamp: int) -> None:
         self.number, self.stamp = number, stamp
         self._from = self._between = number, stamp
 
     def take(self, number: int, stamp: int) -> None:
-        """Store number and send time (ns) of the last message."""
+        """Store sequence number and send time (ns) of the publisher's last message."""
         self.number, self.stamp = number, stamp
 
     def look_back(self) -> None:
-        """Move the start of the rate to a later message, if enough messages came since."""
+        """
+        Let the rate begin at a later message, if enough messages have come since that message.
+        """
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)
 
     def rate(self) -> float:
-        """Return the recent rate (messages per s), 0 if it is unknown."""
+        """Return the publisher's recent rate, messages per s; 0 if the rate is unknown."""
         number, stamp = self._from
         count, time = self.number - number, NANOSECOND * (self.stamp - stamp)
         return count / time if count >= MIN_RATE_MESSAGES and time > 0.0 else 0.0
@@ -56,10 +58,10 @@ class _Publisher:
 
 class Losses:
     """
-    Counts the gaps in the sequence numbers of messages; each publisher numbers its messages.
+    Counts lost messages of a topic, as gaps in the sequence numbers of each publisher.
 
-    A message does not name its publisher. It is attributed to the publisher with the nearest
-    smaller number, if that publisher can have sent the missing messages in the time between. If
+    A message does not name its publisher. This class attributes a message to the publisher with
+    the nearest smaller number, if that publisher can have sent the missing messages since then. If
     two publishers have similar numbers, a message may be attributed to the wrong publisher, which
     does not change the sum of all gaps.
 
@@ -72,9 +74,9 @@ class Losses:
     Attributes
     ----------
     count
-        Messages lost since the start, None if the middleware does not number them.
+        Messages lost since the start; None if the middleware does not number messages.
     is_lower_bound
-        Whether more messages may be lost: a gap could not be attributed to a publisher.
+        Whether more messages may be lost, because a gap could not be attributed to a publisher.
     """
 
     def __init__(self, publishers: Callable[[], int]) -> None:
@@ -86,13 +88,14 @@ class Losses:
 
     def publishers_changed(self) -> None:
         """
-        Note that publishers started or ended: the next gap in the numbers may come from this
-        change.
+        Remember that publishers started or ended, because the next gap may come from this change.
         """
         self._have_changed = True
 
     def take(self, number: int | None, stamp: int) -> None:
-        """Take the number and the send time (ns) of a received message."""
+        """
+        Count the gap before a received message, given its sequence number and send time (ns).
+        """
         known = self._publishers
         if number is None:
             self.count = None
@@ -114,8 +117,8 @@ class Losses:
             known_publisher.look_back()
         publisher = self._publisher_of(number, stamp, count)
         if publisher is None:
-            # Add a new publisher. It replaces a publisher that has ended, or one whose gap is too
-            # long for its rate; such a gap is not counted.
+            # Add a new publisher. The new publisher replaces one that has ended, or one whose gap
+            # is too long for its rate. Such a gap is not counted.
             self.is_lower_bound |= len(known) >= count > 1 and not self._have_changed
             del known[: max(len(known) + 1 - count, 0)]
             publisher = _Publisher(number, stamp)
@@ -127,8 +130,8 @@ class Losses:
         self._have_changed = False
 
     def _publisher_of(self, number: int, stamp: int, publishers: int) -> _Publisher | None:
-        # Returns the publisher that sent this message after a gap; None if it is a publisher's
-        # first message.
+        # Return the publisher that sent this message after a gap; None if this is the first
+        # message of a publisher.
         below = [publisher for publisher in self._publishers if publisher.number < number]
         largest_rate = max((publisher.rate() for publisher in self._publishers), default=0.0)
         rate = MAX_RATE_RATIO * largest_rate or MAX_RATE

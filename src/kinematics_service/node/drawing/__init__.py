@@ -1,1 +1,1 @@
-"""Make the picture of an arm as plain data, for the markers of a node and the page of `view`."""
+"""Make the picture of an arm as plain data, for ROS markers and the page of command `view`."""

@@ -1,7 +1,7 @@
 """
 Compute the axes of the moving rows of an arm at one configuration, for any DH convention.
 
-The axes follow from the screws that the kernel computes. A row that turns with angular velocity w
+The function uses the screws that the kernel computes. A row that turns with angular velocity w
 about a point c moves the tool p with v = w x (p - c). So the point p + (w x v) / w.w is on the
 axis of the row. A row that slides moves the tool along v. A joint that moves several rows, as in a
 parallelogram, has several axes.
@@ -20,7 +20,7 @@ from ...robot.robot import Robot
 
 class RowAxis(NamedTuple):
     """
-    The axis of one moving row, in the base frame.
+    The axis of one moving row of the table, in the base frame.
 
     Attributes
     ----------
@@ -31,8 +31,8 @@ class RowAxis(NamedTuple):
     slides
         Whether the row slides along the axis; otherwise it turns about the axis.
     joints
-        Indices of joints and, from n on, of passive ones that move the row: one, or several where
-        joints are coupled.
+        Indices of the joints that move the row; passive joints have indices from n on. Coupled
+        joints move a row together.
     """
 
     point: Floats
@@ -76,7 +76,7 @@ def _axis(screw: Floats, tool: Floats, beside: Floats, joints: tuple[int, ...]) 
         return RowAxis(beside[0].copy(), v / np.linalg.norm(v), True, joints)
     direction = w / speed
     point = tool + np.cross(w, v) / speed**2
-    # Choose the nearest link frame: in every convention the frame before or after the row has its
+    # Choose the nearest link frame. In every convention, the frame before or after the row has its
     # origin on the axis.
     feet = point + np.outer((beside - point) @ direction, direction)
     return RowAxis(

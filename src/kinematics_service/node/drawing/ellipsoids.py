@@ -1,5 +1,5 @@
 """
-Compute manipulability ellipsoids: the tool velocities of joint velocities with unit norm.
+Compute manipulability ellipsoids: tool velocities for joint velocities with unit norm.
 
 A block of the Jacobian maps the unit ball of joint velocities to an ellipsoid. Its radii are the
 singular values of the block, its axes the left singular vectors (Yoshikawa 1985).
@@ -16,10 +16,10 @@ from ...robot.closed_poses import closed_poses
 from ...robot.robot import Robot
 from ...robot.task import seeded_poses
 
-# Drawn length of the longest radius, divided by the arm's size: its median over random
-# configurations.
+# Median over random configurations of the drawn length of the longest radius, divided by the arm's
+# size.
 MEDIAN_RADII = {'linear': 0.3, 'angular': 0.15}
-# Number of random configurations for this median.
+# Number of random configurations for the median of the longest radius.
 MEDIAN_POSES = 200
 
 
@@ -32,7 +32,7 @@ class Ellipsoid(NamedTuple):
     axes : shape (3, 3)
         Columns are unit vectors in the base frame, right-handed: left singular vectors.
     radii : shape (3,), m/s or rad/s by rad/s or m/s
-        Singular values, descending; 0 for directions that are lost.
+        Singular values, descending; 0 for null directions of the tool.
     """
 
     axes: Floats
@@ -41,7 +41,7 @@ class Ellipsoid(NamedTuple):
 
 class EllipsoidScales(NamedTuple):
     """
-    The drawn length, m, of a radius of 1, for the linear and the angular block of the Jacobian.
+    Drawn lengths, m, of a singular value of 1, for linear and for angular rows of the Jacobian.
     """
 
     linear: float
@@ -52,7 +52,7 @@ def ellipsoid_of(block: Floats) -> Ellipsoid:
     """Return the manipulability ellipsoid of three rows of a Jacobian, shape (3, n)."""
     U, sigma, _ = np.linalg.svd(block)
     if np.linalg.det(U) < 0.0:
-        U[:, 2] = -U[:, 2]  # make U a rotation; the sign of an axis of an ellipsoid is free
+        U[:, 2] = -U[:, 2]  # make U a rotation: axes may have either sign
     radii = np.zeros(3)
     radii[: len(sigma)] = sigma[:3]
     return Ellipsoid(U, radii)

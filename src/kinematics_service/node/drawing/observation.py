@@ -1,4 +1,4 @@
-"""Define the observation of an arm at one time: all data of its picture."""
+"""Define the observation of an arm at one time: the data from which its picture is made."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from .axes import RowAxis, axes_of, motor_axes
 
 
 class CommandScale(NamedTuple):
-    """The scale of the last command, the cause of the slowdown, and its level."""
+    """The scale of the last commanded velocity, the cause of a smaller scale, and the level."""
 
     value: float
     cause: str
@@ -44,9 +44,9 @@ class Observation:
     axes
         The axes of the moving rows, and of the motors of closed loops.
     loops : shape (k, 2, 3), m
-        The links of closed loops, some of length 0; k is constant for an arm.
+        Segments of the links of closed loops. Some have length 0; k is constant for an arm.
     singularity
-        The measures.
+        The measures of singularity.
     level
         OK, WARN, ERROR, or STALE if no new joint states arrive.
     scale
@@ -69,9 +69,7 @@ class Observation:
 def observation_of(
     state: ToolState, singularity: Singularity, level: Level | None = None
 ) -> Observation:
-    """
-    Return the observation of a state with all frames; `level` replaces its own level if given.
-    """
+    """Return the observation of a state with all frames; `level`, if given, replaces the level."""
     loops = loop_links(state)
     corners = [np.stack([loop.corners[:-1], loop.corners[1:]], axis=1) for loop in loops]
     return Observation(

@@ -23,8 +23,8 @@ from .axes import RowAxis
 from .ellipsoids import Ellipsoid, EllipsoidScales, ellipsoid_of, ellipsoid_scales
 from .observation import Observation
 
-# Colours that are distinct for any colour vision (after Okabe and Ito); each level is also
-# written.
+# Colours of the levels, which people with any colour vision can distinguish (Okabe and Ito).
+# Pictures also show the level as text.
 LEVEL_COLOURS = {
     Level.OK: (0, 114, 178),
     Level.WARN: (230, 159, 0),
@@ -48,8 +48,8 @@ JOINT_RADIUS = 0.034  # radius of the cylinder of a joint
 JOINT_LENGTH = 0.1  # length of the cylinder of a joint
 AXIS_RADIUS = 0.005  # radius of the line along an axis
 AXIS_LENGTH = 0.34  # length of the line along an axis
-LOST_LENGTH = 0.42  # half the length of the line along a lost direction
-RING_RADIUS = 0.2  # radius of the ring about a lost axis of rotation
+LOST_LENGTH = 0.42  # half length of the line along a null direction
+RING_RADIUS = 0.2  # radius of the ring about a null axis of rotation
 MIN_ELLIPSOID_RADIUS = 0.003  # keeps a flat ellipsoid visible from its side
 MAX_ARROW_LENGTH = 0.8  # largest length of the arrows of velocity and rotation
 MIN_ARROW_LENGTH = 1e-4  # length below which arrows and links are not drawn
@@ -66,11 +66,11 @@ class LostDirection(NamedTuple):
     Attributes
     ----------
     linear : shape (2, 3), m, or None
-        Ends of a line through the tool along the translation that the tool loses; None if none is
-        lost.
+        Ends of a line through the tool along the translation that the tool loses; None if the tool
+        loses no translation.
     angular : shape (2, 3), m, or None
-        Ends of a line through the tool along the axis of the rotation that it loses; None if none
-        is lost.
+        Ends of a line through the tool along the axis of the rotation that the tool loses; None if
+        the tool loses no rotation.
     name
         Name of the singular factor that is zero; empty if the robot file has no factors.
     words
@@ -91,22 +91,22 @@ class Scene:
     Attributes
     ----------
     size
-        The arm's size, m, the unit of thicknesses.
+        The arm's size, m, with which the thickness of lines is multiplied.
     links : shape (k, 2, 3)
-        Segments from the base to frame 0, between the frames, to the tool, and of closed loops.
-        Some have length 0; k is constant for an arm.
+        Segments from the base to frame 0, between successive frames, from the last frame to the
+        tool, and of closed loops. Some segments have length 0; k is constant for an arm.
     frames : shape (m, 4, 4)
         Link frames.
     tool : shape (4, 4)
-        The tool.
+        The pose of the tool.
     axes
         Axes of the moving rows, and their labels.
     velocity, rotation : shape (2, 3), or None
         Arrows from the tool along its velocity and its angular velocity.
     linear, angular
-        Ellipsoids of the two blocks of J about the tool.
+        Manipulability ellipsoids of the linear and the angular rows of J, drawn about the tool.
     scales
-        Lengths (m) of the drawn radii for singular values of 1.
+        Drawn lengths (m) of a singular value of 1.
     lost
         The direction in which the tool loses mobility; None if the level is neither WARN nor
         ERROR.
@@ -130,7 +130,7 @@ class Scene:
 
     def drawn_radii(self, ellipsoid: Ellipsoid, scale: float) -> Floats:
         """
-        Return the drawn radii of an ellipsoid, shape (3,), m; none is below a visible minimum.
+        Return the drawn radii of an ellipsoid, shape (3,), m, each at least the visible minimum.
         """
         return np.maximum(ellipsoid.radii * scale, MIN_ELLIPSOID_RADIUS * self.size)
 
@@ -143,7 +143,7 @@ def size_of(robot: Robot) -> float:
 
 
 def scene_of(seen: Observation) -> Scene:
-    """Return the picture of an observation."""
+    """Return the picture of an arm, given its observation."""
     robot = seen.robot
     size, names = size_of(robot), short_names(robot.joint_names)
     movers = (*names, *robot.passive_joint_names)
@@ -189,7 +189,8 @@ def _lost(seen: Observation, size: float) -> LostDirection:
         share = float(np.linalg.norm(part))
         if share < NEGLIGIBLE_RATIO * float(np.linalg.norm(direction)):
             return None
-        # Divide by the square root, so that a small component remains visible.
+        # Divide by the square root of the component's share, so that a small component stays
+        # visible.
         half = LOST_LENGTH * size * part / share**0.5
         return np.stack([tool - half, tool + half])
 
@@ -199,7 +200,7 @@ def _lost(seen: Observation, size: float) -> LostDirection:
 
 def short_names(names: Sequence[str]) -> tuple[str, ...]:
     """
-    Return joint names without `_joint` at the end, if all names end so and differ without it.
+    Return joint names without the ending `_joint`, if all have it and stay different without it.
     """
     short = tuple(name.removesuffix('_joint') for name in names)
     fit = all(s and s != name for s, name in zip(short, names)) and len(set(short)) == len(short)
@@ -207,7 +208,7 @@ def short_names(names: Sequence[str]) -> tuple[str, ...]:
 
 
 def quaternion_along(direction: Floats) -> tuple[float, float, float, float]:
-    """Return the shortest rotation that turns the z axis into a unit vector, as x y z w."""
+    """Return the quaternion x y z w of the shortest rotation of the z axis into a unit vector."""
     x, y, z = direction.tolist()
     if z < -1.0 + 1e-12:
         return 1.0, 0.0, 0.0, 0.0
@@ -235,9 +236,7 @@ def factor_name(seen: Observation) -> str:
 
 
 def distance_text(seen: Observation) -> str:
-    """
-    Return the distance to the nearest singular pose as text, or the text that none was found.
-    """
+    """Return the distance to the nearest singular pose as text, or a text if no pose was found."""
     distance = seen.singularity.distance
     shown = f'{distance:.3f} rad = {math.degrees(distance):.1f}°'
     return none_found(seen.singularity) or shown

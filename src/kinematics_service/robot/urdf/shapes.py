@@ -1,8 +1,8 @@
 """
 Make simple shapes of an arm for viewers: rods between frames, and hubs on joint axes.
 
-A robot file has no shapes of links. The shapes made here are symbols, not the arm's outline: do
-not use them for collision checks.
+A robot file has no shapes of links. These shapes are symbols, not the arm's outline: do not use
+these shapes for collision checks.
 """
 
 from collections.abc import Iterator
