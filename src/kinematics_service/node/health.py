@@ -185,7 +185,10 @@ class Health:
             self.say()
 
     def say(self) -> None:
-        """Check the input since the last diagnostics, log its faults, and publish its status."""
+        """
+        Check the input since the last diagnostics, log faults, and publish the status if
+        subscribed.
+        """
         node, estimator, subscription = self._node, self._estimator, self._subscription
         now, arrival = time.monotonic(), time.monotonic_ns()
         publishers = node.get_publishers_info_by_topic(subscription.given_topic)

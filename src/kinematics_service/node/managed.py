@@ -1,4 +1,4 @@
-"""Run the node with a life cycle: it reads its arm when configured, and answers while active."""
+"""Run the node with a life cycle: configuring reads the arm, and the active node answers."""
 
 from collections.abc import Callable
 from typing import Any
@@ -26,8 +26,8 @@ class ManagedNode(KinematicsNode, LifecycleNodeMixin):
         self._start_once = start
         self.silent = INACTIVE
         LifecycleNodeMixin.__init__(self)
-        # Replace the callback: rclpy raises an error for a transition that the present state does
-        # not allow, and the manager would get no answer.
+        # Replace the callback of rclpy, which raises an error for a transition that the present
+        # state does not allow. The manager of the node would then get no answer.
         self._change = self._service_change_state.callback
         self._service_change_state.callback = self._on_change
         self.get_logger().info('waiting to be configured')
@@ -57,7 +57,7 @@ class ManagedNode(KinematicsNode, LifecycleNodeMixin):
         return DONE
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Answer messages from now on."""
+        """Let the node answer messages from now on; rclpy calls this method at the transition."""
         self.silent = ''
         self.get_logger().info('active')
         return DONE

@@ -1,4 +1,4 @@
-"""Run the node: JointState messages in; pose, Jacobian, twist and singularity warning out."""
+"""Define the node: for each JointState it publishes pose, Jacobian, twist and warning."""
 
 import json
 import time
@@ -56,7 +56,7 @@ MAX_WATCHDOG_PERIOD = 0.25  # s
 
 class KinematicsNode(Node):
     """
-    Answers JointState messages of one arm; the estimator makes all decisions.
+    The ROS node of one arm, which answers JointState messages; the estimator makes all decisions.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class KinematicsNode(Node):
         topic: str = JOINT_STATES,
         **options: Any,
     ) -> None:
-        self._throttle = Throttle(5.0)  # set first, because rclpy subscribes to /clock at once
+        self._throttle = Throttle(5.0)  # set first: rclpy subscribes to /clock at once
         super().__init__(node_name, **options)
         self.is_started = self._in_order = False
         self.silent = ''
@@ -178,8 +178,7 @@ class KinematicsNode(Node):
 
     def set_parameters_atomically(self, parameter_list: Any) -> Any:
         """
-        Set parameters as rclpy does; if accepted values are doubtful, the result's reason says
-        why.
+        Set parameters as rclpy does; the `reason` of the result says which values are doubtful.
         """
         result = super().set_parameters_atomically(parameter_list)
         if result.successful and self.is_started:
@@ -190,13 +189,13 @@ class KinematicsNode(Node):
         return result
 
     def trust_the_order_of_events(self) -> None:
-        """Rely on an executor that handles events in the order of their arrival."""
+        """Remember that the executor handles events in the order of their arrival."""
         self._in_order = True
         if self.is_started:
             self._outputs.events_in_order = True
 
     def events_were_left_out(self, messages: int) -> None:
-        """Add to the count of messages that were received and thrown away unanswered."""
+        """Add a number to the count of messages that the executor threw away unanswered."""
         if not self.is_started:
             return
         self._estimator.counts[LEFT_OUT] += messages
@@ -206,7 +205,10 @@ class KinematicsNode(Node):
             )
 
     def end_motion(self) -> None:
-        """Stop the motion of the last target twist; called before the node ends."""
+        """
+        Stop the motion of the last target twist; the process calls this method before the node
+        ends.
+        """
         if self.is_started:
             self._targets.stop()
 
@@ -217,7 +219,9 @@ class KinematicsNode(Node):
         super().destroy_node()
 
     def fall_silent(self, reason: str) -> None:
-        """Answer no message from now on, and publish the reason as a STALE warning."""
+        """
+        Let the node answer no message from now on, and publish the reason as a STALE warning.
+        """
         self.silent = reason
         self.end_motion()
         if self.is_started:
@@ -247,8 +251,8 @@ class KinematicsNode(Node):
         self._reject(RefusedMessage(UNREADABLE, sentence))
 
     def _take(self, message: JointMessage) -> bool:
-        # Answers a message. Returns False if its bytes do not have the remembered form of the last
-        # message.
+        # Answer a message. Return False if the bytes do not have the form of the last message,
+        # which the node remembers.
         if self.silent:
             return True
         try:
@@ -282,25 +286,26 @@ class KinematicsNode(Node):
     def _follow(
         self, outcome: EstimatorOutput, message: JointMessage, active: ActiveTopics
     ) -> None:
-        # Publishes the answer to an accepted message.
+        # Publish the answer to an accepted message.
         arrival = message.arrival
         self._latest = outcome
         self._reference.note(outcome)
-        # Judge the state before publishing: publishing wakes subscribers, which take processor
-        # time from this process. The warning itself is published after the pose.
+        # Compare the state with the thresholds before the first message is published, because
+        # subscribers that wake take processor time from this process. The warning is published
+        # after the pose.
         warned = None
         if not self._estimator.is_settled(outcome.state, arrival):
             singularity = singularity_of(outcome.state)
             level, is_due = self._estimator.judge(singularity, arrival)
             warned = (singularity, level) if is_due else None
-            if self._watchdog.is_canceled():  # the state was stale until now
+            if self._watchdog.is_canceled():  # the state was stale until this message
                 self._watchdog.reset()
         wanted = active.channels or self.settings.publish_tf
         try:
             if wanted and self._grid.passes(outcome.stamp, self.settings.period):
                 self._outputs.publish(outcome, active, isinstance(message, SerializedSample))
         finally:
-            # publish it even after an error, because the estimator assumes so
+            # even after an error: the estimator relies on the warning
             if warned is not None:
                 robot, base = self.settings.robot, self.settings.base_frame
                 self._publish_warning(singularity_status(robot, *warned, base))
@@ -311,7 +316,7 @@ class KinematicsNode(Node):
         self._reference.forget()
 
     def _present(self) -> EstimatorOutput:
-        # Returns the newest state of the arm, which the answer to a target needs. Raises
+        # Return the newest state of the arm, which the answer to a target needs. Raise
         # RefusedTargetError if positions are missing or out of date.
         missing, latest = self._estimator.missing(time.monotonic_ns()), self._latest
         if self.silent or missing or latest is None:
@@ -342,7 +347,7 @@ class KinematicsNode(Node):
         if self._estimator.go_stale(now):
             sentence = '; '.join([self._missing_text(missing), *self._health.warnings])
             self._publish_warning(stale_status(self.settings.robot, sentence))
-        self._watchdog.cancel()  # the next state starts this timer again
+        self._watchdog.cancel()  # the next joint state starts this timer again
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         back = -jump.delta.nanoseconds
@@ -355,7 +360,7 @@ class KinematicsNode(Node):
     # Diagnostics
 
     def _statuses(self) -> dict[str, StatusText]:
-        # Returns the statuses for /diagnostics, except that of the input.
+        # Return the statuses for /diagnostics, except the status of the input.
         statuses, frames = dict[str, StatusText](), self._reference.status_text()
         if frames is not None:
             statuses['frames'] = frames

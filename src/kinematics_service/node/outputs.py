@@ -1,4 +1,4 @@
-"""Publish the topics that answer every accepted message, and find what their subscribers need."""
+"""Publish answers to every accepted message, and find which numbers their subscribers need."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -24,7 +24,7 @@ from .stamp_grid import StampGrid
 
 class Channel(NamedTuple):
     """
-    A topic with its publisher, and the sources of its messages.
+    A topic with its publisher, and the data from which its messages are made.
 
     Attributes
     ----------
@@ -37,8 +37,8 @@ class Channel(NamedTuple):
     grid
         The grid of stamps that limits the rate of a topic whose content has a period.
     content, layout
-        The content of the topic's messages, and the offsets of its numbers. Content that builds
-        whole messages has no layout.
+        The content of the topic's messages, and the offsets of the numbers in a message. Content
+        that builds whole messages has no layout.
     as_bytes
         Whether messages are published as bytes that this package fills.
     """
@@ -53,7 +53,9 @@ class Channel(NamedTuple):
     as_bytes: bool = False
 
     def send(self, report: StateReport) -> None:
-        """Publish the message of a report on this topic, unless the report lacks its numbers."""
+        """
+        Publish the message of a report on this topic, unless the report lacks the numbers for it.
+        """
         content, layout, stamp = self.content, self.layout, report.answer.stamp
         if isinstance(content, Built):
             if self.grid.passes(stamp, content.period):
@@ -71,7 +73,7 @@ class Channel(NamedTuple):
 
 class ActiveTopics(NamedTuple):
     """
-    The channels with subscribers, and the numbers that they need.
+    The channels that have subscribers, and the numbers that these channels need.
 
     Attributes
     ----------
@@ -80,9 +82,9 @@ class ActiveTopics(NamedTuple):
     depth
         How much of the state the kernel must compute.
     messages
-        The messages that the kernel fills, or None.
+        The messages that the kernel fills; None if it fills no message.
     filled
-        For each channel, its message among `messages`, or None.
+        For each channel, its message among `messages`; None if the kernel does not fill it.
     quantities
         The kinds of additional quantities that an answer must have.
     """
@@ -130,7 +132,7 @@ def filled_by_the_kernel(
 
 class Outputs:
     """
-    Publishes reports to subscribers; a topic without subscribers costs one check.
+    Publishes reports on topics with subscribers. A topic without subscribers costs one check.
 
     Attributes
     ----------
@@ -151,11 +153,11 @@ class Outputs:
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Apply new settings: names of frames and labels are part of the messages."""
+        """Apply new settings, which change the names of frames and the labels in messages."""
         self._settings, self._active = settings, None
         self.channels = [self._configured(channel) for channel in self._offered(settings)]
         if settings.publish_tf and self._tf is None:
-            # Imported only if needed, because the wheels of ROS lack it.
+            # Import the type only if needed, because the wheels of ROS lack it.
             from tf2_msgs.msg import TFMessage
 
             self._tf = self._node.create_publisher(TFMessage, '/tf', OUTPUT_QOS)
@@ -166,7 +168,7 @@ class Outputs:
         return [channel.publisher.topic_name for channel in self.channels]
 
     def active(self) -> ActiveTopics:
-        """Return the channels with subscribers, and what they need."""
+        """Return the channels that have subscribers, and the numbers that these channels need."""
         active = self._active
         if active is None or not (self.events_in_order and self._has_matched_events):
             channels = tuple(channel for channel in self.channels if channel.listeners() > 0)
@@ -219,8 +221,8 @@ class Outputs:
         return StateReport(answer, settings)
 
     def _configured(self, channel: Channel) -> Channel:
-        # Returns the channel with the content and message layout that the settings ask for. A
-        # layout for bytes is first checked against ROS's serializer.
+        # Return the channel with the content and message layout for the settings. A layout for
+        # bytes is first checked against ROS's serializer.
         topic = channel.topic
         settings = self._settings.points[topic.of] if topic.of else self._settings
         content = topic.content(settings) or SILENT
@@ -238,7 +240,7 @@ class Outputs:
         return channel._replace(content=content, layout=layout, as_bytes=as_bytes)
 
     def _offered(self, settings: NodeSettings) -> list[Channel]:
-        # Returns the channels of the settings. Another robot file may offer other topics;
+        # Return the channels for the settings. Another robot file may have other topics; the
         # publishers of common topics are kept.
         present = {channel.topic.name: channel for channel in self.channels}
         topics = topics_of(settings)
@@ -258,13 +260,13 @@ class Outputs:
         except UnsupportedEventTypeError:
             self._has_matched_events = False
             publisher = publisher_with(None)
-        # Use the methods of the handle, because those of the publisher check the type of each
-        # message again.
+        # Use the methods of the publisher's handle, because the publisher's own methods check the
+        # type of each message again.
         handle = publisher.handle
         return Channel(
             handle.get_subscription_count, handle.publish_raw, publisher, topic, StampGrid()
         )
 
     def _on_listener(self, event: Any) -> None:
-        # Subscribers are counted again at the next message.
+        # Set None, so that the next message counts the subscribers again.
         self._active = None

@@ -1,1 +1,1 @@
-"""Define the messages that the node receives and publishes, and how they are made."""
+"""Define the messages that the node receives and publishes, and fill them with numbers."""

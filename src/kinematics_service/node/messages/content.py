@@ -1,4 +1,4 @@
-"""Define the content of a topic: copied numbers, computed numbers, or a whole message."""
+"""Define what a topic's messages contain: copied numbers, computed numbers, or a whole message."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,19 +17,19 @@ from ..parameters.settings import NodeSettings
 from .messages import StateReport
 
 
-@dataclass(frozen=True, eq=False)  # an array has no single truth value for `==`
+@dataclass(frozen=True, eq=False)  # eq=False, because arrays have no single truth value
 class Copied:
     """
-    Numbers that are copied from the row of a state, or from its measures.
+    Numbers that are copied from the kernel's row for a state, or from the measures of the state.
 
     Attributes
     ----------
     columns
         The columns to copy; negative columns count from the end.
     of_measures
-        Whether `columns` are columns of the measures; otherwise they are columns of the row.
+        Whether `columns` are columns of the measures; otherwise of the kernel's row.
     of_motion
-        Whether the numbers exist only if the velocities are known.
+        Whether the numbers exist only if the joint velocities are known.
     """
 
     columns: Integers
@@ -40,7 +40,9 @@ class Copied:
     quantities: ClassVar[tuple[type[StreamQuantity], ...]] = ()
 
     def of(self, report: StateReport) -> Floats | None:
-        """Return the numbers of a report; None if they need velocities that are not known."""
+        """
+        Return the numbers of a report; None if the numbers need joint velocities that are unknown.
+        """
         state = report.answer.state
         if self.of_motion and not state.moving:
             return None
@@ -50,18 +52,18 @@ class Copied:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the columns in a row of `row` numbers that is followed by the measures of the state.
+        Return the indices of the columns in an array: `row` numbers of a state, then its measures.
         """
         return self.columns + row if self.of_measures else self.columns % row
 
 
-NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # for a message that has only a stamp
+NO_NUMBERS = Copied(np.empty(0, dtype=np.int64))  # content of messages that have only a stamp
 
 
 @dataclass(frozen=True, eq=False)
 class WithCovariance:
     """
-    Numbers that are copied from the row of a state, and their covariance (36,).
+    Numbers that are copied from the kernel's row for a state, and their covariance (36,).
 
     Attributes
     ----------
@@ -84,7 +86,8 @@ class WithCovariance:
 
     def of(self, report: StateReport) -> Floats | None:
         """
-        Return the numbers of a report with their covariance; None if they need unknown velocities.
+        Return the numbers of a report, then their covariance; None if needed velocities are
+        unknown.
         """
         numbers = self.copied.of(report)
         if numbers is None:
@@ -101,7 +104,7 @@ class WithCovariance:
 @dataclass(frozen=True, eq=False)
 class Computed:
     """
-    Numbers that are computed from a state.
+    Numbers of a topic that a function computes from each report.
 
     Attributes
     ----------
@@ -110,7 +113,7 @@ class Computed:
     depth
         How much of the state the kernel must compute.
     quantities
-        The kinds of quantities that the answer must have.
+        The kinds of additional quantities that the answer must contain.
     """
 
     of: Callable[[StateReport], npt.ArrayLike | None]
@@ -123,16 +126,16 @@ class Computed:
 @dataclass(frozen=True, eq=False)
 class Built:
     """
-    A message that is built as a whole.
+    A whole message of a topic that a function builds from each report.
 
     Attributes
     ----------
     message
         A function that returns the message of a report.
     depth
-        As in `Computed`.
+        How much of the state the kernel must compute.
     period : ns
-        Smallest difference of stamps between two messages.
+        Smallest difference between the stamps of two published messages.
     """
 
     message: Callable[[StateReport], Any]
@@ -144,10 +147,10 @@ class Built:
 
 
 Content = Copied | WithCovariance | Computed | Built
-# A function of the settings that returns the content. It returns None if the robot lacks the
-# content; the topic is then not offered.
+# A function of the settings that returns the content of a topic. If the robot lacks this content,
+# the function returns None, and the node does not offer the topic.
 ContentOf = Callable[[NodeSettings], Content | None]
-# Content of a topic that is offered but never published for this arm.
+# Content of a topic that the node offers, but never publishes for this arm.
 SILENT = Computed(lambda report: None)
 
 
@@ -157,6 +160,7 @@ def computed(
     depth: int = kernel.JACOBIAN,
 ) -> ContentOf:
     """
-    Return a function of the settings that returns the computed content `of` for any settings.
+    Return a function that ignores the settings and returns `Computed` content with the function
+    `of`.
     """
     return lambda settings: Computed(of, depth, quantities)

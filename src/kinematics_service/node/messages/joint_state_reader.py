@@ -1,6 +1,4 @@
-"""
-Read JointState messages from their bytes if these are plain CDR, otherwise by ROS's deserializer.
-"""
+"""Read JointState messages from bytes in plain CDR, and other bytes with ROS's deserializer."""
 
 from sensor_msgs.msg import JointState
 
@@ -9,9 +7,10 @@ from ...estimation.joint_state_form import JointStateForm, SerializedSample, dou
 from .message_check import read_message
 from .messages import stamp_of
 
-# Largest number of remembered forms, because a few drivers may publish on one topic.
+# Largest number of remembered forms of messages: a few drivers may publish on one topic.
 MAX_FORMS = 8
-# Largest size (bytes) of a message whose form is remembered; larger ones go to ROS's deserializer.
+# Largest size (bytes) of a message whose form is remembered. ROS's deserializer reads larger
+# messages.
 MAX_FORM_SIZE = 1 << 16
 
 
@@ -23,7 +22,7 @@ class JointStateReader:
     """
 
     def __init__(self) -> None:
-        self._forms: list[JointStateForm] = []  # the most recent first
+        self._forms: list[JointStateForm] = []  # the most recently used form first
 
     def read(self, data: bytes) -> JointSample:
         """

@@ -1,5 +1,5 @@
 """
-The arm as a MarkerArray, for viewers such as RViz and Foxglove.
+Make a MarkerArray of the arm, for viewers such as RViz and Foxglove.
 
 Each message has every marker of an arm, by namespace and id. A marker that has no shape at present
 is marked as deleted. So a viewer needs no earlier message, and the picture does not flicker.
@@ -27,7 +27,7 @@ Colour = tuple[int, int, int]
 ELLIPSOID_OPACITY = 0.35
 # Diameters of shaft and head of an arrow, and length of the head, divided by the arm's size.
 ARROW_SIZES = (0.018, 0.044, 0.06)
-# Width of the line along the lost direction, divided by the arm's size.
+# Width of the line along the null direction of the tool, divided by the arm's size.
 LOST_LINE_WIDTH = 0.02
 # Height of texts, divided by the arm's size.
 TEXT_HEIGHT = 0.05
@@ -39,8 +39,7 @@ ELLIPSOID, TWIST, LOST, STATUS = 'ellipsoid', 'twist', 'lost_direction', 'status
 
 def markers_message(report: StateReport) -> MarkerArray:
     """
-    Return markers of links, joints, axes, velocity ellipsoid, twist, lost direction, level and
-    distance.
+    Return the markers of an arm: links, joints, axes, ellipsoid, twist, null direction and texts.
     """
     # Compute the level without hysteresis, because markers keep no memory of the last level.
     seen = observation_of(report.answer.state, report.singularity)
@@ -59,7 +58,8 @@ def markers_message(report: StateReport) -> MarkerArray:
 
 
 class _Maker:
-    # Makes markers with their common fields, and numbers the markers of each namespace.
+    # Makes markers with the fields that all markers have, and numbers the markers of each
+    # namespace.
     def __init__(self, stamp: Time, frame: str) -> None:
         self.markers: list[Marker] = []
         self._header = Header(stamp=stamp, frame_id=frame)
@@ -69,7 +69,7 @@ class _Maker:
         self, namespace: str, kind: int, there: bool, colour: Colour, alpha: float = 1.0
     ) -> Marker:
         """
-        Append a marker to draw, or to delete if not `there`, and return it; the caller sets its
+        Append a marker that draws a shape if `there`, or else deletes it; the caller sets the
         size.
         """
         r, g, b = colour

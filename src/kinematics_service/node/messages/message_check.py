@@ -28,8 +28,8 @@ def _stamped_doubles(count: int) -> Callable[[CdrReader], object]:
 
 
 _Message = TypeVar('_Message')
-# For each message type, a function that reads through a message and raises an error if the message
-# is too short.
+# For each message type, a function that reads all fields of a message and raises an error if the
+# bytes are too few.
 WALKS: dict[type, Callable[[CdrReader], object]] = {
     JointState: fields_of,
     PoseStamped: _stamped_doubles(7),
@@ -49,6 +49,6 @@ def read_message(data: bytes, kind: type[_Message]) -> _Message:
     try:
         WALKS[kind](CdrReader(data))
         message: _Message = deserialize_message(data, kind)
-    except Exception:  # any error means that the bytes are not a message of the type
+    except Exception:  # any error means that the bytes are no such message
         raise WireError(f'{len(data)} bytes that are no {kind.__name__}') from None
     return message

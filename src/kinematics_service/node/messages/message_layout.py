@@ -1,5 +1,5 @@
 """
-Fill a message of constant texts with a stamp and numbers: as an object, and as CDR bytes.
+Fill a message, whose texts are constant, with a stamp and numbers: as object or CDR bytes.
 
 Both forms take one array of numbers, in the order of the fields in the message type.
 """
@@ -18,8 +18,8 @@ from ...estimation.cdr import DOUBLE, SECOND, WHOLE, CdrWriter
 from ...kernel import LARGEST_SECOND, Bytes, Floats, OutgoingMessages, OutgoingTable
 from .messages import set_time
 
-# Stamps (ns) that detect a wrong offset or a missing clamp: a usual one, one before the epoch, and
-# two beyond the range of a message.
+# Stamps (ns) for the check of a layout: a usual stamp, one before the epoch, and two out of the
+# range of a message. These stamps detect a wrong offset or a missing limit of the range.
 STAMPS = (
     1_732_000_000_123_456_789,
     -1,
@@ -38,23 +38,23 @@ _NONE = np.empty(0)
 
 class MessageLayout:
     """
-    The offsets of the stamp and the numbers of a message, in the object and in its plain CDR.
+    The places of stamp and numbers in a message: in the Python object, and in its CDR bytes.
 
     A layout fills its only object and its only buffer, so only one thread may use it.
 
     Parameters
     ----------
     template
-        The message; its stamp and numbers are replaced, its texts and lengths stay.
+        The message. Its stamp and numbers are replaced; its texts and lengths stay.
 
     Attributes
     ----------
     data
         The bytes of the message, with zeros for stamp and numbers.
     written
-        255 for each byte with a meaning, 0 for a byte of padding.
+        For each byte of `data`, 255 if the byte has a meaning, 0 for padding.
     count
-        The number of doubles in the message; these are adjacent.
+        The number of doubles in the message, which are adjacent.
     number_at, stamp_at
         Offsets of the numbers and of the stamp in the bytes; None for a message without a stamp.
     """
@@ -62,9 +62,9 @@ class MessageLayout:
     def __init__(self, template: Any) -> None:
         self._template = template
         self._time: Time | None = None
-        # the fields of doubles: owner, name, count
+        # fields of doubles, each as owner, name, count
         self._fields: list[tuple[Any, str, int | None]] = []
-        # False if a field is of an unknown type, or the numbers are not adjacent
+        # False for unknown field types, or numbers that are not adjacent
         self._is_known = True
         self.count, self.number_at = 0, 0
         self.stamp_at: int | None = None
@@ -107,8 +107,8 @@ class MessageLayout:
 
     def _write_doubles(self, writer: CdrWriter, owner: Any, name: str, value: Any) -> None:
         many = None if isinstance(value, float) else len(value)
-        # Write a length only for sequences: arrays of constant length, which are ndarrays, have
-        # none.
+        # Write a length only for sequences. Arrays of constant length, which are ndarrays, have no
+        # length in the bytes.
         if isinstance(value, array):
             writer.whole(len(value))
         count = 1 if many is None else many
@@ -122,7 +122,8 @@ class MessageLayout:
 
     def message(self, stamp: int, numbers: Floats) -> Any:
         """
-        Fill the object with stamp (ns) and numbers, and return it; the next call overwrites it.
+        Return the message object with this stamp (ns) and these numbers; the next call overwrites
+        it.
         """
         if self._time is not None:
             set_time(self._time, stamp)
@@ -151,7 +152,8 @@ class MessageLayout:
             numbers = np.resize(np.roll(NUMBERS, k), self.count)
             official = serialize_message(self.message(stamp, numbers))
             ours = self.bytes_of(stamp, numbers)
-            # Compare before reading, because the deserializer logs errors about other bytes.
+            # Compare the bytes before the deserializer reads them, because it logs errors about
+            # wrong bytes.
             if not self._has_same_fields(ours, official):
                 return False
             if not self._has_same_fields(ours, serialize_message(deserialize_message(ours, kind))):

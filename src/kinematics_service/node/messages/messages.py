@@ -25,14 +25,16 @@ from ..parameters.settings import NodeSettings
 
 
 class StateReport(NamedTuple):
-    """All results of one accepted message."""
+    """All results that the node computes for one accepted message."""
 
     answer: EstimatorOutput
     settings: NodeSettings
 
     @property
     def singularity(self) -> Singularity:
-        """Return the singularity measures of the pose; only for reports of the tool."""
+        """
+        Return the singularity measures of the state; only reports for the tool have measures.
+        """
         return singularity_of(self.answer.state)
 
 
@@ -43,7 +45,9 @@ def stamp_of(message: Any) -> int:
 
 
 def sample_of(message: JointState, clock: Clock) -> JointSample:
-    """Return the content of a JointState received now; the clock replaces a stamp of 0."""
+    """
+    Return the content of a JointState that arrives now; the clock's time replaces a stamp of 0.
+    """
     stamp = stamp_of(message)
     received = stamp or int(clock.now().nanoseconds)
     now = time.monotonic_ns()
@@ -60,7 +64,7 @@ def set_time(message: Time, stamp: int) -> Time:
 
 
 def time_message(stamp: int) -> Time:
-    """Return a time in ns as a message; a time out of its range becomes the nearest in range."""
+    """Return a time in ns as a message; a time out of range becomes the nearest time in range."""
     return set_time(Time(), stamp)
 
 

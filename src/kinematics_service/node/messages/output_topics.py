@@ -60,17 +60,17 @@ _Message = TypeVar('_Message')
 
 
 def in_base_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return a function that makes the template of a message in the base frame."""
+    """Return a function of the settings that makes a message template in the base frame."""
     return lambda settings: kind(header=Header(frame_id=settings.base_frame))
 
 
 def in_tool_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return a function that makes the template of a message in the tool frame."""
+    """Return a function of the settings that makes a message template in the tool frame."""
     return lambda settings: kind(header=Header(frame_id=settings.tool_frame))
 
 
 def in_twist_frame(kind: Callable[..., _Message]) -> Callable[[NodeSettings], _Message]:
-    """Return a function that makes the template of a message in the axes of the twist."""
+    """Return a function of the settings that makes a message template in the axes of the twist."""
     return lambda settings: kind(header=Header(frame_id=_twist_frame(settings)))
 
 
@@ -90,7 +90,7 @@ def _twist_frame(settings: NodeSettings) -> str:
 
 
 def velocity_template(settings: NodeSettings) -> VelocityStamped:
-    """Return the template of J qdot, with the names of its three frames."""
+    """Return the message template of J qdot, with the names of its three frames."""
     return VelocityStamped(
         header=Header(frame_id=_twist_frame(settings)),
         body_frame_id=settings.tool_frame,
@@ -99,7 +99,7 @@ def velocity_template(settings: NodeSettings) -> VelocityStamped:
 
 
 def jacobian_template(settings: NodeSettings) -> Float64MultiArray:
-    """Return the template of J, row-major 6 x n, with labelled rows and columns."""
+    """Return the message template of J, row-major 6 x n, with labelled rows and columns."""
     return matrix_message((ROW_LABELS[settings.row_order], 6), _joints(settings))
 
 
@@ -112,7 +112,7 @@ def pose_numbers(settings: NodeSettings) -> Copied:
     Return the content with position (3,) and quaternion x y z w (4,) of the tool in the base
     frame.
     """
-    # Select the position: it is the fourth column of the pose, which is stored as (3, 4).
+    # Select the position: the fourth column of the pose, which is stored with shape (3, 4).
     position = np.arange(kernel.POSE_AT + 3, kernel.POSE_AT + 12, 4)
     return Copied(np.concatenate([position, np.arange(-kernel.ROW_TAIL, 0)]))
 
@@ -162,14 +162,14 @@ def acceleration(report: StateReport) -> Floats | None:
 
 
 def wrench(report: StateReport) -> Floats | None:
-    """Return force and torque, shape (6,); None if joint efforts are unknown."""
+    """Return force and torque at the tool, shape (6,); None if the joint efforts are unknown."""
     estimate = wrench_estimate(report)
     return None if estimate is None else estimate.wrench
 
 
 def wrench_estimate(report: StateReport) -> WrenchEstimate | None:
     """
-    Return the wrench from joint efforts, in the axes and at the origin of the tool.
+    Return the wrench computed from joint efforts, in the axes and at the origin of the tool.
 
     The result is None if an effort is unknown or too large.
     """
@@ -188,8 +188,7 @@ def _self_motions(settings: NodeSettings) -> int:
 
 def of_null_space(part: Callable[[ToolState, Floats], Floats]) -> ContentOf:
     """
-    Return content that `part` computes from a basis of the self-motions; None for arms without
-    any.
+    Return content that `part` computes from a basis of the self-motions; None for other arms.
     """
 
     def numbers(report: StateReport) -> Floats | None:
@@ -236,7 +235,9 @@ def twist_with_covariance_numbers(settings: NodeSettings) -> Content | None:
 
 
 def measure_numbers(measure: Measure) -> ContentOf:
-    """Return the content of a measure: its column, or `SILENT` if the arm has no such measure."""
+    """
+    Return the content of a measure's topic: a column, or `SILENT` if the arm lacks the measure.
+    """
 
     def numbers(settings: NodeSettings) -> Content:
         robot = settings.robot
@@ -249,7 +250,7 @@ def measure_numbers(measure: Measure) -> ContentOf:
 
 
 def link_frames_template(settings: NodeSettings) -> PoseArray:
-    """Return the template of the poses of all frames of the table, in the base frame."""
+    """Return the message template for the poses of all table frames, in the base frame."""
     header = Header(frame_id=settings.base_frame)
     return PoseArray(header=header, poses=[Pose() for _ in range(settings.robot.chain.frames)])
 
@@ -267,18 +268,18 @@ def link_frames(report: StateReport) -> Floats:
 @dataclass(frozen=True)
 class OutputTopic:
     """
-    A topic that answers every joint state.
+    A topic on which the node answers every joint state.
 
     Attributes
     ----------
     name, type
-        Its name and message type.
+        The name and the message type of the topic.
     content
         A function of the settings that returns the content; None if the topic is not offered.
     template
         A function of the settings that returns the message without stamp and numbers.
     of
-        Name of the point whose states the topic has; empty for the tool.
+        Name of the point whose states are published on the topic; empty for the tool.
     """
 
     name: str
@@ -288,12 +289,12 @@ class OutputTopic:
     of: str = ''
 
     def blank(self, settings: NodeSettings) -> Any:
-        """Return the message without stamp and numbers."""
+        """Return the message of the topic with texts, but without stamp and numbers."""
         return self.type() if self.template is None else self.template(settings)
 
 
 def _markers(report: StateReport) -> Any:
-    # Imported when the first subscriber needs it: the node itself needs no scene.
+    # Import the markers only when the first subscriber needs them.
     from .markers import markers_message
 
     return markers_message(report)
@@ -354,8 +355,8 @@ TOPICS = (
         computed(link_frames, depth=kernel.ALL_FRAMES),
         link_frames_template,
     ),
-    # Limited in rate: 50 markers take a hundred times as long as a pose, and viewers need at most
-    # 30 messages a second.
+    # The rate of this topic is limited, because 50 markers take a hundred times as long as a pose.
+    # Viewers need at most 30 messages a second.
     OutputTopic(
         '~/markers',
         MarkerArray,
@@ -364,7 +365,7 @@ TOPICS = (
 )
 
 
-# The topics that each further point has.
+# The topics of each point other than the tool.
 OF_POINTS = tuple(
     topic
     for topic in TOPICS
@@ -374,7 +375,7 @@ OF_POINTS = tuple(
 
 
 def topics_of(settings: NodeSettings) -> tuple[OutputTopic, ...]:
-    """Return the topics of a node: those of the tool, then those of each point."""
+    """Return the topics of a node: first the topics of the tool, then those of each point."""
     return (
         *(topic for topic in TOPICS if topic.content(settings) is not None),
         *(

@@ -1,4 +1,4 @@
-"""Read messages of the node as plain data, for the screen and for JSON."""
+"""Convert messages of the node to plain data, for the screen and for JSON."""
 
 from typing import NamedTuple
 
@@ -22,7 +22,7 @@ from ...robot.measures import Level
 
 
 class Stamp(NamedTuple):
-    """A time as two integers, because a double cannot hold the nanoseconds of a present time."""
+    """A time as two integers, because a double cannot hold a present time to the nanosecond."""
 
     sec: int
     nanosec: int
@@ -59,14 +59,14 @@ class VectorReading(NamedTuple):
 
 class VectorPair(NamedTuple):
     """
-    A kind of message that has two vectors, such as a twist.
+    A kind of message that consists of two vectors, such as a twist.
 
     Parameters
     ----------
     field
         The field of the message with both vectors.
     vectors
-        For each vector by its name: the names of its components, and its unit.
+        For each name of a vector, the names of the components and the unit.
     """
 
     field: str
@@ -102,12 +102,12 @@ class WarningReading(NamedTuple):
 
 def jacobian_of(message: Float64MultiArray) -> JacobianReading:
     """
-    Return the Jacobian in a Float64MultiArray, with its rows in the order of the message.
+    Return the Jacobian in a Float64MultiArray message, without a change of its row order.
 
     Raises
     ------
     LayoutError
-        The layout is not that of a two-dimensional row-major array with a label for each entry.
+        The layout is not a two-dimensional row-major array with a label for each row and column.
     """
     dims, data = message.layout.dim, message.data
     if len(dims) != 2:
@@ -126,7 +126,7 @@ def jacobian_of(message: Float64MultiArray) -> JacobianReading:
 
 
 def numbers_of(vector: Point | Vector3 | Quaternion) -> Floats:
-    """Return the components of a vector or point, x y z, or of a quaternion, x y z w."""
+    """Return the components of a message: x y z of a vector or point, x y z w of a quaternion."""
     return np.array([getattr(vector, name) for name in vector.get_fields_and_field_types()])
 
 

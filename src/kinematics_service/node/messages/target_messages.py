@@ -1,4 +1,4 @@
-"""Convert target messages to poses and twists in the base frame, and answers to messages."""
+"""Convert target messages to poses and twists in the base frame; convert answers to messages."""
 
 import math
 from array import array
@@ -23,21 +23,22 @@ from .messages import time_message
 from .output_topics import matrix_message
 from .readings import TWIST, in_base_axes, matrix_of, numbers_of
 
-# Largest deviation of a quaternion's norm from 1: quaternions with three printed digits pass.
+# Largest accepted difference of a quaternion's norm from 1. Quaternions with three printed digits
+# are accepted.
 QUATERNION_NORM_TOLERANCE = 1e-3
 
 
 class Choice(NamedTuple):
     """
-    The feasible answers to a target, in order of distance from the present joint positions.
+    The feasible answers to a target pose, ordered by distance from the present joint positions.
 
     Attributes
     ----------
     answers
-        Solutions, and representatives of families.
+        Isolated solutions, and one representative of each family (curve) of solutions.
     best
-        The best point on the solution curve of the first answer, if `ik.redundancy` asks for it;
-        else None.
+        The best point on the solution curve of the first answer, if `ik.redundancy` selects a
+        criterion for it; else None.
     """
 
     answers: tuple[IkSolution | IkFamily, ...]
@@ -51,7 +52,7 @@ class Choice(NamedTuple):
 
 def choice_of(result: IkResult, robot: Robot, near: Floats) -> Choice:
     """
-    Return the feasible solutions and family representatives of a result by distance from `near`.
+    Return the feasible solutions and family representatives in a result, nearest to `near` first.
     """
     scales = robot.singularity.task.column_scales
 
@@ -173,7 +174,7 @@ def joint_message(stamp: int, settings: NodeSettings, **numbers: Floats) -> Join
 
 def solutions_message(choice: Choice, settings: NodeSettings) -> Float64MultiArray:
     """
-    Return all answers as a message, row-major solutions x joints, with labelled rows and columns.
+    Return all answers as a message: a row for each solution, a column for each joint, and labels.
 
     The label of the rows names their postures, separated by commas: `left/up/no_flip,...`, or
     `solution` for arms without postures. The representative of a family is marked `family`.

@@ -9,8 +9,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 
-# Reliability is used if every publisher offers it. The queue holds the messages of 1 s at 1 kHz,
-# in case the process is not run for a moment.
+# The subscription is reliable if every publisher offers reliability. The queue holds the messages
+# of 1 s at 1 kHz, in case the system does not run the process for a moment.
 JOINT_STATES_QOS = QoSProfile(
     depth=1000,
     reliability=ReliabilityPolicy.BEST_AVAILABLE,
@@ -23,19 +23,19 @@ WARNING_QOS = QoSProfile(
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
 DIAGNOSTICS_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
-# Queue up to ten poses, but only one twist and one command, because only the newest of them is
-# valid.
+# Queue up to ten target poses, but only one twist and one command: only the newest twist and
+# command are valid.
 TARGET_POSE_QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 TARGET_TWIST_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
 COMMAND_QOS = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
-# As for the parameter services of a node: many requests are queued while the node is busy, instead
+# Like the parameter services of a node, queue up to 1000 requests while the node is busy, instead
 # of ROS's ten.
 SERVICE_QOS = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE)
 
 
 def overridable(qos: QoSProfile) -> dict[str, Any]:
     """
-    Return the arguments of a topic whose quality of service can be overridden by parameters.
+    Return the arguments for a topic whose quality of service parameters of the node can override.
 
     Each topic gets a copy of the profile, because rclpy writes overrides into it.
     """
