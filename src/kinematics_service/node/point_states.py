@@ -1,4 +1,4 @@
-"""Compute the states of further points at the joint positions of an answer, for subscribers."""
+"""Compute the states of points other than the tool, for subscribers to their topics."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from ..robot.robot import Robot
 
 class PointStates:
     """
-    Computes the answer for a point from the answer for the tool, with continuous quaternions.
+    Computes answers for points from the tool's answer, with quaternions that do not change sign.
     """
 
     def __init__(self) -> None:

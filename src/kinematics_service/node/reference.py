@@ -35,7 +35,7 @@ LOG_PERIOD = 5.0
 
 class Reference:
     """
-    Passes poses of a second source, and the states of the arm, to the app that compares them.
+    Passes poses of a second source, and states of the arm, to the app that compares the two.
 
     The first result is logged, and each result with a higher level.
 
@@ -67,7 +67,9 @@ class Reference:
         self._topic = str(subscription.topic_name)
 
     def forget(self) -> None:
-        """Forget all poses, because the stamps or the arm have changed."""
+        """
+        Forget all poses; call this method after the arm or the clock of the stamps has changed.
+        """
         self.watch, self._level = None, -1
 
     def _on_pose(self, data: bytes) -> None:
@@ -87,16 +89,13 @@ class Reference:
 
     def note(self, answer: EstimatorOutput) -> None:
         """
-        Take a new state of the arm; the app needs a state after each pose to compare the pose.
+        Take a new state of the arm. To compare a pose, the app needs a state with a later stamp.
         """
         if self.watch is not None:
             self.watch.note_state(answer.stamp, answer.state.q)
 
     def status_text(self) -> StatusText | None:
-        """
-        Return the status, None without a second source; log the first result and each rise of the
-        level.
-        """
+        """Return the status `frames`, None without a second source; log each rise of the level."""
         if self.watch is None:
             text = f'pose of {self._topic} refused: {self._refused}'
             return StatusText(Level.WARN, text, ()) if self._refused else None

@@ -1,5 +1,5 @@
 """
-Read the robot again while the node answers, for the service `~/reload` or a new description.
+Read the robot again while the node answers, after a call of `~/reload` or a new description.
 
 Reading and checking a file takes tens of milliseconds, so a second thread does it. A valid robot
 is applied between two messages; a robot with faults changes nothing.
@@ -26,7 +26,7 @@ CHECK_PERIOD = 0.005
 
 class Reload:
     """
-    Answers `~/reload` after the robot is read, with the robot in force or with the faults.
+    Answers the service `~/reload` after reading the robot, with its name or with its faults.
 
     A request during a reading is answered after another reading, because the robot may have
     changed since the present reading began.
@@ -51,16 +51,16 @@ class Reload:
         self._reading = self._again = False
         self._outcome: CheckedArm | Exception | None = None
         self._timer = steady_timer(node, CHECK_PERIOD, self._check_outcome, autostart=False)
-        # Number of outcomes since the last log line, and the last outcome. The next line waits for
-        # `_log_pause`, and reports the last of these outcomes.
+        # Number of outcomes since the last log line, and the last outcome. The next log line,
+        # after the time `_log_pause`, reports the last outcome.
         self._unlogged, self._outcome_in_words = 0, (True, '')
         self._log_pause = steady_timer(node, LOG_PERIOD, self._log_outcome, autostart=False)
         self._service = node.create_service(
             Trigger, RELOAD, lambda request, response: response, qos_profile=SERVICE_QOS
         )
-        # Replace the executor's call of `send_response`, to answer after the reading. An executor
-        # sends the result of a service callback at once, and `EventsExecutor` of Jazzy cannot wait
-        # for a coroutine.
+        # Replace `send_response` of the service, so that the answer is sent after the reading. An
+        # executor sends the result of a service callback at once, and `EventsExecutor` of Jazzy
+        # cannot wait for a coroutine.
         self._send = self._service.send_response
         setattr(self._service, 'send_response', self._on_request)  # noqa: B010
 

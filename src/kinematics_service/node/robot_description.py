@@ -11,9 +11,9 @@ from .parameters.settings import NodeSettings
 
 class DescriptionPublisher:
     """
-    Publishes the URDF after each change of the settings; late subscribers get the last URDF.
+    Publishes the arm's URDF after each change of the settings; late subscribers get the last URDF.
 
-    The topic is off by default, because a robot with a URDF already has it.
+    The topic is off by default, because a robot with a URDF already has this topic.
     """
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
@@ -22,12 +22,12 @@ class DescriptionPublisher:
         self.configure(settings)
 
     def configure(self, settings: NodeSettings) -> None:
-        """Apply new settings, in which the names of frames and joints may differ."""
+        """Apply new settings, which may have other names of frames and joints."""
         if not settings.publish_robot_description:
             self._withdraw()
             return
         from ..robot.urdf.elements import FrameNames
-        from ..robot.urdf.writer import export_urdf  # imported only if needed
+        from ..robot.urdf.writer import export_urdf  # import the writer only if needed
 
         robot, prefix = settings.robot, settings.frame_prefix
         names = FrameNames(

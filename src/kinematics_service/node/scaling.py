@@ -1,5 +1,5 @@
 """
-Compute the scale of commanded motions: the fraction that is allowed, and its reason. It is not a
+Compute the scale of a commanded joint velocity: the allowed fraction, and the reason for it. It is not a
 safety function.
 """
 
@@ -36,12 +36,14 @@ from .messages.topics import (
 from .parameters.settings import NodeSettings
 from .steady_time import Throttle
 
-# Scale below which a command counts as slowed, and scale above which it no longer does
+# Scale below which a command counts as slowed, and scale above which it no longer counts as slowed
 # (hysteresis).
 SLOWED_SCALES = (0.95, 0.99)
-# Scale below which a command counts as stopped, and scale above which it no longer does.
+# Scale below which a command counts as stopped, and scale above which it no longer counts as
+# stopped.
 STOPPED_SCALES = (0.01, 0.05)
-# The named cause changes only if the scale of another constraint is smaller by at least this.
+# The cause in the status changes only if the scale of another constraint is smaller by more than
+# this.
 CAUSE_HYSTERESIS = 0.05
 NO_SAFETY = 'no safety function: it knows positions and commands as they are reported'
 # Codes of moveit_msgs/ServoStatus.
@@ -53,7 +55,7 @@ SERVO_CODES = {SINGULARITY: 1, LEAVING: 3, POSITION: 6}
 
 
 class _Reason(NamedTuple):
-    # The reason published last: level, and index of the constraint; -1 for none.
+    # The reason that was published last: the level, and the index of the constraint (-1 for none).
     level: Level
     k: int = -1
 
@@ -106,8 +108,8 @@ class Scaling:
     def _scales_of(self, message: JointState) -> MotionScales:
         settings, present = self._settings, self._present()
         qdot = _velocities(message, settings.joint_names)
-        # Compare stamps of the robot only, because the ROS clock of this process may be another
-        # clock.
+        # Compare the command's stamp with the stamp of the joint state, because this process may
+        # have another ROS clock.
         stamp, timeout = stamp_of(message), settings.estimator.timeout
         if stamp and present.stamp - stamp > timeout:
             raise RefusedTargetError(
@@ -126,7 +128,7 @@ class Scaling:
         )
 
     def _limit_rise(self, value: float) -> float:
-        # Limits the rise of the scale to `scale.rise`; the scale falls at once.
+        # Limit the rate at which the scale rises to `scale.rise`. The scale falls at once.
         now = time.monotonic()
         if self._last is not None:
             before, at = self._last
@@ -135,7 +137,8 @@ class Scaling:
         return value
 
     def _reason_for(self, scales: MotionScales) -> _Reason:
-        # Returns the level, and the constraint that causes it, from the scales before smoothing.
+        # Return the level, and the constraint that causes the level, from the scales before the
+        # limit of their rise.
         former, values = self._reason or _Reason(Level.OK), scales.values[0]
         level, value = Level.OK, float(np.min(values))
         if value < STOPPED_SCALES[former.level is Level.ERROR]:

@@ -1,16 +1,16 @@
-"""Limit the rate of answers by their stamps."""
+"""Limit the rate of answers by the stamps of the answers."""
 
 
 class StampGrid:
-    """Passes the first answer in each cell of a fixed grid of stamps, at any rate of the input."""
+    """Passes only the first answer in each interval of a fixed grid of stamps."""
 
     def __init__(self) -> None:
         self._last: int | None = None
 
     def passes(self, stamp: int, period: int) -> bool:
         """
-        Return whether a stamp (ns) is the first in its cell of `period` ns; every stamp passes if
-        the period is 0.
+        Return whether a stamp (ns) is the first in its interval of `period` ns. With the period 0,
+        every stamp passes.
         """
         if period == 0:
             return True
@@ -21,5 +21,5 @@ class StampGrid:
         return True
 
     def forget(self) -> None:
-        """Forget the last cell, so that the next answer passes."""
+        """Forget the last interval, so that the next answer passes."""
         self._last = None

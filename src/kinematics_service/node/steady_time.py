@@ -1,6 +1,4 @@
-"""
-Make timers and limit log lines by the steady clock, because the ROS clock can be set and stopped.
-"""
+"""Make timers and limit log lines by the steady clock: the ROS clock can be set or stopped."""
 
 import time
 from collections.abc import Callable
@@ -22,7 +20,7 @@ def steady_timer(
 
 class Throttle:
     """
-    Limits the rate of log lines: it remembers when each kind of line last passed.
+    Limits the rate of log lines of each kind, by the time at which the kind was last logged.
 
     The throttle of rclpy takes 270 us for each suppressed line. There must be few kinds of lines,
     because each kind stays in memory.
@@ -42,7 +40,7 @@ class Throttle:
         return True
 
     def reason_of(self, node: Node, what: str, error: Exception) -> str:
-        """Return the reason why `what` is refused; log the error if it is an internal one."""
+        """Return a text with the reason why `what` is refused; log an internal error."""
         if isinstance(error, KinematicsError):
             return str(error)
         self.internal_error(node, what, error)

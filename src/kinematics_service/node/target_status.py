@@ -65,10 +65,7 @@ def _on_arc(best: BestPosture | None, redundancy: str) -> list[tuple[str, str]]:
 
 
 def twist_status(step: ServoStep) -> StatusText:
-    """
-    Return the status of a target twist: WARN if the resulting twist of the tool differs from the
-    target.
-    """
+    """Return the status of a target twist: WARN if the tool's resulting twist differs from it."""
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),
         ('damping', f'{step.damping:.4g}'),

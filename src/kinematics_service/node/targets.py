@@ -1,8 +1,8 @@
 """
-Answer targets of the tool: a pose by joint positions, a twist by joint velocities.
+Answer target poses of the tool by joint positions, and target twists by joint velocities.
 
-An answer to a pose takes up to 50 ms, so a second thread computes it and no joint state waits. An
-answer to a twist takes 0.1 ms and is computed in the thread of the executor.
+An answer to a pose takes up to 50 ms. So a second thread computes it, and joint states need not
+wait. An answer to a twist takes 0.1 ms and is computed in the thread of the executor.
 """
 
 import contextlib
@@ -59,19 +59,19 @@ from .parameters.settings import NodeSettings
 from .steady_time import Throttle, steady_timer
 from .target_status import pose_status, twist_status
 
-# Period of the check that twists still arrive, divided by `ik.target_timeout`. The joints thus
-# stop at most a quarter of the time-out late.
+# Period of the check that target twists still arrive, divided by `ik.target_timeout`. So the
+# joints stop at most a quarter of the time-out too late.
 WATCHDOG_TIMEOUT_RATIO = 0.25
-# Longest wait for the acknowledgement of the last message while the node ends (s).
+# While the node ends, the longest wait for the acknowledgement of the last message (s).
 ACKNOWLEDGEMENT_TIMEOUT = Duration(seconds=0.2)
-# Longest wait for the answer to a pose while the node ends; also the longest wait for the executor
-# (s).
+# While the node ends, the longest wait for the answer to a pose (s). The wait for the executor has
+# the same limit.
 ANSWER_TIMEOUT = 0.5
 
 
 class Targets:
     """
-    Answers targets and publishes a status for each; a refused target moves nothing.
+    Answers targets, and publishes a status for each target; a refused target moves no joint.
 
     A twist is valid for `ik.target_timeout`. If the next twist is refused or late, one message of
     zero velocities stops the motion.
@@ -99,8 +99,10 @@ class Targets:
         present: Callable[[], EstimatorOutput],
     ) -> None:
         self._node, self.in_force = node, threading.Lock()
-        self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # None makes the thread end
-        self._thread: threading.Thread | None = None  # answers poses, starts at the first pose
+        self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # the item None ends the thread
+        self._thread: threading.Thread | None = (
+            None  # answers target poses; starts at the first one
+        )
         self._throttle, self._first_time = Throttle(5.0), Throttle(math.inf)
         self._settings = self._prepared(settings)
         self._present = present
@@ -151,7 +153,8 @@ class Targets:
             self._thread.start()
 
     def _take_poses(self) -> None:
-        # Answers only the newest pose: it replaces the poses that arrived during the last answer.
+        # Answer only the newest pose, which replaces other poses that arrived during the last
+        # answer.
         waiting = self._poses.get()
         while waiting is not None:
             self._wait_for_executor()
@@ -164,7 +167,8 @@ class Targets:
                 waiting = self._poses.get()
 
     def _wait_for_executor(self) -> None:
-        # Lets the executor empty its queue first, because an answer needs the interpreter's lock.
+        # Let the executor empty its queue first, because the computation of an answer holds the
+        # interpreter's lock.
         executor, done = self._node.executor, threading.Event()
         if executor is not None:
             executor.create_task(done.set)
@@ -195,7 +199,7 @@ class Targets:
             )
             choice = best_choice(choice_of(result, settings.robot, present.q), T, settings)
             with self.in_force:
-                self._present()  # raises an error if the node is silent now
+                self._present()  # raises an error if the node no longer answers
                 if settings is not self._settings:
                     continue
                 if self._solutions.get_subscription_count() > 0:
@@ -268,8 +272,8 @@ class Targets:
             self._status.publish(status_message(f'{name}: {topic}', status_text))
 
     def _prepared(self, settings: NodeSettings) -> NodeSettings:
-        # Plan the inverse kinematics now, some milliseconds, so that no joint state waits for it
-        # later.
+        # Plan the inverse kinematics now, which takes some milliseconds, so that no joint state
+        # waits for the plan later.
         robot, rows, axis = settings.robot, settings.target_rows, settings.target_axis or ''
         plan_for(robot, rows, axis)
         has_effect = settings.redundancy == 'near' or has_arcs(robot, rows, axis)

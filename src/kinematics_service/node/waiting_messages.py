@@ -1,4 +1,4 @@
-"""Take the messages that wait for a subscription in the middleware."""
+"""Take the messages that wait in the middleware for a subscription."""
 
 from collections import deque
 from typing import Any
@@ -12,9 +12,9 @@ ASSUMED_DEPTH = 10_000
 
 def take_waiting(subscription: Subscription, keep: int) -> tuple[deque[Any], int]:
     """
-    Take all messages that wait for a subscription; return the newest ones, and the number of all.
+    Take all messages that wait for a subscription; return the newest ones, and the total number.
 
-    At most one queue depth is taken; later messages are left to the executor.
+    The function takes at most one full queue; later messages are left to the executor.
 
     Parameters
     ----------

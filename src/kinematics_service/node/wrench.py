@@ -1,4 +1,4 @@
-"""Take the bias of `~/wrench`, and make the status about its content."""
+"""Take the bias for the topic `~/wrench`, and make the status of the wrench."""
 
 from collections.abc import Callable
 
@@ -22,7 +22,7 @@ EXTERNAL = 'external, near the pose at which the bias was taken'
 
 class WrenchBias:
     """
-    Takes the bias of the joint efforts on request, and returns the status of the wrench.
+    Takes the bias of the joint efforts when the service is called; returns the wrench's status.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Read the node's parameters, and make its settings from them."""
+"""Read the parameters of a node, and compute the node's settings from their values."""

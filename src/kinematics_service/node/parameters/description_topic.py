@@ -16,21 +16,23 @@ from ...robot.file.reader import described
 from ...robot.robot import Robot, build_robot
 
 KIND = 'std_msgs/msg/String'
-# This quality of service makes late subscribers receive the last description.
+# With this quality of service, a subscriber that starts late receives the last description.
 QOS = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
 )
-# Period (s) of the check whether to stop, while no description has arrived.
+# While no description has arrived, the period (s) of the check whether to stop.
 STOP_CHECK_PERIOD = 0.1
-# Time without a description after which the reason is logged, and shortest time between two log
-# lines (s).
+# Time (s) without a description after which the reason is logged, and shortest time between two
+# log lines.
 LOG_PERIOD = 5.0
-# Period (s) at which the reason for the wait is reported.
+# Period (s) of the reports that say why the node still waits.
 REPORT_PERIOD = 1.0
 
 
 def last_of(count: int) -> str:
-    """Return the text that a log line is the last of `count` outcomes; empty for one outcome."""
+    """
+    Return a text which says that a log line is the last of `count` outcomes; '' for one outcome.
+    """
     return f' (the last of {count} in {LOG_PERIOD:g} s)' if count > 1 else ''
 
 
@@ -40,7 +42,7 @@ class StoppedWaiting(Exception):
 
 class DescriptionTopic:
     """
-    The last robot description that arrived on a topic.
+    A subscription to a topic with robot descriptions (URDF), which keeps the last description.
 
     Parameters
     ----------

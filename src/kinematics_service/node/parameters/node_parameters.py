@@ -1,4 +1,4 @@
-"""Declare the parameters of a node in ROS once, check them together, and apply changes."""
+"""Declare the parameters of a node in ROS, check all values together, and apply changes."""
 
 import os
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ NAMES = frozenset(parameter.name for parameter in PARAMETERS)
 
 class CheckedArm(NamedTuple):
     """
-    An arm with valid parameter values and their settings.
+    An arm, valid values of all parameters, and the settings computed from both.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class CheckedArm(NamedTuple):
     values
         The value of each parameter, by name.
     settings
-        The settings that follow from arm and values.
+        The settings computed from `robot` and `values`.
     """
 
     robot: Robot
@@ -50,7 +50,7 @@ class NodeParameters:
     Parameters
     ----------
     node
-        The node that declares them.
+        The node whose parameters are declared.
     robot
         The robot as given on the command line: file, bundled name or topic; None: the parameter
         `robot` names it.
@@ -82,7 +82,7 @@ class NodeParameters:
     ) -> None:
         self._node = node
         self._checked: CheckedArm | None = None
-        self._follows = False  # whether `take` is setting a parameter
+        self._follows = False  # whether the method `take` is setting a parameter
         name = self._declare(ROBOT, robot or ROBOT.default)
         if robot is not None and name != robot:
             raise RobotConflictError(
@@ -99,7 +99,7 @@ class NodeParameters:
             robot_of_file = self.description.first_robot(stopped, report)
         else:
             robot_of_file = self._load()
-        # An empty list on the command line is None in rclpy.
+        # rclpy returns None for an empty list on the command line.
         self._points = self._declare(POINTS, POINTS.default) or ()
         for parameter in PARAMETERS:
             self._declare(parameter, defaults(robot_of_file)[parameter.name])
@@ -120,7 +120,7 @@ class NodeParameters:
                 self._force = self._judge(self._force.robot, self._values())
                 try:
                     apply(self.settings)
-                except Exception as error:  # the client must get an answer
+                except Exception as error:  # a client must get an answer after any error
                     self._internal_error(error)
 
         self._node.add_on_set_parameters_callback(self._check)
@@ -142,8 +142,8 @@ class NodeParameters:
             robot = read_settled(self._load, files)
             fitting = _fitting(values, former, robot)
             settings = settings_from(fitting, robot, self._points)
-            # Prepare the searches for singular poses and joint positions in this thread. The node
-            # still answers with the former arm.
+            # Prepare the searches for singular poses and joint positions in this thread, while the
+            # node still answers with the former arm.
             settings.robot.singularity.arm.atlas()
             plan_for(settings.robot, settings.target_rows, settings.target_axis or '')
             if settings.robot.description.uncertainty is not None:
@@ -180,7 +180,7 @@ class NodeParameters:
 
     def _declare(self, parameter: Parameter, default: Any) -> Any:
         name = parameter.name
-        # a former attempt to start, which failed, has declared it
+        # a failed start has declared this parameter before
         if self._node.has_parameter(name):
             return self._node.get_parameter(name).value
         try:
@@ -197,7 +197,7 @@ class NodeParameters:
         return {name: self._node.get_parameter(name).value for name in NAMES}
 
     def _judge(self, robot: Robot, values: dict[str, Any]) -> CheckedArm:
-        # Reuse the settings that the check of this change has computed.
+        # Reuse the settings that the check of this change of parameters has computed.
         last = self._checked
         if last is not None and last.robot is robot and last.values == values:
             return last
@@ -211,8 +211,8 @@ class NodeParameters:
         return self._checked
 
     def _check(self, parameters: Sequence[RosParameter]) -> SetParametersResult:
-        # Refuse the change if an error occurs: an exception would leave the client without an
-        # answer.
+        # Refuse the change of parameters after any error, because the client would get no answer
+        # after an exception.
         changes = {p.name: p.value for p in parameters if p.name in NAMES}
         reason = ''
         try:
@@ -234,7 +234,8 @@ class NodeParameters:
 
 
 def _fitting(values: dict[str, Any], former: Robot, robot: Robot) -> dict[str, Any]:
-    # Replaces the value of the measure by that of the new file if it was that of the former file.
+    # If the parameter for the measure has the value of the former file, replace it by the value of
+    # the new file.
     if values[MEASURE] != former.singularity.thresholds.measure:
         return values
     return {**values, MEASURE: robot.singularity.thresholds.measure}

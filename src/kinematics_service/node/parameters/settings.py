@@ -31,7 +31,7 @@ ROW_LABELS = {
 
 class ReferenceLimits(NamedTuple):
     """
-    RMS pose differences (m, rad) from a second source at which the status is WARN, and ERROR.
+    Thresholds of WARN and ERROR for the RMS difference (m, rad) from poses of a second source.
     """
 
     position_warn: float
@@ -60,7 +60,7 @@ class NodeSettings:
     row_order
         `linear_first` or `angular_first`.
     period : ns
-        Smallest difference of stamps between published answers; 0: publish all.
+        Smallest difference between the stamps of published answers; 0 publishes all answers.
     publish_tf
         Whether to publish the tool on /tf.
     publish_robot_description
@@ -71,8 +71,8 @@ class NodeSettings:
     target_tolerance : m, rad
         Largest error of a pose that counts as reached.
     redundancy, redundancy_step : rad
-        The criterion that selects the posture of a redundant arm, and the largest distance along
-        the arc from the nearest posture.
+        The criterion that selects the solution of a redundant arm, and the largest distance of
+        this solution from the nearest one, along the solution curve.
     target_timeout : ns
         Time for which a target twist is valid.
     servo
@@ -80,21 +80,21 @@ class NodeSettings:
     reference
         Thresholds for poses of a second source.
     scale_horizon : s
-        Reaction time of the controller that the scale slows.
+        Reaction time of the controller whose motion the scale slows.
     scale_rise : 1/s
         Largest rate at which the scale rises.
     scale_reduced
         Whether the reduced speeds of the robot file apply.
     scale_rule
-        The rule of MoveIt Servo; None for the distance.
+        The rule of MoveIt Servo for the scale; None if the scale follows the distance.
     points
-        Settings for each point with topics, by name, with the point as tool frame.
+        For each point with topics, by name, settings with the point as tool frame.
     doubts
         Sentences on parameters whose values may be in mm or degrees.
     values
-        The value of each parameter, for topics with parameters of their own.
+        The value of each parameter, for topics that have parameters of their own.
     of
-        Name of the point that these settings are for; `tool` for the tool.
+        Name of the point to which these settings apply; `tool` for the tool.
     """
 
     robot: Robot
@@ -162,7 +162,7 @@ def _joint_names(values: Mapping[str, Any], robot: Robot) -> tuple[str, ...]:
 
 
 def _renamed(robot: Robot, names: tuple[str, ...], prefix: str) -> Robot:
-    # Returns the arm with the joint names of the topic; the names of mimic joints get the prefix.
+    # Return the arm with the joint names that the topic has. Names of mimic joints get the prefix.
     name_of = dict(zip(robot.joint_names, names))
     mimics = tuple(
         mimic._replace(name=prefix + mimic.name, leader=name_of.get(mimic.leader, mimic.leader))
@@ -172,8 +172,8 @@ def _renamed(robot: Robot, names: tuple[str, ...], prefix: str) -> Robot:
 
 
 def _listed(value: Any) -> list[Any] | None:
-    # Returns a value as a list, or None if it is not a list. At start, rclpy returns an empty list
-    # as None.
+    # Return a value as a list, or None if the value is not a list. At start, rclpy gives None for
+    # an empty list.
     if value is None:
         return []
     is_list = isinstance(value, (Sequence, array)) and not isinstance(value, (str, bytes))
@@ -181,7 +181,9 @@ def _listed(value: Any) -> list[Any] | None:
 
 
 def check_value(parameter: Parameter, value: Any) -> None:
-    """Refuse a value that is not among the choices of a parameter, or out of its range."""
+    """
+    Raise SettingsError if a value is not among a parameter's choices, or is out of its range.
+    """
     if parameter.numbers:
         _check_numbers(parameter, value)
     if parameter.choices and value not in parameter.choices:
@@ -199,12 +201,12 @@ def settings_from(
     values: Mapping[str, Any], robot: Robot, points: Sequence[str] = ()
 ) -> NodeSettings:
     """
-    Return the settings that follow from the values of all parameters.
+    Return the settings of a node, computed from the values of all parameters and the arm.
 
     Parameters
     ----------
     values
-        The value of each of `PARAMETERS`, by name, of the parameter's type.
+        The value of each parameter in `PARAMETERS`, by name, with the type of the parameter.
     robot
         The arm of the robot file.
     points
@@ -268,7 +270,8 @@ def settings_from(
 
 
 def _doubts(values: Mapping[str, Any], robot: Robot) -> Iterator[str]:
-    # Doubt a length from 20 m on, or from 20 times the arm's length if that is shorter than 1 m.
+    # A length is doubtful if it is above 20 m, or above 20 times the arm's length for arms shorter
+    # than 1 m.
     longest = LARGEST_USUAL_LENGTH * min(robot.singularity.task.length, 1.0)
     for parameter in PARAMETERS:
         if parameter.kind == 'number':
@@ -392,7 +395,8 @@ def _servo(values: Mapping[str, Any], rows: tuple[str, ...], robot: Robot) -> Se
 
 
 def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
-    # Prefer the thresholds of the parameters; those of the file apply only to its own measure.
+    # Prefer the thresholds of the parameters. The thresholds of the file apply only to the measure
+    # of the file.
     measure, file_thresholds = values['singularity.measure'], robot.singularity.thresholds
     is_measure_of_file = measure == file_thresholds.measure
     warn = values['singularity.warn'] or (file_thresholds.warn if is_measure_of_file else None)
@@ -407,7 +411,7 @@ def _judged(values: Mapping[str, Any], robot: Robot) -> Robot:
 
 
 def defaults(robot: Robot) -> dict[str, Any]:
-    """Return the default of every parameter, by name, for an arm."""
+    """Return the default value of every parameter of a node for an arm, by name."""
     values = {parameter.name: parameter.default for parameter in PARAMETERS}
     values['singularity.measure'] = robot.singularity.thresholds.measure
     return values

@@ -1,4 +1,4 @@
-"""Read files only after other programs have finished writing them."""
+"""Read files only when no other program is still writing them."""
 
 import os
 import time
@@ -8,10 +8,10 @@ from typing import TypeVar
 from ...errors import KinematicsError, SettingsError
 from ...robot.robot import file_state
 
-# Time without changes after which a file is taken as complete, s. Programs pause less while they
-# write.
+# A file counts as complete after this time without changes, s. Programs that write a file make
+# shorter pauses.
 SETTLING_TIME = 0.1
-# Longest wait for complete files, s; an upload of a robot file takes less.
+# Longest wait for complete files, s. An upload of a robot file takes less time.
 SETTLING_TIMEOUT = 5.0
 # A file with faults may be incomplete if it changed less than this time ago, ns.
 INCOMPLETE_AGE = 1_000_000_000
@@ -27,7 +27,7 @@ def read_settled(read: Callable[[], Content], files: Sequence[str | os.PathLike[
     SettingsError
         The files change for longer than `SETTLING_TIMEOUT` s.
     KinematicsError
-        `read` failed and the files did not change; it is a SettingsError if a file changed
+        `read` failed although the files did not change; a SettingsError if a file changed
         recently.
     """
     end = time.monotonic() + SETTLING_TIMEOUT

@@ -19,7 +19,7 @@ AXES = ('base', 'tool')
 SCALE_RULES = ('distance', 'servo')
 # Criteria that select the solution of a redundant arm.
 REDUNDANCY = ('near', *CRITERIA)
-# Descriptions of the parameters for the rule `servo`.
+# Descriptions of the parameters for the scaling rule `servo` of MoveIt Servo.
 SERVO_RULE = {
     'lower_singularity_threshold': 'Of `scale.rule` servo: condition number from which a motion '
     'is slowed.',
@@ -92,7 +92,7 @@ class Parameter:
         descriptor = ParameterDescriptor()
         descriptor.description = self.description
         descriptor.read_only = self.read_only
-        # an empty list, which rclpy takes for a list of bytes
+        # rclpy takes an empty list for a list of bytes
         descriptor.dynamic_typing = self.default == []
         if self.choices:
             descriptor.additional_constraints = 'one of: ' + ', '.join(self.choices)

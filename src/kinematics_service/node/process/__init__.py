@@ -1,1 +1,1 @@
-"""Run the process around the node: its start, its executor, its end."""
+"""Run the process of a node: its start, its executor, and its end."""

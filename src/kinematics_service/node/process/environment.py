@@ -1,4 +1,4 @@
-"""Find reasons why the node must not start in the present ROS environment."""
+"""Find reasons why a node must not start with the present environment variables and packages."""
 
 import os
 import sys
@@ -6,14 +6,14 @@ from pathlib import Path
 
 import rclpy
 
-# Places for ROS's log files, in the order of rcl: an environment variable, and a folder below its
-# value.
+# Folders for ROS's log files, in the order in which rcl tries them: an environment variable, and a
+# folder below the variable's value.
 LOGS = (('ROS_LOG_DIR', ''), ('ROS_HOME', 'log'), ('HOME', '.ros/log'))
 
 
 def security_refusal() -> str | None:
     """
-    Return the reason not to start if ROS_SECURITY_ENABLE asks for security that this ROS lacks.
+    Return the reason not to start if ROS_SECURITY_ENABLE requests security that is not installed.
 
     Fast DDS in the wheels is built without DDS security. With ROS's default strategy, Permissive,
     it would start unsecured without a message.
@@ -34,7 +34,7 @@ def rclpy_is_a_wheel() -> bool:
 
 def mixture_refusal() -> str | None:
     """
-    Return the reason not to start if rclpy from wheels and a sourced ROS installation are mixed.
+    Return the reason not to start if rclpy comes from wheels and a ROS installation is sourced.
     """
     here = Path(rclpy.__file__).resolve()
     version = f'python{sys.version_info.major}.{sys.version_info.minor}'
@@ -56,7 +56,7 @@ def mixture_refusal() -> str | None:
 
 def log_refusal() -> str | None:
     """
-    Return the reason why ROS cannot write a log file; None if it can.
+    Return the reason why ROS cannot write a log file; None if ROS can.
 
     ROS would not start without a log file, for example on a read-only file system, or if no
     variable names the home folder.

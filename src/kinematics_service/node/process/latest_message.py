@@ -20,9 +20,9 @@ class LatestMessage:
     Parameters
     ----------
     node, topic, type, qos
-        As for `Node.create_subscription`.
+        The arguments of `Node.create_subscription`.
     then
-        A function that is called with the bytes of each kept message; None for none.
+        A function that is called with the bytes of each kept message, or None.
     wanted
         A function that returns whether to keep a message; None: keep every message.
 
@@ -75,7 +75,7 @@ class LatestMessage:
         return time.monotonic() - self._arrival
 
     def rate(self) -> float:
-        """Return the rate of messages, 1/s, over the last RATE_WINDOW; each call marks a time."""
+        """Return the rate of messages, 1/s, since a call of this method about RATE_WINDOW ago."""
         now = time.monotonic()
         self._marks.append((now, self.count))
         while len(self._marks) > 2 and now - self._marks[1][0] >= RATE_WINDOW:

@@ -1,4 +1,4 @@
-"""Select profiles of Fast DDS: settings of the middleware beyond ROS's quality of service."""
+"""Select this package's Fast DDS profiles: middleware settings that ROS's QoS does not have."""
 
 import os
 import re
@@ -6,15 +6,15 @@ from collections.abc import MutableMapping
 from importlib.util import find_spec
 from pathlib import Path
 
-# Variable that names the file of profiles, by version of Fast DDS. Fast DDS also reads a file in
-# the working directory, and version 3 reads the old variable with a warning.
+# Environment variable with the path of the profiles, by version of Fast DDS. Fast DDS also reads a
+# file in the working directory, and version 3 reads the variable of version 2 with a warning.
 VARIABLES = {2: 'FASTRTPS_DEFAULT_PROFILES_FILE', 3: 'FASTDDS_DEFAULT_PROFILES_FILE'}
 LOCAL = ('DEFAULT_FASTRTPS_PROFILES.xml', 'DEFAULT_FASTDDS_PROFILES.xml')
 # If this variable is set, ROS takes the memory policy of histories from the profiles.
 MEMORY_BY_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
-# The profiles set the network flow of service requests to the value of this variable. For own
-# flows Fast DDS has the ports `PORTS` on a host. A node takes nine of them, and does not start if
-# too few are free.
+# The profiles set the network flow of service requests to the value of this environment variable.
+# For separate flows, Fast DDS has the ports `PORTS` on a host. A node takes nine of these ports,
+# and does not start if too few are free.
 REQUESTS = 'KINEMATICS_SERVICE_REQUESTS'
 OWN_PORTS, SHARED_PORT = 'fastdds.unique_network_flows', 'none'
 PORTS = range(7000, 7400)

@@ -15,7 +15,7 @@ def why_no_messages(
     node: Node, topic: str, answered: str = JOINT_STATES_ANSWERED, report: str = ''
 ) -> str:
     """
-    Return a text: the awaited topic, its publishers, and what the user should check.
+    Return a text with the silent topic, its publishers, and what the user should check.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ Ask = Callable[..., Any]
 
 def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
     """
-    Set a parameter of a node; print its value, or the node's reason to refuse it.
+    Set a parameter of a running node; print the new value, or the node's reason for refusing it.
 
     Parameters
     ----------
@@ -67,7 +67,9 @@ def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
 
 
 def run_reload(node: str, ros_args: Sequence[str]) -> int:
-    """Let a node read its robot again, and print its answer; exit codes as in `run_set`."""
+    """
+    Let a node read its robot again, print its answer, and return an exit code as `run_set` does.
+    """
 
     def request(ask: Ask) -> str:
         done = ask(
@@ -82,8 +84,8 @@ def run_reload(node: str, ros_args: Sequence[str]) -> int:
 
 def value_from(text: str) -> ParameterValue:
     """
-    Return the value of a YAML text as a parameter value; 1 becomes 1.0, because no parameter is an
-    integer.
+    Return the value of a YAML text as a parameter value. The text 1 gives 1.0, because no
+    parameter is an integer.
     """
     wrong = SettingsError(
         f"{text!r} is no value: type a number, true, a text, or a list such as '[0, 0, 0.15]'"

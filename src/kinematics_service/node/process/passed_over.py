@@ -13,14 +13,16 @@ from rclpy.subscription import Subscription
 
 from ..waiting_messages import take_waiting
 
-# Number of newest messages that are answered of the subscription with the most messages.
+# For the subscription with the most messages: the number of its newest messages that the node
+# answers.
 KEPT_OF_FULLEST = 10
-# Number of newest messages that are answered of each other subscription: 2.5 s at 200 Hz.
+# For each other subscription: the number of its newest messages that the node answers, 2.5 s at
+# 200 Hz.
 KEPT_OF_OTHERS = 500
 
 
 class _Passed:
-    # A subscription whose newest messages are kept, instead of answered, until the queue is empty.
+    # A subscription that keeps its newest messages unanswered until the executor's queue is empty.
 
     def __init__(
         self, node: Node, subscription: Subscription, at_first: Callable[[], None]
@@ -29,8 +31,8 @@ class _Passed:
         self.received = 0
         self._newest: deque[tuple[Any, ...]] = deque(maxlen=KEPT_OF_OTHERS)
         self._callback = subscription.callback
-        # Set the private attribute, because the property `callback` would also change the form of
-        # the arguments.
+        # Set the private attribute `_callback`, because setting the property `callback` would also
+        # change the form of the arguments.
         subscription._callback = self.keep
 
     def keep(self, *arguments: Any) -> None:
@@ -64,19 +66,19 @@ class PassedOver:
     """
     Removes the messages, and no other events, from the queue of an events executor.
 
-    The queue has an event for every message. The executor first handles the events in the queue;
-    their messages are kept or thrown away. New messages arrive meanwhile, perhaps as fast. So the
-    executor then releases the subscriptions, which makes their remaining events nearly free. After
-    these events the executor gets the subscriptions back, and the messages that wait in the
-    middleware are taken out. A message without an event that stayed in the middleware would make
-    every later message wait for the event of its successor.
+    The queue has an event for every message. First the executor handles the events in the queue,
+    while the subscriptions keep or throw away the messages. New messages may arrive as fast. So the
+    executor then releases the subscriptions, after which their remaining events take nearly no
+    time. After these events the executor gets the subscriptions back, and all messages that wait
+    in the middleware are taken. If a message without an event stayed in the middleware, every later
+    message would wait for the event of its successor.
 
     Parameters
     ----------
     executor
         The executor; another thread may run it.
     nodes
-        The nodes whose messages are passed over.
+        The nodes whose messages are skipped.
     then
         A function that is called at the end, in the thread of the executor, with the number of
         messages that were thrown away.
@@ -90,7 +92,8 @@ class PassedOver:
             for node in nodes
             for subscription in node.subscriptions
         ]
-        # or earlier: `_Passed.keep` calls it at the first message
+        # release the subscriptions at the end of the queue, or earlier: `_Passed.keep` does so at
+        # the first message
         executor.create_task(self._let_go)
 
     def _let_go(self) -> None:
@@ -111,8 +114,8 @@ class PassedOver:
             passed.take_waiting()
             passed.node._subscriptions.append(passed.subscription)
         self._executor.wake()
-        # Messages that arrive before the executor has woken share one event. They must be kept and
-        # not answered at once: otherwise that event would last until the last of them is answered.
+        # Messages that arrive before the executor has woken share one event. Keep these messages
+        # and answer them later: otherwise the event would last until the last of them is answered.
         self._executor.create_task(lambda: self._executor.create_task(self._end))
 
     def _end(self) -> None:

@@ -22,14 +22,14 @@ from ..parameters.description_topic import StoppedWaiting
 from .session import FAULT, SUCCESS, destroy, first_clause, run_session, tell
 from .spin import Spinner
 
-# Part of the text of rclpy's error about a wrong QoS override.
+# Part of the text by which rclpy's error about a wrong QoS override is recognized.
 QOS_PROFILE = 'rmw_qos_profile_t'
-# Period of the check for a stop (s). It may be long, because a signal interrupts the executor at
-# once.
+# Period (s) of the check for a stop. The period may be long, because a signal interrupts the
+# executor at once.
 STOP_CHECK_PERIOD = 60.0
-# Longest time (s) for which a thread keeps the interpreter while another waits. Other threads read
-# robots and answer target poses. With this value the 90th percentile of the wait is 0.35 ms; with
-# Python's default, 5 ms, it is 5.2 ms.
+# Longest time (s) for which a thread keeps the interpreter while another thread waits. Other
+# threads read robots and answer target poses. With this value the 90th percentile of the
+# executor's wait is 0.35 ms; with Python's default, 5 ms, it is 5.2 ms.
 SWITCH_INTERVAL = 1e-4
 # Name of the node that publishes the motion of one arm of a cell relative to another.
 RELATIVE = 'relative'
@@ -39,7 +39,7 @@ NAMESPACE = re.compile(r'/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*')
 
 class ArmChoice(NamedTuple):
     """
-    A node to start: its robot, namespace, name, and the topic of its joint states.
+    The choice for a node to start: its robot, namespace, name, and topic of joint states.
 
     The robot is a file, a bundled name, a topic, or None for the parameter `robot`.
     """
@@ -90,7 +90,7 @@ def _of_cell(arm: ArmChoice) -> list[ArmChoice]:
     if cell is None:
         return [arm]
     space = arm.namespace or ''
-    # all arms share a topic, because the relative motion needs the joints of both arms
+    # one topic: the relative motion needs the joints of both arms
     topic = f'{space}/{JOINT_STATES}'
     nodes = [
         ArmChoice(f'{arm.robot}:{cell.frame}:{name}', f'{space}/{name}', topic=topic)
@@ -152,7 +152,7 @@ def run_node(
         nodes: list[KinematicsNode] = []
         kind = KinematicsNode
         if managed:
-            # imported only if needed, because its messages take time to load
+            # import only if needed: its messages load slowly
             from ..managed import ManagedNode
 
             kind = ManagedNode
@@ -173,7 +173,8 @@ def fill_caller_table() -> None:
     the paths of 600 modules for the first line: 40 ms of processor time. Filling the table takes
     less than 1 ms.
     """
-    # Get the table with a default, because it is not documented.
+    # Use a default, because the table `inspect.modulesbyfile` is not documented and may be
+    # missing.
     module_of_file: dict[str, str] = getattr(inspect, 'modulesbyfile', {})
     for name, module in sys.modules.copy().items():
         if file := getattr(module, '__file__', None):
@@ -211,8 +212,8 @@ def _run(
     if spinner.in_order:
         for node in nodes:
             node.trust_the_order_of_events()
-    # Exempt all present objects from garbage collection. The collector would take 80 ms to
-    # traverse them, between two messages and at the end.
+    # Exempt all present objects from garbage collection, because the collector would take 80 ms to
+    # traverse the objects, between two messages and at the end.
     gc.freeze()
     gc.enable()
     sys.setswitchinterval(SWITCH_INTERVAL)

@@ -1,4 +1,4 @@
-"""Call services of another node."""
+"""Call a service of another node, and repeat the call if no response arrives."""
 
 import time
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-# Largest number of attempts to call a service.
+# Largest number of calls until a service responds.
 MAX_CALLS = 5
 # Longest wait for the answer to one call (s).
 CALL_TIMEOUT = 1.0

@@ -1,4 +1,4 @@
-"""Manage the context of ROS in a process: its start, signals, end and exit code."""
+"""Manage the ROS context of a process: start, signals, end and exit code."""
 
 import contextlib
 import faulthandler
@@ -44,7 +44,7 @@ def run_session(
     time_out: float | None = CLEAN_UP_TIMEOUT,
 ) -> Result | int:
     """
-    Call `work` with a context of ROS and return its result; an exit code if there is no context.
+    Call `work` with a ROS context and return its result; an exit code if no context can start.
 
     If `work` returns an exit code and a signal requested the end, the process ends with this code.
 
@@ -90,7 +90,7 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
     if unlogged is not None:
         tell(f'messages are not written to a log file: {unlogged}')
         ros_args = [*ros_args, '--ros-args', '--disable-external-lib-logs', '--']
-    # rcl would repeat the message that is printed below
+    # the message is printed below: rcl must not repeat it
     set_logger_level('rcl', LoggingSeverity.FATAL)
     try:
         rclpy.init(
@@ -108,20 +108,20 @@ def open_context(ros_args: Sequence[str]) -> Context | None:
 
 def first_clause(error: Exception) -> str:
     """Return the message of an error of rcl, without positions in source code."""
-    # The text ', at ' precedes a position.
+    # In messages of rcl, the text ', at ' is before a position in source code.
     return str(error).split(', at ')[0].replace('\n', ' ')
 
 
 def leave(code: int, stop: StopSignal) -> int:
     """
-    End the process if a signal requested it; otherwise return the code.
+    End the process with the code if a signal requested the end; otherwise return the code.
 
     Nodes and contexts must be closed before. The regular end of the interpreter takes seconds on a
     busy machine and ignores signals.
     """
     if stop.came:
         for stream in (sys.stdout, sys.stderr):
-            # the stream is closed, or its reader has ended
+            # the stream is closed, or its reader has exited
             with contextlib.suppress(OSError, ValueError):
                 stream.flush()
         os._exit(code)
@@ -130,7 +130,7 @@ def leave(code: int, stop: StopSignal) -> int:
 
 def destroy(*nodes: Node) -> None:
     """
-    Destroy nodes; if the middleware does not return, end the process with code 1.
+    Destroy nodes; if the middleware hangs, end the process with exit code 1.
 
     Fast DDS may wait forever, holding the interpreter's lock, if a participant of another process
     ends at that time. Then the timer of the signal, or a thread in C, ends the process.

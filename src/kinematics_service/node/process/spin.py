@@ -1,9 +1,9 @@
 """
 Run the executor of the nodes until a stop is requested.
 
-`EventsExecutor` takes a fifth of the CPU of the default executor for a message. But its queue of
-events has no bound, and it checks time-outs and stops only when the queue is empty. In the wheels
-its `spin()` keeps a core busy and ignores signals.
+For each message, `EventsExecutor` takes a fifth of the processor time of the default executor. But
+its queue of events has no bound, and the executor checks time-outs and stops only when the queue is
+empty. In the wheels its `spin()` keeps a core busy and ignores signals.
 """
 
 import threading
@@ -20,25 +20,25 @@ from rclpy.task import Future
 from ...stop_signals import StopSignal
 from .passed_over import PassedOver
 
-# Period (s) of the check for a stop while no event arrives, for callers that do not interrupt the
+# Period (s) of the check for a stop while no event arrives, if the caller does not interrupt the
 # wait.
 STOP_CHECK_PERIOD = 0.1
-# Time (s) for a self-test: if the events executor fires no timer within it, the default executor
-# is used.
+# Longest duration (s) of a self-test. If the events executor fires no timer within this time, the
+# default executor is used.
 SELF_TEST_TIMEOUT = 1.0
-# Number of successive failures from which the executor, and not a message, is taken as the cause.
+# After this number of successive failures, the cause is taken to be the executor, not a message.
 MAX_FAILURES = 100
-# Time (s) in the queue after which messages are skipped. A subscription keeps the messages of a
-# second, so a process that was not run for a moment catches up without a loss.
+# Messages are skipped if an event waits longer than this, s. A subscription keeps the messages of
+# one second, so a process that stalled for a moment catches up without a loss.
 MAX_QUEUE_DELAY = 2.5
-# Processor time (s) for the queue above which messages are skipped, too. The messages of a second
-# at 1 kHz take less than half of it.
+# Messages are also skipped if the queue takes more processor time than this, s. The messages of
+# one second at 1 kHz take less than half of this time.
 MAX_QUEUE_PROCESSOR_TIME = 0.25
 
 
 class _Mark(NamedTuple):
-    # A task in the queue of the executor, the time when it was appended, and the processor time of
-    # the executor's thread then (s).
+    # A task in the queue of the executor, with two values at the moment when it was appended: the
+    # time and the processor time of the executor's thread, s.
     task: Any
     put: float
     worked: float
@@ -87,7 +87,7 @@ class Spinner:
 
     def spin(self, stopped: Callable[[], bool], turn: float = STOP_CHECK_PERIOD) -> bool:
         """
-        Handle events until `stopped()`; return False if the executor broke down.
+        Handle events until `stopped()` returns True; return False if the executor fails.
 
         Parameters
         ----------
@@ -117,7 +117,7 @@ class Spinner:
                     return False
 
     def spin_once(self, timeout_sec: float) -> None:
-        """Handle one event, or wait for it at most `timeout_sec`."""
+        """Handle one event, after a wait of at most `timeout_sec` (s) for an event."""
         self._executor.spin_once(timeout_sec=timeout_sec)
 
     def interrupt(self) -> None:
@@ -126,7 +126,9 @@ class Spinner:
             self._over.set_result(None)
 
     def obey(self, stop: StopSignal) -> None:
-        """Make a signal end the present turn, and call `watch` until a signal arrives."""
+        """
+        Let the stop signal end the present turn, and let `watch` be called until a signal arrives.
+        """
         stop.then, stop.meanwhile = self.interrupt, self.watch
 
     def watch(self) -> None:
@@ -172,13 +174,13 @@ class Spinner:
         if not self.in_order:
             self._executor.spin_once(timeout_sec=min(longest, STOP_CHECK_PERIOD))
             return
-        # Handle many events in one turn: a return to Python after each event costs a seventh more
-        # processor time per message.
+        # Handle many events in one turn, because a return to Python after each event costs a
+        # seventh more processor time per message.
         self._executor.spin_until_future_complete(self._over, timeout_sec=longest)
 
 
 def _executor_for(node: Node, context: Context) -> tuple[Any, bool]:
-    # Returns an executor, and whether it is the events executor. The events executor is used only
+    # Return an executor, and whether it is the events executor. The events executor is used only
     # if it passes a self-test.
     try:
         from rclpy.experimental import EventsExecutor
