@@ -1,1 +1,1 @@
-"""The command line: one file for each command, and the functions that several commands use."""
+"""Define the command line: one file for each command, and functions that several commands use."""

@@ -14,20 +14,21 @@ TAKES_NUMBERS = ('--q', '--qdot', '--near', '--xyz', '--rpy', '--quaternion')
 
 
 class Arguments(NamedTuple):
-    """A command line in two parts: arguments of the command, and arguments of ROS."""
+    """The arguments of a command line in two parts: those of the command, and those of ROS."""
 
     ours: list[str]
     ros: list[str]
 
 
 class WrongArguments(Exception):
-    """Options exclude each other, or an option lacks a value; the text tells the user which."""
+    """
+    Two options exclude each other, or an option lacks a value; the message names the options.
+    """
 
 
 def split_ros_arguments(argv: Sequence[str]) -> Arguments:
     """
-    Return the arguments for typer, and those for rclpy: from each `--ros-args` to a `--` or the
-    end.
+    Return the arguments for typer, and those for rclpy, from `--ros-args` to `--` or the end.
     """
     ours: list[str] = []
     ros: list[str] = []
@@ -45,7 +46,7 @@ def split_ros_arguments(argv: Sequence[str]) -> Arguments:
 
 def join_numbers(argv: Sequence[str]) -> list[str]:
     """
-    Return the arguments with the numbers after each option of `TAKES_NUMBERS` joined into one.
+    Return the arguments, with all numbers after an option of `TAKES_NUMBERS` as one argument.
 
     `--q 0.1, -0.2 0.3` becomes `--q`, `0.1, -0.2 0.3`.
     """
@@ -65,7 +66,7 @@ def join_numbers(argv: Sequence[str]) -> list[str]:
 
 def name_robots(argv: Sequence[str]) -> list[str]:
     """
-    Write the topic or the links of a robot into its name, which is the value of `--robot`.
+    Return the arguments with the topic or links of a robot as a part of the value of `--robot`.
 
     `--robot-description` becomes `--robot topic:/robot_description`, and with `--base a --tip b`
     the URDF or topic among the arguments becomes `arm.urdf:a:b`.

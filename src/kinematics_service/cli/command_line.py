@@ -1,4 +1,4 @@
-"""Run a command line, and turn errors into sentences and exit codes."""
+"""Run a command line; print each error as a sentence, and return an exit code."""
 
 import io
 import os
@@ -16,10 +16,11 @@ from .node import plain_options, start_node
 from .ros_variables import RosVariableError
 from .standard_output import checked_output
 
-# Exit code if the process that reads the output has ended: 128 + SIGPIPE, as in a shell.
+# Exit code if the process that reads the output through a pipe has ended: 128 + SIGPIPE, as in a
+# shell.
 READER_GONE = 141
-# Name of the installed program. A shell sets the variable to request completions; the options
-# install or print its completion script.
+# Name of the installed program. A shell sets the environment variable to request completions. The
+# options install or print the completion script of a shell.
 PROGRAM = 'kinematics_service'
 COMPLETION_OPTIONS = ('--install-completion', '--show-completion')
 COMPLETION_VARIABLE = f'_{PROGRAM.upper()}_COMPLETE'
@@ -37,7 +38,7 @@ def run(argv: Sequence[str] | None = None) -> int:
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors='replace')  # '?' for unknown characters
+            stream.reconfigure(errors='replace')  # '?' for characters not in the encoding
     if argv is not None:
         return _code_of(argv)
     output = sys.stdout or open(os.devnull, 'w')  # noqa: SIM115, of this process
@@ -64,8 +65,8 @@ def _code_of(argv: Sequence[str] | None) -> int:
         options = None if completion else plain_options(ours)
         if options is not None:
             return start_node(options, ros)  # the node handles signals itself
-        # Imported late: the node does not need typer, and Ctrl-C has its default action during
-        # the import.
+        # Import the commands only now: the node does not need typer, and Ctrl-C has its default
+        # action during the import.
         from .commands import command_group
 
         with nullcontext() if argv is not None else interruptible():
@@ -102,7 +103,8 @@ def _refused(error: KinematicsError, ours: Sequence[str], code: int = 1) -> int:
 
 
 def _prints_json(name: str) -> bool:
-    # Whether --json of a command is a flag, and not an option with the name of a file.
+    # Return whether the option --json of a command is a flag, and not an option with the name of a
+    # file.
     from .commands import command_group
 
     command = command_group().get_command(None, name)

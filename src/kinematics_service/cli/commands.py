@@ -1,4 +1,4 @@
-"""Define all commands, each loaded when it is used, and the options of the node."""
+"""Define all commands, each loaded at its use, and the options of the node."""
 
 import difflib
 import os
@@ -18,7 +18,7 @@ from ..version import __version__
 from .node import MANAGED, MIXED_ROS, ROBOT, UNSECURED, NodeOptions, start_node
 from .options import WrongUsage, flag, named, option
 
-# The commands by their use, in the order of the help. Each command has a file in this folder or in
+# The commands in groups, in the order of the help. Each command has a file in this folder or in
 # the folder `commands` of an app. The file has a function with the command's name (_ for -). The
 # parameters of the function are the arguments and options of the command; the docstring of the
 # function is the help.
@@ -71,7 +71,8 @@ RARE_OPTIONS = {
     '--show-completion', '--speed-of', '--stop', '--tolerance', '--velocity-source',
     '--verbose', '--warn', '--workers',
 }  # fmt: skip
-# Folder in `apps` of each command that belongs to an app; the other commands belong to the core.
+# For each command that belongs to an app, the app's folder in `apps`. The other commands belong to
+# the core.
 APPS = {
     'check': 'checking',
     'compare': 'formulas',
@@ -88,18 +89,19 @@ for _command, _app in APPS.items():
         del COMMANDS[_command]
 # Largest width of a help text, in columns.
 WIDE = {'max_content_width': 100}
-# Function names of two commands whose names Python reserves: `import` is a keyword, `set` a type.
+# Names of the functions for two commands whose own names Python uses: `import` is a keyword, `set`
+# a type.
 RENAMED = {'import': 'import_urdf', 'set': 'set_parameter'}
 # Commands that take ROS arguments.
 WITH_ROS = ('calibrate-live', 'demo', 'echo', 'reload', 'set', 'view')
 # Commands whose first argument is a robot; they accept the robot by --robot as well.
 ROBOT_FIRST = ('check', 'compare', 'derive', 'export', 'plot')
-# If the first argument of these commands is not an option, it is the value of this option.
+# For each command, the option whose value is the first argument, if that is not an option itself.
 FIRST_OPTION = {
     **dict.fromkeys(('demo', 'fk', 'ik', 'jacobian', 'view'), ROBOT),
     'import': '--urdf',
 }
-# Replacements for typer's messages about wrong values.
+# Texts of typer's messages about wrong values, and the texts that replace them.
 TYPER_WORDS = {
     'Value error, ': '',
     'Input should be a valid integer, unable to parse string as an integer': 'not a whole number',
@@ -107,14 +109,13 @@ TYPER_WORDS = {
     'Input should be ': 'not ',
 }
 
-# typer before 0.12 has no other way to print help and errors without boxes.
+# Print help and errors without boxes. typer before 0.12 has no other way to do this.
 typer.core.rich = None  # type: ignore[attr-defined]
 
 
 def short_help(words: str) -> str:
     """
-    Return the help of a command up to the first paragraph of examples; the whole help without
-    examples.
+    Return the help of a command up to its first paragraph of examples, or else the whole help.
     """
     parts = words.split('\n\n')
     examples = (k for k, part in enumerate(parts) if part.lstrip('\b\n').startswith('Example'))
@@ -122,7 +123,9 @@ def short_help(words: str) -> str:
 
 
 def show_everything(command: Any) -> None:
-    """Make the help of a command, or of the group, show details and rare options as well."""
+    """
+    Change a command, or the group of commands, so that its help shows details and rare options.
+    """
     command.help = command.whole_help
     for parameter in command.params:
         parameter.hidden = False
@@ -147,7 +150,9 @@ def _with_help_all(
         ),
     ] = False,
 ) -> None:
-    """Hold the option `--help-all`: typer makes options only from parameters of a function."""
+    """
+    Hold the option `--help-all` as a parameter, because typer makes options only of parameters.
+    """
 
 
 def with_short_help(command: Any) -> Any:
@@ -162,10 +167,11 @@ def with_short_help(command: Any) -> Any:
     return command
 
 
-# Some versions of typer have copies of click's classes, so these classes are annotated as Any.
+# Annotate click's classes as Any, because some versions of typer have their own copies of these
+# classes.
 class CommandGroup(typer.core.TyperGroup):
     """
-    The commands, with the same behaviour in every version of typer.
+    The group of all commands, which behaves alike in every version of typer.
 
     Ctrl-C ends each command with the exit code of the signal. The error for an unknown command
     lists all commands.
@@ -190,7 +196,7 @@ class CommandGroup(typer.core.TyperGroup):
         return with_short_help(typer.main.get_command(alone))
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the commands by groups, without loading them."""
+        """Write the list of commands in groups, without loading the files of the commands."""
         for group, commands in GROUPS.items():
             rows = [
                 (name.ljust(NAME_WIDTH), words)
@@ -202,7 +208,10 @@ class CommandGroup(typer.core.TyperGroup):
                     formatter.write_dl(rows)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the command that the first argument names, its name, and the other arguments."""
+        """
+        Return the name and the object of the command in the first argument, and the other
+        arguments.
+        """
         name, others = args[0], args[1:]
         if name not in COMMANDS and not name.startswith('-'):
             near = difflib.get_close_matches(name, COMMANDS, n=1)
@@ -215,7 +224,7 @@ class CommandGroup(typer.core.TyperGroup):
         return super().resolve_command(ctx, [name, *others])
 
     def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
-        """Run the command; Ctrl-C becomes exit code 130, and typer's messages become plain."""
+        """Run the command; exit with code 130 at Ctrl-C, and replace texts of typer's messages."""
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
@@ -223,7 +232,8 @@ class CommandGroup(typer.core.TyperGroup):
         except typer.BadParameter as error:
             for typers, plain in TYPER_WORDS.items():
                 error.message = error.message.replace(typers, plain)
-            # For a missing argument typer has no message, only the name: use the help text.
+            # For a missing argument typer's error has no message, so use the help text of the
+            # argument.
             error.message = error.message or getattr(error.param, 'help', None) or ''
             raise
 
@@ -317,8 +327,8 @@ def _node(
         raise WrongUsage(f"options before a command are the node's: write them after {command!r}")
     if context.obj and command not in WITH_ROS:
         raise WrongUsage(f'{command} takes no --ros-args: it needs no ROS')
-    # The notice says that the kernel is not compiled. The node logs the notice itself, and a user
-    # who has set the variable knows about it.
+    # The notice says that the kernel is not compiled. The node logs the notice itself. If the user
+    # has set the environment variable, the notice is not needed.
     if VARIABLE not in os.environ and (notice := kernel.notice()):
         print(f'kinematics_service: {notice}', file=sys.stderr)
 

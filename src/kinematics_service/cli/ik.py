@@ -32,7 +32,7 @@ from .options import (
 )
 from .singularity_report import DEGREES, arm_json
 
-# Texts for the methods of the solver.
+# Texts of the output for the methods of the inverse kinematics.
 HOW = {'closed form': 'in closed form', 'algebraic': 'by elimination', 'search': 'by search'}
 
 RpyOption = Annotated[
@@ -170,12 +170,12 @@ def ik(
 
 def target_from(xyz: str, rpy: str | None, quaternion: str | None, degrees: bool) -> Floats:
     """
-    Return the target that the options give: a position (3,), m, or a pose (4, 4).
+    Return the target in the options of `ik`: a position (3,), m, or a pose (4, 4).
 
     Raises
     ------
     WrongUsage
-        An option has a wrong number of numbers, or two options exclude each other.
+        An option has too many or too few numbers, or two options exclude each other.
     """
     position = given_numbers('--xyz', xyz, 3)
     if rpy is not None and quaternion is not None:
@@ -299,7 +299,8 @@ def _completeness(result: IkResult) -> str:
 def _solution_rows(
     out: Output, robot: Robot, solutions: tuple[IkSolution, ...], degrees: bool
 ) -> Iterator[tuple[str, str]]:
-    # Yields the number and the text of each solution: one line, or two on a narrow terminal.
+    # Yield the number and the text of each solution. The text has one line, or two lines on a
+    # narrow terminal.
     rows = [_joint_texts(robot, solution.q, degrees) for solution in solutions]
     width = max(len(text) for row in rows for text in row)
     for k, (row, solution) in enumerate(zip(rows, solutions), 1):

@@ -95,7 +95,7 @@ def _import_ur_calibration(file: Path, robot: str, out: str) -> None:
 
 def _write(out: str, text: str, message: str) -> None:
     write_document(out, text)
-    # If the robot file goes to standard output, the message must not be part of that output.
+    # Print the message to standard error if the robot file goes to standard output.
     if out == '-':
         print(message, file=sys.stderr)
     else:

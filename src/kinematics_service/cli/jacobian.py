@@ -36,7 +36,7 @@ from .singularity_report import (
 )
 
 ROWS = ('vx', 'vy', 'vz', 'wx', 'wy', 'wz')
-# Width of a column of the matrix, characters; longer joint names are broken.
+# Width (characters) of a column of the printed matrix. Longer joint names are broken into lines.
 CELL = 9
 
 # Text at the end of the help: the keys of the JSON object `singularity`.
@@ -129,8 +129,8 @@ def _place(robot: Robot, at: str | None) -> str:
 def _print_jacobian(out: Output, robot: Robot, at: str | None, axes: str, J: Floats) -> None:
     out.print(heading(f'{robot.name}: Jacobian of {_place(robot, at)}, axes of {axes}'))
     names = [plain(name) for name in robot.joint_names]
-    # Break joint names if the table does not fit the line. Columns that still do not fit are
-    # printed below.
+    # If the table is too wide for a line, break joint names into lines. If it is still too wide,
+    # print further columns below.
     room = out.width - len('  vx  ')
     longest = max(CELL, *map(len, names))
     cell = longest if robot.dof * (longest + 2) <= room else CELL

@@ -12,7 +12,7 @@ WITHOUT_ROS = (
 
 
 class RosMissingError(Exception):
-    """ROS cannot be imported; the text says how to install it."""
+    """ROS cannot be imported; the message says how to install ROS."""
 
     def __init__(self, reason: ImportError) -> None:
         super().__init__(WITHOUT_ROS.format(reason=reason))
@@ -29,7 +29,7 @@ def is_ours(error: ImportError) -> bool:
 
 def ros_module(name: str) -> ModuleType:
     """
-    Import a module that needs ROS, by its name in the package.
+    Return a module of this package that needs ROS, given its name in the package.
 
     Raises
     ------

@@ -1,5 +1,5 @@
 """
-Start the node: the command without a name.
+Start the node, which is what the program does without the name of a command.
 
 typer with all commands takes longer to load than the rest of the node. So this module reads the
 arguments of a plain start of the node without typer.
@@ -15,13 +15,13 @@ from .missing_ros import ros_module
 ROBOT, MANAGED = '--robot', '--managed'
 UNSECURED, MIXED_ROS = '--allow-unsecured', '--allow-mixed-ros'
 # Environment variable that limits OpenBLAS, numpy's matrix library, to one thread. Further threads
-# wait actively after each call: 50 ms of processor time at a start. The matrices of an arm are too
-# small for several threads.
+# wait actively after each call, which takes 50 ms of processor time at a start. The matrices of an
+# arm are too small for several threads.
 ONE_THREAD = ('OPENBLAS_NUM_THREADS', '1')
 
 
 class NodeOptions(NamedTuple):
-    """The options of the node; `robots` are the values of `--robot`."""
+    """The options of the node on a command line; `robots` has the values of `--robot`."""
 
     robots: list[str]
     allow_unsecured: bool
@@ -31,9 +31,9 @@ class NodeOptions(NamedTuple):
 
 def plain_options(arguments: Sequence[str]) -> NodeOptions | None:
     """
-    Return the options of the node if the arguments only start the node.
+    Return the node's options if the command line is a plain start of the node, else None.
 
-    Returns None for a command, help, the version, and wrong arguments: typer reads these.
+    typer reads all other command lines: commands, help, the version, and wrong arguments.
     """
     robots = []
     flags = set()

@@ -1,4 +1,4 @@
-"""Define options that several commands share, and read the values of options."""
+"""Define options that several commands have, and convert the values of options."""
 
 import math
 import re
@@ -22,7 +22,7 @@ from ..robot.points import TOOL
 from ..robot.robot import Robot, load_robot, robot_in_letters
 from ..typography import counted, plain_names
 
-# A number with pi or a degree sign.
+# Matches a number with pi or a degree sign, such as -pi/2 or 90°.
 WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
@@ -34,12 +34,14 @@ ROBOT_WORDS = 'A robot file, a URDF (with --base and --tip LINK), or a bundled r
 
 
 def robots_like(incomplete: str) -> list[str]:
-    """Return the names of bundled robots that begin with a text, for completion in a shell."""
+    """Return the names of bundled robots that begin with a text, for the completion of a shell."""
     return [name for name in bundled_robots() if name.startswith(incomplete)]
 
 
 def named(name: str, words: str, metavar: str | None = None, **others: Any) -> Any:
-    """Return an option for the annotation of a parameter; its default is the parameter's."""
+    """
+    Return an option for the annotation of a parameter; the parameter's default is the option's.
+    """
     return typer.Option(name, help=words, metavar=metavar, **others)
 
 
@@ -81,18 +83,18 @@ def option(
     most: float | None = None,
 ) -> Any:
     """
-    Return an option that takes a value.
+    Return an option of a command that takes a value, as typer's object.
 
     Parameters
     ----------
     words, metavar
         Help text of the option, and the word that stands for its value in the help.
     default
-        Value if the option is missing; `...` if the option is required.
+        The value of a missing option; `...` if the option is required.
     name
-        `--name` if it differs from the name of the parameter.
+        The name `--name` of the option, if it is not the name of the parameter.
     shown
-        Text of the default in the help; True: the value itself.
+        Text for the default in the help; True shows the value of the default.
     least, most
         The smallest and the largest number that the option accepts.
     """
@@ -110,20 +112,22 @@ def option(
 
 
 def flag(name: str, words: str) -> Any:
-    """Return an option without a value, which is off by default."""
+    """Return an option of a command without a value (a flag), which is off by default."""
     return typer.Option(False, name, help=words)
 
 
 class WrongUsage(typer.BadParameter):
-    """Wrong usage of the command line: exit code 2, with its text as the message."""
+    """
+    Wrong usage of the command line, for which the program prints the text and exits with code 2.
+    """
 
     def format_message(self) -> str:
-        """Return only the message; typer would write a preface before it."""
+        """Return the message alone, because typer would write a preface before the message."""
         return self.message
 
 
 def refuse_unwritable(option: str, file: Path) -> None:
-    """Refuse an output file that cannot be written, before its content is computed."""
+    """Raise WrongUsage for an unwritable output file, before its content is computed."""
     folder = file.parent
     if file.is_dir():
         raise WrongUsage(f'{option}: {file} is a folder: give the file itself')
@@ -134,13 +138,13 @@ def refuse_unwritable(option: str, file: Path) -> None:
 
 
 def refuse_robot_file(option: str, file: Path, robot: str) -> None:
-    """Refuse an output file that is the robot file itself."""
+    """Raise WrongUsage if an output file is the robot file itself, which it would overwrite."""
     if file.exists() and file.samefile(find_robot_file(robot)):
         raise WrongUsage(f'{option}: {file} is the robot file itself')
 
 
 def refuse_unknown_robot(name: str) -> None:
-    """Refuse a name that is neither a file nor a bundled robot, as wrong usage."""
+    """Raise WrongUsage if a name is neither a file nor a bundled robot."""
     try:
         path = find_robot_file(name)
     except RobotNotFoundError as error:
@@ -151,7 +155,7 @@ def refuse_unknown_robot(name: str) -> None:
 
 def given_robot(name: str, in_letters: bool = False) -> Robot:
     """
-    Return the robot of a name or file; for a URDF, print what is probably a mistake in it.
+    Return the robot of a name or file; for a URDF, print warnings about probable mistakes.
 
     With `in_letters` the constants of the robot file need no values.
 
@@ -162,24 +166,28 @@ def given_robot(name: str, in_letters: bool = False) -> Robot:
     """
     refuse_unknown_robot(name)
     robot = robot_in_letters(name) if in_letters else load_robot(name)
-    if translator_of(robot.description.file):  # for a robot file, `check` prints them
+    if translator_of(robot.description.file):  # `check` prints those of a robot file
         for doubt in robot.description.warnings:
             print(doubt_text(doubt), file=sys.stderr)
     return robot
 
 
 def doubt_text(doubt: Fault) -> str:
-    """Return a doubt (a part of a file that is allowed but probably wrong) as one line."""
+    """Return a warning about a file (allowed, but probably a mistake) as one line of text."""
     return str(replace(doubt, where=f'WARN {doubt.where}'))
 
 
 def given_point(text: str) -> str | int:
-    """Return the value of `--of` or `--axes`: the int of a row, or the name of a point."""
+    """
+    Return the value of `--of` or `--axes`: the number of a table row as int, or a point's name.
+    """
     return int(text) if re.fullmatch('[0-9]{1,6}', text) else text
 
 
 def ending_at(robot: Robot, of: str | None, at: str | None = None) -> Robot:
-    """Return the robot with the point of `--of` and `--at` as tool; without both, the robot."""
+    """
+    Return the robot with the point of `--of` and `--at` as its tool; unchanged without options.
+    """
     if of is None and at is None:
         return robot
     try:
@@ -227,7 +235,7 @@ def _words(text: str) -> list[str]:
 
 
 def _value(option: str, word: str, angle: bool, degrees: bool) -> float | None:
-    # Returns the number of a word in SI units. 90° and pi/2 are numbers; other words give None.
+    # Return the number in a word, such as 90° or pi/2, in SI units. Return None for other words.
     if NUMBER.fullmatch(word):
         return math.radians(float(word)) if angle and degrees else float(word)
     if not WITH_PI.fullmatch(word):
@@ -252,8 +260,8 @@ def given_positions(robot: Robot, text: str, degrees: bool) -> Floats:
 
 
 def _look_like_degrees(robot: Robot, q: Floats) -> bool:
-    # Returns whether an angle, read in radians, is more than a turn and beyond its limits, while
-    # all angles, read in degrees, are inside their limits.
+    # Return whether the angles are probably in degrees: in radians, one angle is more than a turn
+    # and beyond its limits; in degrees, all angles are inside their limits.
     turning = ~robot.prismatic
     low, high = robot.limits.T
     bounded = np.isfinite(high - low)

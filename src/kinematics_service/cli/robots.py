@@ -13,7 +13,7 @@ HEADER = ('robot', 'dof', 'joints', 'convention', 'source')
 
 
 def joint_letters(joints: tuple[JointDescription, ...]) -> str:
-    """Return the joint types of an arm as letters, base to tool: RRP."""
+    """Return the joint types of an arm as letters, from base to tool, such as RRP."""
     return ''.join(joint.type[0].upper() for joint in joints)
 
 
@@ -67,15 +67,16 @@ def _entry(title: str, name: str, file: Path, about: RobotDescription) -> dict[s
 
 
 def _row(name: str, about: RobotDescription) -> tuple[str, ...]:
-    # Show only the first part of a source, which names the origin of the numbers; other parts are
-    # history.
+    # Show only the first part of the key `source`, which names the origin of the numbers. Other
+    # parts describe later changes.
     letters = joint_letters(about.joints)
     return name, str(len(about.joints)), letters, about.convention, about.source.partition(';')[0]
 
 
 def _line(row: tuple[str, ...], widths: list[int], width: int) -> str:
     *cells, source = row
-    # A source that is too long is cut at the last comma that fits, or at the width of the column.
+    # Cut a source that is too long for the column at the last possible comma, or else at the width
+    # of the column.
     room = max(width - sum(widths[:-1]) - 2 * len(cells), len(HEADER[-1]))
     line = ''.join(plain(cell).ljust(wide + 2) for cell, wide in zip(cells, widths))
     if len(source) > room:

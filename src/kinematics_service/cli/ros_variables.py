@@ -1,7 +1,7 @@
 """
 Check the environment variables of ROS before ROS is imported.
 
-Some wrong values would end the process while rclpy is imported, with a message of a ROS library.
+With some wrong values, a ROS library would end the process during the import of rclpy.
 """
 
 import importlib.util
@@ -12,14 +12,14 @@ from pathlib import Path
 # Largest ROS_DOMAIN_ID: DDS uses ports from 7400 + 250 * domain on, which must be below 65536.
 MAX_DOMAIN = 232
 DOMAIN = re.compile(r'0|[1-9][0-9]{0,2}')
-# Folder in which a ROS installation lists its middlewares. CHOOSER is also in this folder; it is
-# the layer that loads a middleware.
+# Folder in which a ROS installation lists its middlewares. The folder also has CHOOSER, which is
+# not a middleware but the layer that loads one.
 INDEX = Path('share/ament_index/resource_index/rmw_typesupport')
 CHOOSER = 'rmw_implementation'
 
 
 class RosVariableError(Exception):
-    """An environment variable has a value with which ROS cannot start: exit code 2."""
+    """An environment variable has a value with which ROS cannot start; the exit code is 2."""
 
 
 def refuse_ros_variables() -> None:
@@ -37,7 +37,7 @@ def refuse_ros_variables() -> None:
 
 
 def _wrong_domain() -> str | None:
-    # Checked here because ROS itself reads 5x as 5, -1 as 0 and 010 as 8.
+    # Check the value here, because ROS itself reads 5x as 5, -1 as 0 and 010 as 8.
     value = os.environ.get('ROS_DOMAIN_ID', '')
     number = value.strip()
     if not value or (DOMAIN.fullmatch(number) and int(number) <= MAX_DOMAIN):
@@ -59,7 +59,8 @@ def _wrong_middleware() -> str | None:
 
 
 def _middlewares() -> list[str]:
-    # Returns the middlewares of the ROS installation that contains rclpy; empty if it has no list.
+    # Return the middlewares of the ROS installation that contains rclpy; empty if the installation
+    # has no list.
     spec = importlib.util.find_spec('rclpy')
     if spec is None or spec.origin is None:
         return []

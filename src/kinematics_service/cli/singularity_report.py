@@ -23,9 +23,10 @@ from ..robot.robot import Robot
 
 LEVEL_STYLES = {Level.OK: 'bold green', Level.WARN: 'bold yellow', Level.ERROR: 'bold red'}
 DEGREES = 180.0 / math.pi
-# Rates below this are shown as 0, 1/s: they are round-off of a difference.
+# Rates of a measure below this, 1/s, are printed as 0, because they are round-off of a difference.
 RATE_TOLERANCE = 1e-8
-# If the time to the WARN threshold is longer, s, the motion does not approach the threshold.
+# If the time to the WARN threshold is longer than this, s, the motion counts as not approaching
+# the threshold.
 MAX_TIME = 1e5
 
 NUMBERS = (*MEASURES, 'singular_values', 'rank', 'generic_rank')
@@ -80,7 +81,7 @@ def state_json(state: ToolState) -> dict[str, Json]:
 
 
 def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Json]:
-    """Return the singularity measures with the JSON keys that `JSON_KEYS` lists."""
+    """Return the singularity measures of a state, with the JSON keys that `JSON_KEYS` lists."""
     moving = ('lost_direction', 'joint_motion', 'way_out', 'rate', 'time_to_warning')
     return {
         'level': singularity.level.name,
@@ -96,8 +97,8 @@ def singularity_json(robot: Robot, singularity: Singularity) -> dict[str, Json]:
 
 def short_measures(state: ToolState, singularity: Singularity) -> Iterator[tuple[str, str]]:
     """
-    Yield labels and texts: the level with its measure, the determinant, the worst direction of
-    the tool, and the joints beyond their limits.
+    Yield pairs of label and text for a pose. The pairs are the level with its measure, the
+    determinant, the worst direction of the tool, and the joints beyond their limits.
     """
     robot = state.robot
     thresholds = robot.singularity.thresholds
@@ -135,7 +136,7 @@ def print_singularity(out: Output, state: ToolState, singularity: Singularity) -
 
 
 def _print_joints(out: Output, state: ToolState, singularity: Singularity) -> None:
-    # Prints one line for each joint: its position, its position at the nearest singular pose, and
+    # Print one line for each joint: its position, its position at the nearest singular pose, and
     # its components of `way_out` and `joint_motion`.
     robot = state.robot
     outside = beyond_limits(robot, state.q)
@@ -204,15 +205,16 @@ def _measure_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str
 
 
 def _degree(robot: Robot, singularity: Singularity) -> str:
-    # Returns `lost` if a direction of the tool is lost at this pose or near it, or `weakest` if
-    # the direction only needs the largest joint motion.
+    # Return `lost` if the tool's worst direction is a null direction at or near this pose. Return
+    # `weakest` if motion in this direction is possible, but needs the largest joint motion.
     at_pose = singularity.rank < singularity.generic_rank
     near = singularity.level != Level.OK and not flat_loop(robot, singularity)
     return 'lost' if at_pose or near else 'weakest'
 
 
 def _loop_words(robot: Robot, singularity: Singularity) -> Iterator[tuple[str, str]]:
-    # Yields the determinant of each closed loop: `factors` has those of the file, then the loops.
+    # Yield the determinant of each closed loop. In `factors`, the factors of the loops come after
+    # the factors of the file.
     factors, loops = singularity.factors, robot.loop_names
     if factors is None:
         return

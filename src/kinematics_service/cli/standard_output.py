@@ -7,8 +7,8 @@ from ..errors import KinematicsError
 
 
 class _CheckedFile(io.FileIO):
-    # Whether a write has failed. Only the first failure raises an error; the rest of the buffer
-    # must not raise again at exit.
+    # Whether a write has failed. Only the first failure raises an error, so that the rest of the
+    # buffer raises no second error at exit.
     failed = False
 
     def write(self, data: Any, /) -> int:
@@ -27,7 +27,7 @@ class _CheckedFile(io.FileIO):
 
 def checked_output(stream: TextIO) -> TextIO:
     """
-    Return a stream to the file of `stream` that raises KinematicsError if a write fails.
+    Return a stream that writes to the file of `stream`, and raises KinematicsError if this fails.
 
     Containers often set PYTHONUNBUFFERED. With it Python's own stream writes a part of a text to a
     full disk and silently drops the rest. The buffer of the returned stream writes the rest as

@@ -9,9 +9,7 @@ from ..robot.robot import Robot
 
 
 class PointStates:
-    """
-    Computes answers for points from the tool's answer, with quaternions that do not change sign.
-    """
+    """Computes answers for points, with quaternions whose sign does not jump between answers."""
 
     def __init__(self) -> None:
         self._last: dict[str, Floats] = {}

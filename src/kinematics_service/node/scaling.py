@@ -1,6 +1,6 @@
 """
-Compute the scale of a commanded joint velocity: the allowed fraction, and the reason for it. It is not a
-safety function.
+Compute the scale of a commanded joint velocity: the allowed fraction, and the reason for it. The
+scale is not a safety function.
 """
 
 import time

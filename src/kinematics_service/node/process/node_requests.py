@@ -34,7 +34,7 @@ Ask = Callable[..., Any]
 
 def run_set(node: str, name: str, text: str, ros_args: Sequence[str]) -> int:
     """
-    Set a parameter of a running node; print the new value, or the node's reason for refusing it.
+    Set a parameter of a running node; print the new value, or why the node refuses it.
 
     Parameters
     ----------

@@ -67,11 +67,11 @@ class PassedOver:
     Removes the messages, and no other events, from the queue of an events executor.
 
     The queue has an event for every message. First the executor handles the events in the queue,
-    while the subscriptions keep or throw away the messages. New messages may arrive as fast. So the
-    executor then releases the subscriptions, after which their remaining events take nearly no
+    while the subscriptions keep or throw away the messages. New messages may arrive as fast. So
+    the executor then releases the subscriptions, after which their remaining events take nearly no
     time. After these events the executor gets the subscriptions back, and all messages that wait
-    in the middleware are taken. If a message without an event stayed in the middleware, every later
-    message would wait for the event of its successor.
+    in the middleware are taken. If a message without an event stayed in the middleware, every
+    later message would wait for the event of its successor.
 
     Parameters
     ----------

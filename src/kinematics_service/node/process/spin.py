@@ -2,8 +2,8 @@
 Run the executor of the nodes until a stop is requested.
 
 For each message, `EventsExecutor` takes a fifth of the processor time of the default executor. But
-its queue of events has no bound, and the executor checks time-outs and stops only when the queue is
-empty. In the wheels its `spin()` keeps a core busy and ignores signals.
+its queue of events has no bound, and the executor checks time-outs and stops only when the queue
+is empty. In the wheels its `spin()` keeps a core busy and ignores signals.
 """
 
 import threading
