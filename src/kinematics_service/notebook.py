@@ -1,4 +1,6 @@
-"""Show results of the library in a notebook, by modules of apps that may have been removed."""
+"""
+Show results of the library in a notebook; the modules for it are in apps that may be missing.
+"""
 
 from .app_modules import app_module
 

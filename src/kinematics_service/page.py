@@ -41,7 +41,7 @@ def resource(package: str, name: str) -> str:
 
 
 def facts(rows: Iterable[tuple[str, str]]) -> str:
-    """Return an HTML list of pairs; names and values are pieces of HTML themselves."""
+    """Return an HTML list of names and values, given as pieces of HTML."""
     cells = ''.join(f'<dt>{name}</dt><dd>{value}</dd>' for name, value in rows)
     return f'<dl class="origin">{cells}</dl>\n'
 

@@ -1,4 +1,4 @@
-"""Print tables and sentences that fit a terminal, with unbroken lines in a pipe."""
+"""Print tables and sentences that fit the terminal; in a pipe, print unbroken lines."""
 
 import json
 import math
@@ -67,8 +67,8 @@ def table(*headers: str) -> Table:
 
 def facts(rows: Iterable[tuple[str, str]]) -> Table:
     """
-    Return a list of labels and texts; rows with an empty text are left out, and further lines of
-    a text are indented.
+    Return a printable list of labels and texts, without rows that have an empty text. Further
+    lines of a text are indented.
     """
     result = Table.grid(padding=GAP)
     result.add_column(style='bold', no_wrap=True)

@@ -1,4 +1,4 @@
-"""Convert rotations and rigid motions as arrays, outside the kernel."""
+"""Convert between forms of rotations and rigid motions, with numpy and without the kernel."""
 
 import math
 
@@ -115,8 +115,8 @@ def rotation_vector(R: Floats) -> Floats:
     vectors: Floats = skew * ratio[..., None]
     half_turns = cosine < HALF_TURN_COSINE
     if np.any(half_turns):
-        # R + R^T = 2 cos I + 2 (1 - cos) axis axis^T: the column with the largest diagonal element
-        # gives the axis with the least error, and the skew part gives the sign of the axis.
+        # R + R^T = 2 cos I + 2 (1 - cos) axis axis^T. The column with the largest diagonal element
+        # gives the axis with the least error. The skew part gives the sign of the axis.
         outer = (
             R[half_turns]
             + np.swapaxes(R[half_turns], -1, -2)

@@ -32,7 +32,7 @@ HAS_ALARM = hasattr(signal, 'alarm')
 
 class StopSignal:
     """
-    The state of the stop signals.
+    The state of the stop signals SIGINT and SIGTERM in this process.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ def stop_signals() -> Iterator[StopSignal]:
             signal.signal(number, signal.SIG_IGN)
         signal.set_wakeup_fd(-1)
         signal.alarm(0)
-        os.close(descriptor)  # ends the thread
+        os.close(descriptor)  # ends the thread of `follow`
 
 
 def _by_handlers(stop: StopSignal) -> Iterator[StopSignal]:
@@ -155,8 +155,8 @@ def _watched(
     handler: Callable[[int, FrameType | None], object],
     follow: Callable[[int], None],
 ) -> int:
-    # Installs the handler for the signals, starts a thread with `follow` on a pipe, and returns
-    # the end of the pipe to which Python writes the signals.
+    # Install the handler for the signals, and start a thread with `follow` on a pipe. Return the
+    # end of the pipe to which Python writes the signals.
     from .kernel import end_in_time
 
     signals, descriptor = os.pipe()

@@ -334,5 +334,5 @@ def _node(
 
 
 def command_group() -> Any:
-    """Return the commands and the node as one command of click, with short help."""
+    """Return the commands and the node as one click command, whose help is short."""
     return with_short_help(typer.main.get_command(app))

@@ -95,7 +95,7 @@ class BestSubscription:
         # a lower bound.
         self._lost: int | None = 0
         self._lost_more = False
-        # The remembered messages; None while only one subscription receives messages.
+        # The remembered messages; None if no message can arrive from two subscriptions.
         self._recent: Recent | None = None
         self._former: _CountedSubscription | None = None
         self._all_connected_since = 0.0  # time since which all publishers are connected, s
@@ -192,7 +192,7 @@ class BestSubscription:
     def _replace(self) -> None:
         former = self._former
         if former is not None:
-            # take them first: messages of the former subscription are older
+            # take the older messages of the former subscription first
             self._take_waiting(former)
             if former is not self._former or former.qos != self._wanted:
                 self._end(former)  # a later call replaces the present subscription
@@ -232,7 +232,7 @@ class BestSubscription:
             return  # ignore messages until the memory of the ending subscription is free
         else:
             if former is not None and subscription is not former:
-                # take them first: messages of the former subscription are older
+                # take the older messages of the former subscription first
                 self._take_waiting(former)
             self._take_once(self._recent, data, info)
             if former is not None and former.qos.depth > self._qos.depth:

@@ -256,7 +256,7 @@ class Outputs:
 
         try:
             publisher = publisher_with(PublisherEventCallbacks(matched=self._on_listener))
-        # this middleware has no such events: count subscribers at every message
+        # this middleware has no events of new subscribers: count subscribers at every message
         except UnsupportedEventTypeError:
             self._has_matched_events = False
             publisher = publisher_with(None)

@@ -1,9 +1,9 @@
 """
-Receive poses of a second source, and make the status `frames`, which compares them with the poses
-of the node.
+Receive tool poses from a second source, and report their differences in the status `frames`.
 
-The app calibration compares the poses (`apps/calibration/second_source_watch.py`). It is loaded at
-the first pose, because most nodes have no second source.
+The app calibration compares the received poses with poses of the node
+(`apps/calibration/second_source_watch.py`). The app is loaded at the first received pose, because
+most nodes have no second source.
 """
 
 from collections.abc import Callable

@@ -26,7 +26,7 @@ CHECK_PERIOD = 0.005
 
 class Reload:
     """
-    Answers the service `~/reload` after reading the robot, with its name or with its faults.
+    Answers the service `~/reload` after reading the robot, with the robot in force or the faults.
 
     A request during a reading is answered after another reading, because the robot may have
     changed since the present reading began.

@@ -65,7 +65,7 @@ def _on_arc(best: BestPosture | None, redundancy: str) -> list[tuple[str, str]]:
 
 
 def twist_status(step: ServoStep) -> StatusText:
-    """Return the status of a target twist: WARN if the tool's resulting twist differs from it."""
+    """Return the status of a target twist: WARN if the resulting tool twist is not the target."""
     values = (
         ('limited by', ', '.join(step.limited_by) or 'nothing'),
         ('damping', f'{step.damping:.4g}'),

@@ -100,9 +100,7 @@ class Targets:
     ) -> None:
         self._node, self.in_force = node, threading.Lock()
         self._poses: SimpleQueue[bytes | None] = SimpleQueue()  # the item None ends the thread
-        self._thread: threading.Thread | None = (
-            None  # answers target poses; starts at the first one
-        )
+        self._thread: threading.Thread | None = None  # answers target poses
         self._throttle, self._first_time = Throttle(5.0), Throttle(math.inf)
         self._settings = self._prepared(settings)
         self._present = present

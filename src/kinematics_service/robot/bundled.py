@@ -132,9 +132,9 @@ def find_robot(name: str | os.PathLike[str]) -> RobotSource:
 
 
 def _other_model(text: str, name: str) -> bool:
-    # Return whether two names look like two models of one maker. Either their sorted digits differ
-    # (two exchanged digits are a typing mistake), or one name has more letters after its number,
-    # as ur5e has more than ur5.
+    # Return whether two names look like two models of one maker. Either their digits differ, apart
+    # from the order (exchanged digits are a typing mistake). Or one name has more letters after
+    # its number, as ur5e has more than ur5.
     (digits, behind), (others, other_behind) = (
         (sorted(re.findall(r'\d', one)), re.sub(r'^.*\d|[\W_]', '', one.lower()))
         for one in (text, name)

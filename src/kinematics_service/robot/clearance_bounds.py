@@ -67,8 +67,8 @@ def _elements(chain: Chain, q: Floats) -> _Elements:
     turns, axis, point = np.zeros(count, bool), np.zeros((count, 3)), np.zeros((count, 3))
     for k in range(count):
         entries = range(first[k], first[k + 1])
-        # Compute the axis from the screw (v, w) of the entry with the largest rotation: v = w x
-        # (tool - point), where `point` is on the axis.
+        # Compute the axis from the screw (v, w) of the entry with the largest rotation. A point on
+        # the axis satisfies v = w x (tool - point).
         e = max(entries, key=lambda entry: abs(chain.table.by_theta[entry]))
         if chain.table.by_theta[e] != 0.0:
             v, w = screws[e, :3], screws[e, 3:]
@@ -107,9 +107,9 @@ class _Feet(NamedTuple):
 
 
 def _feet(chain: Chain, elements: _Elements, point: Floats, strokes: Floats) -> _Feet:
-    # Drop a perpendicular from the point to the last axis, from the foot of this perpendicular to
-    # the axis before, and so on. The distance to an axis is at most the sum of the perpendiculars
-    # after it, whose lengths are constant, and of the strokes of sliding elements.
+    # Drop a perpendicular from the point to the last axis, then from the foot of this
+    # perpendicular to the axis before, and so on. The perpendiculars have constant lengths. The
+    # sum of their lengths and of the strokes of sliding elements bounds the distance to each axis.
     count = len(elements.turns)
     first = chain.table.first_entry
     hops, foot = np.zeros(count), point

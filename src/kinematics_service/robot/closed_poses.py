@@ -7,8 +7,8 @@ from .. import kernel
 from ..kernel import Chain, Floats
 
 BATCH_SIZE = 20  # joint positions that the kernel tries in one call
-# Stop if fewer than one in this many samples closes the loops. A sample that does not close them
-# takes as long as many samples that do.
+# Stop if fewer than one in this many samples closes the loops. A sample that fails takes as long
+# as many samples that succeed.
 MAX_TRIES_PER_POSE = 5
 # If fewer samples close the loops, sample again around the position `assembled` of the robot file,
 # within smaller and smaller radii (rad or m).
@@ -69,8 +69,8 @@ def closed_poses(chain: Chain, q: Floats) -> Floats:
     """
     Return the rows of q (N, n) that close the loops of a chain; all rows if it has no loops.
 
-    If fewer than MIN_CLOSED_POSES rows close the loops, the function adds joint positions that it
-    samples around the position `assembled` of the robot file, at which the loops close.
+    If fewer than MIN_CLOSED_POSES rows close the loops, the function samples more joint positions
+    around the position `assembled` of the robot file. At this position the loops close.
     """
     if chain.loops == 0:
         return q

@@ -29,12 +29,12 @@ LOG_DIFFERENCE_TOLERANCE = 1e-9
 # median. Near a zero of the determinant, the relative round-off is large.
 MIN_DETERMINANT_RATIO = 1e-3
 # A zero of a factor counts as a singular pose if the smallest singular value of J_t is at most
-# this fraction of the largest one.
+# this fraction of the largest singular value.
 SINGULAR_VALUE_RATIO = 1e-6
 # Largest ratio of singular values at a zero of an approximate factor. Such a factor was derived
 # from the table before its calibration.
 APPROXIMATE_SINGULAR_VALUE_RATIO = 0.03
-# An approximate factor can have its zero this far from the singular pose, rad.
+# The zero of an approximate factor may be this far from the singular pose, rad.
 APPROXIMATE_ZERO_DISTANCE = 0.02
 CHECKED_ZEROS = 30  # number of starts, for each factor, of the search for zeros
 NEWTON_STEPS = 40  # Newton iterations from each start
@@ -226,7 +226,7 @@ def read_factors(description: RobotDescription, chain: Chain, task: Task, q: Flo
 
 
 def with_loops(factors: Factors, description: RobotDescription, chain: Chain) -> Factors:
-    """Return factors, followed by one more for each group of closed loops: its determinant."""
+    """Return the factors, followed by the determinant of each group of closed loops."""
     if chain.loops == 0:
         return factors
     groups = loop_groups(description.loops)

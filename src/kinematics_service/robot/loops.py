@@ -186,8 +186,8 @@ def _turns(
 
 
 def _gap(pair: tuple[Chain, Chain], x: Floats) -> Floats:
-    # Return the gap from the end of the first chain to the end of the second chain, (6,):
-    # translation, m, and rotation as axis times sine, in the frame where both chains begin.
+    # Return the gap between the ends of the two chains, (6,): translation, m, and rotation as axis
+    # times sine. The axes are those of the frame where both chains begin.
     (there,), (back,) = (poses_and_jacobians(chain, x[None])[0] for chain in pair)
     return gap_between(there, back)
 

@@ -52,7 +52,7 @@ class Point:
 
     @cached_property
     def first_entries(self) -> Integers:
-        """Return, for each entry of the chain, the index of the first entry of its element."""
+        """Return, for each entry (variable) of the chain, the first entry of the same screw."""
         return first_entries(self.chain)
 
 

@@ -148,9 +148,9 @@ def relative_motion(
 
 
 def _joined(first: _JointChain, second: _JointChain) -> _JointChain:
-    # Join two chains. A joint that carries both arms is at the end of the first chain and, in the
-    # opposite direction, at the beginning of the second chain. Leave out such a joint, because it
-    # has no effect on the relative motion.
+    # Join two chains. A joint that carries both arms ends the first chain and, in the opposite
+    # direction, begins the second chain. Leave out such a joint, because it has no effect on the
+    # relative motion.
     motions = [*first.motions[:-1], first.motions[-1] @ second.motions[0], *second.motions[1:]]
     screws = [*first.screws, *second.screws]
     size = sum(float(np.linalg.norm(motion[:3, 3])) for motion in motions)

@@ -162,7 +162,7 @@ class Robot(FrozenArrays):
 
         The result has a name such as `puma560_elbow`, of arm and point. The task is
         chosen from the joints that move the point, and the thresholds are the defaults. The
-        Jacobian keeps columns for joints after the point; they are zero.
+        Jacobian keeps columns of zeros for joints after the point.
 
         Parameters
         ----------
@@ -289,7 +289,7 @@ def with_tool(
     rpy: tuple[float, ...] | None = None,
 ) -> Robot:
     """
-    Return an arm with another tool, given by its position or orientation.
+    Return an arm with another tool, given by the tool's position or orientation.
 
     The section `singularity` of the robot file applies to the new tool, except factors whose zeros
     are not singular poses of the new tool.

@@ -62,7 +62,7 @@ def axes_of(state: ToolState) -> Iterator[RowAxis]:
 
 
 def motor_axes(robot: Robot, loops: Sequence[LoopLinks]) -> Iterator[RowAxis]:
-    """Yield the axes of the joints of closed loops that have a motor."""
+    """Yield the axes of those joints in closed loops that a motor moves."""
     places = {joint.variable: k for k, joint in enumerate(robot.description.joints)}
     for joint in (joint for loop in loops for joint in loop.joints if joint.motors):
         joints = tuple(sorted(places[name] for name in joint.motors))

@@ -1,8 +1,8 @@
 """
 Compute manipulability ellipsoids: tool velocities for joint velocities with unit norm.
 
-A block of the Jacobian maps the unit ball of joint velocities to an ellipsoid. Its radii are the
-singular values of the block, its axes the left singular vectors (Yoshikawa 1985).
+Three rows of the Jacobian map the unit ball of joint velocities to an ellipsoid. The radii are the
+singular values of the three rows, the axes are the left singular vectors (Yoshikawa 1985).
 """
 
 from functools import lru_cache

@@ -52,7 +52,7 @@ class Copied:
 
     def sources(self, row: int, measures: int) -> Integers:
         """
-        Return the indices of the columns in an array: `row` numbers of a state, then its measures.
+        Return the column indices in an array that has the row (`row` numbers) and the measures.
         """
         return self.columns + row if self.of_measures else self.columns % row
 
@@ -96,7 +96,9 @@ class WithCovariance:
         return np.concatenate([numbers, covariance.ravel()])
 
     def sources(self, row: int, measures: int) -> Integers:
-        """Return the columns in a row that is followed by the measures and by two covariances."""
+        """
+        Return the column indices in an array that has the row, the measures and two covariances.
+        """
         begin = row + measures + (36 if self.of_motion else 0)
         return np.concatenate([self.copied.sources(row, measures), begin + np.arange(36)])
 

@@ -50,7 +50,7 @@ def markers_message(report: StateReport) -> MarkerArray:
     _ellipsoid(maker, scene)
     _twist(maker, scene)
     _lost(maker, scene)
-    # Write below the tool, because the name of the lost direction is above it.
+    # Write this text below the tool, because the text about the null direction is above the tool.
     at = scene.tool[:3, 3] - [0.0, 0.0, 0.12 * scene.size]
     words = f'{seen.level.name}\ndistance {distance_text(seen)}'
     maker.text(STATUS, at, words, TEXT_HEIGHT * scene.size, look.LEVEL_COLOURS[seen.level])

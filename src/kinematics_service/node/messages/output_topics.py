@@ -345,7 +345,8 @@ TOPICS = (
         of_null_space(self_motion_of),
         lambda settings: matrix_message(_joints(settings)),
     ),
-    # Published only to subscribers: this takes ten times as long as the other numbers of a state.
+    # Computed only for subscribers, because these numbers take ten times as long as all others of
+    # a state.
     OutputTopic(
         '~/singularity/clearance', Float64, computed(lambda report: report.singularity.clearance)
     ),

@@ -237,8 +237,8 @@ def _node(
     node = kind(arm.robot, lambda: stop.came, arm.name, arm.topic, context=context, **options)
     name = full_name(node)
     if name in [full_name(other) for other in others]:
-        # Destroy the node: a remapping of names applies to every node of the process, so names
-        # collide.
+        # Destroy the node, because a remapping of names gives every node of the process the same
+        # name.
         node.destroy_node()
         raise ArmsError(
             f'two arms are named /{name}: give the namespaces as '

@@ -133,7 +133,7 @@ class Spinner:
 
     def watch(self) -> None:
         """
-        Skip messages if they wait for too long; a thread other than the spinning one calls this
+        Skip messages that wait for too long; a thread that does not run the executor calls this
         method.
         """
         if not self.in_order or self._passed_over is not None:
@@ -147,7 +147,8 @@ class Spinner:
 
     def catch_up(self, longest: float) -> None:
         """
-        Skip waiting messages, for at most `longest` (s); the spinning thread calls this method.
+        Skip waiting messages, for at most `longest` (s); the thread of the executor calls this
+        method.
         """
         if not self.in_order:
             return  # the default executor has no queue

@@ -243,14 +243,14 @@ def read_units(data: Yaml, at: Place) -> Units:
 
 
 def check_name(name: str | None, at: Place) -> None:
-    """Report a fault if the name of a robot or cell has other characters than it may have."""
+    """Report a fault if the name of a robot or cell has a character that is not allowed."""
     if name is not None and not ROBOT_NAME.fullmatch(name):
         at.fault(f'{quoted(name)} is not a name of letters, digits and underscores')
 
 
 class _FileNames(NamedTuple):
     """
-    The names that expressions of the file may use: of joints, passive joints and constants.
+    The names of joints, passive joints and constants, which expressions of the file may use.
 
     Attributes
     ----------
@@ -320,8 +320,8 @@ def _ends(entry: RobotEntry, quantities: Quantities) -> tuple[Placement | None, 
 
 
 def _check_movement(entry: RobotEntry, names: _FileNames, links: Sequence[Link] | None) -> None:
-    # Report joints that move no row although they are not marked `unused: true`, and joints that
-    # are marked so although they move a row.
+    # Report joints that move no row but are not marked `unused: true`. Report joints that are
+    # marked `unused: true` but move a row.
     quantities = names.quantities
     joints, known = quantities.top['joints'], quantities.joint_types.keys()
     if links is not None:

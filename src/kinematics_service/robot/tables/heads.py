@@ -95,7 +95,7 @@ def _meaning(phrase: str) -> Head:
 
 
 def find_heads(rows: Sequence[PastedRow]) -> int | None:
-    """Return the index of the first row that has column heads (alpha and another one), or None."""
+    """Return the index of the first row with column heads, alpha and another quantity, or None."""
     for index, row in enumerate(rows):
         meanings = {head_of(cell).meaning for cell in row.cells}
         if 'alpha' in meanings and meanings & {'a', 'd', 'r', 'theta', 'offset'}:

@@ -8,7 +8,7 @@ from ..file.text.expression_syntax import names_in
 from .cells import is_quarter
 from .report import TableReport
 
-MARK = '@'  # stands for the variable of a row without a name yet
+MARK = '@'  # stands for the variable of a row until it has a name
 # Names without a number, such as `theta` or `q_i`: each stands for the variable of the row in
 # which it is.
 OWN = {

@@ -128,8 +128,8 @@ def cells_of(text: str) -> list[str]:
 
 
 def _groups(text: str) -> Iterator[tuple[int, int, int]]:
-    # Yield each pair of brackets that is not a function call, inner pairs first, as three indices:
-    # its begin, its end, and the begin of the pair around it (-1 without one).
+    # Yield three indices for each pair of brackets that is not a function call: its begin, its
+    # end, and the begin of the surrounding pair, or -1. Inner pairs come first.
     opened: list[tuple[int, bool]] = []
     for k, sign in enumerate(text):
         if sign in OPENED:

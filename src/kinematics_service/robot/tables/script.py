@@ -53,9 +53,7 @@ def settings_of(text: str, report: TableReport) -> dict[str, str]:
 
 
 def end_lines(text: str, settings: Mapping[str, str], report: TableReport) -> Iterator[str]:
-    """
-    Yield the base and tool that a script sets, or a robot's print shows, as robot file lines.
-    """
+    """Yield lines of a robot file for the base and tool in a script or in the print of a robot."""
     for end in ('base', 'tool'):
         if end in settings:
             found = _placement(settings[end])

@@ -21,14 +21,8 @@ NAME = re.compile(r'\w+(?:[\[(]\w+[\])])?')
 REPEATED = re.compile(r'\)\s*for\b|[\[(][A-Za-z]\w*[\])]\s*=\s*\w*Link\(|append\(')
 OPTION = re.compile(r"'(modified|standard|revolute|prismatic|[rp])'\s*,?")
 VALUE = re.compile(r"(?:'(\w+)'\s*,|(\w+)\s*=)\s*((?:[^,\[(]|\[[^\]]*\]|\([^()]*\))+)")
-VECTOR = (
-    'theta',
-    'd',
-    'a',
-    'alpha',
-    'sigma',
-    'offset',
-)  # elements of the vector in MATLAB's Link([...])
+# Elements of the vector in MATLAB's Link([...]).
+VECTOR = ('theta', 'd', 'a', 'alpha', 'sigma', 'offset')
 LATER = re.compile(
     r'(\w+(?:[\[(]\w+[\])])?)\.(theta|d|a|alpha|offset|sigma|mdh|flip|qlim)\s*=\s*([^;\n]+)'
 )

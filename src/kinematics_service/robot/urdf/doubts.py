@@ -21,7 +21,9 @@ from .tree import UrdfTree
 # Warnings about these places in the generated robot file also apply to the URDF: the joints, and
 # the sum of the lengths.
 MAPPED_PLACES = re.compile(r'joints\[(\d+)\]|links$')
-SIMILARITY = 0.75  # for a suggestion by difflib: `axes` and `axis`
+# Least similarity (difflib) of an unknown element to the element that a warning suggests: the
+# similarity of `axes` to `axis`.
+SIMILARITY = 0.75
 # For each attribute of an `<origin>`: the largest plausible number (m or rad, as in a robot file),
 # and the warning about a larger number.
 UNIT_DOUBTS = (

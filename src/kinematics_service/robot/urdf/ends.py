@@ -1,6 +1,4 @@
-"""
-Choose base and tip of a URDF's chain: the longest chain of moving joints that ends at a hand.
-"""
+"""Choose base and tip of a URDF's chain: the longest chain of moving joints before a hand."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -58,7 +56,7 @@ class _LinkWay(NamedTuple):
 
 def chain_ends(tree: UrdfTree, base: str = '', tip: str = '') -> ChainEnds:
     """
-    Return the base and tip of a chain; the function chooses an omitted one by the longest chain.
+    Return base and tip of a chain; choose a missing name from the longest chain of moving joints.
 
     The base is the root, or the link below the last floating or planar joint. The tip is the end
     of the chain with the most moving joints, without the joints of a hand. If several limbs have

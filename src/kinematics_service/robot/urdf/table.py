@@ -32,7 +32,9 @@ RIGHT_ANGLE = math.pi / 2.0 + 1e-9
 
 @dataclass(frozen=True)
 class Term:
-    """A term of theta (if `turns`) or of d: a factor times the joint variable with an index."""
+    """
+    A term of theta (if `turns`) or of d: a factor times the joint variable with index `variable`.
+    """
 
     turns: bool
     variable: int
@@ -200,10 +202,10 @@ def _turns(direction: Floats) -> tuple[float, float]:
 
 
 def _step(line: _Line) -> tuple[UrdfRow, float]:
-    # Return the row that leads to a line, seen from the frame before the row, and the distance of
-    # the new origin from the line's point. With n = (cos theta, sin theta, 0) and
-    # m = (-sin theta, cos theta, 0) the direction is W = -sin(alpha) m + cos(alpha) z. Therefore
-    # point + t W lies on the common normal n for t = point.m / sin(alpha).
+    # Return the row whose new z axis is the line `line`, and the distance of the new origin from
+    # the line's point. The line is given in the frame before the row. With n = (cos theta, sin
+    # theta, 0) and m = (-sin theta, cos theta, 0) the direction is W = -sin(alpha) m + cos(alpha)
+    # z. So point + t W lies on the common normal n for t = point.m / sin(alpha).
     x, y, z = line.point
     theta, alpha = _turns(line.direction)
     if _parallel(line.direction):

@@ -103,8 +103,8 @@ def _about(robot: Robot, plan: UrdfPlan) -> Iterable[str]:
 
 
 def _comment(sentence: str) -> str:
-    # Put a space between two hyphens and at the end: XML allows neither `--` in a comment nor a
-    # hyphen at the end of a comment.
+    # Put a space between two hyphens and at the end. An XML comment may not contain `--` or end
+    # with a hyphen.
     return f' {sentence.replace("--", "- -").replace("--", "- -")} '
 
 

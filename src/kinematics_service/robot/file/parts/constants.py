@@ -15,7 +15,7 @@ from ..text.yaml_document import Yaml
 from .description import Constant
 from .quantities import Units, check_finite
 
-MAX_CONSTANTS = 256  # a datasheet has about ten constants
+MAX_CONSTANTS = 256  # ample: a datasheet has about ten constants
 
 
 class Constants(NamedTuple):

@@ -68,7 +68,7 @@ class JointDescription:
 @dataclass(frozen=True)
 class RigidMotion:
     """
-    A constant pose, and the expressions that give it in the file and decide equality.
+    A constant pose, with its expressions in the file; two poses are equal if these texts are.
 
     Parameters
     ----------
@@ -361,7 +361,7 @@ class Uncertainty:
 
     @property
     def of_pose(self) -> bool:
-        """Return whether a standard deviation other than that of joint velocities is above 0."""
+        """Return whether a standard deviation that affects the tool's pose is above 0."""
         numbers = (
             *self.joint_deviations,
             *(deviation for _, deviation in self.parameters),
@@ -414,7 +414,7 @@ class SpeedLimit:
 
 class MimicFormula(NamedTuple):
     """
-    A joint whose position is multiplier * (position of the leader, another joint) + offset.
+    A joint that mimics a leader: its position is multiplier * (position of the leader) + offset.
 
     Attributes
     ----------

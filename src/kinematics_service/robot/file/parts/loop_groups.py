@@ -1,4 +1,4 @@
-"""Group closed loops whose equations are solved together: each moves with joints of the other."""
+"""Group the closed loops that must be solved together, because each moves the other."""
 
 from collections.abc import Sequence
 

@@ -75,7 +75,7 @@ class ArmParameter:
 
 
 class PlacedParameter(NamedTuple):
-    """A parameter, the axis x, y or z of its motion, and whether the parameter is extra."""
+    """A parameter, the axis (x, y or z) of its motion, and whether it is an extra correction."""
 
     parameter: ArmParameter
     axis: str

@@ -26,8 +26,8 @@ LARGEST_USUAL_LENGTH = 20.0  # m; longer links are probably in mm
 # Largest plausible angle (rad): a whole turn, plus the round-off of two decimals.
 LARGEST_USUAL_ANGLE = 2.0 * math.pi + 0.02
 QUARTERS = [k * math.pi / 2.0 for k in range(1, 5)]
-# A number in a file with degrees that is this close to pi/2, pi, 3 pi/2 or 2 pi is probably in
-# rad, such as 1.57.
+# In a file with degrees, a number this close to pi/2, pi, 3 pi/2 or 2 pi is probably in rad, such
+# as 1.57.
 QUARTER_TOLERANCE = 0.005
 # Numbers with 2 to 9 decimals may be rounded; numbers with more decimals count as exact.
 DECIMALS = re.compile(r'(?<![\w.])(\d\.(\d{2,9}))(?!\w)')

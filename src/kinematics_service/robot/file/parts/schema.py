@@ -27,7 +27,7 @@ from ..text.yaml_document import Yaml
 from .convention_table import CONVENTIONS, QUANTITIES
 from .measure_table import MEASURES
 
-# Words of textbooks, URDF and other programs, mapped to the accepted word that an error suggests.
+# Map words of textbooks, URDF and other programs to the accepted word that an error suggests.
 CONVENTION_WORDS = {
     word: convention.name for convention in CONVENTIONS.values() for word in convention.also
 }
@@ -136,7 +136,7 @@ def _entry_of(noun: str, kinds: Mapping[str, Any], also: Mapping[str, str]) -> t
 
 @cache
 def dh_row_entry(quantities: tuple[str, ...]) -> type[Entry]:
-    """Return the entry class for a row of a table whose convention has these quantities."""
+    """Return the entry class for a table row that has exactly the keys `quantities`."""
     other_words = {'length': 'a', 'twist': 'alpha', 's': 'd', 'th': 'theta', 'angle': 'theta'}
     also = {word: name for word, name in other_words.items() if name in quantities}
     return _entry_of('a row of the table', dict.fromkeys(quantities, Number), also)
@@ -242,8 +242,7 @@ class LoopEndEntry(PoseEntry):
 @cache
 def assembled_entry(passive: tuple[str, ...]) -> type[Entry]:
     """
-    Return the entry class for `assembled`: the positions of the joints and of these passive joints
-    at which a loop is closed.
+    Return the entry class for `assembled`, which has the key `q` and a key for each passive joint.
     """
     kinds = {'q': Numbers, **dict.fromkeys(passive, Number)}
     return _entry_of('an assembly', kinds, called(q=POSITIONS))

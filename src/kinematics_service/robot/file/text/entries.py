@@ -27,7 +27,7 @@ Check = Callable[[Yaml], Any]
 
 
 class WrongValue(Exception):
-    """A value of the file has a fault. The message is the reason; `meant` is the probable word."""
+    """A value of the file has a fault; `meant` is the word that the user probably meant."""
 
     def __init__(self, message: str, meant: str | None = None) -> None:
         super().__init__(message)
@@ -104,7 +104,7 @@ def _listed(length: int | None, wanted: str) -> Callable[[Yaml], list[Yaml]]:
 
 def one_of(*accepted: str, also: Mapping[str, str] | None = None) -> Check:
     """
-    Return a check that accepts only some words.
+    Return a function that checks a value, and accepts only the given words.
 
     `also` maps other words to accepted words, which the error suggests.
     """
@@ -173,7 +173,7 @@ Words = Annotated[list[str | None] | None, _listed(None, 'a list of words'), _wo
 
 class Entry:
     """
-    A mapping of the robot file as a frozen object: the subclass annotates one attribute for a key.
+    A mapping of the robot file as a frozen object; a subclass annotates an attribute for each key.
 
     If a key is a Python keyword, the name of its attribute ends with an underscore.
     """
@@ -182,9 +182,8 @@ class Entry:
     required: ClassVar[tuple[str, ...]] = ()
     also: ClassVar[Mapping[str, str]] = {}  # maps wrong keys to keys that the error suggests
 
-    checks: ClassVar[
-        Mapping[str, tuple[Check, ...]]
-    ]  # for each key, the functions that check the value
+    # for each key, the functions that check the value
+    checks: ClassVar[Mapping[str, tuple[Check, ...]]]
 
     def __init_subclass__(cls) -> None:
         cls.checks = {

@@ -141,7 +141,7 @@ def _angle(quarters: int, units: Units) -> str:
 
 def _quantities(links: Sequence[_Link], convention: Convention, units: Units) -> Iterator[str]:
     # Yield the rows of a table with named quantities. In a convention such as Craig's, a and alpha
-    # come before the joint, so those of a link are written in the next row.
+    # come before the joint. So a and alpha of a link are written in the next row.
     late = bool(convention.before_joint)
     before = _Link(0, 0, 0)
     for i, link in enumerate(links, 1):
