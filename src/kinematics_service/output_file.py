@@ -2,8 +2,8 @@
 Write files completely or not at all.
 
 A complete new file replaces a regular file, with the permissions and the owner of the old file.
-Other targets (a device, a named pipe, the standard output) are written to and not replaced. Links
-are followed.
+Other targets (a device, a named pipe, the standard output) are written to and not replaced.
+Symbolic links are followed.
 """
 
 import errno

@@ -268,9 +268,8 @@ class BestSubscription:
             self._end(former)
 
     def _follow_publishers(self, publishers: Sequence[TopicEndpointInfo]) -> None:
-        # Compare publishers at each call instead of using events of the middleware:
-        # `EventsExecutor` would end the process if it found an event of a destroyed subscription
-        # in its queue.
+        # Compare the publishers at each call, without events of the middleware. `EventsExecutor`
+        # would end the process if its queue contained an event of a destroyed subscription.
         offered = {tuple(info.endpoint_gid): info.qos_profile for info in publishers}
         before, self._known_publishers = self._known_publishers, set(offered)
         has_changed = before != self._known_publishers

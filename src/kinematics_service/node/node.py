@@ -328,7 +328,7 @@ class KinematicsNode(Node):
     def _publish_warning(self, status_text: StatusText) -> None:
         self._warning.publish(status_message(f'{full_name(self)}: singularity', status_text))
 
-    # Clocks and watches
+    # Time: stale joint states, and jumps of the ROS clock
 
     def _watchdog_period(self) -> float:
         period = self.settings.estimator.timeout * 1e-9 * WATCHDOG_TIMEOUT_RATIO
@@ -357,7 +357,7 @@ class KinematicsNode(Node):
             self._follow_reset()
             self.get_logger().info('the ROS clock jumped back: the state starts again')
 
-    # Diagnostics
+    # Statuses on /diagnostics
 
     def _statuses(self) -> dict[str, StatusText]:
         # Return the statuses for /diagnostics, except the status of the input.

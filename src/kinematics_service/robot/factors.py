@@ -25,8 +25,8 @@ from .task import Task
 # product of the f^k is the determinant up to a constant. Away from its zeros, a determinant has
 # relative round-off below 1e-12.
 LOG_DIFFERENCE_TOLERANCE = 1e-9
-# Compare the product with the determinant only where |det| is at least this fraction of its
-# median. Near a zero of the determinant, the relative round-off is large.
+# Compare the product of the factors with the determinant only where |det| is at least this
+# fraction of the median |det|. Near a zero of the determinant, the relative round-off is large.
 MIN_DETERMINANT_RATIO = 1e-3
 # A zero of a factor counts as a singular pose if the smallest singular value of J_t is at most
 # this fraction of the largest singular value.

@@ -37,8 +37,8 @@ MAX_QUEUE_PROCESSOR_TIME = 0.25
 
 
 class _Mark(NamedTuple):
-    # A task in the queue of the executor, with two values at the moment when it was appended: the
-    # time and the processor time of the executor's thread, s.
+    # A task in the queue of the executor. `put` and `worked` are the time, s, and the processor
+    # time of the executor's thread, s, when the task was appended.
     task: Any
     put: float
     worked: float
@@ -49,8 +49,8 @@ class Spinner:
     Runs the executor of some nodes. The executor can be stopped under any load, and its queue is
     bounded if `watch` is called periodically.
 
-    Every event in the queue is handled, but messages may be passed over. The queue cannot simply
-    be thrown away with its executor. Its requests would stay in the middleware, each until the
+    Every event in the queue is handled, but messages may be skipped. The queue cannot simply
+    be thrown away with its executor. Service requests would then stay in the middleware, each until the
     event of the next request, and every later answer would be one call late.
 
     Parameters

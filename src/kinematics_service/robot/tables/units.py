@@ -33,9 +33,8 @@ MARKED = re.compile(rf'({NUMBER.pattern})\s*\*?\s*(mm|cm|m|inch|in|rad(?:ians?)?
 # A number without a unit that is a term of a sum, not a factor.
 TERM = re.compile(rf'(?<![*/])(?<![*/]\s){NUMBER.pattern}(?!\s*(?:[*/{DEGREE}\w(.]))')
 DEGREE_DECIMALS = 9  # removes round-off: 29.999999999999996 deg becomes 30
-LIMITS_TURNS = re.compile(
-    r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?'
-)  # matches limits from 30 on, which are in degrees
+# Matches limits from 30 on, which are in degrees.
+LIMITS_TURNS = re.compile(r'-?(?:[3-9]\d|\d{3,})(?:\.\d*)?')
 
 
 def in_one_unit(

@@ -1,4 +1,4 @@
-"""Read the constants of a robot file: named numbers or expressions of constants above them."""
+"""Read the constants of a robot file: named numbers, or expressions of constants above."""
 
 import zlib
 from collections.abc import Iterable

@@ -68,7 +68,7 @@ class JointDescription:
 @dataclass(frozen=True)
 class RigidMotion:
     """
-    A constant pose, with its expressions in the file; two poses are equal if these texts are.
+    A constant pose, with its expressions in the file; poses with equal expressions are equal.
 
     Parameters
     ----------
