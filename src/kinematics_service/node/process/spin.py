@@ -49,9 +49,9 @@ class Spinner:
     Runs the executor of some nodes. The executor can be stopped under any load, and its queue is
     bounded if `watch` is called periodically.
 
-    Every event in the queue is handled, but messages may be skipped. The queue cannot simply
-    be thrown away with its executor. Service requests would then stay in the middleware, each until the
-    event of the next request, and every later answer would be one call late.
+    Every event in the queue is handled, but messages may be skipped. The queue cannot simply be
+    thrown away with its executor. Service requests would then stay in the middleware, each until
+    the event of the next request, and every later answer would be one call late.
 
     Parameters
     ----------
