@@ -5,7 +5,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-# Defined here, not imported from the kernel: a robot file is read without the kernel.
+# Define this type here instead of importing it, because a robot file is read without the kernel.
 Floats = npt.NDArray[np.float64]
 
 # If pitch is this near to +-pi/2, rad, `roll_pitch_yaw` sets yaw to 0, because yaw is not unique.
@@ -75,7 +75,8 @@ def rotation_of_quaternion(quaternion_xyzw: npt.ArrayLike) -> Floats:
     """
     q = np.moveaxis(np.asarray(quaternion_xyzw, dtype=np.float64), -1, 0)
     with np.errstate(invalid='ignore'):
-        # Divide by the largest number, because the square of the length might overflow.
+        # Divide by the largest number, because the square of the quaternion's length might
+        # overflow.
         x, y, z, w = q / np.max(np.abs(q), axis=0)
     s = 2.0 / (x * x + y * y + z * z + w * w)
     R = np.empty((*q.shape[1:], 3, 3))
@@ -151,7 +152,7 @@ def roll_pitch_yaw(R: Floats, tolerance: float = ANGLE_TOLERANCE) -> Floats:
     c, s = math.cos(yaw), math.sin(yaw)
     roll = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
     pitch = math.atan2(-R[2, 0], max(c * R[0, 0] + s * R[1, 0], 0.0))
-    return np.array([roll, pitch, yaw]) + 0.0  # no -0.0
+    return np.array([roll, pitch, yaw]) + 0.0  # the sum changes -0.0 to 0.0
 
 
 def rotation_of_roll_pitch_yaw(rpy: npt.ArrayLike) -> Floats:
@@ -167,7 +168,7 @@ def rotation_of_roll_pitch_yaw(rpy: npt.ArrayLike) -> Floats:
             [-sp, cp * sr, cp * cr],
         ]
     )
-    return R + 0.0  # no -0.0
+    return R + 0.0  # the sum changes -0.0 to 0.0
 
 
 def exact_rpy(R: Floats) -> tuple[float, float, float]:

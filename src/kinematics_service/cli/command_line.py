@@ -38,7 +38,8 @@ def run(argv: Sequence[str] | None = None) -> int:
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors='replace')  # '?' for characters not in the encoding
+            # Print '?' for a character that the encoding of the stream does not have.
+            stream.reconfigure(errors='replace')
     if argv is not None:
         return _code_of(argv)
     output = sys.stdout or open(os.devnull, 'w')  # noqa: SIM115, of this process

@@ -26,7 +26,7 @@ from ..typography import counted, plain_names
 WITH_PI = re.compile(r'[-+*/0-9.]*(pi|°)[-+*/0-9.pi]*')
 NUMBER = re.compile(r'[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?')
 
-MAX_BYTES = 256 * 1024  # largest size of a text file or of standard input
+MAX_BYTES = 256 * 1024  # bytes; largest size of a text file, or of standard input
 UTF_16 = (b'\xff\xfe', b'\xfe\xff')  # first bytes of UTF-16 text, which spreadsheets write
 ROBOT = 'FILE|NAME'
 NODE = '/kinematics'  # default full name of the node
@@ -166,7 +166,8 @@ def given_robot(name: str, in_letters: bool = False) -> Robot:
     """
     refuse_unknown_robot(name)
     robot = robot_in_letters(name) if in_letters else load_robot(name)
-    if translator_of(robot.description.file):  # `check` prints those of a robot file
+    # Print warnings only for a URDF; the command `check` prints the warnings of a robot file.
+    if translator_of(robot.description.file):
         for doubt in robot.description.warnings:
             print(doubt_text(doubt), file=sys.stderr)
     return robot

@@ -208,7 +208,7 @@ class BestSubscription:
 
     def _end(self, former: '_CountedSubscription') -> None:
         if former is not self._former or former.subscription not in self._node.subscriptions:
-            return  # it has ended, or is released by an executor that skips messages
+            return  # `former` has ended, or an executor has released it
         self._former = None
         if self._counting is former:
             lost, now = self.lost, self._current.losses.count

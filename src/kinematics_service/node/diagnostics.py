@@ -39,7 +39,7 @@ LEFT_OUT = 'left out'
 
 class InputState(NamedTuple):
     """
-    The joint states that a node received, and their outcomes since the last diagnostics.
+    Counts of received joint states by outcome (accepted, or why refused), for the diagnostics.
 
     Attributes
     ----------

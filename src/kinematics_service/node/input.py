@@ -55,7 +55,8 @@ class Input:
         self._take, self._refuse = take, refuse
         self._clock = node.get_clock()
         self._reader = JointStateReader()
-        self._form: JointStateForm | None = None  # the form of the last message
+        # Form of the last message: its size, names and offsets.
+        self._form: JointStateForm | None = None
         self.recent: deque[tuple[int, bytes]] = deque(maxlen=MESSAGE_LIMIT)
         self.subscription = BestSubscription(
             node,

@@ -56,7 +56,7 @@ MAX_WATCHDOG_PERIOD = 0.25  # s
 
 class KinematicsNode(Node):
     """
-    The ROS node of one arm, which answers JointState messages; the estimator makes all decisions.
+    The ROS node of one arm: it answers JointState messages with results of its estimator.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ class Channel(NamedTuple):
 
     def send(self, report: StateReport) -> None:
         """
-        Publish the message of a report on this topic, unless the report lacks the numbers for it.
+        Publish the message for a state report, unless the report lacks the numbers of this topic.
         """
         content, layout, stamp = self.content, self.layout, report.answer.stamp
         if isinstance(content, Built):
@@ -132,7 +132,7 @@ def filled_by_the_kernel(
 
 class Outputs:
     """
-    Publishes reports on topics with subscribers. A topic without subscribers costs one check.
+    Publishes state reports on all topics with subscribers; other topics cost only one check.
 
     Attributes
     ----------

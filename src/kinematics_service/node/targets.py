@@ -160,7 +160,7 @@ class Targets:
             while waiting is not None and not self._poses.empty():
                 waiting, replaced = self._poses.get(), replaced + 1
             if waiting is not None:
-                with contextlib.suppress(InvalidHandle):  # the node ends
+                with contextlib.suppress(InvalidHandle):  # the node may be destroyed already
                     self._take_pose(waiting, replaced)
                 waiting = self._poses.get()
 

@@ -41,7 +41,7 @@ class Copied:
 
     def of(self, report: StateReport) -> Floats | None:
         """
-        Return the numbers of a report; None if the numbers need joint velocities that are unknown.
+        Return the topic's numbers for a state report; None if they need unknown joint velocities.
         """
         state = report.answer.state
         if self.of_motion and not state.moving:
@@ -86,7 +86,7 @@ class WithCovariance:
 
     def of(self, report: StateReport) -> Floats | None:
         """
-        Return the numbers of a report, then their covariance; None if needed velocities are
+        Return the topic's numbers and covariance for a state report; None if velocities are
         unknown.
         """
         numbers = self.copied.of(report)

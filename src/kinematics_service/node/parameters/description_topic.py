@@ -96,7 +96,7 @@ class DescriptionTopic:
         KinematicsError
             The description is not a URDF of an arm.
         """
-        # loads slowly
+        # Import the importer only here, because it loads slowly.
         from ...robot.urdf.importer import urdf_as_robot_file
 
         content = (self._text or '').encode('utf-8', 'replace')

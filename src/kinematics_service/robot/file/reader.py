@@ -111,9 +111,7 @@ def text_of(file: str) -> str:
 
 
 def described(translated: RobotText, file: str, content: bytes) -> RobotDescription:
-    """
-    Return the description of a robot from the robot file text that a translator made of `content`.
-    """
+    """Return the description of a robot whose file was translated, given the translated text."""
     # Replace the reader's warnings, because these name lines and keys of the translated text,
     # which the user never sees.
     return replace(

@@ -31,7 +31,7 @@ DECIMAL_COMMA = re.compile(r'(?<=\d),(?=\d)')
 IN_THOUSANDS = re.compile(r'-?[1-9]\d{0,2},\d{3}')
 BETWEEN = re.compile(r'\s*(?:,|;|\.\.\.?|…|\bto\b|~)\s*|\s+')
 SCALED = re.compile(r'(?:(.*\*))?\s*(?:array\()?\[(.*)\]\)?\s*([*/].*)?')
-KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}  # words that are not names of constants
+KEPT = {'base', 'tool', 'xyz', 'rpy', 'pi'}  # keys and `pi`: not names of constants
 PLACE = re.compile(r'(links|joints)\[(\d+)\](?:\.(\w+))?.*')
 # Words in the pasted text that show the convention of the table.
 TITLES = {

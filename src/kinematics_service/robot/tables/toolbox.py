@@ -48,7 +48,7 @@ class ToolboxLinks(NamedTuple):
 
 class _LinkCall(NamedTuple):
     line: int
-    target: str  # the script's variable of the link, or ''
+    target: str  # the variable to which the script assigns the link, or ''
     function: str
     values: dict[str, str]
 

@@ -29,7 +29,7 @@ from .tree import UrdfTree, read_tree
 # Largest accepted error of a robot file's poses, relative to the arm's size. The value is a
 # hundred times the largest error over thousands of random chains.
 MAX_RELATIVE_ERROR = 1e-10
-MAX_NAME_LENGTH = 256  # characters, the limit in a robot file
+MAX_NAME_LENGTH = 256  # characters; a robot file accepts no longer name
 REFUSED_IN_JOINTS = ','  # the comma separates joint names in the label of a Jacobian message
 REFUSED_IN_FRAMES = r'\s'
 

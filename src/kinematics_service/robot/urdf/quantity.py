@@ -27,7 +27,8 @@ class WrittenNumber:
 
 def length_of(value: float) -> WrittenNumber:
     """Return a length, m, without round-off, and its text: `0.4` for 0.40000000000000013."""
-    value = float(value)  # the repr of a numpy number contains its type
+    # Convert a numpy number to a float, because its repr contains the name of its type.
+    value = float(value)
     near = round(value, DECIMALS)
     value = (near if abs(value - near) <= ROUND_OFF * max(1.0, abs(value)) else value) + 0.0
     return WrittenNumber(number_text(value), value)

@@ -15,7 +15,7 @@ from .table import ConstantPose, UrdfRow, UrdfTable
 # If a joint name has more characters than this, the variables of the table are q1, q2, ... instead
 # of the joint names.
 MAX_VARIABLE = 8
-MAX_SOURCE_LENGTH = 2000  # characters, the limit in a robot file
+MAX_SOURCE_LENGTH = 2000  # characters; a robot file accepts no longer source
 # Words that YAML 1.1 or 1.2 reads as text only if they are in quotes.
 WORDS = ('true', 'false', 'null', 'yes', 'no', 'on', 'off')
 

@@ -86,7 +86,7 @@ def _half_digit(texts: Sequence[str | None], kind: Kind, units: Units) -> float:
     decimals = [found for text in texts if (found := DECIMALS.fullmatch(text or ''))]
     most = max((len(found[1]) for found in decimals), default=0)
     if any(unit_doubt(float(found[0]), kind) for found in decimals):
-        units = Units('deg', 'mm')  # the numbers are implausible in rad or m
+        units = Units('deg', 'mm')  # implausible in rad and m, so assume deg and mm
     half = units.to_si(0.5 * 10.0**-most, kind)
     return half if most and half <= MAX_ROUNDING else 0.0
 

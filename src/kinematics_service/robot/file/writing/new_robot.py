@@ -11,7 +11,7 @@ from ..parts.description import AngleUnit
 from ..parts.quantities import Units
 
 MAX_JOINTS = 12
-CELL_WIDTH = 6  # characters of a number in the table
+CELL_WIDTH = 6  # characters; width of a number in the table
 
 
 class _Link(NamedTuple):
