@@ -31,7 +31,7 @@ class _Publisher:
 
     def look_back(self) -> None:
         """
-        Let the rate begin at a later message, if enough messages have come since that message.
+        Compute the rate from a later message on, if enough messages have come since that message.
         """
         if self.number - self._between[0] >= 4 * MIN_RATE_MESSAGES:
             self._from, self._between = self._between, (self.number, self.stamp)

@@ -178,7 +178,7 @@ class KinematicsNode(Node):
 
     def set_parameters_atomically(self, parameter_list: Any) -> Any:
         """
-        Set parameters as rclpy does; the `reason` of the result says which values are doubtful.
+        Set parameters as rclpy does; the result's `reason` says why accepted values are doubtful.
         """
         result = super().set_parameters_atomically(parameter_list)
         if result.successful and self.is_started:
