@@ -1,5 +1,5 @@
 """
-Evaluate sympy expressions at many configurations at once: walk each tree, compute each part once.
+Evaluate sympy expressions at many configurations at once; equal subexpressions are evaluated once.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -16,7 +16,8 @@ DEGREE = np.pi / 180.0
 
 class Evaluation:
     """
-    The values of symbols at N configurations, and a cache of the values of expressions.
+    Evaluates expressions at N configurations from the values of their symbols, and caches the
+    results.
 
     Parameters
     ----------
@@ -38,7 +39,8 @@ class Evaluation:
 
     def of(self, expression: sp.Expr) -> Floats:
         """
-        Return the N values of an expression; NaN or infinite at configurations without a value.
+        Return the N values of an expression, NaN or infinite at configurations at which it is
+        undefined.
         """
         with np.errstate(all='ignore'):
             return self._of(expression)
@@ -58,7 +60,8 @@ class Evaluation:
 
     def with_part(self, expression: sp.Expr, path: Sequence[int], part: sp.Expr) -> Floats:
         """
-        Return the N values of an expression after one part of it is replaced.
+        Return the N values of an expression in which the part at `path` is replaced by another
+        part.
 
         `path` holds the argument indices that lead to the part. The new expression is not built in
         sympy, because that takes five times as long.
@@ -88,7 +91,7 @@ class Evaluation:
         name = type(e).__name__
         if self.degrees and name in ('sin', 'cos', 'tan'):
             arguments = [arguments[0] * DEGREE]
-        if name not in FUNCTIONS:  # sympy writes values that are not real by such functions
+        if name not in FUNCTIONS:  # sympy uses other functions only for values that are not real
             return np.full_like(arguments[0], np.nan)
         result = FUNCTIONS[name](*arguments)
         return result / DEGREE if self.degrees and name.startswith('a') else result

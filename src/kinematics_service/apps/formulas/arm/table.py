@@ -30,9 +30,9 @@ from ..derive.algebra.names import Names, angle_in_rad, names_by_use, uses_of
 
 ZERO = sp.Integer(0)
 EYE = sp.ImmutableDenseMatrix(sp.eye(4))
-# Largest difference between a rotation's entries in the file and after reading. If it is larger,
-# the reader has replaced a rounded rotation, and its numbers are used instead of the file's
-# expressions.
+# Largest difference between an entry of a rotation in the file and the entry that the file's
+# reader returns. If a difference is larger, the reader has replaced a rounded rotation, and the
+# table uses the reader's numbers instead of the file's expressions.
 ROTATION_TOLERANCE = 1e-12
 AXES = {'x': 0, 'y': 1, 'z': 2}
 
@@ -40,7 +40,8 @@ AXES = {'x': 0, 'y': 1, 'z': 2}
 @dataclass(frozen=True)
 class TableRow:
     """
-    One row of the table: a product of named quantities, or inner * motion * inverse(outer).
+    One row of the table: a product of motions by named quantities such as a and alpha, or the
+    product inner * motion * inverse(outer).
 
     Parameters
     ----------
@@ -83,7 +84,10 @@ class TableRow:
 
     @cached_property
     def moving(self) -> sp.Expr:
-        """Return the sum of the row's theta, d and argument; it has the row's joint variables."""
+        """
+        Return the sum of theta, d and argument of the row; it contains all joint variables of the
+        row.
+        """
         return sum((self[name] for name in MOVING), self.argument)
 
     @cached_property
@@ -101,7 +105,8 @@ class TableRow:
 @dataclass(frozen=True)
 class Table:
     """
-    A robot's table, base and tool in symbols, and the values of the file's constants.
+    A robot's table of rows, its base and its tool in symbols, and the values of the named
+    constants.
 
     Parameters
     ----------
@@ -136,7 +141,9 @@ class Table:
 
     @property
     def joints(self) -> int:
-        """Return the number of joints that no closed loop moves."""
+        """
+        Return the number of active joints, without the passive joints that closed loops move.
+        """
         return len(self.variables) - self.passive
 
     def with_row(self, index: int, row: TableRow) -> 'Table':
@@ -151,7 +158,7 @@ def rotation(axis: str, angle: sp.Expr) -> sp.Matrix:
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> sp.Matrix:
-    """Return the 4 x 4 translation."""
+    """Return the 4 x 4 matrix of the translation by (x, y, z)."""
     T = sp.eye(4)
     T[0, 3], T[1, 3], T[2, 3] = x, y, z
     return T
@@ -165,8 +172,8 @@ def inverse_pose(T: sp.Matrix) -> sp.Matrix:
 
 def motion(axis: str, argument: sp.Expr | sp.Matrix) -> sp.Matrix:
     """
-    Return the 4 x 4 matrix of an elementary motion such as Rz or Tx; if axis is '', the pose
-    itself.
+    Return the 4 x 4 matrix of an elementary motion such as Rz or Tx by `argument`. If `axis` is
+    '', return `argument`, which is then a pose.
     """
     if not axis:
         return argument
@@ -183,7 +190,7 @@ def row_matrix(row: TableRow) -> sp.Matrix:
 
 @lru_cache(maxsize=4096)
 def row_derivative(row: TableRow, variable: sp.Symbol) -> sp.Matrix:
-    """Return the derivative of a row's matrix by a joint variable."""
+    """Return the derivative of a row's 4 x 4 matrix by a joint variable."""
     return row_matrix(row).diff(variable)
 
 

@@ -21,7 +21,7 @@ from .table import Table, row_derivative, row_matrix
 @dataclass(eq=False)
 class World:
     """
-    A table, evaluated at N configurations.
+    The frames and the Jacobian of a robot's table, evaluated at N configurations.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class World:
 
     @cached_property
     def evaluation(self) -> Evaluation:
-        """Return the evaluation of expressions at the N configurations."""
+        """Return the object that evaluates expressions at the N configurations."""
         return Evaluation(self.values, self.poses)
 
     @cached_property
@@ -63,16 +63,21 @@ class World:
 
     @cached_property
     def frames(self) -> list[Floats]:
-        """Return frame 0, the frame after each row, and the tool, in the base frame."""
+        """
+        Return frame 0, the frame after each row, and the tool frame, each in the base frame, (N,
+        4, 4).
+        """
         return [*accumulate((self.base, *self.rows, self.tool), np.matmul)]
 
     @cached_property
     def tool(self) -> Floats:
-        """Return the tool in the frame after the last row, shape (N, 4, 4)."""
+        """Return the tool frame in the frame after the last row, shape (N, 4, 4)."""
         return self.evaluation.of_matrix(self.table.tool)
 
     def frame(self, at: int) -> Floats:
-        """Return a frame in the base frame, shape (N, 4, 4); the identity if `at` < 0."""
+        """
+        Return frame number `at` in the base frame, shape (N, 4, 4); the identity if `at` < 0.
+        """
         return np.broadcast_to(np.eye(4), self.base.shape) if at < 0 else self.frames[at]
 
     def between(self, i: int, j: int) -> Floats:
@@ -81,13 +86,14 @@ class World:
 
     @property
     def pose(self) -> Floats:
-        """Return the tool in the base frame, shape (N, 4, 4)."""
+        """Return the tool frame in the base frame, shape (N, 4, 4)."""
         return self.frames[-1]
 
     @cached_property
     def row_columns(self) -> dict[tuple[int, int], Floats]:
         """
-        Return each row's part of each Jacobian column: key (row, joint), value of shape (N, 6).
+        Return what each row of the table adds to each Jacobian column: key (row, joint), value of
+        shape (N, 6).
         """
         return self._row_columns(range(len(self.table.variables)))
 
@@ -99,20 +105,21 @@ class World:
                 if variable not in row.symbols:
                     continue
                 derivative = self.evaluation.of_matrix(row_derivative(row, variable))
-                # T = A row B, so dT = A drow B.
+                # The tool pose is T = A row B, so its derivative is dT = A drow B.
                 dT = self.frames[i] @ derivative @ self._behind[i]
                 parts[i, k] = twist_of(dT, self.pose)
         return parts
 
     @cached_property
     def _behind(self) -> list[Floats]:
-        # Return for each row the tool in the frame after the row, shape (N, 4, 4).
+        # Return for each row the tool frame in the frame after the row, shape (N, 4, 4).
         behind = accumulate((self.tool, *reversed(self.rows[1:])), lambda T, row: row @ T)
         return [*behind][::-1]
 
     def columns_of(self, joints: Sequence[int]) -> Floats:
         """
-        Return the Jacobian columns of some joints as if no loop moved a joint, shape (N, 6, k).
+        Return the Jacobian columns of `joints` without the coupling by closed loops, shape (N, 6,
+        k).
         """
         parts = self._row_columns(joints)
         J = np.zeros((self.poses, 6, len(joints)), np.result_type(float, *parts.values()))
@@ -135,7 +142,7 @@ class World:
 def with_constants(
     table: Table, variables: Mapping[sp.Symbol, Floats], poses: int
 ) -> dict[sp.Symbol, Floats]:
-    """Return the values of a table's joint variables and of its constants at N poses."""
+    """Return the values of a table's joint variables and constants at N configurations."""
     values = dict(variables)
     for symbol in table.constants:
         if symbol in table.derived:
@@ -146,7 +153,9 @@ def with_constants(
 
 
 def twist_of(derivative: Floats, pose: Floats) -> Floats:
-    """Return the column (v, w) of a pose's derivative, shape (N, 6): v = dp, [w] = dR R^T."""
+    """
+    Return the twist (v, w) of a pose from its derivative, shape (N, 6): v = dp, [w] = dR R^T.
+    """
     W = derivative[:, :3, :3] @ np.swapaxes(pose[:, :3, :3], 1, 2)
     w = np.stack([W[:, 2, 1], W[:, 0, 2], W[:, 1, 0]], axis=-1)
     return np.concatenate([derivative[:, :3, 3], w], axis=1)

@@ -1,4 +1,4 @@
-"""The command `compare`: a person's own formulas against the right ones."""
+"""Define the command `compare`, which checks formulas that a user wrote against the exact ones."""
 
 import sys
 from typing import Annotated

@@ -1,4 +1,6 @@
-"""The command `derive`: exact frames, Jacobian, determinant and singular set of an arm."""
+"""
+Define the command `derive`, which prints exact frames, Jacobian, determinant and singular set.
+"""
 
 import sys
 from enum import Enum

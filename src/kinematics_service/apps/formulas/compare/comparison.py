@@ -34,8 +34,9 @@ from .text.file import Settings, read_formulas
 
 AGREES, DIFFERS = 'agrees', 'differs'
 BRANCH_POSES = 200
-# If the ratio of solved poses is below this, a remark gives the ratio of poses without a solution.
-# It is not 1, because near the ends of acos one or two of 200 poses lose too many digits.
+# If a formula solves fewer poses than this ratio, a remark gives the ratio of poses without a
+# solution. The ratio is below 1, because acos near -1 and 1 loses too many digits at one or two of
+# 200 poses.
 MIN_REMARKED_RATIO = 0.99
 
 

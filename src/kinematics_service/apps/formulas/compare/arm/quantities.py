@@ -63,7 +63,8 @@ class Quantity:
     either: bool = False
 
 
-# Patterns of names (without underscores) and their quantities; groups of a pattern set fields.
+# Patterns of names (without underscores), and the quantities that the names mean. The groups of a
+# pattern set fields of `Quantity`.
 _PATTERNS = {
     r'det(?:J|Jv|Jacobian)?|JacDet': Quantity('det'),
     r'[TH]|TH|[TAH]0[ne]|T0T|T(?:tool|total|0?ee|basetool)': Quantity('tool'),
@@ -193,7 +194,7 @@ def expression_of(quantity: Quantity, arm: SymbolicArm, reading: Settings) -> sp
 
 def arranged(J: Floats, arm: World | SymbolicArm, quantity: Quantity, reading: Settings) -> Floats:
     """
-    Return the Jacobian J in the axes, row order and rows that a formula asks for.
+    Return J in the axes and the row order of a formula, with only the rows that the formula has.
 
     The input J has base axes and linear rows first.
 
@@ -235,8 +236,8 @@ ANGLES = {
 
 
 def _rates(R: Floats, form: str) -> Floats:
-    # Return E^+ with w = E rates. The columns of E are the axes of the three turns (Siciliano,
-    # section 3.6).
+    # Return the pseudoinverse E^+ of the matrix E, for which w = E * (rates of the angles). The
+    # columns of E are the axes of the three turns (Siciliano, section 3.6).
     last = 2 if form == 'zyz' else 0
     angle = np.arctan2(R[..., 1, last], R[..., 0, last])
     zero, one = np.zeros_like(angle), np.ones_like(angle)

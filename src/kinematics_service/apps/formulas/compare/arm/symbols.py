@@ -94,7 +94,7 @@ class SymbolicArm:
         return sp.ImmutableDenseMatrix(sp.Matrix.hstack(*columns))
 
 
-# Maximum length of the right expression of an entry that a report prints.
+# Maximum length, in characters, of a right expression that a report prints beside a wrong entry.
 MAX_SHOWN_CHARACTERS = 160
 
 

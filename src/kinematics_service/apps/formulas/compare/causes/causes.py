@@ -1,5 +1,6 @@
 """
-List the causes that a wrong matrix may have, the most specific first; a new cause is a new row.
+List the mistakes for which a wrong matrix is tested, the most specific mistake first. To add a
+mistake, add a row to `CAUSES`.
 """
 
 from . import misreadings as misreadings
@@ -21,7 +22,7 @@ ARM = ('tool', 'pose', 'rotation', *VECTORS, *JACOBIAN, 'det')
 TABLE = (*ARM, 'row')
 
 CAUSES = (
-    # Many causes flip the sign of a determinant, so the plain sign is tried before them.
+    # Many mistakes flip the sign of a determinant, so a wrong sign alone is tested before them.
     Cause('sign of the determinant', ('det',), (WHOLE,), slips.sign),
     Cause('axes of the frame itself', ('axis',), (WHOLE,), slips.own_axes),
     Cause('kind of joint', JACOBIAN, (COLUMN,), slips.joint_type),

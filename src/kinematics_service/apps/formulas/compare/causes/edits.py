@@ -23,7 +23,8 @@ MAX_COMBINED_TERMS = 7
 @dataclass(frozen=True)
 class Edit:
     """
-    A new part for an expression, its path, and the sentence printed if it makes the formula right.
+    A repair of an expression: `part` replaces the part at `path`. A report prints `sentence` if
+    the repaired formula is right.
     """
 
     sentence: str
@@ -92,7 +93,7 @@ def extra_terms(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def sine_and_cosine(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with a sine written for a cosine, or a cosine for a sine."""
+    """Yield the expression with a sine replaced by a cosine, or a cosine by a sine."""
     other = {sp.sin: sp.cos, sp.cos: sp.sin}
     for path, part in places(e):
         if part.func in other:
@@ -127,7 +128,7 @@ def symbols_exchanged(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Ed
 
 
 def lost_lengths(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with a length, or its square, added to one of its sums."""
+    """Yield the expression with a length, or its square, added to or subtracted from one part."""
     for path, part in places(e):
         if part.is_number or (path and _at(e, path[:-1]).is_Add):
             continue
@@ -145,7 +146,8 @@ def _at(e: sp.Expr, path: Path) -> sp.Expr:
 
 def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with a joint or a quarter turn changed in the argument of a function.
+    Yield the expression with a joint variable, pi/2 or pi added to the argument of a sine, cosine
+    or tangent.
     """
     for path, part in places(e):
         if part.func not in (sp.sin, sp.cos, sp.tan):
@@ -159,7 +161,8 @@ def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with a factor of one term applied to several terms: a lost bracket.
+    Yield the expression with several terms of a sum multiplied by a factor, as if the user had
+    forgotten brackets.
     """
     factors = {part for _, part in places(e) if part.func in (sp.sin, sp.cos) or part.is_Symbol}
     for path, part in _sums(e):
@@ -175,7 +178,10 @@ def brackets(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def lost_plus(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with one product split into a sum of two products: a lost plus sign."""
+    """
+    Yield the expression with one product split into a sum of two: the user forgot a plus or a
+    minus.
+    """
     for path, part in places(e):
         if not part.is_Mul or len(part.args) > MAX_COMBINED_TERMS:
             continue
@@ -189,9 +195,7 @@ def lost_plus(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def arguments(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """
-    Yield the expression with the arguments of an inverse function exchanged, negated or inverted.
-    """
+    """Yield the expression with an inverse function's arguments exchanged, negated or inverted."""
     for path, part in places(e):
         if part.func == sp.atan2:
             y, x = part.args
@@ -226,7 +230,7 @@ def arguments(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with numbers or its result converted from degrees or millimetres.
+    Yield the expression with angles converted between degrees and radians, or mm converted to m.
     """
     changed, inside = e, False
     for part in {p for _, p in places(e) if p.func in (sp.sin, sp.cos, sp.tan)}:
@@ -242,7 +246,10 @@ def units(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def powers(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield the expression with a square added or removed."""
+    """
+    Yield the expression with a symbol, a sine or a cosine squared, or with a square or a root
+    removed.
+    """
     for path, part in places(e):
         above = _at(e, path[:-1])
         if (part.is_Symbol or part.func in (sp.sin, sp.cos)) and not above.is_Pow:
@@ -269,7 +276,10 @@ def twos(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
 
 
 def quarter_turns(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
-    """Yield a formula of a joint angle on another branch, or counted from another zero."""
+    """
+    Yield a formula of a joint angle plus 180, 90 or -90 deg, also with the sign of the formula
+    changed.
+    """
     turns = ((sp.pi, '180 deg'), (sp.pi / 2, '90 deg'), (-sp.pi / 2, '-90 deg'))
     for turn, text in turns:
         yield Edit(f'{text} must be added', (), e + turn)

@@ -1,7 +1,8 @@
 """
-Explain wrong entries by tested causes: a greedy set cover, the cause of most entries first.
+Explain wrong entries by tested mistakes. A greedy set cover selects first the mistake that
+explains the most wrong entries.
 
-A cause counts only if it makes the whole difference vanish at all poses.
+A mistake explains an entry only if the mistaken value equals the user's value at all poses.
 """
 
 from collections.abc import Iterator, Sequence
@@ -23,10 +24,10 @@ from .variant import BLOCK, COLUMN, ENTRY, ROW, WHOLE, Cause, Variant
 
 # Maximum number of alternative causes that a report names beside the first cause.
 MAX_ALTERNATIVES = 3
-# Maximum number of terms of a right entry in which dropped terms are searched.
+# The search for dropped terms is skipped if the right entry has more terms than this.
 MAX_MISSING_TERMS = 12
-# If a cause of the whole matrix leaves at most this ratio of the wrong entries wrong, it is the
-# first of two mistakes.
+# Largest ratio of the wrong entries that a mistake in the whole matrix may leave unexplained. A
+# second mistake is then searched in these entries.
 MAX_LEFT_RATIO = 0.34
 
 DROPPED = 'dropped term or factor'
@@ -35,7 +36,7 @@ DROPPED = 'dropped term or factor'
 @dataclass(frozen=True)
 class Explanation:
     """
-    A cause that makes the difference vanish in some entries.
+    A mistake that explains wrong entries: with this mistake, the values equal the user's values.
 
     Parameters
     ----------
@@ -64,7 +65,10 @@ class Explained:
 
 
 def explain(check: Check) -> Explained:
-    """Return the causes that explain a failed check, and the names of all that were tested."""
+    """
+    Return the mistakes that explain a failed check, and the names of all mistakes that were
+    tested.
+    """
     tried: list[str] = []
     if isinstance(check, QuantityCheck):
         explanations = _of_matrix(check, check.right, tried)
@@ -97,7 +101,8 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
 
 
 def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
-    # Too many separate causes do not explain a matrix: return none then.
+    # Return no mistake if more mistakes were found than a third of the wrong entries: separate
+    # mistakes for so few entries each may be coincidences.
     return found if len(found) <= max(2, wrong // 3) else []
 
 
@@ -127,8 +132,8 @@ def _candidates(
 def _best_whole(
     check: QuantityCheck, wrong: Mask, variants: list[tuple[str, Variant]]
 ) -> tuple[str, Variant] | None:
-    # Choose the variant of the whole matrix that leaves the fewest entries wrong: a second mistake
-    # may explain these entries.
+    # Choose the mistake in the whole matrix that leaves the fewest entries unexplained; a second
+    # mistake may explain these entries.
     best, least = None, int(MAX_LEFT_RATIO * wrong.sum())
     for name, variant in variants:
         left = int((~check.agrees(check.person, variant.values)).sum())
@@ -138,7 +143,7 @@ def _best_whole(
 
 
 def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
-    # Yield the parts of a matrix at this scope: name and index.
+    # Yield name and index of each part of the matrix: the whole, blocks, columns, rows or entries.
     rows, columns = check.shape
     if scope == WHOLE:
         yield '', np.s_[:]
@@ -159,8 +164,9 @@ def _parts(scope: str, check: QuantityCheck) -> Iterator[tuple[str, sp.Expr]]:
 
 
 def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[Explanation], Mask]:
-    # Greedy set cover: take the cause that explains the most remaining entries. If two explain
-    # equally many, take the first in `CAUSES`. Return the causes and the unexplained entries.
+    # Greedy set cover: take the mistake that explains the most remaining entries. If two explain
+    # equally many, take the first in `CAUSES`. Return the chosen mistakes and the unexplained
+    # entries.
     left = wrong.copy()
     chosen: list[Explanation] = []
     while left.any() and candidates:
@@ -171,7 +177,7 @@ def _cover(candidates: list[_Candidate], wrong: Mask, one: bool) -> tuple[list[E
         sentence = best.variant.sentence
         also = {
             rival.variant.sentence: f'{rival.place}{rival.variant.sentence}'
-            for rival in reversed(candidates)  # so the largest scope stays
+            for rival in reversed(candidates)  # so that of equal sentences the first is kept
             if rival.variant.sentence != sentence
             and (rival.mask == best.mask).all()
             and (one or rival.cause != best.cause)
@@ -207,18 +213,19 @@ def _repaired(check: Check, right: Floats, i: int, j: int, tried: list[str]) -> 
     if isinstance(check, QuantityCheck) and check.quantity.kind == 'general':
         symbols = tuple(sp.Symbol(f'{name}_i') for name in QUANTITIES)
     if isinstance(check, SolutionCheck):
-        # Exclude the joint's own symbol: it would repair every formula of the joint.
+        # Exclude the joint's own symbol: with it, a repair could turn any formula into the joint
+        # itself.
         symbols = tuple(symbol for symbol in symbols if symbol != check.variable)
     known = sorted(expression.free_symbols - set(symbols), key=str)
     kinds = SOLUTION_EDITS if isinstance(check, SolutionCheck) else EDITS
-    found: dict[str, str] = {}  # kind of edit by sentence; the first kind is kept
+    found: dict[str, str] = {}  # sentence of an edit: name of its first repair
     for kind in kinds:
         tried.append(kind.name)
         for edit in kind.edits(expression, (*symbols, *known)):
             values = check.evaluation.with_part(expression, edit.path, edit.part)
             if not check.passes(values, right[:, i, j]):
                 continue
-            # Skip edits that turn the whole entry into 0: the kind EXTRA reports such entries.
+            # Skip edits that turn the whole entry into 0: the repair EXTRA reports such entries.
             may_vanish = kind == EXTRA or not isinstance(check, QuantityCheck)
             if not may_vanish and replaced(expression, edit.path, edit.part) == 0:
                 continue

@@ -1,8 +1,8 @@
 """
-Generate mistaken readings of a robot's table: another convention, another zero, another row.
+Generate mistaken readings of a robot's table, such as another DH convention, a joint counted from
+another zero, or a row left out.
 
-Each reading is a table with one thing changed. The quantity is computed from it as from the right
-table.
+Each reading is a table with one change. The quantity is computed from the changed table.
 """
 
 from collections.abc import Iterator
@@ -29,7 +29,7 @@ def _at(check: QuantityCheck, table: Table, sentence: str) -> Variant:
 
 
 def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence: str) -> Variant:
-    # Return the table with its joint variables replaced by expressions.
+    # Return the values of the quantity after expressions replace joint variables of the table.
     rows = tuple(
         row
         if row.symbols.isdisjoint(changes)
@@ -44,7 +44,8 @@ def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence
 
 def other_convention(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the table's numbers read as rows of another convention that has the same quantities.
+    Yield the quantity if the table's numbers are read as rows of another convention, which has
+    quantities with the same names.
     """
     table = check.names.table
     for other in CONVENTIONS[table.convention].others:
@@ -73,7 +74,9 @@ def _whose(convention: Convention) -> str:
 
 
 def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield values in which a joint is counted from another zero."""
+    """
+    Yield the quantity with one joint angle counted from another zero, 90, -90 or 180 deg away.
+    """
     for variable in check.names.table.turning:
         for turn, text in TURNS:
             sentence = f'{variable} is counted from another zero: {variable} {text} stands for it'
@@ -81,7 +84,7 @@ def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield values in which all joint angles, or one, were taken for degrees."""
+    """Yield the quantity with one joint angle, or all of them, taken for degrees."""
     turning = check.names.table.turning
     for chosen in (turning, *([variable] for variable in turning if len(turning) > 1)):
         changes = {variable: check.poses.values[variable] * DEGREE for variable in chosen}
@@ -91,7 +94,7 @@ def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
 
 def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield values in which sine and cosine are exchanged, for one joint or for all sums of joints.
+    Yield the quantity with sines and cosines exchanged, of one joint or of all sums of joints.
     """
     turning = check.names.table.turning
     for variable in turning:
@@ -113,14 +116,14 @@ def _with_values(check: QuantityCheck, changes: dict[sp.Symbol, Floats], sentenc
 
 
 def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield values in which a joint turns in the other direction."""
+    """Yield the quantity with one joint counted in the opposite direction."""
     for variable in check.names.table.variables:
         sentence = f'{variable} is counted in the other direction'
         yield _by_joints(check, {variable: -variable}, sentence)
 
 
 def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield values in which two joints are exchanged."""
+    """Yield the quantity with two joint variables exchanged."""
     for one, other in combinations(check.names.table.variables, 2):
         sentence = f'{one} and {other} are exchanged'
         yield _by_joints(check, {one: other, other: one}, sentence)
@@ -128,8 +131,8 @@ def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
 
 def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield values in which a joint angle is added to, or subtracted from, another: relative for
-    absolute.
+    Yield the quantity with one joint angle replaced by its sum with another angle, or their
+    difference, as if absolute and relative angles were confused.
     """
     for one, other in permutations(check.names.table.turning, 2):
         for value, text in ((one + other, f'{one} + {other}'), (one - other, f'{one} - {other}')):
@@ -137,7 +140,7 @@ def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def one_row(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield tables with one quantity of one row changed."""
+    """Yield the quantity of tables with one quantity of one row changed."""
     table = check.names.table
     for i, row in enumerate(table.rows):
         where = f'row {i + 1}'
@@ -164,7 +167,7 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield tables without one of their rows."""
+    """Yield the quantity of tables without one of their rows."""
     table = check.names.table
     for i, row in enumerate(table.rows):
         still = TableRow(row.convention, tuple((name, ZERO) for name, _ in row.quantities))
@@ -172,7 +175,9 @@ def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield tables in which one column is shifted by a row, from some row on."""
+    """
+    Yield the quantity of tables in which the values of one column slipped up or down by one row.
+    """
     table = check.names.table
     convention = CONVENTIONS[table.convention]
     joint = [name for _, name in convention.joint_motions]
@@ -196,8 +201,8 @@ def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
 
 def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield tables in which a Sheth-Uicker row is multiplied by its output matrix, not by its
-    inverse.
+    Yield the quantity of tables in which a Sheth-Uicker row is multiplied by its output matrix
+    instead of the inverse.
     """
     table = check.names.table
     shaped = [i for i, row in enumerate(table.rows) if row.outer != EYE]
@@ -216,7 +221,7 @@ def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def missing_length(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield values in which one length, or one prismatic joint, is 0."""
+    """Yield the quantity with one length, or one prismatic joint, set to 0."""
     table, values = check.names.table, check.poses.values
     sliding = [variable for variable in table.variables if variable not in table.turning]
     general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
@@ -227,7 +232,7 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield values in which two lengths are exchanged, or one is written for another."""
+    """Yield the quantity with two lengths exchanged, or with one length written for another."""
     values = check.poses.values
     for one, other in combinations(check.names.table.constants, 2):
         versions = (
@@ -242,8 +247,8 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
 
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the configuration of the `at` line with one joint at 0, 90, -90 or 180 deg, or in other
-    units.
+    Yield the quantity with one joint of the `at` line at 0, 90, -90 or 180 deg, or with the joint
+    angles of the line read in degrees.
     """
     values, turning = check.poses.values, check.names.table.turning
     given = [s for s in check.names.table.variables if s.name in check.poses.chosen]

@@ -1,6 +1,6 @@
 """
-Generate mistaken formulas: wrong sign, units, inverse or quantity; wrong order, axes or point of
-J.
+Generate wrong versions of a formula: wrong sign, units or inverse, another quantity, or a Jacobian
+with wrong row order, axes or reference point.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ MILLIMETRES_PER_METRE = 1000.0  # definition of the unit
 
 
 def own_axes(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield z in the axes of its own frame, not turned into base axes."""
+    """Yield the z axis of a frame written in the frame's own axes, instead of base axes."""
     values = np.zeros_like(check.right)
     values.reshape(len(values), 3)[:, 2] = 1.0
     sentence = 'z in the axes of its own frame: it must be turned into base axes, R [0; 0; 1]'
@@ -73,7 +73,10 @@ def base_and_tool(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def bottom_row(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the derivative of a pose with a wrong 1 in the lower right corner."""
+    """
+    Yield the derivative of a pose with a wrong 1 in the lower right corner, whose right entry is
+    0.
+    """
     values = check.right.copy()
     values[:, 3, 3] = 1.0
     yield Variant('(4,4) is the derivative of the constant 1: it is 0, not 1', values)
@@ -115,7 +118,10 @@ def sign(check: QuantityCheck) -> Iterator[Variant]:
 def mistaken(
     check: QuantityCheck, sentence: str, J: Floats, columns: tuple[int, ...] = ()
 ) -> Variant:
-    """Return a mistaken Jacobian (base axes, linear first) in the order and rows of the user's."""
+    """
+    Return a mistaken Jacobian with the rows that the user wrote, in the user's order. The input
+    has base axes and linear rows first.
+    """
     whole = arranged(J, check.world, check.quantity, check.reading)
     return Variant(sentence, check.cut(whole, check.quantity), columns)
 
@@ -155,7 +161,9 @@ def other_point(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def axis_index(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the Jacobian with axes, or origins, of the neighbouring frame."""
+    """
+    Yield the Jacobian with the joint axes, or their origins, taken from a neighbouring frame.
+    """
     convention = CONVENTIONS[check.world.table.convention]
     if not convention.product:
         yield from _other_letters(check)
@@ -203,7 +211,9 @@ def _other_letters(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield linear columns without their cross product, or with a wrong moment arm."""
+    """
+    Yield the Jacobian without the cross products in its linear rows, or with wrong moment arms.
+    """
     world = check.world
     p = world.pose[:, :3, 3]
     bare, from_base, at_joint = (world.jacobian.copy() for _ in range(3))
@@ -223,7 +233,10 @@ def moment_arm(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def joint_type(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield columns of prismatic joints written like revolute ones, and the reverse."""
+    """
+    Yield the Jacobian with a prismatic joint's column written as for a revolute joint, or the
+    reverse.
+    """
     world = check.world
     for (i, k), column in world.row_columns.items():
         v, w = column[:, :3], column[:, 3:]
@@ -261,7 +274,10 @@ def column_order(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def column_sums(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield columns to which one of several rows contributes with a wrong sign or not at all."""
+    """
+    Yield the Jacobian with a wrong sum in one column, to which several rows of the table, or
+    another column, contribute.
+    """
     world = check.world
     n = len(world.table.variables)
     for (i, k), column in world.row_columns.items():

@@ -1,6 +1,4 @@
-"""
-Types of a tested cause: its name, the parts it may explain, and values of the mistaken formula.
-"""
+"""Define the types of a mistake to be tested, and of the values that the mistake gives."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -40,7 +38,7 @@ class Variant:
 @dataclass(frozen=True)
 class Cause:
     """
-    A row of the table of causes.
+    A mistake that is tested as the cause of a wrong formula; a row of the table `CAUSES`.
 
     Parameters
     ----------

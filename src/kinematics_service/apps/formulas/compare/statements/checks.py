@@ -32,7 +32,7 @@ ROUND_OFF = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Check(ABC):
-    """A statement of a file of formulas, evaluated at N configurations."""
+    """A formula of the user, evaluated at N configurations and compared with the right values."""
 
     robot: Robot
     names: FormulaNames
@@ -74,7 +74,7 @@ class Check(ABC):
 
     @property
     def tolerance(self) -> float:
-        """Return the largest difference at which two values count as equal."""
+        """Return the largest relative difference at which two values count as equal."""
         decimals = self.statement.decimals
         return 0.5000001 * 10.0**-decimals if decimals else ROUND_OFF
 
@@ -105,7 +105,10 @@ class Check(ABC):
 
     @cached_property
     def wrong(self) -> Mask:
-        """Return which entries differ at some pose by more than their rounded numbers explain."""
+        """
+        Return which entries differ at some pose by more than the rounding of printed decimals
+        explains.
+        """
         wrong: Mask = ~self.agrees(self.person, self.right)
         if wrong.any() and self.statement.inexact is not None:
             wrong &= np.any(np.abs(self.person - self.right) > self.rounding, axis=0)
@@ -114,7 +117,8 @@ class Check(ABC):
     @cached_property
     def rounding(self) -> Floats:
         """
-        Return how far rounding of its numbers can change each entry, shape (N, rows, columns).
+        Return how far the rounding of printed decimals can change each entry, shape (N, rows,
+        columns).
         """
         moved, inexact = np.full_like(self.person, 0.0), self.statement.inexact
         assert inexact is not None  # `wrong` calls this with rounded numbers only
@@ -159,7 +163,10 @@ class QuantityCheck(Check):
         return self.right_of(self.world)
 
     def right_of(self, world: World, reading: Settings | None = None) -> Floats:
-        """Return the quantity of another `World`, cut to the shape of the user's formula."""
+        """
+        Return the quantity of another `World`, with only the rows and columns of the user's
+        formula.
+        """
         return self.cut(self.whole_of(world, reading or self.reading), self.quantity)
 
     def whole_of(self, world: World, reading: Settings) -> Floats:
@@ -173,7 +180,8 @@ class QuantityCheck(Check):
 
     def cut(self, whole: Floats, quantity: Quantity) -> Floats:
         """
-        Return the part of `whole` that has the formula's shape; `whole` itself if no part has.
+        Return the part of the matrix `whole` that has the shape of the user's formula. Return
+        `whole` itself if no part has this shape.
         """
         rows, columns = self.shape
         size = whole.shape[1:]
@@ -194,8 +202,8 @@ class QuantityCheck(Check):
     @property
     def jacobian_rows(self) -> list[int]:
         """
-        Return the indices of the rows of J that the user wrote: all, the task's, or the linear
-        ones.
+        Return the indices of the rows of J that the user wrote: all, the task's rows, or the
+        linear rows.
         """
         rows = self.shape[0]
         order = row_order(replace(self.quantity, part='all'), self.reading)
@@ -226,7 +234,8 @@ class QuantityCheck(Check):
             check = replace(self, statement=meant)
             found.append(check)
             whole = check.whole_of(self.world, settings)
-            # Rows that are not always 0; in a planar arm x, y and the angle phi.
+            # Indices of the rows that are not 0 at all poses: in a planar arm x, y and the angle
+            # phi.
             rows = tuple(np.flatnonzero(np.abs(whole).max(axis=(0, 2)) > ROUND_OFF).tolist())
             if len(rows) == self.shape[0] < whole.shape[1]:
                 chosen = replace(check.quantity, rows=rows)

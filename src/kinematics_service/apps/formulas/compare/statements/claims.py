@@ -30,16 +30,16 @@ from .statements import Statement
 
 # Number of random configurations from which zeros of each claim and each factor are searched.
 DRAWS = 200
-# If singular value k is below this ratio of the largest, J has rank k - 1: the projected
+# J has rank k - 1 if the ratio of singular value k to the largest is below this. The projected
 # configurations are exact to 1e-9.
 SINGULAR_VALUE_RATIO = 1e-7
-# Distance (rad or m) within which a pose belongs to a claimed family: at a double zero Newton's
-# method is exact to 1e-6.
+# Distance (rad or m) within which a pose belongs to a claimed family. Newton's method is exact to
+# 1e-6 at a double zero.
 CLAIM_TOLERANCE = 1e-5
 # Step of central differences (rad or m): round-off and the third derivative are both below 1e-9.
 DIFFERENCE_STEP = 1e-6
-# Values tried for the integer k in a claim such as `q3 = k*pi`. They reach a whole turn if k
-# counts sixths of a turn.
+# Values tried for the integer k in a claim such as `q3 = k*pi`. With k*pi/6 they still cover a
+# whole turn.
 INTEGERS = np.arange(-6.0, 7.0)
 
 
@@ -76,8 +76,8 @@ class _ArmOfLetters:
     sampler: PoseSampler | None
 
     def smallness(self, q: Floats) -> Floats:
-        # Return the last singular value relative to the largest, shape (N,), at q of shape (N, n),
-        # rad and m.
+        # Return the ratio of the smallest singular value of the task rows to the largest, shape
+        # (N,). The input q has shape (N, n), rad and m.
         sampler, task = self.sampler, self.robot.singularity.task
         J_t, rank = task_jacobian(task, jacobian(self.robot, q)), task.generic_rank
         if sampler is not None and len(q):
@@ -118,7 +118,7 @@ def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement])
             verdicts = [_whole(arm, factors, claims) for arm in arms if factors]
         worst = next((one for one in verdicts if not one.holds), verdicts[-1])
         if worst.holds or not verdicts[-1].holds:
-            # Take the verdict with the numbers of the file, so that the remark names a pose of
+            # Return the verdict with the numbers of the file, so that its remark names a pose of
             # this arm.
             return verdicts[-1]
         numbers = numbers_in_words(exact.arithmetic.names)
@@ -132,7 +132,7 @@ def _in_words(names: FormulaNames, pose: Floats) -> str:
     return ', '.join(f'{s} = {v:.4f}' for s, v in zip(names.table.variables, pose))
 
 
-# Soundness: poses of the family are singular
+# Soundness: check that the poses of each claimed family are singular
 
 
 def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
@@ -169,7 +169,8 @@ def _sound(arm: _ArmOfLetters, claim: Statement) -> Claim:
 def _value(
     names: FormulaNames, claim: Statement, value: sp.Expr, integers: Floats | float
 ) -> Callable[[Floats], Floats]:
-    # Return an expression of a claim as a function of configurations, with one integer k for each.
+    # Return a function of N configurations that evaluates an expression of a claim. `integers` has
+    # the value of k at each configuration.
     table = names.table
 
     def function(q: Floats) -> Floats:
@@ -185,15 +186,15 @@ def _unit(names: FormulaNames, claim: Statement, joint: int) -> float:
     return DEGREE if turns and claim.settings.degrees else 1.0
 
 
-# Completeness: zeros of each factor are claimed
+# Completeness: check that the claims contain the zeros of each factor
 
 
 def _belongs(names: FormulaNames, claim: Statement, q: Floats) -> npt.NDArray[np.bool_]:
     # Return which of N configurations belong to a claimed family, shape (N,).
     holds = np.ones(len(q), dtype=bool)
     for joint, value in claim.conditions:
-        # Distance of each configuration from the condition (rad or m), to first order for an
-        # equation.
+        # Distances (rad or m) of the configurations from the condition, for each integer k. If the
+        # condition is an equation, the distances are exact to first order only.
         gaps = []
         for k in INTEGERS.tolist():
             condition = _ZeroCondition(_value(names, claim, value, k))

@@ -24,7 +24,7 @@ SEED = 20240523
 POSES = 8
 # Range of random constants, m (rad for named angles): all of similar size, and never 0.
 LENGTH_RANGE = (0.3, 1.3)
-# Range of a prismatic joint without limits, m.
+# Assumed range (m) of a prismatic joint whose upper limit is infinite.
 SLIDE_RANGE = 1.0
 # An arm is planar if 1 minus the cosine of the tool's tilt from z is below this.
 AXIS_TOLERANCE = 1e-9
@@ -65,7 +65,7 @@ def poses_for(
     count: int = POSES,
 ) -> Poses:
     """
-    Return random configurations, and constants, for a formula that contains these symbols.
+    Return random configurations and constants at which a formula with these symbols is compared.
 
     Parameters
     ----------
@@ -114,7 +114,8 @@ def _close(
     given: Mapping[sp.Symbol, Floats],
     count: int,
 ) -> Floats:
-    # Move the joints to positions at which the loops close, and add the passive joints.
+    # Draw joint positions at which the loops close, and compute the positions of the passive
+    # joints.
     table, rng = names.table, np.random.default_rng(SEED)
     joints = table.variables[: table.joints]
     for symbol in given:

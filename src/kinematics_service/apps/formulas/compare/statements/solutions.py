@@ -1,5 +1,6 @@
 """
-Check equations, and formulas of the inverse kinematics; a damped Newton search finds branches.
+Check equations and inverse kinematics formulas. A damped Newton search decides whether a formula
+gives another branch of the solution.
 """
 
 from collections.abc import Mapping
@@ -22,15 +23,16 @@ from .names import ANGLE_IN_PLANE, ROTATION
 from .poses import Poses
 from .statements import Statement
 
-Limits: TypeAlias = Floats  # (n, 2), rad or m
+Limits: TypeAlias = Floats  # lower and upper joint limits, shape (n, 2), rad or m
 
-# A formula gives a branch of the inverse if it gives the joint's value at this ratio of the poses.
-# A lower ratio is a coincidence.
+# A formula gives a branch of the inverse kinematics if it gives the joint's value at this ratio of
+# the poses. At a lower ratio, equal values are coincidences.
 MIN_HIT_RATIO = 0.1
-# Distance (rad or m) within which a formula's value is the joint's: acos loses half the digits
-# near its ends.
+# Largest difference (rad or m) between equal values of a formula and a joint. Near -1 and 1, acos
+# loses half the digits.
 HIT_TOLERANCE = 1e-7
-# A formula gives another branch if the tool reaches its pose at this ratio of the poses.
+# A formula gives another branch if, with its values, the tool reaches this ratio of its target
+# poses.
 BRANCH_POSE_RATIO = 0.9
 # Newton's method: number of random starts, and of steps from each start.
 STARTS = 24
@@ -41,10 +43,11 @@ SEED = 1955
 # Maximum number of poses at which another branch is searched for: a pose takes up to STARTS
 # searches.
 MAX_BRANCH_POSES = 40
-# Maximum number of combinations of formulas, with one formula for each joint, that are tried.
+# Maximum number of combinations of formulas that are tried; a combination has one formula for each
+# joint.
 MAX_CHOICES = 16
-# If the speed of a point is below this (m/rad), the joint does not move the point: it is
-# round-off.
+# If a joint moves a point slower than this (m/rad), the speed is round-off, and the joint does not
+# move the point.
 STILL_SPEED = 1e-9
 # Largest difference between entries of equal rotations; a rotation by half a turn differs by 2.
 ROTATION_TOLERANCE = 1e-3
@@ -53,7 +56,8 @@ ROTATION_TOLERANCE = 1e-3
 @dataclass(frozen=True, eq=False)
 class PoseSearch:
     """
-    Search for joint positions that bring the tool to its pose; some joints have given values.
+    A search for joint positions at which the tool reaches its target pose; some joints have given
+    values.
 
     Parameters
     ----------
@@ -89,13 +93,19 @@ class PoseSearch:
 
     @cached_property
     def moving(self) -> list[int]:
-        """Return the indices of the joints that move the tool in the search's Jacobian rows."""
+        """
+        Return the indices of the free joints that move the tool: its position and, if `whole`, its
+        rotation.
+        """
         sizes = np.abs(self.target.jacobian[:, : self.rows]).max(axis=(0, 1))
         return [k for k in self.joints if sizes[k] > STILL_SPEED]
 
     @property
     def is_redundant(self) -> bool:
-        """Return whether the free joints can compensate every motion of the given joints."""
+        """
+        Return whether the free joints can compensate every tool motion by the joints with given
+        values.
+        """
         J = self.target.jacobian[:, : self.rows]
         followed, all_of_them = (
             int(np.linalg.matrix_rank(J[:, :, columns], tol=STILL_SPEED).max()) if columns else 0
@@ -107,13 +117,15 @@ class PoseSearch:
         self, given: Mapping[sp.Symbol, Floats], wanted: Mask, limits: Limits | None = None
     ) -> Mask:
         """
-        Return at which wanted poses the search brings the tool to its target pose, shape (N,).
+        Return at which poses the search brings the tool to its target, shape (N,).
 
         Parameters
         ----------
         given
             Values of the given joints.
-        wanted : shape (N,), whether to search at each pose limits
+        wanted : shape (N,)
+            Whether to search at each pose.
+        limits
             Limits of the prismatic joints; None: any length.
         """
         finite = np.all([np.isfinite(v) for v in given.values()], axis=0)
@@ -133,7 +145,8 @@ class PoseSearch:
         random: np.random.Generator,
         limits: Limits | None,
     ) -> Mask:
-        # Damped Newton steps from random positions.
+        # Take damped Newton steps from random positions, and return at which poses the tool
+        # reaches its target.
         table = self.table
         values = {s: v[at] for s, v in {**self.poses.values, **given}.items()}
         for k in self.moving:
@@ -151,8 +164,8 @@ class PoseSearch:
         }
         for step_left in reversed(range(STEPS if self.moving else 1)):
             world = World(table, values, len(at), still=still)
-            # Return the twist (v, w) that moves the tool to its target, to first order. It is 0 at
-            # the target, and also half a turn from it, which matters for complex positions.
+            # The twist (v, w) moves the tool to its target, to first order. With complex
+            # positions, w is 0 at the target and also half a turn from it.
             R = target[:, :3, :3] @ np.swapaxes(world.pose[:, :3, :3], 1, 2)
             w = 0.5 * skew_part(R) if self.out_of_reach else rotation_vector(R)
             twist = np.concatenate([target[:, :3, 3] - world.pose[:, :3, 3], w], axis=1)
@@ -178,11 +191,13 @@ class PoseSearch:
 
 
 class EquationCheck(Check):
-    """The check of an equation between known names: both sides must be equal at every pose."""
+    """
+    The check of an equation whose names are all known: both sides must be equal at every pose.
+    """
 
     @cached_property
     def right(self) -> Floats:
-        """Return the left side, shape (N, 1, 1)."""
+        """Return the values of the equation's left side, shape (N, 1, 1)."""
         return self.evaluation.of(self.statement.left)[:, None, None]
 
 
@@ -193,7 +208,10 @@ class PassiveJointCheck(Check):
 
     @cached_property
     def right(self) -> Floats:
-        """Return the joint's position plus the formula's whole turns, shape (N, 1, 1)."""
+        """
+        Return the passive joint's position, shifted by whole turns towards the formula's value,
+        (N, 1, 1).
+        """
         table, joint = self.names.table, self.statement.joint
         position = self.poses.values[table.variables[joint]]
         if table.slides[joint]:
@@ -221,7 +239,7 @@ class SolutionCheck(Check):
 
     @cached_property
     def right(self) -> Floats:
-        """Return the joint variable itself, shape (N, 1, 1)."""
+        """Return the values of the joint variable, shape (N, 1, 1)."""
         return self.poses.values[self.variable][:, None, None]
 
     @property
@@ -231,11 +249,13 @@ class SolutionCheck(Check):
 
     @property
     def turns(self) -> bool:
-        """Return whether the joint is revolute, so that whole turns do not count."""
+        """
+        Return whether the joint is revolute, so that values that differ by whole turns are equal.
+        """
         return not self.names.table.slides[self.statement.joint]
 
     def hits(self, values: Floats) -> Mask:
-        """Return at which poses the values (N,) of a formula are the joint's value."""
+        """Return at which poses the values (N,) of a formula equal the joint's value."""
         difference = self.in_radians(values) - self.right[:, 0, 0]
         if self.turns:
             difference = np.remainder(difference + np.pi, 2.0 * np.pi) - np.pi
@@ -254,8 +274,8 @@ class SolutionCheck(Check):
     @cached_property
     def is_about_the_pose(self) -> bool:
         """
-        Return whether the search must reach the tool's rotation, too: the formula uses the
-        rotation, or the joint does not move the tool's origin.
+        Return whether the search must reach both position and rotation of the tool. It must if the
+        formula uses the rotation, or if the joint does not move the tool's origin.
         """
         column = self.world.jacobian[:, :3, self.statement.joint]
         turned = self.statement.value.free_symbols & {ANGLE_IN_PLANE, *ROTATION.values()}
@@ -295,8 +315,8 @@ class SolutionCheck(Check):
         return replace(self, statement=statement)
 
     def _in_turn(self, chosen: Mapping[int, Statement]) -> dict[int, Floats] | None:
-        # Evaluate the formulas in the order of their dependencies; None if they depend on each
-        # other in a circle.
+        # Evaluate the formulas in the order of their dependencies. Return None if formulas depend
+        # on each other in a circle.
         variables, found = self.names.table.variables, dict[int, Floats]()
         needed = {
             k: [j for j in chosen if j != k and variables[j] in one.value.free_symbols]
@@ -319,7 +339,10 @@ class SolutionCheck(Check):
 
     @cached_property
     def solved(self) -> float:
-        """Return the ratio of the poses at which the formula gives the joint or another branch."""
+        """
+        Return the ratio of the poses at which the formula gives the joint's value or another
+        branch.
+        """
         return self.share + (1.0 - self.share) * self.branches(self.robot.limits)
 
     @cached_property
@@ -337,13 +360,13 @@ class SolutionCheck(Check):
 
     def branches(self, limits: Limits | None, out_of_reach: bool = False) -> float:
         """
-        Return the ratio of the missed poses at which the tool reaches its pose with the formula's
-        value.
+        Return the ratio of the missed poses at which the tool reaches its pose if the joint takes
+        the formula's value.
 
-        A pose is missed if the formula does not give the joint's own value there. Joints that the
+        A pose is missed if the formula's value is not the joint's own value. Joints that the
         formula contains keep their values. Prismatic joints stay inside `limits`, if given. If the
-        other joints can always bring the point to its place, the search uses the whole pose. With
-        `out_of_reach` only poses count at which the formula has a value.
+        other joints can always bring the tool's origin to its target, the search uses the whole
+        pose. With `out_of_reach`, only poses at which the formula has a value count.
         """
         joint, table = self.statement.joint, self.names.table
         here = self.in_radians(self.person[:, 0, 0])
@@ -365,6 +388,9 @@ class SolutionCheck(Check):
         return float(np.mean(search.reached({self.variable: here}, asked, limits)[asked]))
 
     def passes(self, values: Floats, right: Floats) -> bool:
-        """Return whether another formula gives the joint at clearly more poses."""
+        """
+        Return whether the values (N,) of a repaired formula equal the joint's value at clearly
+        more poses.
+        """
         share = float(np.mean(self.hits(values)))
         return share >= MIN_HIT_RATIO and share > self.share + MIN_HIT_RATIO

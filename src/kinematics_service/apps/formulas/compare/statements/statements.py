@@ -149,7 +149,7 @@ class _Reader:
             except FormulaError as fault:
                 key = self._definition_key(raw)
                 if key and quantity_of(key) is None:
-                    maybe_unused.append((raw, fault))  # reported where it is used
+                    maybe_unused.append((raw, fault))  # reported if a formula uses the definition
                 else:
                     self.faults.append(fault)
                 continue
@@ -184,7 +184,7 @@ class _Reader:
         try:
             inexact = self._statement(context, raw)
         except (FormulaError, RecursionError):
-            return exact  # for example, an exponent is rounded
+            return exact  # rounding is not estimated, for example of an exponent
         assert isinstance(inexact, Statement)
         half_units = tuple(
             (s, half) for s, half in self.half_units.items() if s in inexact.symbols
@@ -315,8 +315,8 @@ def _refuse_long(value: sp.Expr, at: FormulaToken) -> None:
 
 
 def _is_formula(key: str, right: Node) -> bool:
-    # Return whether an equation after `where` is a formula to be compared, which ends the
-    # definitions.
+    # Return whether an equation after `where` is a formula to be compared. Such a formula ends the
+    # definitions that belong to `where`.
     quantity = quantity_of(key)
     return quantity is not None and (quantity.kind == 'det' or right.kind == 'matrix')
 

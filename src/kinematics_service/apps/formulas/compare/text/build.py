@@ -18,7 +18,8 @@ Value: TypeAlias = sp.Expr | sp.ImmutableDenseMatrix
 Lookup: TypeAlias = Callable[[FormulaToken], Value]
 ReadNumber: TypeAlias = Callable[[str, FormulaToken], Value]
 
-# Bounds of numbers, powers and nesting: formulas beyond them would take minutes.
+# Largest number of digits, largest power and deepest nesting; formulas beyond them would take
+# minutes.
 MAX_DIGITS = 40
 MAX_EXPONENT = 24
 MAX_NUMBER_BITS = 4096
@@ -209,8 +210,8 @@ def _inverse(node: Node, matrix: Value) -> Value:
     if not is_matrix(matrix):
         return 1 / matrix
     if matrix.rows == matrix.cols == 4 and matrix.row(3) == sp.Matrix([[0, 0, 0, 1]]):
-        # Invert as a pose, without symbolic elimination. If the rotation is none, the result is
-        # wrong and the comparison shows it.
+        # Invert the matrix as a pose, without symbolic elimination. If its rotation part is not
+        # orthogonal, the result is wrong, and the comparison reports a difference.
         return sp.ImmutableDenseMatrix(inverse_pose(matrix))
     if matrix.rows != matrix.cols or matrix.rows > 4:
         raise node.at.fault(f'the inverse of a matrix of {_size(matrix)}')

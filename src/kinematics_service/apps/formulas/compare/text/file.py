@@ -23,7 +23,8 @@ MAX_FORMULAS = 200
 
 # Names of matrices whose determinant a file may define, as in `det(J) = ...`.
 DETERMINANT_OF = ('J', 'Jv', 'Jt', 'Jacobian')
-# `J(q) = ...`, `T(\theta_1, \theta_2) = ...`: a left side and its variables.
+# Names that may stand with their variables on the left side, as in `J(q) = ...` or `T(\theta_1,
+# \theta_2) = ...`.
 DEPENDS = re.compile(r'\d?[JTRADHzop]\w*')
 JOINTS = re.compile(r'(?:q|theta|Theta|th|phi|d)\d*')
 
@@ -74,7 +75,7 @@ class Settings:
 @dataclass(frozen=True)
 class Raw:
     """
-    An equation of the file as two trees, before its names have a meaning.
+    A parsed equation of the file: two trees whose names are not yet looked up.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ class _Parser:
     last: FormulaToken
     at: int = 0
     depth: int = 0
-    by_blanks: bool = False  # in a row in which blanks separate entries
+    by_blanks: bool = False  # whether blanks separate entries in the current matrix row
 
     @property
     def next(self) -> FormulaToken | None:
@@ -302,7 +302,7 @@ class _Parser:
         return node if exponent is None else Node('^', '', (node, exponent), power)
 
     def bare_argument(self, function: FormulaToken, name: str) -> Node:
-        # LaTeX: `\cos \phi_1 \cos \phi_2` is a product of two, `\sin 2 t` is sin(2 t).
+        # LaTeX: `\cos \phi_1 \cos \phi_2` is a product of two cosines, and `\sin 2 t` is sin(2 t).
         token = self.next
         if token is None or token.kind not in ('number', 'name', 'operator', 'begin'):
             raise function.fault(f'{function.text} has no argument: write {function.text}(...)')

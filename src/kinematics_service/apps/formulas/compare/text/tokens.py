@@ -52,7 +52,7 @@ TOKENS = tuple(
     )
 )  # fmt: skip
 WORD = re.compile(r'[A-Za-z][A-Za-z0-9]*')
-# Patterns of subscripts: after a LaTeX command one letter or a number, else a word.
+# Pattern of a subscript: one letter or a number after a LaTeX command, else a word.
 BELOW = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|[A-Za-z0-9]+)')
 BELOW_COMMAND = re.compile(rf'\s*_\s*({_GROUP}|\\[A-Za-z]+|\d+|[A-Za-z])')
 # Only after these letters a superscript is a frame; after others it is a power.
@@ -206,8 +206,8 @@ def _name(word: str, text: str, at: int, above: str = '', below: str = '') -> tu
 
 
 def _is_frame(word: str, found: re.Match[str], below: str) -> bool:
-    # Return whether a superscript is a frame, as in `R^0_1` and `{}^0J`. It is in `R_1^0`, too,
-    # since nobody writes a power 0 or 1; `T_1^2` is a power.
+    # Return whether a superscript is a frame, as in `R^0_1` and `{}^0J`. In `R_1^0` it is a frame,
+    # because a power 0 or 1 makes no sense; in `T_1^2` it is a power.
     if word not in FRAMED:
         return False
     if below:
