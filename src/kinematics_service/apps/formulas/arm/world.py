@@ -64,8 +64,8 @@ class World:
     @cached_property
     def frames(self) -> list[Floats]:
         """
-        Return frame 0, the frame after each row, and the tool frame, each in the base frame, (N,
-        4, 4).
+        Return frame 0, the frame after each row, and the tool frame, each in the base frame,
+        (N, 4, 4).
         """
         return [*accumulate((self.base, *self.rows, self.tool), np.matmul)]
 

@@ -102,27 +102,27 @@ class Derivation:
 
     @cached_property
     def row_transforms(self) -> tuple[sympy.Matrix, ...]:
-        """Return T of each row of the table."""
+        """Return the 4 x 4 transform T of each row of the table."""
         return tuple(map(self.exact.writer.matrix, self.exact.frames.row_transforms))
 
     @cached_property
     def frames(self) -> tuple[sympy.Matrix, ...]:
-        """Return frame 0, then the frame after each row, in the base frame."""
+        """Return frame 0, then the frame after each row, as 4 x 4 poses in the base frame."""
         return tuple(map(self.exact.writer.matrix, self.exact.frames.in_base))
 
     @cached_property
     def T(self) -> sympy.Matrix:
-        """Return the tool in the base frame."""
+        """Return the 4 x 4 pose of the tool in the base frame."""
         return self.exact.writer.matrix(self.exact.frames.T_base_tool)
 
     @cached_property
     def z(self) -> tuple[sympy.Matrix, ...]:
-        """Return for each row that moves the unit vector along its axis, base axes."""
+        """Return the unit vector along the axis of each row that moves, in base axes."""
         return tuple(self.exact.writer.matrix(axis.z[:, None]) for axis in self._axes)
 
     @cached_property
     def o(self) -> tuple[sympy.Matrix, ...]:
-        """Return for each row that moves a point on its axis, in the base frame."""
+        """Return a point on the axis of each row that moves, in the base frame."""
         return tuple(self.exact.writer.matrix(axis.o[:, None]) for axis in self._axes)
 
     @property
@@ -162,7 +162,8 @@ class Derivation:
     @property
     def determinant(self) -> sympy.Expr | None:
         """
-        Return the determinant of the task rows as a product, or the product of singular values.
+        Return the determinant of the task rows in factored form. If the task rows are not square,
+        return the product of their singular values.
 
         None if the product would be too long.
         """
@@ -185,7 +186,7 @@ class Derivation:
     @property
     def angles(self) -> dict[sympy.Symbol, sympy.Expr]:
         """
-        Return theta -> q + offset for joints whose offset is not a multiple of a quarter turn.
+        Return q + offset by theta, for joints whose offset is not a multiple of a quarter turn.
 
         Examples
         --------
@@ -327,7 +328,7 @@ def _closed_set(exact: Exact, loops: tuple[LoopEquations, ...], tell: Progress) 
 
 
 def _singular_set(exact: Exact, tell: Progress) -> SingularSet | None:
-    # Return None if separating the families of a factor needs half angles.
+    # Return the singular set, or None if a factor must be split into families with half angles.
     sampler, arithmetic, writer = exact.sampler, exact.arithmetic, exact.writer
     n = len(sampler.moving)
     search = FamilySearch(sampler, sampler.in_random_letters)
@@ -402,7 +403,7 @@ def exact_of(robot: Robot, locked: Mapping[str, str] | None = None, parts: int =
     """
     description = robot.description
     arm = opened(description) if description.loops else description
-    # Use all rows, so that the ring contains the angles of the loops, too.
+    # Use all rows, so that the ring contains the angles of the arm and of its loops.
     rows_of_loops = (link for loop in description.loops for link in loop.links)
     whole = replace(arm, links=(*arm.links, *rows_of_loops))
     arithmetic = arithmetic_of(whole, names_of(whole, locked), parts)

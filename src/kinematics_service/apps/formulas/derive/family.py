@@ -95,7 +95,7 @@ def _solved(
     pure = above * from_terms(ring, {tuple(-e for e in common): (1, 0)})
     if arithmetic.moves(pure.terms()):
         pure, shift = above, sympy.Integer(0)
-    # f = A z + C + conj(A) / z = 2 Re A cos y - 2 Im A sin y + C.
+    # With z = exp(i y), the factor is f = A z + C + conj(A) / z = 2 Re A cos y - 2 Im A sin y + C.
     conjugate = by_angle.get(-multiple, nothing)
     if shift != 0:
         conjugate = conjugate * from_terms(ring, {common: (1, 0)})

@@ -1,6 +1,6 @@
 """
-Prove statements about all poses of a family by polynomial division: multiples of its factor
-vanish.
+Prove statements about all poses of a family by polynomial division. A polynomial vanishes on the
+family if it is a multiple of the family's factor.
 
 The rank is at most r if every minor of size r + 1 vanishes. One pose of rank r shows that the
 generic rank of the family is not lower.
@@ -81,7 +81,8 @@ class CommonZeros:
 
 @dataclass(frozen=True)
 class _Branch:
-    # Replacements of generators, one after the other, and a factor that is 0 after them.
+    # One solution of the equations `factors` = 0: replacements of generators, applied in order,
+    # and a factor that is 0 after the replacements (None: no equation is left).
     replaced: tuple['_Replaced', ...]
     factor: Laurent | None
 
@@ -95,8 +96,8 @@ class _Branch:
 
 @dataclass(frozen=True)
 class _Replaced:
-    # The replacement of a generator: a length becomes a polynomial without this length; an angle's
-    # generator becomes a product of powers of the other generators and of i.
+    # The replacement of the generator `index`: a length becomes a polynomial without this length;
+    # an angle's generator becomes a product of powers of the other generators and of i.
     index: int
     length: Laurent | None
     quarter: int = 0
@@ -183,7 +184,7 @@ def _quarter_turns(terms: Terms) -> list[_Replaced]:
 
 
 def proves_lost(lost: Lost, zeros: CommonZeros, frames: Frames) -> bool:
-    """Return whether a motion of the tool is proved to be impossible on a family."""
+    """Return whether a motion of the tool is proved to be impossible at all poses of a family."""
     if lost.axis is None:
         return False
     arithmetic = zeros.arithmetic

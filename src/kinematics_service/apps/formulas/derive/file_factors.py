@@ -25,7 +25,8 @@ class DecimalPrinter(StrPrinter):  # type: ignore[misc]
 
 class FilePrinter(DecimalPrinter):
     """
-    A printer of sympy expressions in the syntax of robot files: products for powers, and decimals.
+    A printer of sympy expressions in the syntax of robot files, with products instead of powers,
+    and with decimals.
     """
 
     def _print_Pow(self, expr: sympy.Expr, rational: bool = False) -> str:

@@ -56,8 +56,8 @@ def axes_seen_from(frames: Frames, frame: int) -> tuple[Axis, ...]:
 
 
 def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
-    # Yield (row, pose of the frame before the row) in the given frame, by products outwards from
-    # it.
+    # Yield each row's index, and the pose of the frame before the row in the coordinates of
+    # `frame`. The poses are products that start at `frame`.
     if frame < 0:
         yield from enumerate(frames.in_base[:-1])
         return
@@ -69,7 +69,8 @@ def _row_starts(frames: Frames, frame: int) -> Iterable[tuple[int, Matrix]]:
 
 def coupling(frames: Frames, arithmetic: Arithmetic) -> sympy.Matrix:
     """
-    Return the matrix C with (theta and d of the moving rows) = C q + constants.
+    Return the matrix C that maps joint positions q to theta and d of the moving rows: (theta, d) =
+    C q + constants.
 
     C has a row for each theta or d that moves, in the order of the table, theta before d.
     """
@@ -87,7 +88,7 @@ def jacobian_of(
     Parameters
     ----------
     linear
-        Velocity of the reference point, for each axis, if its row turns at 1 rad/s.
+        For each axis, the velocity of the reference point if the axis's row turns at 1 rad/s.
     """
     nothing = np.full(3, arithmetic.ring.number(0))
     open_: list[Matrix] = []
@@ -204,7 +205,8 @@ def may_turn(rows: Collection[int]) -> bool:
 
 def in_axes_of(J: Matrix, T: Matrix) -> Matrix:
     """
-    Return J in the axes of a frame whose pose in the base frame is T; the point stays the tool.
+    Return J in the axes of a frame whose pose in the base frame is T; the reference point stays
+    the tool.
     """
     R_t = T[:3, :3].T
     return np.concatenate([R_t @ J[:3], R_t @ J[3:]])

@@ -28,9 +28,10 @@ from .jacobian import about, axes_seen_from, in_axes_of, jacobian_of, may_turn
 from .sampled_poses import PoseSampler
 from .trigonometry import Writer
 
-# If the rests of the minors have more terms, the sum of their squares is not multiplied out.
+# The minors are divided by their common factors. If these quotients have more terms, the sum of
+# their squares is not multiplied out.
 MAX_SQUARED_TERMS = 200
-# If the rests of the minors have more terms in total, they are not factored.
+# If the quotients have more terms in total, they are not factored.
 MAX_FACTORED_TERMS = 600
 
 
@@ -73,7 +74,7 @@ class Minors:
 
     @property
     def square(self) -> bool:
-        """Return whether there is one determinant."""
+        """Return whether the task rows are square, so that `values` is one determinant."""
         return len(self.values) == 1
 
 
@@ -180,7 +181,7 @@ def determinant_of(matrix: Sequence[Sequence[Laurent]]) -> Laurent:
 
 def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[Laurent]]:
     """
-    Return the common factors of all minors, and the rest of each minor.
+    Return the common factors of all minors, and the quotient of each minor by these factors.
 
     Only the shortest minor is factored, because it contains all common factors. Division decides
     whether a factor divides the other minors.
@@ -199,7 +200,8 @@ def product_of(minors: Minors, arithmetic: Arithmetic) -> tuple[Factored, list[L
         power, values = _often_divided(values, factor.value, factor.power)
         if power:
             common.append(replace(factor, power=power))
-        # If a factor is a product of two halves and does not divide all minors, one half may.
+        # If a factor is a product of two halves and does not divide all minors, one of the halves
+        # may divide all.
         for half in factor.halves:
             more, rests = _often_divided(values, half, factor.power - power)
             if more:
@@ -224,7 +226,8 @@ def _often_divided(values: list[Laurent], factor: Laurent, most: int) -> tuple[i
 
 def remainder_of(rests: Sequence[Laurent], writer: Writer, arithmetic: Arithmetic) -> sympy.Expr:
     """
-    Return sqrt(sum of the squared rests of the minors), with its constant factor outside the root.
+    Return sqrt(sum of squares) of the minors without their common factors; a constant factor
+    stands before the root.
     """
     if not rests:
         return sympy.Integer(1)
@@ -246,7 +249,8 @@ def _product(value: Laurent, writer: Writer, arithmetic: Arithmetic) -> sympy.Ex
 
 
 def _without_pythagoras(terms: Sequence[sympy.Expr]) -> list[sympy.Expr]:
-    # Replace g sin^2 + g cos^2 by g: such pairs come from minors that differ only by their axes.
+    # Replace g sin^2 + g cos^2 by g. Such pairs come from minors that differ only in a sine or
+    # cosine.
     left = list(terms)
     for term in terms:
         squares = [a for a in sympy.Mul.make_args(term) if a.is_Pow and a.exp == 2]
@@ -263,7 +267,7 @@ def independent_columns(sampler: PoseSampler) -> tuple[int, ...]:
     """
     Return the indices of the columns that remain after dependent joints are left out.
 
-    A joint is left out if the other joints have the same rank at all poses together.
+    A joint is left out if the columns, stacked over all sampled poses, keep their rank without it.
     """
     J_t = sampler.elsewhere.J_t
     stacked = J_t.reshape(-1, J_t.shape[2])

@@ -106,7 +106,8 @@ class Path:
 
 
 def _zeros(value: Values, times: Floats) -> list[tuple[float, float, bool]]:
-    # Return (first time, last time, whether the sign stays) of each zero of a function.
+    # Return (first time, last time, whether the sign is equal before and after) for each zero of a
+    # function.
     def at(time: float) -> float:
         return float(value(np.array([time]))[0])
 

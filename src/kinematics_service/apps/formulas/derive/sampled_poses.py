@@ -22,7 +22,7 @@ POSES = 60
 # Two random values of each named constant exclude coincidences. They are near the file's value, so
 # that the families of the file exist.
 SEEDS = (1955, 1964)
-LETTER_FACTORS = (0.8, 1.25)  # times the value of the file
+LETTER_FACTORS = (0.8, 1.25)  # random values are between these multiples of the file's value
 # Step of central differences: round-off and the third derivative are both below 1e-9.
 STEP = 1e-6
 
@@ -30,7 +30,8 @@ STEP = 1e-6
 @dataclass(frozen=True, eq=False)
 class PoseSampler:
     """
-    A robot whose moving joints are those of a derivation; other joints are locked.
+    A sampler of a robot's poses in which only the joints of a derivation move; other joints are
+    locked.
 
     Attributes
     ----------
@@ -99,7 +100,7 @@ class PoseSampler:
             The change of each joint after which all frames repeat.
         """
         low, high = np.array(self.robot.limits[list(self.moving)]).T / self.to_si
-        # One period of an angle contains all poses.
+        # Limit a revolute joint to one period, which contains all poses.
         turned = np.where(np.isfinite(high), high - periods, -periods / 2)
         start = np.where(self.slides | np.isfinite(low), low, turned)
         return Box(start, np.where(self.slides, high, np.minimum(high, start + periods)))

@@ -102,10 +102,10 @@ def parallel(one: Floats, other: Floats) -> bool:
 
 def wrist_point(arm: ArmAtPoses, angular: bool) -> Floats:
     """
-    Return the point that represents the position of the arm, shape (N, 3).
+    Return the wrist point of the arm, or the tool's origin if no axes meet, shape (N, 3).
 
-    If the task has angular rows, it is the point in which the last three axes meet, or if they do
-    not meet, the last two. Otherwise it is the tool.
+    The wrist point is the point in which the last three revolute axes meet, or else the last two.
+    If the task has no angular rows, the tool's origin is returned.
     """
     turning = [j for j, turns in enumerate(arm.turns) if turns]
     if not angular or len(turning) < 3:
@@ -165,9 +165,9 @@ def _is_wrist(arm: ArmAtPoses) -> bool:
 
 
 def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bool) -> bool:
-    # The arm is stretched or folded if two neighbouring parallel axes lie in a plane with the
-    # wrist point, or with another parallel axis. For a factor in one joint it also is if the
-    # distance from shoulder to wrist is at an extreme.
+    # An arm is at an elbow singularity if two neighbouring parallel axes lie in a plane with the
+    # wrist point, or with another parallel axis. A factor in one joint is also one if the distance
+    # from shoulder to wrist is at an extreme.
     n = len(arm.turns)
     for i in range(n - 1):
         if not (arm.turns[i] and arm.turns[i + 1]) or i + 1 not in joints:
@@ -191,8 +191,9 @@ def _is_elbow(arm: ArmAtPoses, joints: Sequence[int], point: Floats, angular: bo
 
 
 def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
-    # The wrist point lies in the plane that contains axis 1 and the direction of axis 2. If the
-    # arm has no lateral offset, it lies on axis 1.
+    # An arm is at a shoulder singularity if the wrist point lies in the plane that contains axis 1
+    # and the direction of axis 2. If the arm has no lateral offset, the wrist point lies on axis
+    # 1.
     if len(arm.turns) < 2 or not arm.turns[0]:
         return False
     z, o = arm.axes[:, 0], arm.origins[:, 0]
@@ -204,12 +205,12 @@ def _is_shoulder(arm: ArmAtPoses, point: Floats) -> bool:
 
 
 def rank_at(J_t: Floats) -> int:
-    """Return the most frequent rank at the poses."""
+    """Return the rank of J_t that occurs at most poses."""
     return int(np.bincount(ranks_at(J_t)).argmax())
 
 
 def ranks_at(J_t: Floats) -> Integers:
-    """Return the rank at each pose, shape (N,)."""
+    """Return the rank of J_t at each pose, shape (N,)."""
     sigma = np.linalg.svd(J_t, compute_uv=False)
     return np.asarray(np.sum(sigma > ZERO * np.max(sigma), axis=1))
 
@@ -218,7 +219,8 @@ def lost_motion(
     arm: ArmAtPoses, task_rows: Sequence[int], rank: int, generic: int, scales: Floats
 ) -> Lost | None:
     """
-    Return the motion of the tool that no joint motion gives, or None if none is simple.
+    Return the motion of the tool that no joint motion gives, or None if it has no short
+    description.
 
     Parameters
     ----------
@@ -280,7 +282,8 @@ def _lost_screw(force: Floats, moment: Floats, frames: Floats, tool: Floats) -> 
 
 
 def _direction(vectors: Floats, frames: Floats) -> Lost | None:
-    # Find a frame in which the direction (N, 3) is constant, first a frame with an axis along it.
+    # Return the direction (N, 3) in the axes of a frame in which it is constant; prefer a frame
+    # with an axis along the direction.
     length = np.linalg.norm(vectors, axis=1)
     if np.any(length < ZERO):
         return None
@@ -303,7 +306,7 @@ def _direction(vectors: Floats, frames: Floats) -> Lost | None:
 @dataclass(frozen=True)
 class Idle:
     """
-    A joint motion that does not move the task.
+    A joint motion in the null space of the task Jacobian: it does not move the task.
 
     Attributes
     ----------
@@ -318,7 +321,9 @@ class Idle:
 
 
 def idle_motion(arm: ArmAtPoses, rank: int) -> Idle | None:
-    """Return the joint motion that does not move the task; None if its joints vary by pose."""
+    """
+    Return the joint motion in the null space of J_t; None if the joints that move vary by pose.
+    """
     n = arm.J_t.shape[2]
     good = ranks_at(arm.J_t) == rank
     if n - rank != 1 or not good.any():

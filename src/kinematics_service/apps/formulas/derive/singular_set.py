@@ -39,8 +39,9 @@ from .singular_geometry import (
 )
 from .trigonometry import Writer
 
-# If a rest of a minor has more terms, or more sets of factors are needed, the common zeros of the
-# rests are not solved: the result would be too long to read.
+# The minors are divided by their common factors. If a quotient has more terms, or if more sets of
+# factors are needed, the common zeros of the quotients are not solved: the result would be too
+# long to read.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 
@@ -196,8 +197,8 @@ class SingularSet:
 
 @dataclass(frozen=True)
 class _Meaning:
-    # Rank, name and motions on the family of a factor, with random values of the named constants.
-    # `special` is about the values of the file only.
+    # Results at the zeros of a factor: rank, name, and lost and idle motions, for random values of
+    # the named constants. Only `special` is about the values of the file.
     within: Zero
     geometric: str | None = None
     rank: int | None = None
@@ -324,10 +325,11 @@ class FamilySearch:
 
 def families_of(product: Factored, search: FamilySearch) -> Factored | None:
     """
-    Return the product with each factor split into its families; None if this needs half angles.
+    Return the product with factors split into half-angle factors that are separate families; None
+    if this needs a ring with half angles.
 
-    The half-angle factors of a factor are one family if J has the same rank on both. In most arms
-    this holds for sin q, whose halves are the stretched and the folded arm.
+    The two half-angle factors of a factor are one family if J has equal rank at the zeros of both.
+    In most arms this holds for sin q, whose halves are the stretched and the folded arm.
     """
     found: list[RealFactor] = []
     constant = product.constant
@@ -474,10 +476,10 @@ def remainder_zeros(
     rests: Sequence[Laurent], search: FamilySearch, writer: Writer, J_t: Matrix
 ) -> tuple[FamilyCrossing, ...] | None:
     """
-    Return the common zeros of the minors' rests (common factors removed), or None if not solved.
+    Return the common zeros of the minors divided by their common factors, or None if not solved.
 
-    A rest vanishes if one of its factors does, so all rests vanish if the factors of a minimal
-    hitting set vanish.
+    A quotient vanishes if one of its factors does. So all quotients vanish if all factors in a
+    minimal hitting set vanish.
     """
     arithmetic, pieces = search.arithmetic, list[Laurent]()
     hitting: list[frozenset[int]] = [frozenset()]

@@ -1,5 +1,6 @@
 """
-Write polynomials in exp(i q) as sums C + P cos u + S sin u, nested over the arm's own angles.
+Write polynomials in exp(i q) as sums C + P cos u + S sin u, in which C, P and S are such sums in
+the next angles.
 """
 
 import math
@@ -18,7 +19,8 @@ from .frames import Frames
 # Polynomials with more terms are written in one basis only.
 MAX_COMPARED_TERMS = 400
 MAX_FACTORED_TERMS = 24
-# If the divisor is larger, it comes from angles that were replaced by fractions: write decimals.
+# If the divisor of a polynomial is larger, it comes from angles that were replaced by fractions,
+# and the coefficients are written as decimals.
 MAX_INTEGER = 10**15
 DIGITS = 17
 # Polynomials with more terms are not simplified: sympy takes minutes.
@@ -105,7 +107,8 @@ class Writer:
         return tuple(k for k, g in enumerate(generators) if g.kind == 'fixed_angle')
 
     def _leaf(self, terms: Mapping[Exponents, tuple[int, int]], imaginary: bool) -> sympy.Expr:
-        # Return the real or the imaginary part of a group as a polynomial in lengths.
+        # Return the real or the imaginary part of terms without joint angles, as a polynomial in
+        # lengths.
         generators = self.arithmetic.ring.generators
         summands = []
         for exponents, c in terms.items():
@@ -132,8 +135,8 @@ class Writer:
         return self._numbers.setdefault(meaning, sympy.Symbol(f'_{len(self._numbers)}'))
 
     def _cosines_of_sums(self, groups: Mapping[Exponents, Terms]) -> sympy.Expr:
-        # The polynomial is real: the groups of e and -e are conjugate and give a cosine and a
-        # sine.
+        # The polynomial is real, so the terms with exponents e and -e are conjugate and sum to a
+        # cosine and a sine.
         angles = self._angles_of_generators()
         result = sympy.Integer(0)
         for exponents, terms in groups.items():
@@ -201,8 +204,8 @@ class Writer:
 
 
 def _taken_out(sum_: sympy.Expr) -> sympy.Expr:
-    # Do as `sympy.factor_terms`, but without its pass through every summand. The summands are
-    # factored already, except a sum that has lost its leading number.
+    # Factor the sum as `sympy.factor_terms` does, but without a pass through every summand. The
+    # summands are factored already, except a sum that has lost its leading number.
     content, rest = sum_.as_content_primitive(clear=False)
     if not rest.is_Add:
         return sum_
@@ -244,12 +247,12 @@ def writer_of(frames: Frames, arithmetic: Arithmetic) -> Writer:
     """
     singles = _basis(arithmetic, ())
     sums = _basis(arithmetic, _parallel_sums(frames, arithmetic))
-    assert singles is not None  # the joint angles themselves
+    assert singles is not None  # the joint angles are always a basis
     return Writer(arithmetic, sums or singles, singles)
 
 
 def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ...]]:
-    # Add the angles of successive rows while their z axes are parallel.
+    # Return sums of the angles of successive rows whose z axes are parallel, as integer vectors.
     variables = arithmetic.names.variables
     total = [0] * len(variables)
     found: list[tuple[int, ...]] = []
@@ -273,7 +276,8 @@ def _parallel_sums(frames: Frames, arithmetic: Arithmetic) -> list[tuple[int, ..
 
 
 def _basis(arithmetic: Arithmetic, vectors: Iterable[tuple[int, ...]]) -> Basis | None:
-    # Take the first linearly independent sums, then joints that are in no sum.
+    # Return the basis of the first linearly independent sums, completed by joint angles; None if
+    # it is not invertible over the integers.
     variables = arithmetic.names.variables
     n = len(variables)
     chosen: list[Sequence[int]] = []

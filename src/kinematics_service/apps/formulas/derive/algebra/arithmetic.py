@@ -21,11 +21,11 @@ from .laurent import Laurent, Ring, from_terms
 from .matrices import Matrix
 from .names import Affine, Names
 
-# Maximum number of constant angles (except quarter turns) that stay symbols; other angles are
-# replaced by fractions, see `exponential`.
+# Maximum number of constant angles, besides quarter turns, that stay symbols of the ring.
+# `exponential` replaces further angles by angles with rational sine and cosine.
 MAX_ANGLE_SYMBOLS = 2
-# A row turns by p/q of a joint's angle. p and q are exponents of 16 bits, so products of dozens of
-# rows fit.
+# A row of the table turns by p/q times a joint's angle. p and q are at most this, so that the
+# exponents of products of dozens of rows fit 16 bits.
 MAX_ANGLE_PARTS = 500
 # A decimal angle this close (in quarter turns) to a multiple of pi/2 is read as the multiple:
 # programs print pi/2 as 1.5707963267948966.
@@ -65,7 +65,7 @@ class Arithmetic:
 
     @property
     def in_variables(self) -> dict[sympy.Symbol, sympy.Expr]:
-        """Return the expression of each theta: q + offset."""
+        """Return q + offset for each symbol theta of a joint whose offset is not 0."""
         return {
             angle: v + self.offsets[v] for v, angle in self.angles.items() if self.offsets[v] != 0
         }
@@ -85,21 +85,23 @@ class Arithmetic:
         return values
 
     def angle_index(self, variable: sympy.Symbol) -> int:
-        """Return the index of exp(i variable / unit)."""
+        """Return the index of the generator exp(i variable / unit)."""
         return self.ring.index('angle', variable)
 
     @property
     def joint_indices(self) -> list[int]:
         """
-        Return the indices of the joint variables' generators: angles of all joints, then lengths
-        of all.
+        Return the indices of the generators of the joint variables: the angle of each joint, then
+        the length of each joint.
         """
         variables = self.names.variables
         lengths = (self.ring.index('number', variable) for variable in variables)
         return [*map(self.angle_index, variables), *lengths]
 
     def moves(self, exponents: Iterable[Sequence[int]]) -> bool:
-        """Return whether any monomial, given by its exponents, contains a joint variable."""
+        """
+        Return whether any monomial, given by its exponents, contains a joint variable's generator.
+        """
         joints = self.joint_indices
         return any(e[k] for e in exponents for k in joints)
 
@@ -132,7 +134,7 @@ class Arithmetic:
         return np.array([[self.ring.length(sympy.sympify(e)) for e in row] for row in rows])
 
     def screw_z(self, theta: Affine, d: Affine) -> Matrix:
-        """Return Rz(theta) Tz(d)."""
+        """Return the 4 x 4 screw motion Rz(theta) Tz(d)."""
         z = self.exponential(theta)
         inverse = self.exponential((-theta[0], {v: -f for v, f in theta[1].items()}))
         cosine = (z + inverse).scaled(1, 2)
@@ -211,8 +213,8 @@ def arithmetic_of(description: RobotDescription, names: Names, parts: int = 1) -
 
 
 def _offsets(turns: Sequence[Affine], names: Names) -> dict[sympy.Symbol, sympy.Expr]:
-    # The first row that a joint turns fixes its offset; other rows keep the difference of their
-    # constants to this offset.
+    # The constant angle of the first row that a joint turns becomes the joint's offset. Other rows
+    # of the joint keep the difference between their constant angle and the offset.
     offsets: dict[sympy.Symbol, sympy.Expr] = {}
     for constant, factors in turns:
         unknown = [variable for variable in factors if variable not in offsets]

@@ -42,15 +42,15 @@ MAX_TERMS = 6000
 # generators take seconds.
 MAX_GAUSSIAN_TERMS = 40
 MAX_GAUSSIAN_GENERATORS = 3
-# If the product is not proved to be fully split, factors up to this number of terms are tested
-# alone.
+# If the product is not proved to be fully factored, each factor with at most this number of terms
+# is tested separately.
 MAX_SHORT_TERMS = 100
 
 
 @dataclass(frozen=True)
 class RealFactor:
     """
-    A factor and its power in the product.
+    A real factor of a polynomial, and the power of this factor in the product.
 
     Attributes
     ----------
@@ -119,7 +119,7 @@ def factored(value: Laurent, arithmetic: Arithmetic) -> Factored:
 
 
 def stays_whole(value: Laurent, arithmetic: Arithmetic) -> bool:
-    """Return whether a short factor is proved to have no real factors but itself."""
+    """Return whether a polynomial with few terms is proved not to split into real factors."""
     if len(value) > MAX_SHORT_TERMS:
         return False
     product = factored(value, arithmetic)
@@ -154,9 +154,9 @@ def _whole(
 
 @dataclass(frozen=True)
 class _Polynomial:
-    # A sympy polynomial over the integers if quarter turns make all coefficients real, else over
-    # the Gaussian integers. The lowest exponents are 0, and whole angles have exponents in steps
-    # of 1.
+    # `element` is a polynomial over the integers if quarter turns of the generators make all
+    # coefficients real; otherwise it is one over the Gaussian integers. Its lowest exponents are
+    # 0, and the exponents of each generator are divided by `steps`.
     element: PolyElement
     turns: tuple[int, ...]
     steps: tuple[int, ...]
@@ -195,8 +195,9 @@ def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], A
 
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
-    # Find t such that (sum t_k e_k + [coefficient is imaginary]) has one parity for all terms: a
-    # linear system over the field of two elements. None if a coefficient is not real or imaginary.
+    # Find quarter turns t such that sum t_k e_k + [coefficient is imaginary] is even for all
+    # terms, or odd for all: a linear system over the field of two elements. Return None if the
+    # system has no solution, or if a coefficient is neither real nor imaginary.
     if any(a and b for a, b in terms.values()):
         return None
     first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())
@@ -263,12 +264,13 @@ def _gaussian_factors(element: PolyElement) -> list[tuple[PolyElement, int]]:
 
 
 def _candidates(element: PolyElement) -> Iterator[PolyElement]:
-    # Yield irreducible polynomials that may divide the element: first linear ones.
+    # Yield irreducible polynomials that may divide the element; yield linear polynomials first.
     ring, degrees = element.ring, _degrees(element)
     for generator, degree in zip(ring.gens, degrees):
         for unit in (1, -1, ZZ_I(0, 1), ZZ_I(0, -1)) if degree else ():
             yield generator - unit
-    # A factor without a generator divides the coefficient of each power of the generator.
+    # A factor that does not contain a generator divides the coefficients of all powers of this
+    # generator.
     for k, degree in enumerate(degrees):
         parts: dict[int, Terms] = {}
         for e, c in element.terms():

@@ -21,7 +21,7 @@ def _degrees(terms: Terms, indices: Sequence[int]) -> list[int]:
 @dataclass(frozen=True)
 class Whole:
     """
-    A factor that is real for real angles.
+    A factor in whole angles that is real for real angles.
 
     Attributes
     ----------
@@ -41,9 +41,10 @@ class Whole:
 
 def paired(halves: list[tuple[Terms, int]], arithmetic: Arithmetic) -> list[Whole] | None:
     """
-    Return the factors of whole angles that irreducible factors (terms, power) form in pairs.
+    Return factors in whole angles, which are products of pairs of irreducible factors
+    (terms, power).
 
-    None if a factor of half angles has no partner.
+    Return None if a factor in half angles has no partner.
 
     Factors that equal their conjugate and have even degree in every angle are whole. Other factors
     form pairs with the same power: a factor and its copy after half a turn of an angle of odd
@@ -94,8 +95,8 @@ def _is_whole(terms: Terms, indices: Sequence[int]) -> bool:
 
 
 def _half_turned(terms: Terms, joints: Sequence[tuple[int, int]]) -> Terms | None:
-    # Turn one angle of odd degree, a joint's or its row's, by half a turn; turning two angles of a
-    # sum would make a full turn. Return None if no angle has odd degree.
+    # Add half a turn to one angle of odd degree. Half a turn of two angles would add a full turn
+    # to their sum. Return None if no angle has odd degree.
     for k, step in joints:
         lowest = min(e[k] for e in terms)
         if _turns(terms, k) % (2 * step) == step and all(
@@ -153,9 +154,9 @@ def _product(one: tuple[int, int], other: tuple[int, int]) -> tuple[int, int]:
 
 def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
     """
-    Return a factor times the monomial and number that make it real: equal to its own conjugate.
+    Return a factor times the monomial and the number that make it equal to its conjugate: real.
     """
-    # The number is a complex unit, then the common divisor of the coefficients is removed.
+    # Multiply by a complex number, then divide by the common divisor of the coefficients.
     indices = _angle_indices(arithmetic)
     moved = _centred(terms, indices)
     e = next(iter(moved))
@@ -168,8 +169,8 @@ def upright(terms: Terms, arithmetic: Arithmetic) -> Laurent:
         common = -common
     real = {e: (a // common, b // common) for e, (a, b) in real.items()}
     result = from_terms(arithmetic.ring, real)
-    # A pair of exponents e and -e is 2 cos or 2 sin: halve it, unless a constant part would become
-    # a fraction.
+    # Two terms with exponents e and -e sum to 2 cos or 2 sin. Halve the polynomial, unless its
+    # constant part would become a fraction.
     still = [c for e, c in real.items() if not any(e[k] for k in indices)]
     turning = len(still) < len(real)
     balanced = all(a % 2 == 0 and b % 2 == 0 for a, b in still)
@@ -188,8 +189,9 @@ def _centred(terms: Terms, indices: Sequence[int]) -> Terms:
 
 
 def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
-    # Find u such that u c(e) is conjugate to u c(-e): u^2 = conj(c(-e)) / c(e). Most u are powers
-    # of i times 1 + i. If c(e) + c(-e) = 0, then u = i; else u = conj(c(e) + c(-e)).
+    # Find a complex number u such that u c(e) is the conjugate of u c(-e): u^2 = conj(c(-e)) /
+    # c(e). Most u are powers of i times 1 + i. If c(e) + c(-e) = 0, then u = i; else u = conj(c(e)
+    # + c(-e)).
     (a, b), (c, d) = one, opposite
     for unit in ((1, 0), (0, 1), (1, 1), (1, -1), (a + c, -b - d)):
         real, imaginary = _product(unit, opposite)
@@ -199,7 +201,7 @@ def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
 
 
 def upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
-    """Return a factor as `upright` does if the ring has its half angles, else unchanged."""
+    """Return a factor made real by `upright` if it is in angles of the ring, else unchanged."""
     if _is_whole(terms, _angle_indices(arithmetic)):
         return upright(terms, arithmetic)
     return from_terms(arithmetic.ring, terms)

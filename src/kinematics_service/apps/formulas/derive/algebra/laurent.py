@@ -97,8 +97,8 @@ class Ring:
         Return the polynomial of a sympy expression without angles: sums and products of numbers
         and symbols.
 
-        A square root or a decimal becomes a generator. So divisors stay 2 or 4, and the factors
-        are those of generic lengths.
+        A square root or a decimal becomes a generator. So divisors stay 2 or 4, and a polynomial
+        factors as it does with generic lengths.
         """
         if expression.is_Integer:
             return self.number(int(expression))
@@ -157,7 +157,7 @@ class Laurent:
         )
 
     def scaled(self, factor: int, divisor: int = 1) -> 'Laurent':
-        """Return the product with a fraction that is not 0."""
+        """Return the polynomial times a fraction that is not 0."""
         return Laurent(
             self.ring,
             {m: factor * c for m, c in self.real.items()},
@@ -166,7 +166,7 @@ class Laurent:
         )
 
     def times_i(self, power: int = 1) -> 'Laurent':
-        """Return the product with a power of i."""
+        """Return the polynomial times a power of i."""
         result = self
         for _ in range(power % 4):
             minus = {m: -c for m, c in result.imaginary.items()}
@@ -175,8 +175,8 @@ class Laurent:
 
     def derivative(self, index: int, per_unit: int = 1) -> 'Laurent':
         """
-        Return the derivative by q if the generator is exp(i q / per_unit), else by the generator
-        itself.
+        Return the derivative by the angle q if the generator is exp(i q / per_unit); otherwise
+        return the derivative by the generator itself.
 
         Parameters
         ----------
@@ -201,7 +201,9 @@ class Laurent:
         return result.times_i().scaled(1, per_unit) if is_angle else result
 
     def terms(self) -> Terms:
-        """Return the terms, exponents to (real, imaginary), without the common divisor."""
+        """
+        Return the terms without the common divisor: exponents as key, (real, imaginary) as value.
+        """
         return {
             self.ring.exponents(m): (self.real.get(m, 0), self.imaginary.get(m, 0))
             for m in {**self.real, **self.imaginary}
@@ -266,8 +268,8 @@ def _add_product(
     for m, c in one.items():
         c *= sign
         for n, d in pairs:
-            # The sum m + n is computed once, which takes 0.80 of the time; this loop is a third of
-            # a long derivation.
+            # Computing m + n only once reduces the time of this loop to 0.80; the loop is a third
+            # of a long derivation.
             monomial = m + n
             into[monomial] = get(monomial, 0) + c * d
 

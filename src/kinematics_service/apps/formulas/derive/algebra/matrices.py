@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from .laurent import Ring
 
-Matrix = npt.NDArray[Any]  # of Laurent polynomials
+Matrix = npt.NDArray[Any]  # array of Laurent polynomials
 
 
 def identity(ring: Ring) -> Matrix:

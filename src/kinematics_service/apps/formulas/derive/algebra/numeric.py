@@ -51,7 +51,7 @@ class Numbers:
 
     @property
     def moving(self) -> Floats:
-        """Return on which joint variables the polynomial depends, booleans of shape (n,)."""
+        """Return whether the polynomial depends on each joint variable, booleans of shape (n,)."""
         return np.array([bool(first.value) for first in self.firsts])
 
     def in_reciprocal(self, joint: int) -> 'Numbers':
@@ -107,9 +107,7 @@ class Sum:
         return np.asarray(np.sum(terms, axis=-1).real)
 
     def magnitude(self, largest: Floats) -> Floats:
-        """
-        Return the sum of the terms' largest sizes if |q| <= largest, shape (...,): an upper bound.
-        """
+        """Return an upper bound of the sum's absolute value for |q| <= largest, shape (...,)."""
         sizes = np.broadcast_to(np.abs(self.coefficients), (*largest.shape[:-1], len(self.powers)))
         for k in np.flatnonzero(np.any(self.powers, axis=0)):
             sizes = sizes * largest[..., k, None] ** self.powers[:, k]

@@ -17,10 +17,11 @@ from .numeric import Numbers, smallest_step, values_and_gradients
 ZERO_DISTANCE = 1e-9
 # Round-off of a sum of a few hundred terms, relative to the sum of their absolute values.
 ROUND_OFF = 1e-13
-# Steps of Newton's method; every 8 steps the best points are checked for zeros.
+# Steps of Newton's method. Every 8 steps, the points with the smallest values are checked for
+# zeros.
 STEPS = 32
 STEPS_PER_CHECK = 8
-# Number of points checked for a zero, those with the smallest values.
+# Number of points with the smallest values that are checked for a zero near the point.
 CHECKED_POSES = 10
 # Largest number of term evaluations, which take seconds. After them the search ends undecided.
 MAX_TERM_EVALUATIONS = 100_000_000
@@ -63,7 +64,7 @@ class Zero:
 
 def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     """
-    Return whether polynomials vanish together in a box.
+    Return whether polynomials have a common zero in a box, and the zero if one is proved.
 
     Parameters
     ----------
@@ -74,7 +75,8 @@ def common_zero(functions: Sequence[Numbers], box: Box, starts: Floats) -> Zero:
     starts : shape (N, n)
         Configurations in the box at which Newton's method starts.
     """
-    # Search an unlimited length up to twice the largest start, and beyond that as t = 1 / length.
+    # If a prismatic joint is unlimited, search its length up to twice the largest start, and
+    # beyond that as t = 1 / length.
     free = np.isinf(box.low) | np.isinf(box.high)
     reach = np.where(free, 2 * np.max(np.abs(starts), axis=0) + 1e-6, np.inf)
     near = Box(np.maximum(box.low, -reach), np.minimum(box.high, reach))
@@ -111,7 +113,7 @@ def _round_off(functions: Sequence[Numbers], largest: Floats) -> Floats:
 
 def _shown(functions: Sequence[Numbers], q: Floats, box: Box) -> tuple[float, ...] | None:
     # Take least-norm Newton steps inside the box, and return a point with a proved zero, or None.
-    # A joint at a bound stays if its step leads outside.
+    # A joint at a bound of the box stays there if its step leads outside the box.
     for count in range(STEPS + 1):
         f, G = values_and_gradients(functions, q)
         if count % STEPS_PER_CHECK == 0:
@@ -149,7 +151,7 @@ def _has_zero_beside(functions: Sequence[Numbers], q: Floats, f: Floats, G: Floa
 
 def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
     middle, half = (box.low + box.high) / 2, np.where(moving, (box.high - box.low) / 2, 0.0)
-    # The box is closed, so enlarge it by a margin that covers round-off.
+    # Enlarge the box by a margin, so that round-off does not exclude zeros on its boundary.
     centers, radii = middle[None], np.where(moving, half + ZERO_DISTANCE, 0.0)[None]
     terms = sum(len(f.function.powers) for f in functions) * (1 + len(middle))
     left = min(MAX_BOXES, MAX_TERM_EVALUATIONS // max(1, terms))
@@ -176,8 +178,9 @@ def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
 def _undecided(
     functions: Sequence[Numbers], centers: Floats, radii: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    # Return the boxes in which every polynomial may vanish: centers, radii, the largest ratio of a
-    # value at the center to its possible change, and the joint along which to halve.
+    # Return the boxes in which every polynomial may vanish: the centers, the radii, the largest
+    # ratio of a polynomial's value at the center to its largest change in the box, and the joint
+    # along which to halve.
     f, G = values_and_gradients(functions, centers)
     largest = np.abs(centers) + radii
     bends = _bends(functions, largest)
@@ -185,7 +188,8 @@ def _undecided(
     bent = np.einsum('kmij,kj->kmi', bends, radii) * radii[:, None, :]
     reach = np.sum(straight + bent / 2, axis=-1) + _round_off(functions, largest)
     kept = np.all(np.abs(f) <= reach, axis=-1)
-    # Divide each polynomial's change by its own bound, so that units do not matter.
+    # Divide the change of each polynomial by its bound, so that polynomials with different units
+    # are comparable.
     share = np.sum((straight + bent) / np.maximum(reach, 1e-300)[..., None], axis=1)
     worst = np.max(np.abs(f) / np.maximum(reach, 1e-300), axis=-1)
     return centers[kept], radii[kept], worst[kept], np.argmax(share, axis=-1)[kept]

@@ -10,7 +10,7 @@ from .report import Block, Equation, Heading
 
 # Maximum number of characters in a row of a matrix; a wider matrix is printed entry by entry.
 MAX_WIDTH = 150
-COLUMN_GAP = 3  # spaces
+COLUMN_GAP = 3  # spaces between two columns of a matrix
 
 
 def text_of(blocks: Sequence[Block]) -> str:
