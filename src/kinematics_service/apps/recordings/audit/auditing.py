@@ -1,4 +1,4 @@
-"""Audit an open file: from its blocks of joint states to the findings."""
+"""Audit an open file: turn its blocks of joint states into a timeline and findings."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping
@@ -40,7 +40,8 @@ MAX_NAMES = 12
 
 class WorstMoment(NamedTuple):
     """
-    A worst moment of a recording: the quantity, its row in the timeline, and its value as text.
+    A worst moment of a recording: name of the quantity, row of the state in the timeline, and
+    value as text.
     """
 
     what: str
@@ -95,7 +96,10 @@ class Audit:
 
     @property
     def refused(self) -> dict[str, int]:
-        """Return the number of messages that did not yield a state of the arm, by reason."""
+        """
+        Return the number of messages that yielded no state of the arm, by the reason of the
+        refusal.
+        """
         other = (ACCEPTED, NOT_STAMPED, RESETS, NOT_OURS)
         return {reason: n for reason, n in self.counts.items() if n and reason not in other}
 
@@ -264,8 +268,8 @@ def _excess(column: Column[np.float64], joint: JointReport, rows: slice) -> Floa
 
 
 def _largest(count: int, values_of: Callable[[slice], Floats]) -> tuple[int, float]:
-    # Returns the first row with the largest value, and this value, ignoring NaN; -inf if all are
-    # NaN.
+    # Returns the first row with the largest value, and this value, ignoring NaN. The value is -inf
+    # if all are NaN.
     row, largest = 0, -math.inf
     for rows in spans(count):
         values = values_of(rows)

@@ -21,14 +21,14 @@ from .ingest import Ingest, KnownJoints
 from .judging import Judge
 from .timeline import PublishedWarning, Timeline, TimelineBatch
 
-# Largest number of warnings kept in the timeline, which bounds the memory if an arm is often near
-# a threshold.
+# Largest number of warnings kept in the timeline. It bounds the memory for an arm that is often
+# near a threshold.
 MAX_WARNINGS = 10_000
 
 
 class Computer:
     """
-    Turns blocks of messages into a timeline, batch by batch.
+    Turns blocks of messages into a timeline of states, batch by batch.
 
     Parameters
     ----------
@@ -86,8 +86,8 @@ class Computer:
         return batch
 
     def _computable(self, known: KnownJoints) -> KnownJoints:
-        # Removes states that cannot be computed: lengths of the robot file can overflow with large
-        # positions, and loops may not close.
+        # Removes states that cannot be computed: large positions can cause an overflow, and closed
+        # loops may have no solution.
         good, refused = np.ones(len(known), dtype=bool), Counter[str]()
         for k in range(len(known)):
             try:
@@ -103,16 +103,16 @@ class Computer:
         return KnownJoints(**columns, timeouts=kept)
 
     def _signs(self, quaternions: Floats, fresh: Flags) -> Floats:
-        # Give each quaternion the sign nearer to the quaternion published before it, as the
-        # estimator does.
+        # Returns signs (N,): the estimator publishes each quaternion with the sign that is nearer
+        # to the quaternion published before.
         before = quaternions[:1] if self._quaternion is None else self._quaternion[None]
         last = np.concatenate([before, quaternions[:-1]])
         dots = np.einsum('ij,ij->i', quaternions, last)
         for k in np.flatnonzero(np.abs(dots) < 1e-9):
-            # near 0 the order of the sum decides the sign: use the function of the estimator
+            # near 0 the sign depends on the order of summation: use np.dot, as the estimator does
             dots[k] = np.dot(quaternions[k], last[k])
         turns = np.where(dots < 0.0, -1.0, 1.0)
         signs = np.cumprod(turns)
         for k in np.flatnonzero(fresh | (dots == 0.0)):
-            signs[k:] *= signs[k]  # restart with the sign of the kernel, w >= 0
+            signs[k:] *= signs[k]  # from here, use the kernel's sign again, w >= 0
         return np.asarray(signs, dtype=np.float64)

@@ -1,4 +1,6 @@
-"""Thin curves over time to the resolution of a drawing: each column keeps its extremes."""
+"""
+Thin curves over time to the resolution of a drawing; each pixel column keeps its extreme values.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,16 +13,16 @@ from ..readers.block import Flags
 
 # Width of a drawing in its own units.
 WIDTH = 1000
-# Number of columns of a drawing; each shows the least and the largest value.
+# Number of columns of a drawing; each column shows the least and the largest value in its time.
 COLUMNS = 800
-# Number of points of a curve in memory above which it is thinned.
+# If a curve in memory has more points than this, it is thinned.
 MAX_HELD_POINTS = 2**20
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
     """
-    A line: name, style (`c0` to `c5`, or `limit`), and points.
+    A curve of a chart: name, style (`c0` to `c5`, or `limit`), and points.
 
     Attributes
     ----------
@@ -63,7 +65,7 @@ def curve_of(
     count = held = groups = 0
     for t, values, breaks in pieces:
         known = np.flatnonzero(np.isfinite(values))
-        # Start a new group, drawn as a separate line, after a break or an unknown value.
+        # A break or an unknown value starts a new group; each group is drawn as a separate line.
         group = groups + np.cumsum(breaks) + np.cumsum(~np.isfinite(values))
         groups = int(group[-1])
         count, held = count + len(known), held + len(known)
@@ -82,7 +84,7 @@ def _joined(drawn: list[tuple[Any, ...]]) -> tuple[Any, ...]:
 
 
 def _thinned(end: float, t: Floats, values: Floats, group: np.ndarray) -> tuple[Any, ...]:  # type: ignore[type-arg]
-    # Pieces that were thinned before may be thinned again together: the kept points are the same.
+    # Pieces may be thinned together again after they were thinned: the kept points do not change.
     column = np.minimum(across(t, end) * (COLUMNS / WIDTH), COLUMNS - 1).astype(np.int64)
     edges = np.flatnonzero(np.diff(column, prepend=-1) | (np.diff(group, prepend=-1) != 0))
     low, high = np.minimum.reduceat(values, edges), np.maximum.reduceat(values, edges)

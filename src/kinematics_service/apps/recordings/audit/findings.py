@@ -6,7 +6,7 @@ from ....robot.measures import Level
 
 
 class Finding(NamedTuple):
-    """One finding: `level` OK, WARN or ERROR."""
+    """One finding of an audit: its level (OK, WARN or ERROR), and its sentence."""
 
     level: Level
     text: str

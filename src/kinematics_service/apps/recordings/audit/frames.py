@@ -1,4 +1,6 @@
-"""Compare the poses of a second source with those of the recording (frame check)."""
+"""
+Compare the tool poses of a second source with the poses computed from the recording (frame check).
+"""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,13 +21,14 @@ from ..readers.source import MAX_POSES, PoseTrack
 from .neighbourhoods import Track, joined
 from .timeline import Timeline
 
-# Largest gap between two states for interpolation, in median intervals: one or two lost messages.
+# Largest gap between two states across which joint positions are interpolated, in median
+# intervals. It allows for one or two lost messages.
 GAP_INTERVALS = 3.0
 # Lower bound of the largest gap for interpolation, s.
 MIN_GAP = 0.05
 # Upper bound of the largest gap for interpolation, s.
 MAX_GAP = 0.5
-# Least number of poses for a comparison.
+# Least number of poses with joint positions that a comparison needs.
 MIN_POSES = 3
 
 
@@ -182,7 +185,7 @@ class ChosenPoses(NamedTuple):
 
 
 def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
-    """Choose the poses to compare among the M poses that `use` selects, at even steps."""
+    """Choose at most `MAX_POSES` of the poses that `use` (M,) selects, at even steps."""
     rows = np.flatnonzero(use)
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAX_POSES).astype(int))]
     zero, motion = found.stamps[0], None
@@ -194,7 +197,8 @@ def chosen_poses(track: PoseTrack, found: Track, use: Flags) -> ChosenPoses:
 
 def matched(found: Track, longest: float | None) -> tuple[Flags, str]:
     """
-    Return which poses have joint positions at their time, and as text why the others have none.
+    Return which poses have joint positions at their time. Also return, as text, why other poses
+    have none.
 
     Parameters
     ----------

@@ -1,10 +1,9 @@
 """
-Pass blocks of messages through the estimator of the node, and return the known joints after each
+Pass blocks of messages through the estimator of the node, and return the joint states after each
 message.
 
-A run of messages with rising stamps is computed in columns, by the rules of the estimator. The
-first and the last message of a run go through the estimator itself, which keeps its memory
-correct.
+A run of messages with rising stamps is computed as arrays, by the rules of the estimator. The
+first and the last message of the run go through the estimator itself, to update its memory.
 """
 
 import math
@@ -20,14 +19,14 @@ from ....kernel import LARGEST, Floats
 from ....robot.robot import Robot
 from ..readers.block import Block, Flags, Times, UnreadableMessage
 
-# Number of consecutive messages below which each message goes through the estimator itself.
+# Runs with fewer messages are not computed as arrays: each message goes through the estimator.
 MIN_RUN = 8
 
 
 class JointTimeout(NamedTuple):
     """
-    A joint that has had no position for the timeout: the node reports STALE at `moment` (ns, of
-    receipt).
+    A joint has had no position for the time-out: the node reports STALE at `moment`
+    (ns, time of receipt).
     """
 
     moment: int
@@ -37,7 +36,7 @@ class JointTimeout(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class KnownJoints:
     """
-    The known joints after each message that makes a state.
+    The joint positions and velocities that are known after each message that yields a state.
 
     Attributes
     ----------
@@ -70,7 +69,7 @@ class KnownJoints:
 
     @property
     def moving(self) -> Flags:
-        """Return whether all velocities of each state are known, shape (N,)."""
+        """Return for each state whether the velocities of all joints are known, shape (N,)."""
         return np.asarray(~np.any(np.isnan(self.qdot), axis=1))
 
 
@@ -111,7 +110,7 @@ class Ingest:
 
     def take(self, block: Block | UnreadableMessage) -> KnownJoints:
         """
-        Take the next block of messages; return the known joints after each message that yields a
+        Take the next block of messages; return the joint states after each message that yields a
         state.
         """
         if isinstance(block, UnreadableMessage):
@@ -137,7 +136,7 @@ class Ingest:
         return self._rows.known()
 
     def _refused(self, k: int, reason: str, stamp: int, sentence: str) -> None:
-        # Keeps the first example of each reason; message k of the block yields no state.
+        # Keeps the first refused message for each reason; message k of the block yielded no state.
         self.examples.setdefault(reason, RefusedExample(self._message + k, stamp, sentence))
 
     def _runs(self, block: Block) -> Iterator[tuple[int, int]]:
@@ -188,7 +187,7 @@ class Ingest:
         return True
 
     def _listen(self, arrival: int) -> None:
-        # Detects time-outs between messages, as the watchdog of the node does.
+        # Detects joints that time out before a message arrives, as the watchdog of the node does.
         assert self._started is not None
         timeout = self._estimator.settings.timeout
         if self._stale or arrival - self._started <= timeout:
@@ -202,8 +201,8 @@ class Ingest:
             self._rows.timeout = JointTimeout(min(moment, arrival), missing)
 
     def _columns(self, block: Block, first: int, end: int) -> None:
-        # Computes messages first + 1 to end - 1 in columns; message `first` was accepted by the
-        # estimator.
+        # Computes messages first + 1 to end - 1 as arrays; the estimator has accepted message
+        # `first`.
         settings = self._estimator.settings
         columns = self._joint_columns(block)
         assert columns is not None
@@ -256,7 +255,7 @@ class Ingest:
 
 
 class _KnownRows:
-    """The rows of a `KnownJoints` while they are collected."""
+    """Collects the rows of a `KnownJoints`, one or several at a time."""
 
     def __init__(self, dof: int) -> None:
         self.timeout: JointTimeout | None = None

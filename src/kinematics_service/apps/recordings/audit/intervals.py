@@ -17,7 +17,8 @@ from .timeline import Stretch, Timeline, stretches_of
 
 class FactorPassage(NamedTuple):
     """
-    The passage of a named factor near its zero: least distance (rad), and its row in the timeline.
+    The least distance (rad) of a named factor from its zero, and the row of this state in the
+    timeline.
     """
 
     name: str
@@ -27,7 +28,7 @@ class FactorPassage(NamedTuple):
 
 class Interval(NamedTuple):
     """
-    Consecutive states that are not OK.
+    Consecutive states with level WARN or ERROR, with their duration and worst moment.
 
     Attributes
     ----------
@@ -73,24 +74,29 @@ class Interval(NamedTuple):
 
 
 def watched_values(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
-    """Return the watched measure of some states, |det| for the determinant, shape (N,)."""
+    """
+    Return the watched measure of the states in `rows`, |det| for the determinant, shape (N,).
+    """
     return np.asarray(np.abs(timeline.measures[robot.singularity.thresholds.measure][rows]))
 
 
 def watched_at(robot: Robot, timeline: Timeline, row: int) -> float:
-    """Return the watched measure of one state."""
+    """Return the watched measure of the state in one row of the timeline."""
     return float(watched_values(robot, timeline, slice(row, row + 1))[0])
 
 
 def badness(robot: Robot, timeline: Timeline, rows: slice) -> Floats:
-    """Return the watched measure with the sign that makes larger values worse, shape (N,)."""
+    """
+    Return the watched measure, with its sign changed if small values are bad, so that larger is
+    worse, shape (N,).
+    """
     values = watched_values(robot, timeline, rows)
     sign = -1.0 if MEASURES[robot.singularity.thresholds.measure].small_is_bad else 1.0
     return np.where(np.isnan(values), np.inf, sign * values)
 
 
 def intervals_of(robot: Robot, timeline: Timeline) -> tuple[Interval, ...]:
-    """Return the intervals near a singularity, in their order."""
+    """Return the intervals of a timeline near a singularity, in the order of time."""
     pieces = (
         (timeline.levels[rows] != Level.OK, timeline.silent[rows]) for rows in spans(len(timeline))
     )
@@ -134,8 +140,8 @@ def _interval(robot: Robot, timeline: Timeline, run: Stretch) -> Interval:
 
 
 def _nearest(robot: Robot, near: Singularity) -> str:
-    # Returns the name of the nearest factor. A loop is named only if its singular position is
-    # nearer than the singular pose; otherwise the name is empty.
+    # Returns the name of the nearest factor. If this factor belongs to a loop, the name is empty
+    # unless the loop's singular position is nearer than the singular pose.
     if near.factors is None:
         return ''
     k = near.factors.nearest
@@ -155,8 +161,8 @@ def _named(
 
 
 def _pass(robot: Robot, timeline: Timeline, rows: slice, passed: dict[int, FactorPassage]) -> None:
-    # Updates `passed`: the least distance of each factor, over the states at which it is the
-    # nearest factor.
+    # Updates `passed`, the least distance of each factor. Only states at which the factor is the
+    # nearest one count.
     if not robot.singularity.factors.names:
         return
     distances = timeline.factors[rows]

@@ -1,5 +1,5 @@
 """
-Report the motion of each joint: range, limits, jumps, and check of its reported velocities.
+Report the motion of each joint: range, limits, jumps, and a check of the reported velocities.
 
 A step between two states is a jump if the speed of the joint is too low to explain it.
 """
@@ -17,7 +17,7 @@ from .reported_velocities import INTERVAL_FACTOR, VelocityCheck, velocity_check
 from .stream import steps_of
 from .timeline import Timeline
 
-# A position is at its limit if it is at most this far from it (rad, m).
+# A position is at its limit if the distance to the limit is at most this (rad, m).
 LIMIT_MARGIN = (math.radians(0.5), 1e-3)
 # If a position is beyond its limit by more than this (rad), the positions may be in degrees.
 DEGREES_BEYOND = math.tau
@@ -26,7 +26,10 @@ MAX_JUMPS = 100
 
 
 class Jump(NamedTuple):
-    """A step of a joint (rad, m) that its speed does not explain; `row` is the state after it."""
+    """
+    A step of a joint (rad, m) that the joint's speed does not explain; `row` is the state after
+    the step.
+    """
 
     row: int
     joint: str
@@ -36,7 +39,7 @@ class Jump(NamedTuple):
 
 class JointReport(NamedTuple):
     """
-    The motion of one joint over a recording, rad or m.
+    Statistics of the motion of one joint over a recording, rad or m.
 
     Attributes
     ----------

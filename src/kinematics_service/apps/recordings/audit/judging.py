@@ -1,4 +1,4 @@
-"""Compute the level of each state and the warnings of the node, from the measures of a batch."""
+"""Compute the level of each state and the node's warnings from a batch of measures."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -16,7 +16,8 @@ Levels = npt.NDArray[np.int8]
 
 class Judged(NamedTuple):
     """
-    Levels (N,) with hysteresis, and the rows with a warning.
+    Levels (N,) with hysteresis, and the rows of states with a warning. `timeouts` has pairs: a
+    time-out with a warning, and the row of the next state.
 
     `timeouts` are the time-outs with a warning, each with the row after it.
     """
@@ -28,21 +29,21 @@ class Judged(NamedTuple):
 
 @dataclass
 class Judge:
-    """Judge states in order, with the alarm of the node as memory."""
+    """Judges states in order, with the alarm of the node as memory."""
 
     thresholds: Thresholds
     alarm: Alarm = Alarm()
 
     def judge(self, known: KnownJoints, singularity: Singularities) -> Judged:
         """
-        Return levels and warnings of the next states, and the time-outs before them with a
-        warning.
+        Return levels and warnings of the next states, and the warnings about time-outs before
+        them.
         """
         directions, factors = singularity.lost_direction, singularity.factors
         nearest = None if factors is None else np.argmin(factors.estimates, axis=1)
         values = np.abs(getattr(singularity, self.thresholds.measure))
-        # Start from the levels without hysteresis: they are ERROR or WARN if a pose is nearly
-        # singular.
+        # Start from the levels without hysteresis, which already contain the check for nearly
+        # singular poses.
         levels = np.array(singularity.level, dtype=np.int8)
         judged = Judged(levels, [], [])
         for k, alone in enumerate(levels.tolist()):
@@ -50,7 +51,7 @@ class Judge:
                 timeout = known.timeouts[k]
                 self.alarm, say = self.alarm.step(Level.STALE, None, timeout.moment)
                 judged.timeouts.extend([(k, timeout)] if say else [])
-            # Skip this state: if the level stays OK, neither the level nor the warnings change.
+            # Skip a state if the level stays OK: then neither level nor warnings change.
             if alone == self.alarm.level == Level.OK and self.alarm.last is not None:
                 continue
             level = self.thresholds.level(float(values[k]), self.alarm.level)

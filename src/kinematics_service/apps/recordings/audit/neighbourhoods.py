@@ -1,7 +1,7 @@
 """
-Interpolate joint positions at the times of poses.
+Interpolate the joint positions of a recording at the times of tool poses.
 
-The memory holds only states near a pose, within `WINDOW_AROUND_POSES`.
+Only states within `WINDOW_AROUND_POSES` of a pose's time are kept in memory.
 """
 
 from collections.abc import Iterator
@@ -18,13 +18,14 @@ from ..readers.columns import spans
 from ..readers.source import MAX_POSES, PoseTrack
 from .reported_velocities import MotionColumns
 
-# Time before and after a pose (ns) in which states are kept, the range of the search for lags.
+# States within this time (ns) before and after a pose are kept. It covers the largest time lag
+# that the frame check tries.
 WINDOW_AROUND_POSES = round((REACH + 2.0 * WINDOW) * 1e9)
 
 
 class Track(NamedTuple):
     """
-    M poses with the joint positions at their times.
+    M tool poses with the joint positions at their times.
 
     Attributes
     ----------
@@ -58,8 +59,8 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
     """
     Return the poses of a second source with the joint positions of a recording.
 
-    Poses with their own joint positions are taken at even steps. Other poses are halved, by every
-    second pose, until at most 2 `MAX_POSES` are within the recording.
+    If each pose has its own joint positions, poses are taken at even steps. Otherwise every second
+    pose is dropped, until at most 2 `MAX_POSES` are within the time of the recording.
     """
     order = np.argsort(track.stamps, kind='stable')
     if track.q is not None and len(order):
@@ -92,16 +93,15 @@ def joined(robot: Robot, track: PoseTrack, states: MotionColumns) -> Track:
 
 
 def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, Floats]]:
-    # Yields stamps, times and joint positions of the states around the times `at`: both ends of an
-    # interval that meets the window around a time. The last state of a piece waits for the next
-    # piece.
+    # Yields stamps, times and joint positions of the states near the times `at`. An interval
+    # between two states is kept, with both states, if it meets the window around a time. The last
+    # state of a piece is passed on to the next piece.
     begins, ends = at - WINDOW_AROUND_POSES, at + WINDOW_AROUND_POSES
     none = slice(0, 0)
     last, keep = (states.stamps[none], states.t[none], states.q[none]), np.zeros(0, dtype=bool)
     for rows in spans(len(states), LARGEST_BLOCK):
         stamps = states.stamps[rows]
-        # Skip states whose stamp is not later than all stamps before, because stamps may step
-        # back.
+        # Stamps may step back: skip a state whose stamp is not later than all stamps before it.
         before = last[0] if len(last[0]) else np.array([-1])
         highest = np.maximum.accumulate(np.concatenate([before, stamps[:-1]]))
         rising = np.flatnonzero(stamps > highest)

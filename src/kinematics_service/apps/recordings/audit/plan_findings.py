@@ -16,19 +16,20 @@ from ..plans.verdicts import PlanMoment, PlanSingularity, PlanSpeed
 from .auditing import Audit
 from .findings import Finding, seconds
 
-# Largest number of sentences about trajectories that are not proved; the others are only counted.
+# Largest number of findings on trajectories that are not proved; further trajectories are only
+# counted.
 MAX_SENTENCES = 3
-# Distance (rad) below which a factor is reported as zero at a singular pose.
+# A factor is reported as zero at a singular pose if its distance from zero (rad) is below this.
 ZERO_TOLERANCE = 1e-6
 
 
 def rounded_down(value: float) -> str:
-    """Return a number with four digits, rounded down."""
+    """Return a number as text with four digits, rounded down."""
     return f'{_rounded(value, math.floor):.4g}'
 
 
 def rounded_up(value: float) -> str:
-    """Return a number with four digits, rounded up."""
+    """Return a number as text with four digits, rounded up."""
     return f'{_rounded(value, math.ceil):.4g}'
 
 
@@ -41,22 +42,22 @@ def _rounded(value: float, way: Callable[[float], int]) -> float:
 
 def joints_refuted(audit: Audit, what: Literal['limits', 'speed']) -> list[str]:
     """
-    Return the names of joints that a plan refutes: beyond their limits, or above their speed
-    limits.
+    Return the names of joints for which a plan is refuted: beyond their limits, or above their
+    speed limits.
     """
     joints = [joint for plan in audit.plans.values() for joint in plan.joints]
     return [joint.name for joint in joints if getattr(joint, what) == 'refuted']
 
 
 def plan_findings(audit: Audit) -> list[Finding]:
-    """Return the findings on the plans of a file; none for a recording."""
+    """Return the findings on the plans of a file; empty if the file is a recording."""
     if not audit.plans:
         return []
     return [*_closures(audit), *_singular(audit), *_joints(audit), *_speeds(audit)]
 
 
 def _closures(audit: Audit) -> Iterator[Finding]:
-    # Yields findings on whether closed loops close.
+    # Yields a finding on whether the closed loops of the arm close along the plans.
     for number, plan in audit.plans.items():
         closure, where = plan.closure, _where(audit, number)
         if closure is None:
@@ -79,7 +80,7 @@ def _where(audit: Audit, number: int) -> str:
 
 
 def _of_those_checked(audit: Audit) -> str:
-    # Limits a proof to the checked trajectories if not all were checked.
+    # Returns words that limit a proof to the checked trajectories, if some were not checked.
     if len(audit.plans) == audit.trajectories:
         return ''
     return f'Of {len(audit.plans):,} of {audit.trajectories:,} trajectories: '
@@ -110,7 +111,7 @@ def _named(robot: Robot, found: PlanSingularity) -> str:
     # Returns the named factors that vanish at the singular pose.
     if found.nearest_singular is None or not robot.singularity.factors.names:
         return ''
-    # for an arm with loops, name the loop whose equations are singular, if any
+    # for an arm with loops, name only the loop whose equations are singular
     if robot.loop_names:
         loop = flat_loop(robot, singularity(robot, found.moment.q))
         return f' ({flat_position(loop)})' if loop else ''
@@ -181,7 +182,7 @@ def _speed(speed: PlanSpeed) -> Finding:
     if speed.verdict == 'refuted':
         text = f'{who} moves at {low} m/s {_at(speed.moment)} ({speed.limit:g} allowed)'
         return Finding(Level.ERROR, f'Refuted: {text}.')
-    if math.isinf(speed.upper):  # the speed is only sampled
+    if math.isinf(speed.upper):  # no upper bound: the speed was only sampled
         found = f'the largest sampled speed of {who} is {low} m/s, at {at}'
         if speed.limit is None:
             return Finding(Level.OK, f'{found[0].upper()}{found[1:]}; nothing bounds it.')

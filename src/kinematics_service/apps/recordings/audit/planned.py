@@ -1,4 +1,4 @@
-"""Check the planned trajectories of a file at and between their points."""
+"""Check the planned trajectories of a file at their points and between them."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -14,8 +14,8 @@ from ..plans.verdicts import PlanCheck
 from ..readers.between_points import PlannedTrajectory
 from ..readers.source import RecordingSource, Remark
 
-# Half of the last printed digit of an angle, degrees. A smaller rest of a turn is reported as no
-# motion.
+# Half of the last printed digit of an angle, degrees. If the motion left after full turns is
+# smaller, the joint is reported to end where it was.
 TURN_RESOLUTION = 0.05
 
 
@@ -39,7 +39,7 @@ class PlanSettings(NamedTuple):
 
     @property
     def speeds_told(self) -> bool:
-        """Return whether a speed limit or further points were requested."""
+        """Return whether a speed limit, or the speed of further points, was requested."""
         return self.speed_limit is not None or bool(self.speed_of)
 
 
@@ -51,8 +51,8 @@ def checks_of(
     progress: Callable[[int], None] = lambda plans: None,
 ) -> dict[int, PlanCheck]:
     """
-    Check the trajectories of a file, and return the checks by trajectory number from 1. A failed
-    check becomes a remark.
+    Return the checks of the trajectories in a file, by trajectory number from 1. A trajectory that
+    cannot be checked gives a remark.
     """
     checks = {}
     for number, plan in enumerate(source.plans, 1):
@@ -72,7 +72,7 @@ def checks_of(
 def _full_turns(
     robot: Robot, plan: PlannedTrajectory, prefix: str, which: str
 ) -> Iterator[Remark]:
-    # Yields a remark for each joint whose turn could be shorter by full turns, within its limits.
+    # Yields a remark for each joint that could move by full turns less and stay within its limits.
     for j, name in enumerate(robot.joint_names):
         q = plan.positions[:, plan.names.index(prefix + name)]
         sides = np.flatnonzero(np.diff(np.sign(np.diff(q)))) + 1

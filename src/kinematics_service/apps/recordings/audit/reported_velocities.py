@@ -19,27 +19,32 @@ from .stream import steps_of
 
 # Largest lag that is tried, in median intervals.
 LAG_INTERVALS = 12
-# Lags are tried with about this many messages, spread over the recording in pieces of LAG_PIECE.
+# A lag is searched in about this many messages, in pieces of LAG_PIECE that are spread over the
+# recording.
 LAG_MESSAGES = 50_000
 LAG_PIECE = 5_000
 # A lag or a scale is reported if correcting it reduces the RMS difference below this ratio.
 EXPLAINED_SHARE = 0.6
-# Ratio of RMS difference to speed below which no cause is searched.
+# If the ratio of RMS difference to RMS speed is below this, no cause of the difference is
+# searched.
 DIFFERENCE_SHARE = 0.002
-# Least deviation of a scale from 1 that is reported.
+# A scale is reported if it differs from 1 by at least this.
 SCALE_TOLERANCE = 0.05
 # RMS speed (rad/s, m/s) below which the velocities of a joint are not compared.
 SPEED_MINIMUM = 1e-3
-# A joint is compared if the mean square of its motion is at least six standard errors of the
-# noise; this is the square root of six.
+# A joint is compared only if the mean square of its motion is at least six standard errors of the
+# noise. The factor is the square root of six.
 NOISE_FACTOR = math.sqrt(6.0)
-# A joint is not compared if its range is below this many standard deviations of its positions.
+# A joint is compared only if its range is at least this many standard deviations of the position
+# noise.
 RANGE_FACTOR = 20.0
-# A joint is not compared if its range (rad, m) is below this: its controller holds it in place.
+# A joint is compared only if its range is at least this (rad, m); below it the joint is held in
+# place.
 RANGE_MINIMUM = 1e-3
-# Longest interval between two states from which a velocity is computed, in median intervals.
+# A velocity is computed from two states only if their interval is at most this many median
+# intervals.
 INTERVAL_FACTOR = 5.0
-# The median difference is reported if it exceeds this fraction of the joint's RMS speed, plus the
+# A difference is reported if its median exceeds this ratio of the joint's RMS speed, plus the
 # noise.
 VELOCITY_SHARE = 0.2
 
@@ -83,7 +88,7 @@ class MotionColumns:
 
 class VelocityCheck(NamedTuple):
     """
-    Reported velocities of a joint against differences of its positions, rad/s or m/s.
+    Comparison of a joint's reported velocities with differences of its positions, rad/s or m/s.
 
     Attributes
     ----------
@@ -93,7 +98,7 @@ class VelocityCheck(NamedTuple):
     speed
         RMS of the velocities from differences of positions.
     noise
-        RMS of the part of these velocities that is noise of the positions.
+        RMS of the noise in the velocities from differences of positions.
     lag : s
         Delay of the reported velocities, 0 if no delay explains the difference.
     scale
@@ -127,8 +132,8 @@ def smooth_products(velocities: Floats, use: Flags) -> Floats:
     Return products of velocities (differences of positions) whose mean is the mean square velocity
     without noise.
 
-    The noise of one position enters two adjacent velocities. Each product is of a velocity and the
-    next but one, whose noises are independent, and the speed hardly changes in between.
+    The noise of one position enters two adjacent velocities. So each product takes a velocity and
+    the one after the next: their noise is independent, and the speed hardly changes in this time.
     """
     products: Floats = velocities[2:] * velocities[:-2]
     return products[use[2:] & use[1:-1] & use[:-2]]
@@ -136,7 +141,7 @@ def smooth_products(velocities: Floats, use: Flags) -> Floats:
 
 def _samples(timeline: MotionColumns, j: int) -> StateTable:
     # Returns time, position, reported velocity and row of each state in which position or velocity
-    # of joint j is new. If neither changes, the joint stood still or was missing in the message.
+    # of joint j changes. If both repeat, the joint stood still, or the message lacked it.
     samples = StateTable(4)
     columns = timeline.t, timeline.q.columns[j], timeline.qdot.columns[j]
     for rows in spans(len(timeline)):
@@ -151,8 +156,8 @@ def _samples(timeline: MotionColumns, j: int) -> StateTable:
 
 def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityCheck | None:
     """
-    Compare the reported velocities of joint j with its positions; None if a comparison is
-    impossible.
+    Compare the reported velocities of joint j with differences of its positions. Return None if
+    the motion is too small or too short.
     """
     samples = _samples(timeline, j)
     usual = median(steps[steps > 0.0] for _, steps in steps_of(samples.columns[0]))
@@ -160,12 +165,12 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     row, worst, sums = 0, -1.0, np.zeros(6)
     position = least = greatest = 0.0
     for rows in spans(len(samples)):
-        begin = max(rows.start - 3, 0)  # a product in `smooth_products` spans three intervals
+        begin = max(rows.start - 3, 0)  # a product of `smooth_products` spans three intervals
         t, q, qdot, numbers = samples[begin : rows.stop].T
         steps, motion = np.diff(t), joint_steps(q, wraps)
         use = (steps > 0.0) & (steps <= longest)
-        # Compare the mean velocity of each interval with the mean of the reported velocities at
-        # its ends; the error is of second order.
+        # Compare the mean velocity of an interval, from positions, with the mean of the velocities
+        # reported at both ends. The two differ only to second order.
         mean = np.where(use, motion, 0.0) / np.where(use, steps, 1.0)
         ends = np.where(use, 0.5 * (qdot[1:] + qdot[:-1]), 0.0)
         products, new = smooth_products(mean, use), slice(max(rows.start - begin - 1, 0), None)
@@ -189,8 +194,8 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
     surely = max(SPEED_MINIMUM, NOISE_FACTOR * noise / count**0.25)
     if moving < surely**2 or greatest - least < max(RANGE_FACTOR * jitter, RANGE_MINIMUM):
         return None
-    # Divide by the square of the motion without noise: only the differences contain noise of
-    # positions.
+    # The scale is a regression on the motion. Divide by the mean square without noise, because the
+    # noise of the positions would make the scale too small.
     scale, lag = product / moving, 0.0
     left = reported - 2.0 * scale * product + scale**2 * square
     least = DIFFERENCE_SHARE * speed
@@ -202,15 +207,16 @@ def velocity_check(timeline: MotionColumns, j: int, wraps: bool) -> VelocityChec
 
 
 def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
-    # Returns the delay (s) of the reported velocities that explains their difference from the
-    # positions. It is 0 if no delay explains it, or if the RMS difference is at most `least`.
+    # Returns the delay (s) of the reported velocities that explains their difference from
+    # velocities of the positions. It is 0 if no delay explains it, or if the RMS difference is at
+    # most `least`.
     lags = usual * np.linspace(-LAG_INTERVALS, LAG_INTERVALS, 8 * LAG_INTERVALS + 1)
     pieces = [np.zeros((len(lags), 0))]
     for begin in range(0, len(samples), LAG_PIECE * math.ceil(len(samples) / LAG_MESSAGES)):
         t, q, qdot, _ = samples[begin : begin + LAG_PIECE].T
         path = np.append(0.0, np.cumsum(joint_steps(q, wraps)))
         steps, errors = np.diff(t), np.diff(path_errors(t, path, qdot, lags), axis=1)
-        # Use an interval only if no gap is nearer than the largest lag.
+        # Use an interval only if no gap in time is nearer to it than the largest lag.
         gaps = np.append(0.0, np.cumsum((steps <= 0.0) | (steps > INTERVAL_FACTOR * usual)))
         ends = t[:-1] + lags[0], t[1:] + lags[-1]
         use = np.ptp(np.interp(ends, t, gaps, left=math.nan, right=math.nan), axis=0) == 0.0
@@ -220,8 +226,8 @@ def _lag(samples: StateTable, wraps: bool, usual: float, least: float) -> float:
     best = int(np.argmin(squares))
     if squares[now] <= found.shape[1] * least**2 or best in (0, len(lags) - 1):
         return 0.0
-    # Compare mean squares and medians: outliers hide a lag from the mean square, a long rest hides
-    # it from the median.
+    # Compare both mean squares and medians. Outliers hide a lag in the mean square, and a long
+    # rest hides it in the median.
     explained = squares[best] < EXPLAINED_SHARE**2 * squares[now]
     explained |= np.median(found[best]) < EXPLAINED_SHARE * np.median(found[now])
     return float(lags[best]) if explained else 0.0

@@ -1,4 +1,6 @@
-"""Find the intervals in which `ks.scale` would have slowed a motion, and their causes."""
+"""
+Find the intervals in which `ks.scale` would have slowed a motion, and the causes of the slowing.
+"""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -13,7 +15,7 @@ from ....robot.robot import Robot
 from ..readers.columns import Column, spans
 from .timeline import Stretch, Timeline, stretches_of
 
-# Number of states in one call of `scale`, which bounds the memory.
+# Number of states in one call of `scale`; it bounds the memory.
 BATCH = 2**14
 
 

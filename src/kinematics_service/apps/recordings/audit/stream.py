@@ -1,4 +1,7 @@
-"""Evaluate the timing of messages: rate, gaps, repeated stamps, changes of the order of names."""
+"""
+Evaluate the timing of messages: rate, gaps, repeated stamps, and changes in the order of joint
+names.
+"""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +13,7 @@ import numpy.typing as npt
 from ..readers.block import Block, UnreadableMessage
 from ..readers.columns import Column, Scalar, median, spans
 
-# Ratio to the median interval of stamps above which an interval is a gap.
+# An interval between stamps is a gap if it exceeds this many median intervals.
 GAP_INTERVALS = 5.0
 # Least length of a gap, ns.
 MIN_GAP = 20_000_000
@@ -19,7 +22,9 @@ MAX_LISTED = 100
 
 
 class Gap(NamedTuple):
-    """A gap of `seconds` after the stamp `after` (ns); `message` is the next message."""
+    """
+    A gap of `seconds` in the stamps, after the stamp `after` (ns); `message` is the next message.
+    """
 
     message: int
     after: int
@@ -29,7 +34,7 @@ class Gap(NamedTuple):
 @dataclass(frozen=True)
 class Stream:
     """
-    Timing of the messages.
+    Statistics of the timing of a recording's messages.
 
     Attributes
     ----------
@@ -80,8 +85,7 @@ class Stream:
 
 def steps_of(stamps: Column[Scalar]) -> Iterator[tuple[int, npt.NDArray[Scalar]]]:
     """
-    Yield differences of successive stamps in pieces, with the number of the first stamp of each
-    piece.
+    Yield differences of successive stamps in pieces. Each piece has the number of its first stamp.
     """
     for rows in spans(len(stamps)):
         begin = max(rows.start - 1, 0)
@@ -91,11 +95,11 @@ def steps_of(stamps: Column[Scalar]) -> Iterator[tuple[int, npt.NDArray[Scalar]]
 
 
 class StreamWatch:
-    """Collects the data of a `Stream`, block by block."""
+    """Collects the statistics of a `Stream`, block by block."""
 
     def __init__(self, joint_names: tuple[str, ...]) -> None:
         self._ours = set(joint_names)
-        # The columns hold only messages with a stamp.
+        # Collect only messages with a stamp.
         self._stamps, self._delays = Column(np.int64), Column(np.int64)
         self._numbers = Column(np.int64)
         self._orders = set[tuple[str, ...]]()
@@ -115,8 +119,8 @@ class StreamWatch:
             self._orders.add(order)
             self._changes += self._order is not None and self._order != order
             self._order = order
-        # Treat a stamp of 0 as unstamped in a bag, but as a time in a table: a table may begin at
-        # 0 s.
+        # A stamp of 0 means unstamped in a bag. In a table it is a time, because a table may begin
+        # at 0 s.
         stamped = (block.stamps > 0) | (block.received == 0)
         self._numbers.append(np.flatnonzero(stamped) + self._count)
         self._stamps.append(block.stamps[stamped])

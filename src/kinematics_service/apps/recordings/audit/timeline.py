@@ -23,7 +23,8 @@ class Stretch(NamedTuple):
     """
     Consecutive states with the same label, rows `first` to `last`.
 
-    The stretch ends at the time of row `until`: the next state, or the last state before a break.
+    The stretch ends at the time of row `until`, which is the next state. Before a break, it is the
+    last state of the stretch.
     """
 
     label: int
@@ -36,7 +37,8 @@ def stretches_of(
     pieces: Iterable[tuple[npt.NDArray[np.integer[Any]], Flags]],
 ) -> Iterator[Stretch]:
     """
-    Yield the stretches of equal labels (N,), given with flags (N,) of a break before each label.
+    Yield the stretches of equal labels. Inputs are labels (N,), and flags (N,) of a break before
+    each label.
     """
     label = first = count = 0
     for labels, breaks in pieces:
@@ -64,10 +66,10 @@ class PublishedWarning(NamedTuple):
 
 class Timeline(MotionColumns):
     """
-    The N states of a recording, in columns beside those of the joints.
+    The N states of a recording, stored in columns.
 
-    Other values (Jacobian, quaternion, twist, other measures) are computed again from `q` and
-    `qdot` if needed.
+    Values without a column (Jacobian, quaternion, twist, other measures) are computed again from
+    `q` and `qdot` if needed.
 
     Attributes
     ----------
@@ -135,7 +137,8 @@ class Timeline(MotionColumns):
 
 class TimelineBatch(NamedTuple):
     """
-    A batch of states with all results that the node would publish.
+    A batch of states with all results that the node would publish. `first` is the number of the
+    batch's first state; `warnings` are about states of the batch.
 
     `first` is the number of its first state; `warnings` belong to its states.
     """

@@ -13,16 +13,18 @@ from .intervals import watched_at
 from .joints import look_like_degrees
 from .plan_findings import joints_refuted, plan_findings
 
-# Number of messages without a state up to which the verdict is not in doubt. A few are usual when
+# Up to this number of messages without a state, the verdict is not in doubt: a few are usual when
 # several drivers start.
 MAX_UNJUDGED = 2
-# Ratio of messages without a state up to which the verdict is not in doubt. At 1 kHz it is 1 ms in
+# Up to this ratio of messages without a state, the verdict is not in doubt. At 1 kHz it is 1 ms in
 # a second, too short to pass a singularity.
 MAX_UNJUDGED_RATIO = 1e-3
 
 
 class AuditVerdict(NamedTuple):
-    """The findings; the first is the summary, the others are sorted by level."""
+    """
+    The findings of an audit. The first finding is the summary; the others are sorted by level.
+    """
 
     sentences: tuple[Finding, ...]
 
@@ -50,7 +52,7 @@ def verdict_of(audit: Audit) -> AuditVerdict:
 
 
 def _unjudged(audit: Audit) -> int:
-    # Exclude repeated messages of a recording: their state was judged before.
+    # Do not count repeated messages of a recording, because their states were judged before.
     repeated = 0 if audit.planned else audit.refused.get(DROPPED, 0)
     return sum(audit.refused.values()) - repeated
 
@@ -62,12 +64,13 @@ def _unjudged_share(audit: Audit) -> str:
 
 
 def judged_in_words(audit: Audit) -> str:
-    """Return the number of judged states as text: `2,001 samples`, `1 joint state`."""
+    """Return the number of judged states as text, such as `2,001 samples` or `1 joint state`."""
     return counted(len(audit.timeline), 'sample' if audit.planned else 'joint state')
 
 
 def _in_doubt(audit: Audit) -> bool:
-    # Returns whether too many messages of a recording yielded no state.
+    # Returns whether so many messages of a recording yielded no state that the verdict is in
+    # doubt.
     return not audit.planned and _unjudged(audit) > max(
         MAX_UNJUDGED, MAX_UNJUDGED_RATIO * audit.stream.messages
     )
@@ -85,7 +88,7 @@ def _reasons(refused: dict[str, int]) -> str:
 
 def _singular(audit: Audit) -> Finding:
     found = _singular_poses(audit)
-    if audit.planned:  # the finding of `_not_judged` comes before this one
+    if audit.planned:  # `_not_judged` has already reported refused samples
         return found._replace(level=max(found.level, Level.WARN)) if audit.refused else found
     if not _in_doubt(audit):
         return found
@@ -94,7 +97,8 @@ def _singular(audit: Audit) -> Finding:
 
 
 def _away(audit: Audit) -> str:
-    # Returns a sentence: no state is near a singular pose. It does not claim a proof.
+    # Returns a sentence that no state is near a singular pose. The sentence does not claim a
+    # proof.
     who = 'planned motion' if audit.planned else 'arm'
     which = f'its {judged_in_words(audit)}'
     if audit.planned and audit.refused:
@@ -166,8 +170,8 @@ def _frames(audit: Audit) -> Iterator[Finding]:
     for doubt in report.doubts:
         yield Finding(Level.WARN, f'{name}: {doubt}.')
     if report.unmatched:
-        # Warn if most poses are unmatched, because the comparison then covers little of the
-        # recording.
+        # Warn if most poses have no joint positions, because the comparison then covers little of
+        # the recording.
         few = 2 * report.matched < report.considered
         yield Finding(Level.WARN if few else Level.OK, f'{name}: {report.unmatched}.')
 

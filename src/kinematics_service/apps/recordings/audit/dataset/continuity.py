@@ -1,4 +1,7 @@
-"""Detect missing, repeated and outlying frames of a motion by the steps of the joints."""
+"""
+Detect missing, repeated and outlying frames of a motion from the steps of the joints between
+frames.
+"""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -10,27 +13,27 @@ from .....robot.measures import Level
 from .....typography import counted
 from ..findings import Finding
 
-# Largest deviation of a step from an integer multiple of the mean of its neighbour steps, as a
-# ratio of this mean. A step over missing frames is near such a multiple.
+# A step over missing frames is nearly an integer multiple of the mean of its neighbour steps. This
+# is the largest difference from a multiple, as a ratio of the mean.
 MULTIPLE_TOLERANCE = 0.25
 # Largest multiple that a step over missing frames may have.
 MAX_MULTIPLE = 6.0
-# Least cosine between a step over missing frames and its neighbour steps. The conditions on step
-# sizes exclude fast steps of a person's motion.
+# Least cosine between a step over missing frames and its neighbour steps. It excludes sudden fast
+# steps, such as those in a person's motion.
 MIN_COSINE = 0.97
-# Largest relative difference between successive steps around missing frames, where the motion must
-# be even.
+# Largest difference between successive steps around missing frames, relative to their size. The
+# motion must be even there, or a large step proves nothing.
 STEP_TOLERANCE = 0.4
-# Ratio of step to noise below which a step is not examined.
+# A step is examined only if it is at least this many times the noise.
 MOTION_TO_NOISE = 6.0
-# Least ratio of an outlier to the noise. The outlier is the distance of a row from the mean of the
-# rows before and after it.
+# Least ratio of an outlier to the noise. An outlier is measured as the distance of a frame from
+# the mean of the frames before and after it.
 OUTLIER_TO_NOISE = 25.0
-# Least ratio of an outlier to the distance between its two neighbour rows.
+# Least size (rad or m) of an outlier.
 MIN_OUTLIER = 0.02
-# Least ratio of an outlier to the distance between its neighbours.
+# Least ratio of an outlier's size to the distance between the frames before and after it.
 OUTLIER_TO_STEP = 3.0
-# Number of steps below which the noise cannot be estimated, and no frame is reported.
+# With fewer steps the noise cannot be estimated, and no frame is reported.
 MIN_STEPS = 12
 
 
@@ -60,8 +63,8 @@ def breaks_of(q: Floats) -> Breaks:
     before, own, after = steps[:-2], steps[1:-1], steps[2:]
     first, size, last = (np.linalg.norm(one, axis=1) for one in (before, own, after))
     around = 0.5 * (first + last)
-    # Estimate the noise: in smooth motion a step differs from the mean of its neighbours by noise
-    # only.
+    # Estimate the noise: in smooth motion a step differs from the mean of its two neighbour steps
+    # by noise only.
     noise = float(np.median(np.linalg.norm(own - 0.5 * (before + after), axis=1)))
     with np.errstate(invalid='ignore', divide='ignore'):
         cosine = np.sum(own * (before + after), axis=1) / (2.0 * size * around)
@@ -71,7 +74,7 @@ def breaks_of(q: Floats) -> Breaks:
     changes = np.linalg.norm(np.diff(steps, axis=0), axis=1)
     near = STEP_TOLERANCE * around + 2.0 * noise
     alike = np.linalg.norm(after - before, axis=1) < near
-    alike[:1] = alike[-1:] = False  # the first and the last step have no second neighbour
+    alike[:1] = alike[-1:] = False  # the first and the last of these steps lack a neighbour
     alike[1:-1] &= np.maximum(changes[:-3], changes[3:]) < near[1:-1]
     whole = (
         (times > 1.5)

@@ -20,14 +20,15 @@ from .episode_audit import EpisodeRow
 
 # Largest number of episodes, and of kinds of findings, printed on the screen.
 MAX_SHOWN = 20
-# Largest number of episodes listed on the page.
+# Largest number of episodes listed on the HTML page.
 MAX_ON_PAGE = 10_000
 NUMBER = re.compile(r'[-+]?\d[\d.,]*(?:e[-+]?\d+)?')
 
 
 class Kind(NamedTuple):
     """
-    Findings with the same text except for numbers: the number of episodes, and the first finding.
+    A kind of finding, with the same text except for numbers: number of episodes, and first
+    finding.
     """
 
     level: Level
@@ -56,13 +57,13 @@ class DatasetReport(NamedTuple):
 
     @property
     def failed(self) -> bool:
-        """Return whether an episode fails."""
+        """Return whether at least one episode of the dataset fails."""
         return any(row.failed for row in self.rows)
 
     @property
     def taken(self) -> list[str]:
         """
-        Return the assumptions about the joint columns that were made because no option names them.
+        Return the assumptions about joint columns; they were made if no option names the columns.
         """
         texts = dict.fromkeys(text for row in self.rows for _, text in row.findings)
         return [text for text in texts if TAKEN in text]
@@ -75,7 +76,7 @@ class DatasetReport(NamedTuple):
         return f'{self.name}: {episodes}, {frames:,} frames over {seconds(time)}, {self.robot}'
 
     def levels(self) -> str:
-        """Return the number of episodes of each level as text."""
+        """Return the number of episodes at each level, as text."""
         every = [row.level for row in self.rows]
         return ', '.join(
             f'{level.name} {every.count(level)}'

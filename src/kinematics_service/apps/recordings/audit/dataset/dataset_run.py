@@ -9,18 +9,17 @@ from ...datasets.episodes import Episode, episodes_of
 from ..report.audit_runs import shown_bar, spread
 from .episode_audit import EpisodeBatch, EpisodeRow, EpisodeWork, rows_of_batch
 
-# Number of frames after which a batch is closed, some seconds of work for one process.
+# A batch of episodes is closed after this number of frames, which is some seconds of work.
 MAX_BATCH_FRAMES = 2**16
-# Largest number of episodes of a batch.
+# Largest number of episodes in a batch.
 MAX_BATCH_EPISODES = 64
 # Approximate number of episodes in which the cause of a small pose difference is searched. The
 # search is slow, and a few episodes suffice because a small mistake affects the whole dataset.
 SEARCHED_EPISODES = 200
-# Number of episodes above which the cause of a large pose difference is searched in few episodes
-# of a batch. Most episodes of a large dataset have the same cause.
+# In a dataset with more episodes, the cause of a large pose difference is searched in few episodes
+# of a batch, because most episodes have the same cause.
 LARGE_DATASET = 2000
-# Number of episodes in a batch of a large dataset in which the cause of a large difference is
-# searched.
+# Number of episodes in a batch of a large dataset in which this cause is searched.
 SEARCHED_OF_BATCH = 2
 
 
@@ -28,7 +27,7 @@ def rows_of_dataset(
     path: Path, work: EpisodeWork, jobs: int, workers: str | None
 ) -> list[EpisodeRow]:
     """
-    Return the rows of all episodes, in their order.
+    Return the table rows of all episodes of a dataset, in the order of the episodes.
 
     Raises
     ------

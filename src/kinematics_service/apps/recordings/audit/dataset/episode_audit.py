@@ -1,4 +1,7 @@
-"""Audit the episodes of a dataset one by one: each arm of an episode gives one row of a table."""
+"""
+Audit the episodes of a dataset one by one. Each arm of an episode gives one row of the table of
+results.
+"""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -34,11 +37,11 @@ from .labels import labels_of_arms
 BASE_TOLERANCE = 0.01
 # Rotation (rad) above which the poses are reported to be in another base frame.
 BASE_ANGLE_TOLERANCE = 0.02
-# No search for a cause: this limit accepts every pose difference.
+# Limit that accepts every pose difference, so that no cause is searched.
 ANY_REMAINDER = PoseLimit(math.inf, math.inf)
 
-# Recordings with the poses of one arm and the joints of another, each with the label of the other
-# arm.
+# Recordings that combine the poses of one arm with the joints of another arm; each has the label
+# of the other arm.
 Crossed = Sequence[tuple[str, RecordingSource]]
 
 
@@ -116,7 +119,7 @@ class EpisodeBatch(NamedTuple):
 
 
 def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
-    """Return the rows of each episode; an unreadable episode is a row with an error."""
+    """Return the table rows of each episode; an unreadable episode gives a row with an error."""
     frames, found, left = batch.work.settings.frames, [], batch.most
     for episode, sought in zip(batch.episodes, batch.sought):
         fine = frames.fine if sought else frames.limits.warn if left > 0 else ANY_REMAINDER
@@ -128,7 +131,7 @@ def rows_of_batch(batch: EpisodeBatch) -> list[list[EpisodeRow]]:
 
 
 def _rows(work: EpisodeWork, episode: Episode) -> list[EpisodeRow]:
-    # Returns a row for each arm of an episode.
+    # Returns a table row for each arm of an episode.
     try:
         columns = columns_of_episode(episode)
         arms = arms_of(columns.header, work.reading, episode.rate)
@@ -165,8 +168,7 @@ def _row(
         ]
         if work.settings.frames.fine != ANY_REMAINDER:
             found += _frames(finished, finished.frames, source, crossed)
-    # Sort by level only: findings of one level keep their order, in which causes precede their
-    # effects.
+    # Sort only by level: among findings of one level, causes stay before their effects.
     found = sorted([*found, *verdict_of(finished).sentences], key=lambda one: -one.level)
     failed, end = failed_by(finished, work.failures), finished.timeline.end
     return EpisodeRow(
@@ -175,7 +177,7 @@ def _row(
 
 
 def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
-    # A few messages without a state are usual in a recording, but a fault in a dataset.
+    # A recording usually has a few messages without a state; in a dataset each of them is a fault.
     if refused := dict(finished.refused):
         reasons = ', '.join(f'{reason} ({number:,})' for reason, number in refused.items())
         text = f'{counted(sum(refused.values()), "frame")} without a pose: {reasons}.'
@@ -191,7 +193,8 @@ def _rows_at_fault(finished: Audit) -> Iterator[Finding]:
 def _breaks(finished: Audit) -> Iterator[Finding]:
     timeline = finished.timeline
     stamps = np.diff(timeline.stamps[:])
-    # Skip the search for missing frames if the stamps have gaps, which are a finding of their own.
+    # If the stamps have gaps, a separate finding reports them, so skip the search for missing
+    # frames.
     if len(stamps) and np.max(stamps) < 1.5 * np.median(stamps):
         q = timeline.q[:]
         wraps = np.array(finished.robot.continuous)
@@ -239,7 +242,7 @@ def _others(
     tried: list[tuple[str, Errors | None]] = []
     for label, source in crossed:
         for _ in source.blocks:
-            pass  # read all blocks: the poses are complete only afterwards
+            pass  # read all blocks, because the poses are complete only after the last block
         theirs = source.poses()
         if theirs is not None and theirs.q is not None and theirs.q.shape == track.q.shape:
             tried.append((f'the {label} arm', left_by(robot, theirs.q, track.poses)))

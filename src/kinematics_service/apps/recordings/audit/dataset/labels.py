@@ -1,4 +1,4 @@
-"""Label the rows of a table: distance to singular poses, and branch."""
+"""Label the rows of a table with the distance to singular poses and the branch of the arm."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -25,14 +25,15 @@ from ...readers.stamp_format import StampFormat
 if TYPE_CHECKING:
     import pyarrow as pa
 
-# Name of the optional label: the proved radius without singular poses, slow to compute.
+# Name of an optional label: the proved radius without singular poses. It is slow to compute.
 CLEARANCE = 'clearance'
 # Largest number of factors: their signs are the bits of one int32.
 MAX_FACTORS = 31
 
 
 def _branch(found: Singularities) -> npt.NDArray[np.int32]:
-    # Returns the signs as bits: of the factors of the robot file, or else of the determinant.
+    # Returns the signs of the robot file's factors as bits; without factors, the sign of the
+    # determinant.
     if found.factors is not None:
         positive = np.asarray(found.factors.values[..., :MAX_FACTORS] > 0.0, dtype=np.int32)
         return positive @ (1 << np.arange(positive.shape[-1], dtype=np.int32))
@@ -54,7 +55,7 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
     """
     Return labels of joint positions (N, n), rad or m, as Arrow arrays of N numbers or lists of 6.
 
-    Labels are null in invalid rows.
+    Labels are null in rows without valid joint positions.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
 
     good = np.all(np.isfinite(q), axis=1)
     good[good] = closes_at(robot.chain, q[good])
-    # Evaluate the rows in order, because most rows continue a motion.
+    # Evaluate the rows in order: most rows continue the motion of the row before.
     state = evaluate(robot, q[good])
     known = singularity_of(measured_in_order(state, NearestSearch(robot.singularity.arm)))
     rows = pa.array(np.cumsum(good) - 1, mask=~good)
@@ -76,7 +77,8 @@ def labels_of(robot: Robot, q: Floats, clearance: bool = False) -> 'dict[str, pa
         values = np.asarray(label(known))
         array = pa.array(values.reshape(-1))
         if values.ndim > 1:
-            # Most versions of pyarrow cannot write or read lists of fixed size with null.
+            # Store lists of variable size: most versions of pyarrow cannot write or read lists of
+            # fixed size with null.
             ends = values.shape[1] * np.arange(len(values) + 1, dtype=np.int32)
             array = pa.ListArray.from_arrays(ends, array)
         labels[name] = array.take(rows)

@@ -1,1 +1,1 @@
-"""The reports of an audit: text, page, document, and a bag of the computed messages."""
+"""Write the reports of an audit: text, page, document, and a bag of the computed messages."""

@@ -67,7 +67,7 @@ class Run:
 
 
 class Outcome(NamedTuple):
-    """The result of an audit, and an error sentence, empty without an error."""
+    """The result of an audit, and an error sentence, which is empty without an error."""
 
     error: str
     summary: Summary | None = None
@@ -106,14 +106,14 @@ def _audited(run: Run, bar: Bar) -> Audit:
 
 def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
     """
-    Return whether findings fail an audit. If `wanted` is None, the defaults of a recording or a
-    plan decide.
+    Return whether the findings fail an audit. `wanted` names the findings that fail; None means
+    the defaults for a recording or a plan.
     """
     wanted = wanted or _usual_failures(finished)
     worst = max((interval.level for interval in finished.intervals), default=Level.OK)
     frames = finished.frames
     plans = finished.plans.values()
-    # Treat a loop that does not close like a singular pose, because the motion ends at both.
+    # Treat a loop that does not close like a singular pose: the motion ends at both.
     poses = [one.verdict for plan in plans for one in (plan.singularity, plan.closure) if one]
     speeds = [speed.verdict for plan in plans for speed in plan.speeds]
     near = 'refuted' in poses
@@ -126,7 +126,7 @@ def failed_by(finished: Audit, wanted: tuple[str, ...] | None) -> bool:
         'limits': bool(beyond) or any(joint.beyond for joint in finished.joints),
         'speed': fast or any(joint.too_fast for joint in finished.joints),
         'undecided': 'not decided' in (*poses, *speeds),
-        # Fail also if the poses of a second source are missing or could not be compared.
+        # Fail also if a second source of poses is missing or could not be compared.
         'frames': not isinstance(frames, FrameReport) or frames.level == Level.ERROR,
     }
     # Fail on refused samples of a plan and on damaged files, because these were not judged.
@@ -168,7 +168,10 @@ def outcomes(runs: Sequence[Run], jobs: int, workers: str | None) -> Iterator[Ou
 def spread(
     function: Callable[[Item], Result], items: Sequence[Item], jobs: int, workers: str | None
 ) -> Iterator[Result]:
-    """Yield the result of a function for each item, in order, by processes or a dask cluster."""
+    """
+    Yield the result of a function for each item, in order. Processes or a dask cluster compute the
+    results.
+    """
     if workers is not None:
         yield from results_of_workers(function, items, workers)
         return
@@ -186,7 +189,8 @@ def spread(
 
 
 def _live_with_the_parent() -> None:
-    # Ignore SIGINT, which the parent handles, and end this process when the parent ends.
+    # Ignore SIGINT, because the parent process handles it, and end this process when the parent
+    # ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     assert parent is not None

@@ -1,8 +1,8 @@
 """
 Write the topics that a node would have published as an MCAP file, without ROS.
 
-All messages of a topic have equal bytes except for stamps and numbers, so they are filled copies
-of one message.
+The messages of a topic differ only in stamps and numbers. So one message is serialized, and its
+copies are filled with these.
 """
 
 from collections import defaultdict
@@ -40,7 +40,10 @@ class _BagTopic(NamedTuple):
     stamped: bool
 
     def filled(self, numbers: Floats, stamps: Times) -> np.ndarray:  # type: ignore[type-arg]
-        """Return the bytes of N messages, (N, length), with numbers (N, k) and stamps (N,), ns."""
+        """
+        Return the bytes of N messages, shape (N, length), filled with numbers (N, k) and stamps
+        (N,), ns.
+        """
         table = np.tile(np.frombuffer(self.raw, dtype=np.uint8), (len(numbers), 1))
         data = np.ascontiguousarray(numbers, dtype='<f8').view(np.uint8)
         table[:, self.numbers_at : self.numbers_at + data.shape[1]] = data
@@ -58,7 +61,7 @@ def _bytes(values: Times, kind: str) -> np.ndarray:  # type: ignore[type-arg]
 @contextmanager
 def open_writer(file: Path, robot: Robot, joint_prefix: str) -> Iterator['BagWriter']:
     """
-    Open an MCAP file to write; after an error the file does not exist.
+    Open a new MCAP file to write messages; after an error the file does not exist.
 
     Raises
     ------
@@ -133,7 +136,7 @@ class BagWriter:
         for k, arrival in enumerate(known.arrivals.tolist()):
             own = warnings[k]
             while own and own[0].moment < arrival:
-                self._warn(*own.pop(0)[1:])  # a time-out before this joint state
+                self._warn(*own.pop(0)[1:])  # a time-out detected before this joint state
             for connection, data, size, there in columns:
                 if there[k]:
                     self._writer.write(connection, arrival, data[k * size : (k + 1) * size])
@@ -158,7 +161,8 @@ class BagWriter:
         )
 
     def _add(self, name: str, kind: str, numbers: int, *texts: str) -> _BagTopic:
-        # Adds a topic: with texts, its message begins with a stamp and the texts; numbers follow.
+        # Adds a topic. Its message begins with a stamp and the texts, if texts are given; numbers
+        # follow.
         writer = CdrWriter()
         if texts:
             writer.room(WHOLE, 2)
@@ -175,7 +179,7 @@ class BagWriter:
             writer.text(label)
             writer.whole(size)
             writer.whole(stride)
-        writer.whole(0)  # data_offset
+        writer.whole(0)  # the field data_offset of the array layout
         writer.whole(6 * n)
         return self._filling('jacobian', 'std_msgs/msg/Float64MultiArray', writer, 6 * n, False)
 

@@ -23,7 +23,7 @@ DECADES = 5
 
 @dataclass(frozen=True)
 class Band:
-    """An interval of time, s, shaded by `style`: WARN, ERROR or gap."""
+    """A shaded interval of time, s, in a chart; `style` is WARN, ERROR or gap."""
 
     begin: float
     end: float
@@ -32,7 +32,7 @@ class Band:
 
 @dataclass(frozen=True)
 class LevelLine:
-    """A horizontal line with a name, such as a limit."""
+    """A horizontal line with a name in a chart, such as a limit."""
 
     value: float
     name: str
@@ -122,7 +122,7 @@ class Chart:
     def _shade(self, band: Band) -> str:
         end = self.end or 1.0
         x = WIDTH * band.begin / end
-        # Keep a short band visible: at least 2 units wide.
+        # Keep a short interval visible: draw it at least 2 units wide.
         width = max(WIDTH * (band.end - band.begin) / end, 2.0)
         return f'<rect class="{band.style}" x="{x:.2f}" y="0" width="{width:.2f}" height="100"/>'
 
@@ -138,7 +138,7 @@ class Chart:
 
 @dataclass(frozen=True)
 class ValueScale:
-    """The axis of values from `low` to `high`, linear or logarithmic."""
+    """The vertical axis of a chart, for values from `low` to `high`, linear or logarithmic."""
 
     low: float
     high: float
@@ -147,7 +147,7 @@ class ValueScale:
     @classmethod
     def of(cls, chart: Chart) -> 'ValueScale':
         """
-        Return the scale of a chart: it covers the curves with a margin, and its level lines; a
+        Return the vertical axis of a chart. It covers the curves with a margin, and level lines; a
         linear axis covers only lines near a curve.
         """
         values = [curve.values for curve in chart.curves]
@@ -168,7 +168,7 @@ class ValueScale:
     @classmethod
     def _plain(cls, low: float, high: float, marks: Sequence[float]) -> 'ValueScale':
         room = (high - low) or max(abs(high), 1.0) * 0.1
-        # Extend the range to a limit if the curve comes near the limit.
+        # Extend the range of the axis to a limit if a curve comes near the limit.
         for mark in marks:
             if low - 0.5 * room <= mark <= high + 0.5 * room:
                 low, high = min(low, mark), max(high, mark)
@@ -189,18 +189,18 @@ class ValueScale:
         return np.asarray(HEIGHT * (1.0 - np.clip(share, 0.0, 1.0)))
 
     def ticks(self) -> list[float]:
-        """Return round numbers for the labels of the axis."""
+        """Return round numbers at which the axis has labels."""
         if not self.log:
             return nice_ticks(self.low, self.high, 4)
         first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
         if last <= first:
-            # Label round numbers: the axis contains fewer than two powers of ten.
+            # The axis contains fewer than two powers of ten, so label round numbers instead.
             return [tick for tick in nice_ticks(self.low, self.high, 4) if tick > 0.0]
         return [10.0**k for k in range(first, last + 1)]
 
 
 def nice_ticks(low: float, high: float, most: int) -> list[float]:
-    """Return round numbers from low to high, about `most` at most."""
+    """Return round numbers from `low` to `high`, about `most` at most."""
     if not high > low:
         return [low]
     raw = (high - low) / most

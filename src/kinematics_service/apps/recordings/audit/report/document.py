@@ -23,14 +23,15 @@ from ..intervals import badness
 from ..timeline import Timeline
 from ..verdict import verdict_of
 
-# Largest number of rows of the time series. A longer recording is cut into equal intervals, and
-# the first and the worst row of each are kept.
+# Largest number of rows of the time series in the document. A longer recording is divided into
+# equal intervals, and only the first and the worst row of each interval are written.
 MAX_ROWS = 10_000
 
 
 def thinned_rows(count: int, most: int, worse: Callable[[slice], Floats]) -> Times:
     """
-    Return at most `most` of `count` rows: the first and the worst row of each of equal intervals.
+    Return at most `most` of the row numbers 0 to `count` - 1: the first and the worst row of each
+    of equal intervals.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """
 Write an audit as one HTML page that needs no other file.
 
-The script page.js shows the values of all charts at the time under the pointer; it reads the
-values from the paths of the SVG.
+The script page.js shows the values of all charts at the time under the pointer. The script reads
+the values from the SVG paths.
 """
 
 import math
@@ -31,7 +31,10 @@ SIGNS = {'OK': '&#10003; OK', 'WARN': '&#9650; WARN', 'ERROR': '&#9632; ERROR'}
 
 
 def page_of(audit: Audit, origin: Provenance | None = None) -> str:
-    """Return the page as HTML; with an origin its head has files, checksums and date."""
+    """
+    Return the page of an audit as HTML. If the origin is given, the page begins with files,
+    checksums and date.
+    """
     title = f'Audit of {audit.file.rpartition("/")[2]}'
     verdict = verdict_of(audit)
     body = [

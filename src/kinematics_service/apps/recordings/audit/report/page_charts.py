@@ -1,4 +1,4 @@
-"""The charts of the audit page, with their units."""
+"""Draw the charts of the audit page, each with its unit."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -22,10 +22,10 @@ from .charts import Band, Chart, LevelLine
 # A function that returns the values of a curve for a slice of rows.
 Values = Callable[[slice], Floats]
 
-# Largest number of shaded intervals in a chart; more would hide the curve.
+# Largest number of shaded intervals in a chart; more intervals would hide the curve.
 MAX_BANDS = 400
-# Largest shown condition number, relative to the threshold of ERROR; the measure itself has no
-# bound.
+# Largest condition number that a chart shows, relative to the threshold of ERROR. A condition
+# number has no upper bound, so larger values are drawn at this value.
 CLIP_RATIO = 100.0
 
 
@@ -106,13 +106,13 @@ def measure_charts(audit: Audit) -> str:
 
 
 def slowing_chart(audit: Audit, values: Column[np.float64]) -> str:
-    """Return a chart of the ratio of the velocities that `ks.scale` keeps."""
+    """Return a chart of the velocity scale that `ks.scale` allows, a ratio from 0 to 1."""
     curve = _curve(audit, 'scale', 'c0', values.__getitem__)
     return _html(audit, Chart('scale', '', [curve], height=110))
 
 
 def _html(audit: Audit, chart: Chart) -> str:
-    # Returns the HTML of a chart with the time axis and the shaded intervals of the recording.
+    # Returns the HTML of a chart, with time axis and shaded intervals of the recording added.
     return replace(chart, bands=_bands(audit), end=audit.timeline.end).html()
 
 
@@ -162,7 +162,7 @@ def tool_charts(audit: Audit) -> str:
 
 
 def frame_charts(audit: Audit, report: FrameReport) -> str:
-    """Return charts of the remaining differences between the poses of both sources."""
+    """Return charts of the pose differences that remain between both sources."""
     none, end = np.zeros(len(report.t), dtype=bool), audit.timeline.end
     return ''.join(
         _html(

@@ -1,4 +1,4 @@
-"""Write the section of the audit page on a second source of poses."""
+"""Write the section of the audit page that compares the poses of a second source."""
 
 from html import escape
 
@@ -13,7 +13,7 @@ from .page_charts import frame_charts
 
 
 def frame_section(audit: Audit) -> str:
-    """Return the section as HTML, empty without a second source."""
+    """Return the section on a second source of poses as HTML; empty without a second source."""
     report = audit.frames
     if report is None:
         return ''
@@ -32,8 +32,8 @@ def frame_section(audit: Audit) -> str:
     }
     rows = ([escape(name), *one.cells()] for name, one in errors.items())
     headers = ('poses apart', 'position rms', 'largest', 'orientation rms', 'largest')
-    # If a cause was found, show the offsets that remain after the cause is corrected: only these
-    # are valid.
+    # If a cause was found, show the offsets after its correction: the offsets before it are not
+    # valid.
     best = diagnosis.cause or diagnosis
     undone = ', that undone' if diagnosis.cause else ''
     offsets = [
@@ -57,7 +57,7 @@ def frame_section(audit: Audit) -> str:
 
 
 def _notes(report: FrameReport) -> str:
-    # Returns HTML: the number of compared poses, the limits, and doubts about the poses.
+    # Returns the number of compared poses, the limits, and doubts about the poses, as HTML.
     limits = report.limits
     compared = f'{report.diagnosis.count:,} of {report.poses:,} poses are compared.'
     unmatched = f' {escape(report.unmatched)}.' if report.unmatched else ''

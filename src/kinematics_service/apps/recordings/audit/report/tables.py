@@ -34,7 +34,9 @@ def table_of(columns: Sequence[TableColumn], found: Iterable[object]) -> str:
 
 
 def more_of(number: int) -> str:
-    """Return a sentence on the rows that a table omits; empty if it shows all rows."""
+    """
+    Return a sentence on the number of rows that an HTML table omits; empty if it shows all rows.
+    """
     if number <= MAX_TABLE_ROWS:
         return ''
     return f'<p class="soft">{number - MAX_TABLE_ROWS:,} more are in the JSON.</p>\n'
