@@ -1,8 +1,8 @@
 """
-Apply a function to many items on the workers of a dask cluster.
+Apply a function to many items, such as recordings, on the workers of a dask cluster.
 
-A robot is sent to a worker with its computed constants, so workers give the same bits as this
-process.
+A robot is sent to a worker together with its computed constants, so that results of workers and of
+this process are equal bit by bit.
 """
 
 import logging
@@ -17,7 +17,8 @@ from ...errors import KinematicsError, SweepError
 Item = TypeVar('Item')
 Result = TypeVar('Result')
 
-# Number of batches submitted at once for each thread of the cluster, so that no thread waits.
+# Number of batches that are submitted at once for each thread of the cluster, so that no thread
+# waits.
 BATCHES_PER_THREAD = 3
 # Longest wait for the scheduler's answer, and for the first worker, s.
 CONNECT_TIMEOUT = 5
@@ -27,7 +28,8 @@ INSTALL = "pip install '.[dask]' in its checkout, or pip install 'dask[distribut
 
 def cluster_address(workers: str) -> str:
     """
-    Convert `dask://HOST:PORT` to the scheduler's address as dask writes it, `tcp://HOST:PORT`.
+    Convert the address `dask://HOST:PORT` of a scheduler to the form that dask uses,
+    `tcp://HOST:PORT`.
 
     Raises
     ------
@@ -98,7 +100,7 @@ def _client(workers: str) -> Iterator[Any]:
     except ImportError as error:
         raise SweepError(f'workers {workers} need dask ({error}): {INSTALL}') from None
     connect: Any = Client
-    # Silence the log of dask, which prints pages; a failure is reported in one sentence.
+    # Silence the log of dask, which prints pages; a failure is reported in one sentence instead.
     logging.getLogger('distributed').setLevel(logging.CRITICAL)
     try:
         client = connect(address, timeout=CONNECT_TIMEOUT, set_as_default=False)

@@ -1,5 +1,5 @@
 """
-Thin curves over time to the resolution of a drawing; each pixel column keeps its extreme values.
+Thin curves over time to the resolution of a drawing; each column keeps its extreme values.
 """
 
 from collections.abc import Iterable

@@ -1,1 +1,1 @@
-"""Define the commands of this app, one file for each command, and their options."""
+"""Define the command `audit` and its options, one file for each group of options."""

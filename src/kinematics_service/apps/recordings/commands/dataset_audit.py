@@ -1,4 +1,4 @@
-"""Audit a dataset for the command `audit`: one table and one page for all its episodes."""
+"""Audit a dataset for the command `audit`, and write one table and one page for all episodes."""
 
 from functools import partial
 from pathlib import Path

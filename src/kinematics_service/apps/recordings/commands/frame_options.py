@@ -38,7 +38,8 @@ def given_frames(gap: float | None, warn: str, stop: str) -> FrameSettings:
 
 def given_limit(option: str, text: str) -> PoseLimit:
     """
-    Return the limit that a text gives: a length, an angle, or both. A missing part is infinite.
+    Return the limit of a pose difference from a text: a length, an angle, or both. A missing part
+    is infinite.
     """
     found = {'m': math.inf, 'rad': math.inf}
     for part in text.split(','):

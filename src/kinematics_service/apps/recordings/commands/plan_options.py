@@ -15,7 +15,8 @@ def given_plans(
     robot: Robot, failures: Sequence[str] | None, limit: float | None, points: str | None
 ) -> PlanSettings:
     """
-    Return the settings for plans. If `failures` has `warn`, the distance is the threshold `warn`.
+    Return the settings for checking plans. The least distance is the threshold `warn` if
+    `failures` has `warn`, else `stop`.
     """
     if limit is not None and not 0.0 < limit < math.inf:
         raise WrongUsage(f'--speed-limit: {limit:g} is no speed above 0 m/s')

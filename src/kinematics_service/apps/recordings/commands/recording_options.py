@@ -1,4 +1,7 @@
-"""Define the options of commands that read recordings: which parts to read, and their units."""
+"""
+Define the options of commands that read recordings: the topics or columns to read, and their
+units.
+"""
 
 from typing import Annotated, NamedTuple, Optional
 
@@ -70,7 +73,8 @@ def given_selection(
     robot: Robot, topic: str | None, pose_topic: str | None, prefix: str, table: TableWords
 ) -> Selection:
     """
-    Return the parts of a recording that the options select, and the formats of their numbers.
+    Return the topics or columns of a recording that the options select, and the formats of their
+    numbers.
     """
     option = ''
     try:

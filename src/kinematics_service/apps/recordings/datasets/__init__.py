@@ -1,1 +1,1 @@
-"""Read datasets of robot learning: episodes of LeRobot folders, parquet, HDF5 and npz files."""
+"""Read datasets for robot learning: episodes in LeRobot folders, parquet, HDF5 and npz files."""

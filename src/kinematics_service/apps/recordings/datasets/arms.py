@@ -12,7 +12,7 @@ from ..readers.source import Selection
 
 class KnownVectors(NamedTuple):
     """
-    The names of vectors that occur together in one kind of dataset.
+    The names of vectors that occur together in one kind of robot learning dataset.
 
     Attributes
     ----------
@@ -54,13 +54,13 @@ KNOWN = (
 STAMPS = ('timestamp', 'stamp', 'time')
 # Phrase for a vector that is assumed to hold the joints because no option names it.
 TAKEN = 'is taken for the joints'
-# Names of elements that differ only in a number, such as `joint_3.pos`.
+# Names of vector elements that differ only in a number, such as `joint_3.pos`.
 NUMBERED = re.compile(r'[a-z]*[._ ]?\d+([._ ](pos|position|angle|q))?', re.IGNORECASE)
 
 
 class DatasetArm(NamedTuple):
     """
-    One arm of a dataset.
+    One arm of a dataset, and how to read its columns.
 
     Attributes
     ----------
@@ -138,8 +138,8 @@ def _elements(header: Sequence[str], vector: str) -> list[str]:
 
 
 def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str, str]]:
-    # Returns for each arm its label, and the common start of its joint columns or the slice of its
-    # elements.
+    # Returns for each arm its label, and how its joint columns are selected: their common start,
+    # or a slice of the vector.
     elements, robot = _elements(header, vector), wanted.robot
     first = robot.joint_names[0]
     starts = [name.removesuffix(first) for name in elements if name.endswith(first)]
@@ -162,7 +162,7 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
             f'{robot.name} are {", ".join(robot.joint_names)}: if they are the same in this '
             f'order, say so with --columns position={vector}[0:{n}]'
         )
-    if count in (n, n + 1):  # an additional last element is a gripper
+    if count in (n, n + 1):  # the additional last element is a gripper
         return [('', f'{vector}[0:{n}]')]
     if count in (2 * n, 2 * n + 2):
         half = count // 2
@@ -176,7 +176,7 @@ def _parts(header: list[str], vector: str, wanted: Selection) -> list[tuple[str,
 def _columns(
     header: list[str], names: KnownVectors, stamp: str, part: str, k: int, arms: int
 ) -> str:
-    # Returns the value of --columns for arm number k.
+    # Returns the value of the option --columns for arm number k.
     found = [f'stamp={stamp}'] if stamp else []
     found.append(f'position={part}')
     slice_ = part.removeprefix(names.position)

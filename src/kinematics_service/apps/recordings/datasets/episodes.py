@@ -24,19 +24,19 @@ HDF5 = ('.hdf5', '.h5')
 SUFFIXES = (*PARQUET, *HDF5, *ARRAYS)
 # Accepted names of the column that holds the episode number of each row.
 NUMBERS = ('episode_index', 'episode_id', 'episode')
-# Largest count of numbers in an episode or in a row group of a parquet file (2 GiB). A small file
-# may claim more numbers than fit in memory.
+# Largest count of numbers in an episode or in a row group of a parquet file (2 GiB). The limit is
+# needed because a small file may claim more numbers than fit in memory.
 MAX_NUMBERS = 2**28
-# Largest number of header bytes read for an array in an npz file; numpy refuses headers above
+# Largest header, in bytes, that is read for an array in an npz file; numpy refuses headers above
 # 10,000.
 MAX_HEADER_BYTES = 2**14
 # Largest number of episodes in a file; larger datasets have many files.
 MAX_EPISODES = 2**20
 # Largest size of a dataset's description, info.json, 1 MiB; LeRobot writes some kilobytes.
 MAX_INFO_BYTES = 2**20
-# Largest rate, Hz, because stamps are whole nanoseconds.
+# Largest rate of rows, Hz; at a larger rate stamps in whole nanoseconds would repeat.
 MAX_RATE = 1e9
-# Largest depth of nested lists of element names; LeRobot has 2.
+# Largest depth of nested lists of element names; LeRobot's lists have depth 2.
 MAX_LIST_DEPTH = 8
 # Name of the column that holds all steps of an episode in one row.
 STEPS = 'steps'
@@ -76,7 +76,7 @@ class Episode:
 
 
 def is_dataset(path: Path) -> bool:
-    """Return whether a file or folder is a dataset, by its name and content."""
+    """Return whether a file or folder is a dataset, judged by its name and content."""
     if not path.is_dir():
         return path.suffix.lower() in SUFFIXES
     if (path / 'metadata.yaml').exists():
@@ -115,7 +115,7 @@ def _files(folder: Path) -> Iterator[Path]:
 
 
 def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
-    # Returns the rate (Hz) and the names of elements from LeRobot's info.json.
+    # Returns the rate (Hz) and the names of vector elements from LeRobot's info.json.
     content: Any = json_of(info, text_of(info, MAX_INFO_BYTES, 'leave only fps and features'))
     features = content.get('features') if isinstance(content, dict) else None
     if not isinstance(features, dict) or {*map(type, features.values())} - {dict}:
@@ -133,7 +133,8 @@ def _described(info: Path) -> tuple[float, dict[str, tuple[str, ...]]]:
 
 
 def _names(names: Any, deepest: int) -> tuple[str, ...]:
-    # Returns the names in a list, in nested lists, or in a mapping such as `motors` or `axes`.
+    # Returns element names from a list, from nested lists, or from a mapping such as `motors` or
+    # `axes`.
     if isinstance(names, Mapping):
         names = [part for part in names.values() if isinstance(part, list)]
     if not isinstance(names, list) or not deepest:
@@ -183,7 +184,7 @@ def refuse_to_hold(file: Path, numbers: int) -> None:
 
 
 def _of_file(whole: Episode) -> Iterator[Episode]:
-    # Yields the episodes of the file of `whole`, an episode with all rows of the file.
+    # Yields the episodes in a file; `whole` is an episode that has all rows of this file.
     file, suffix = whole.file, whole.file.suffix.lower()
     read = _of_parquet if suffix in PARQUET else _of_hdf5 if suffix in HDF5 else _of_arrays
     try:
@@ -201,7 +202,7 @@ def _of_file(whole: Episode) -> Iterator[Episode]:
 
 
 def _runs(whole: Episode, numbers: npt.NDArray[np.float64]) -> Iterator[Episode]:
-    # Yields an episode for each run of rows with the same episode number.
+    # Yields an episode for each run of consecutive rows with one episode number.
     if len(faults := np.flatnonzero(~np.isfinite(numbers))):
         raise RecordingError(f'row {faults[0]} has no number of its episode: number every row')
     begins = np.flatnonzero(np.diff(numbers, prepend=np.nan) != 0).tolist()
@@ -211,8 +212,8 @@ def _runs(whole: Episode, numbers: npt.NDArray[np.float64]) -> Iterator[Episode]
 
 
 def _of_parquet(whole: Episode) -> Iterator[Episode]:
-    # Yields an episode for each row with steps, or for each run of rows with the same episode
-    # number.
+    # Yields an episode for each row that holds a list of steps; in other files, for each run of
+    # consecutive rows with one episode number.
     import pyarrow.parquet as parquet
     import pyarrow.types as types
 
@@ -230,13 +231,13 @@ def _of_parquet(whole: Episode) -> Iterator[Episode]:
             return
         refuse_to_hold(file, opened.metadata.num_rows)
         kind = opened.schema_arrow.field(column).type
-    # Read texts as a dictionary, which stores a repeated name once and so bounds the memory.
+    # Read texts as a dictionary, which stores each name once and so limits the memory.
     names = [column] if types.is_string(kind) or types.is_large_string(kind) else None
     with parquet.ParquetFile(file, read_dictionary=names) as opened:
         numbers = opened.read([column])[column].combine_chunks()
     if types.is_dictionary(numbers.type):
         numbers = numbers.indices
-    elif numbers.type.num_fields:  # each number is a vector of length 1
+    elif numbers.type.num_fields:  # each episode number is a vector of length 1
         numbers = numbers.flatten()
     yield from _runs(whole, np.asarray(numbers.to_numpy(zero_copy_only=False), dtype=np.float64))
 
@@ -310,7 +311,7 @@ def _of_hdf5(whole: Episode) -> Iterator[Episode]:
 
 
 def _held(folder: Any, name: str) -> Any:
-    # Returns None for soft and external links, which may lead to other files.
+    # Returns None for soft and external links, because they may lead to other files.
     import h5py
 
     return folder[name] if isinstance(folder.get(name, getlink=True), h5py.HardLink) else None

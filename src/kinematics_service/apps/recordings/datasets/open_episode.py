@@ -16,7 +16,8 @@ from .arms import DatasetArm
 from .episodes import Episode
 from .vectors import Columns
 
-# Offset added to the stamps of an episode, ns. They begin with 0, which would mean unstamped.
+# Offset added to the stamps of an episode, ns. Stamps of an episode begin at 0, which would mean
+# unstamped.
 STAMP_OFFSET = 1_000_000_000
 
 
@@ -46,7 +47,7 @@ def _stamps(columns: Columns, column: str, form: StampFormat) -> Times:
         return form.of_rows(0, len(columns))
     found = columns.chosen([column])[:, 0]
     digits = UNITS[form.unit or unit_of(float(np.nanmax(found, initial=0.0)))]
-    # Treat a time after the year 2096 as invalid: its row becomes unstamped.
+    # Treat a time after the year 2096 as invalid, so that its row becomes unstamped.
     known = (found >= 0.0) & (found * 10.0 ** (digits - 9) < MAX_EPOCH_TIME)
     nanoseconds = np.rint(np.where(known, found, 0.0) * 10.0**digits)
     return np.where(known, nanoseconds.astype(np.int64) + STAMP_OFFSET, 0)

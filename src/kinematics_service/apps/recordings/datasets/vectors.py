@@ -34,12 +34,13 @@ MAX_GROUP_DEPTH = 32
 # Physical type of texts in parquet files. Their columns are not read, because a text may have any
 # length.
 TEXT_TYPE = 'BYTE_ARRAY'
-# Number of row groups of parquet files that are kept in memory for the next episode.
+# Number of row groups of parquet files that stay in memory, because the next episode may need
+# them.
 CACHED_ROW_GROUPS = 2
 
 
 class Columns(NamedTuple):
-    """Columns of numbers: the names, and an array (N,) for each column."""
+    """Columns of numbers of an episode: the names, and an array (N,) for each column."""
 
     header: list[str]
     columns: list[Floats]
@@ -180,8 +181,8 @@ def _of_parquet(episode: Episode) -> dict[str, Floats]:
 
 
 def _steps_of(row: Any) -> Any:
-    # Returns the steps in one row as a table. The row holds a list of steps, or a list for each
-    # column.
+    # Returns the steps that one row holds as a table. The row holds a list of steps, or a list for
+    # each column.
     import pyarrow as pa
 
     if not pa.types.is_struct(row.type):
@@ -200,7 +201,8 @@ def _without_structs(table: Any) -> Any:
 
 @lru_cache(maxsize=CACHED_ROW_GROUPS)
 def _row_group(file: str, changed: int, k: int, place: str) -> Any:
-    # Reads a row group, but only columns that may hold numbers, so no pictures.
+    # Reads a row group of a parquet file, but only columns that may hold numbers, so that pictures
+    # are not read.
     import pyarrow.parquet as parquet
 
     with parquet.ParquetFile(file) as opened:
@@ -265,7 +267,7 @@ def _arrays(file: Path, changed: int) -> dict[str, Floats]:
 
 
 def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) -> dict[str, Floats]:
-    # Returns the arrays that share the most frequent number of rows, as numbers (N,) or (N, k).
+    # Returns the arrays, as numbers (N,) or (N, k), whose number of rows is the most frequent one.
     small = {
         name: array
         for name, array in arrays.items()
@@ -274,7 +276,8 @@ def _alike(file: Path, arrays: Mapping[str, Any], read: Callable[[str], Any]) ->
     counts = [len(array) for array in small.values()]
     usual = max(counts, key=counts.count, default=0)
     small = {name: array for name, array in small.items() if len(array) == usual}
-    # Count whole chunks, which HDF5 unpacks at once and which may be larger than the array.
+    # Count the numbers of whole chunks: HDF5 unpacks a whole chunk, which may be larger than the
+    # array.
     parts = [(array.shape, getattr(array, 'chunks', None) or ()) for array in small.values()]
     refuse_to_hold(file, sum(max(map(math.prod, part)) for part in parts))
     return {

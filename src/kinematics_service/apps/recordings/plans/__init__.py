@@ -1,1 +1,3 @@
-"""Check plans, and state for each claim whether it is proved, refuted, or not decided."""
+"""
+Check plans, and state for each claim about a plan whether it is proved, refuted, or not decided.
+"""

@@ -1,8 +1,9 @@
 """
-Bracket the largest value of a quantity over a motion by branch and bound (Land and Doig, 1960).
+Bound the largest value of a quantity over a motion from below and above, by branch and bound
+(Land and Doig, 1960).
 
-A piece of the motion is split into two halves if its bound is too large, because bounds of shorter
-pieces are tighter.
+A piece of the motion is halved if its upper bound is too large: upper bounds of shorter pieces are
+tighter.
 """
 
 import math
@@ -24,7 +25,8 @@ MAX_ROWS = 16_384
 
 class Extreme(NamedTuple):
     """
-    A largest value and its place: the number of a segment, and s from 0 to 1 in this segment.
+    The largest value of a quantity, and its place in a motion: segment number, and s from 0 to 1
+    in the segment.
     """
 
     value: float
@@ -34,7 +36,7 @@ class Extreme(NamedTuple):
 
 class Bounded(NamedTuple):
     """
-    A quantity in N pieces of a motion: value and upper bound in each.
+    The values of a quantity in N pieces of a motion, with an upper bound in each piece.
 
     Attributes
     ----------
@@ -73,7 +75,10 @@ class Bracket(NamedTuple):
 
 
 def verdict_of(seen: float, bound: float, limit: float) -> PlanVerdict:
-    """Return the verdict on an upper limit, from a value of the quantity and its upper bound."""
+    """
+    Return the verdict on an upper limit of a quantity, from a value of the quantity and its upper
+    bound.
+    """
     if seen > limit:
         return 'refuted'
     return 'proved' if bound <= limit else 'not decided'
@@ -83,7 +88,7 @@ def bracketed(
     motion: PolynomialMotion, quantity: Quantity, enough: Callable[[float], float], budget: int
 ) -> Bracket:
     """
-    Return lower and upper bound of the largest value of a quantity over a motion.
+    Return a lower and an upper bound of the largest value of a quantity over a motion.
 
     Parameters
     ----------
@@ -91,8 +96,8 @@ def bracketed(
         A function that evaluates the quantity in pieces; a piece of length 0 is an end of a
         segment.
     enough
-        A function of the largest value found; it returns the bound up to which a piece is not
-        split.
+        A function of the largest value found. It returns the upper bound up to which a piece is
+        not halved.
     budget
         Largest number of pieces, besides the segments.
     """

@@ -1,4 +1,4 @@
-"""Check a plan at and between its points: singular poses, limits, speeds."""
+"""Check a plan at its points and between them: singular poses, joint limits, speeds."""
 
 from collections.abc import Iterable, Sequence
 from typing import Literal
@@ -19,10 +19,10 @@ from .polynomials import Pieces, PolynomialMotion, moment_at, polynomial_motion
 from .singular_proof import singularity_of_plan
 from .verdicts import JointExtreme, PlanCheck, PlanJoint, PlanVerdict
 
-# Tolerance of limits. A position at most this far beyond its limit (rad, m) is at the limit, as in
-# the estimator; a velocity may exceed its limit by this ratio.
+# Tolerance of limits, as in the estimator. A position is at its limit if it is at most this far
+# beyond it (rad, m). A velocity may exceed its limit by this ratio.
 LIMIT_SLACK = 1e-6
-# Tolerance of the extremes of joints: absolute (rad, m) up to 1, relative above.
+# Tolerance of the largest and least values of joints: absolute (rad, m) up to 1, relative above 1.
 EXTREME_TOLERANCE = 1e-12
 DISTANCE = 'distance'
 
@@ -109,7 +109,7 @@ def check_plan(
         check_positive(PlanError, 'speed_limit', limit)
     motion = polynomial_motion(at, given[0], given[1], given[2])
     points = dict.fromkeys([TOOL, *map(str, speed_of)])
-    with np.errstate(over='ignore', invalid='ignore'):  # `_extreme` raises an error for overflows
+    with np.errstate(over='ignore', invalid='ignore'):  # `_extreme` reports overflows
         joints = tuple(_joint(robot, motion, j) for j in range(robot.dof))
         if robot.chain.loops:
             plan = ClosedPlan(robot, motion, asked)
@@ -186,8 +186,8 @@ def _joint(robot: Robot, motion: PolynomialMotion, j: int) -> PlanJoint:
 def _extreme(
     motion: PolynomialMotion, coefficients: Floats, measure: np.ufunc, name: str
 ) -> JointExtreme:
-    # Returns the largest value of `measure` over S polynomials, with coefficients (S, degree + 1)
-    # by powers of s.
+    # Returns the largest value of `measure` over S polynomials, and its moment. The coefficients
+    # (S, degree + 1) belong to powers of s.
     polynomials = motion._replace(coefficients=coefficients[:, :, None])
 
     def bounded(pieces: Pieces) -> Bounded:

@@ -1,9 +1,9 @@
 """
-Check a plan of an arm with closed loops at sampled poses, which can refute the plan but prove
-nothing.
+Check a plan of an arm with closed loops at sampled poses. The samples can refute the plan but
+prove nothing.
 
-The motion of passive joints between two samples has no known bound. So a claim is not decided if
-no sample refutes it.
+The motion of passive joints between two samples has no known bound. So a claim that no sample
+refutes is not decided.
 """
 
 import numpy as np
@@ -19,18 +19,18 @@ from .point_speed import TOOL, chain_to, speed_between
 from .polynomials import PolynomialMotion, moment_at
 from .verdicts import PlanClosure, PlanSingularity, PlanSpeed
 
-# Largest motion of a joint between two samples: rad, or m divided by the characteristic length.
-# The threshold of the distance applies if it is smaller.
+# Largest motion of a joint between two samples: rad, or m divided by the characteristic length. If
+# the threshold of the distance is smaller, samples are at most the threshold apart.
 MAX_STEP = 0.02
 # Largest number of samples; a longer plan is sampled with larger steps.
 MAX_SAMPLES = 20_000
-# Position (rad, m) beyond which the loops cannot be closed because of round-off.
+# If a position (rad, m) is larger than this, round-off prevents closing the loops.
 MAX_POSITION = 1e8
-# Number of samples whose loops are closed at once. After a batch with an open loop no further
-# batch is computed, because each failed search takes milliseconds.
+# Number of samples whose loops are closed at once. If a loop opens in a batch, later batches are
+# not computed, because each failed search takes milliseconds.
 BATCH = 256
-# Number of bisections for the moment at which a loop opens; they reduce the step to 1e-12 of its
-# length.
+# Number of bisections that find the moment at which a loop opens; they reduce the interval to
+# 1e-12 of a sampling step.
 HALVINGS = 40
 
 
@@ -100,7 +100,7 @@ class ClosedPlan:
         return PlanClosure('refuted', loop, sentence, count, moment)
 
     def singularity(self) -> PlanSingularity:
-        """Return whether a singular pose was found within the threshold of a sample."""
+        """Return whether a singular pose within the threshold was found at a sample."""
         motion = self._motion
         x = self.x[self.closed]
         distance, at, pose = np.inf, 0.0, None

@@ -1,9 +1,9 @@
 """
-Bracket the largest speed of a point of the arm over a plan.
+Compute bounds of the largest speed of a point of the arm over a plan.
 
-Taylor's theorem with Lagrange's remainder bounds the speed in a piece of the plan. The bound is
-that of the velocity's linear expansion at the middle, plus a remainder. The third derivative of
-the position bounds the remainder.
+Taylor's theorem with Lagrange's remainder bounds the speed in each piece of the plan. The bound is
+the largest size of the velocity's linear expansion at the middle, plus a remainder. A bound of the
+position's third derivative bounds the remainder.
 """
 
 import math
@@ -19,13 +19,13 @@ from .polynomials import Pieces, PolynomialMotion, derivative, moment_at
 from .verdicts import PlanMoment, PlanSpeed
 
 TOOL = 'tool'
-# Relative width of the bracket of a speed at which bisection stops.
+# Bisection stops if upper and lower bound of a speed differ by at most this ratio.
 RELATIVE_TOLERANCE = 0.01
-# Absolute width of the bracket of a speed at which bisection stops, m/s.
+# Bisection also stops if the bounds of a speed differ by at most this, m/s.
 ABSOLUTE_TOLERANCE = 1e-9
-# Ratio by which a speed may exceed its limit and is still at the limit.
+# A speed that exceeds its limit by at most this ratio counts as at the limit.
 LIMIT_SLACK = 1e-6
-# Largest number of pieces, besides the segments of the plan.
+# Largest number of pieces in the bisection, besides the segments of the plan.
 MAX_PIECES = 500_000
 
 
@@ -33,7 +33,7 @@ def speed_over_plan(
     robot: Robot, motion: PolynomialMotion, of: str, limit: float | None
 ) -> PlanSpeed:
     """
-    Return a bracket of the largest speed of a point over a motion.
+    Return bounds of the largest speed of a point over a motion, and the verdict on its limit.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def speed_over_plan(
         good = seen * (1.0 + RELATIVE_TOLERANCE) + ABSOLUTE_TOLERANCE
         if seen > allowed:
             return good
-        # narrow the bracket further, because it may contain the limit
+        # the limit may be between the bounds, so narrow the bounds further
         return min(good, max(allowed, seen + ABSOLUTE_TOLERANCE))
 
     seen, bound, *_ = bracketed(motion, _Speeds(chain, motion).bounded, enough, MAX_PIECES)
@@ -72,7 +72,7 @@ def speed_between(
 ) -> PlanSpeed:
     """
     Return the largest speed of a point with its verdict, from a speed at a moment and an upper
-    bound, m/s.
+    bound (m/s) of the largest speed.
     """
     verdict = None if limit is None else verdict_of(lower, upper, limit * (1.0 + LIMIT_SLACK))
     return PlanSpeed(of, lower, upper, moment, limit, verdict)
@@ -92,8 +92,8 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
     if of.isdecimal() and int(of) <= robot.rows:
         chain = robot.point(int(of)).chain
         return chain if chain.entries else None
-    # Accept no joint names for an arm with loops: the table has no axes for joints of a loop's own
-    # chain.
+    # Accept no joint names for an arm with loops: the table has no axes for the joints in a loop's
+    # own chain.
     joints = () if robot.chain.loops else robot.joint_names
     if of in joints:
         table = robot.chain.table
@@ -113,8 +113,8 @@ def chain_to(robot: Robot, of: str) -> Chain | None:
 
 
 def _shortened(robot: Robot, last: int, offset: Floats) -> Chain | None:
-    # Returns the chain up to element `last`, with the tool at `offset` from this element; None if
-    # the point does not move.
+    # Returns the chain that ends after element `last`, with the tool at `offset` from this
+    # element. Returns None if the point does not move.
     if last < 0:
         return None
     table = robot.chain.table
@@ -142,27 +142,31 @@ class _Speeds:
         self._chain = chain
         table = chain.table
         element = np.repeat(np.arange(chain.elements), np.diff(table.first_entry))
-        # Rotation (rad) and translation (m) of each element for one unit of each joint.
+        # Rotation (rad) and translation (m) of each element of the chain for one unit of each
+        # joint.
         self._by_theta = np.zeros((chain.dof, chain.elements))
         self._by_d = np.zeros((chain.dof, chain.elements))
         np.add.at(self._by_theta, (table.joint, element), table.by_theta)
         np.add.at(self._by_d, (table.joint, element), table.by_d)
 
     def bounded(self, pieces: Pieces) -> Bounded:
-        """Return the speed of the tool in pieces, and its upper bounds, m/s."""
+        """
+        Return the speed of the tool at the middles of pieces, and its upper bound in each piece,
+        m/s.
+        """
         taylor, T = self._motion.taylor(pieces), self._motion.seconds(pieces.segment)
         v, a = self._velocity(taylor, T)
         seconds = pieces.half * T
         swing = a * seconds[:, None]
-        # Evaluate |v + a t| at both ends of a piece: it is convex in t, so its maximum is there.
+        # |v + a t| is convex in t, so its maximum is at an end of the piece: evaluate both ends.
         ends = np.maximum(np.linalg.norm(v + swing, axis=1), np.linalg.norm(v - swing, axis=1))
         most = ends + 0.5 * self._third(taylor, pieces.half, T) * seconds**2
         most = np.where(np.isnan(most), np.inf, most)
         return Bounded(np.linalg.norm(v, axis=1), most, pieces.half == 0.0)
 
     def _velocity(self, taylor: Floats, T: Floats) -> tuple[Floats, Floats]:
-        # Returns velocity and acceleration of the point at the middles of the pieces. They follow
-        # from dv_f/dq_e = w_e x v_f if e is f or before f.
+        # Returns velocity and acceleration of the point at the middles of the pieces. The
+        # acceleration follows from dv_f/dq_e = w_e x v_f if element e is f or before f.
         chain, E = self._chain, self._chain.entries
         q, rates, accelerations = (derivative(taylor, order, T) for order in (0, 1, 2))
         rows = np.empty((len(q), chain.widths[kernel.JACOBIAN]))
@@ -177,15 +181,16 @@ class _Speeds:
         return np.sum(moved, axis=1), np.sum(acceleration, axis=1)
 
     def _third(self, taylor: Floats, half: Floats, T: Floats) -> Floats:
-        # Bounds the third derivative of the point's position in each piece. The point is a sum of
-        # vectors, each turned by the elements before it. Let s, a and j be the sums of the sizes
-        # of the first, second and third derivatives of the angles of these elements. Then the
-        # derivatives of the rotation are at most s, s^2 + a and s^3 + 3 s a + j.
+        # Bounds the third derivative of the point's position in each piece. The position is a sum
+        # of vectors; each vector is turned by the elements before it. For these elements, let s, a
+        # and j be the sums of the sizes of the first, second and third derivatives of their
+        # angles. Then the first three derivatives of the rotation are at most s, s^2 + a and s^3 +
+        # 3 s a + j.
         table = self._chain.table
         turns, slides = taylor @ self._by_theta, taylor @ self._by_d
         s, a, j = (np.cumsum(_most(turns, order, half, T), axis=1) for order in (1, 2, 3))
-        # Bound the vector of element k + 1: it slides along its axis, turned by the elements up to
-        # k.
+        # Bound the length of each element's vector: it slides along the element's axis, and the
+        # elements before it turn it.
         moves, axes = table.before[1:, :, 3], table.before[1:-1, :, 2]
         stroke = table.d_0[1:] + slides[:, 0, 1:]
         lengths = np.linalg.norm(moves[:-1] + axes * stroke[:, :, None], axis=2)
@@ -199,7 +204,7 @@ class _Speeds:
 
 
 def _most(taylor: Floats, order: int, half: Floats, T: Floats) -> Floats:
-    # Bounds the absolute derivative by time of this order in each piece.
+    # Bounds, in each piece, the absolute value of the derivative by time of order `order`.
     most = np.zeros_like(taylor[:, 0])
     for i in range(order, taylor.shape[1]):
         most += math.perm(i, order) * np.abs(taylor[:, i]) * half[:, None] ** (i - order)

@@ -1,4 +1,6 @@
-"""Interpolate a plan as a controller does: by a polynomial of time between two points."""
+"""
+Interpolate a plan as joint_trajectory_controller does: by a polynomial of time between two points.
+"""
 
 import math
 from typing import NamedTuple, TypeAlias
@@ -14,7 +16,7 @@ Which: TypeAlias = npt.NDArray[np.bool_] | slice
 
 class Pieces(NamedTuple):
     """
-    N pieces of a motion, each within one polynomial.
+    N pieces of a motion, each within the segment of one polynomial.
 
     Attributes
     ----------
@@ -50,7 +52,7 @@ def joined(parts: list[Pieces]) -> Pieces:
 
 class PolynomialMotion(NamedTuple):
     """
-    A motion of n joints in S polynomials, one after the other.
+    A motion of n joints as S polynomials of time, one for each segment, in the order of time.
 
     Attributes
     ----------
@@ -64,12 +66,15 @@ class PolynomialMotion(NamedTuple):
     coefficients: Floats
 
     def place(self, x: npt.ArrayLike) -> tuple[Integers, Floats]:
-        """Return segment numbers and s (0 to 1) of places: place 1.25 is s = 0.25 in segment 1."""
+        """
+        Return segment numbers and s (0 to 1) for numbers that give both: 1.25 is s = 0.25 in
+        segment 1.
+        """
         segment = np.minimum(np.asarray(x, dtype=np.int64), len(self.begins) - 1)
         return segment, np.asarray(x - segment)
 
     def times(self, segment: Integers, s: Floats) -> Floats:
-        """Return the times at s in segments, s since the start of the plan's clock."""
+        """Return the times at s in segments, in s on the clock of the plan's points."""
         return np.asarray(self.begins[segment] + s * self.durations[segment])
 
     def positions(self, segment: Integers, s: Floats) -> Floats:
@@ -80,7 +85,7 @@ class PolynomialMotion(NamedTuple):
         return np.asarray(value)
 
     def seconds(self, segment: Integers) -> Floats:
-        """Return the durations of segments, s; 1 for a segment without duration."""
+        """Return the durations of segments, s; 1 if a segment has duration 0."""
         durations = self.durations[segment]
         return np.where(durations > 0.0, durations, 1.0)
 
@@ -90,7 +95,7 @@ class PolynomialMotion(NamedTuple):
         return derivative(taylor, 1, self.seconds(segment))
 
     def whole(self) -> Pieces:
-        """Return each segment as one piece."""
+        """Return each segment of the motion as one piece."""
         count = len(self.begins)
         return Pieces(np.arange(count), np.full(count, 0.5), np.full(count, 0.5))
 
@@ -102,7 +107,7 @@ class PolynomialMotion(NamedTuple):
         """
         moved = self.coefficients[pieces.segment]
         degree = moved.shape[1] - 1
-        # Move the origin of s to the middle of each piece, by repeated synthetic division.
+        # Shift the polynomials to the middle of each piece, by repeated synthetic division.
         for i in range(degree):
             for k in range(degree - 1, i - 1, -1):
                 moved[:, k] += pieces.middle[:, None] * moved[:, k + 1]
@@ -111,8 +116,8 @@ class PolynomialMotion(NamedTuple):
 
 def derivative(taylor: Floats, order: int, seconds: Floats) -> Floats:
     """
-    Return a derivative by time (N, n) at the middles of pieces, from Taylor coefficients (N,
-    degree + 1, n) and segment durations, s.
+    Return the derivative of order `order` by time, shape (N, n), at the middles of pieces. Inputs
+    are Taylor coefficients (N, degree + 1, n) and segment durations, s.
     """
     if order >= taylor.shape[1]:
         return np.zeros_like(taylor[:, 0])
@@ -146,7 +151,7 @@ def polynomial_motion(
         return PolynomialMotion(times[:-1], durations, np.stack([p0, d], axis=1))
     v0, v1 = velocities[:-1] * T, velocities[1:] * T
     if accelerations is None:
-        # Solve Hermite's conditions: position and velocity at both ends.
+        # Solve Hermite's conditions: position and velocity at both ends of a segment.
         cubic = [p0, v0, 3 * d - 2 * v0 - v1, v0 + v1 - 2 * d]
         return PolynomialMotion(times[:-1], durations, np.stack(cubic, axis=1))
     a0, a1 = accelerations[:-1] * T * T, accelerations[1:] * T * T
@@ -162,7 +167,7 @@ def polynomial_motion(
 
 
 def moment_at(motion: PolynomialMotion, segment: int | Integers, s: float | Floats) -> PlanMoment:
-    """Return time, point number and joint positions of the motion at s of a segment."""
+    """Return the moment at s of a segment: its time, point number and joint positions."""
     at, share = np.array([segment]), np.array([s])
     time = float(motion.times(at, share)[0])
     last = segment == len(motion.begins) - 1 and s == 1.0 and motion.durations[segment] > 0.0

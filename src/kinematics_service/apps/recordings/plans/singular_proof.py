@@ -1,10 +1,11 @@
 """
-Decide whether a plan comes within a threshold of a singular pose: proved, refuted or not decided.
+Decide whether a plan comes within a threshold of a singular pose. The verdict is proved, refuted
+or not decided.
 
 The clearance is the proved radius without singular poses around a configuration. The distance to
-singular poses is 1-Lipschitz in the joint positions. So in a piece of the plan it is at least the
-clearance at the middle minus the joint motion from the middle. A singular pose within the
-threshold of a pose of the plan refutes the plan.
+singular poses changes by at most the joint motion. So in a piece of the plan, the distance is at
+least the clearance at the middle minus the joint motion from the middle. A singular pose within
+the threshold of a pose of the plan refutes the plan.
 """
 
 import math
@@ -20,22 +21,23 @@ from .bisection import Bounded, Extreme, bracketed, verdict_of
 from .polynomials import Pieces, PolynomialMotion, moment_at
 from .verdicts import PlanSingularity
 
-# Joint motion in a piece below which the piece is not split, relative to the threshold.
+# A piece is not halved further if its joint motion is less than this ratio of the threshold.
 MIN_SPAN_RATIO = 0.05
-# Bound of the absolute round-off of joint positions, rad.
+# Bound of the absolute round-off of joint positions, rad, at any size of the positions.
 ROUND_OFF = 1e-9
-# Bound of the round-off of joint positions relative to the coefficients of polynomials: 45 machine
-# epsilons.
+# Bound of the round-off of joint positions relative to the coefficients of the polynomials: 45
+# machine epsilons.
 RELATIVE_ROUND_OFF = 1e-14
 # Largest number of evaluations of the proved radius without singular poses, for one plan.
 MAX_CLEARANCES = 5_000
-# Additional number of these evaluations for each segment of a plan.
+# Additional number of evaluations of this radius for each segment of a plan.
 MAX_CLEARANCES_OF_SEGMENT = 20
-# Bisection stops if the lower bound of the distance is at least this ratio of the least clearance.
+# Bisection stops if the lower bound of the distance is at least this ratio of the least proved
+# radius without singular poses.
 BOUND_RATIO = 0.95
-# Number of moments around the moment of least distance at which the distance is searched again.
+# Number of moments in each search around the moment of least distance.
 REFINEMENT_SAMPLES = 17
-# Number of searches around the moment of least distance, each in a narrower range of time.
+# Number of searches around the moment of least distance; each search covers a shorter time.
 REFINEMENTS = 4
 
 
@@ -66,7 +68,7 @@ def singularity_of_plan(
 
 class _Distance:
     """
-    The distance to singular poses along a motion, between two bounds.
+    The distance to singular poses along a motion, with bounds from above and below.
 
     Attributes
     ----------
@@ -85,13 +87,14 @@ class _Distance:
 
     def negative(self, pieces: Pieces) -> Bounded:
         """
-        Return the negative distance to singular poses in pieces, and its upper bound.
+        Return the negative distance to singular poses at the middles of pieces, and its upper
+        bound in each piece.
 
-        The search for the nearest singular pose runs at points of the plan, and wherever the
+        The nearest singular pose is searched at points of the plan, and at middles where the
         clearance is at most the threshold.
         """
         q = self._motion.positions(pieces.segment, pieces.middle)
-        # Skip the clearance at points of the plan, because the pieces beside a point contain it.
+        # Skip the clearance at points of the plan: the pieces before and after a point cover it.
         inside, clearance = pieces.half > 0.0, np.full(len(q), np.inf)
         clearance[inside] = np.maximum(clearances(self._robot, q[inside]) - self._round_off, 0.0)
         self.evaluations += int(np.sum(inside))
@@ -104,15 +107,15 @@ class _Distance:
         return Bounded(value, span - clearance, near & (span < MIN_SPAN_RATIO * self._threshold))
 
     def enough(self, seen: float) -> float:
-        """Return the bound at which bisection stops; it is infinite if the plan is refuted."""
+        """Return the upper bound at which bisection stops; infinite if the plan is refuted."""
         if -seen < self._threshold:
             return math.inf
         return -max(self._threshold, BOUND_RATIO * self._least_clearance)
 
     def to_nearest(self, q: Floats) -> Floats:
         """
-        Return the distances (N,), rad, from poses (N, n) to the nearest singular poses found; inf
-        without one.
+        Return the distances (N,), rad, from configurations (N, n) to the nearest singular poses
+        found. The distance is inf if none was found.
         """
         away = (singularity(self._robot, q).nearest_singular - q) / (
             self._robot.singularity.task.column_scales
@@ -121,8 +124,8 @@ class _Distance:
 
     def least_around(self, seen: Extreme) -> Extreme:
         """
-        Return the place of least distance near a given place, found by sampling narrower and
-        narrower ranges.
+        Return the moment of least distance near a given moment, found by sampling in shorter and
+        shorter times.
         """
         count, width = len(self._motion.begins), 1.0
         for _ in range(REFINEMENTS):
@@ -138,15 +141,15 @@ class _Distance:
 
 
 def _span(taylor: Floats, reach: Floats) -> Floats:
-    # Bounds the joint motion within `reach` of the middles of pieces; the reach is a ratio of the
-    # segment.
+    # Bounds the joint motion within `reach` of the middles of pieces; `reach` is a ratio of the
+    # segment's duration.
     powers = reach[:, None] ** np.arange(1, taylor.shape[1])
     most = np.sum(np.abs(taylor[:, 1:]) * powers[:, :, None], axis=1)
     return np.asarray(np.linalg.norm(most, axis=1))
 
 
 def _times(motion: PolynomialMotion, pieces: Pieces) -> tuple[tuple[float, float], ...]:
-    # Returns the times (begin, end) of pieces, s; adjacent pieces are merged.
+    # Returns the times (begin, end) that pieces cover, s; adjacent pieces are merged.
     begins = motion.times(pieces.segment, pieces.middle - pieces.half)
     ends = motion.times(pieces.segment, pieces.middle + pieces.half)
     merged: list[tuple[float, float]] = []

@@ -1,4 +1,6 @@
-"""Results of the check of a plan: proved, refuted by a pose, or not decided."""
+"""
+Define the results of the check of a plan: each claim is proved, refuted by a pose, or not decided.
+"""
 
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
@@ -14,7 +16,7 @@ _ORDER: tuple[PlanVerdict, ...] = ('proved', 'not decided', 'refuted')
 @dataclass(frozen=True, eq=False)
 class PlanMoment(FrozenArrays):
     """
-    A moment of a plan.
+    A moment of a plan: its time, and the joint positions at this time.
 
     Attributes
     ----------
@@ -34,7 +36,7 @@ class PlanMoment(FrozenArrays):
 @dataclass(frozen=True, eq=False)
 class PlanSingularity:
     """
-    The least distance of a plan to singular poses.
+    The verdict on the least distance of a plan to singular poses, with bounds of this distance.
 
     Attributes
     ----------
@@ -75,7 +77,10 @@ class PlanSingularity:
 
 
 class JointExtreme(NamedTuple):
-    """The extreme value of a joint's position (rad, m) or speed (rad/s, m/s), and its moment."""
+    """
+    The largest or least position (rad, m) of a joint, or its largest speed (rad/s, m/s), and the
+    moment.
+    """
 
     value: float
     moment: PlanMoment
@@ -107,7 +112,7 @@ class PlanJoint:
 @dataclass(frozen=True, eq=False)
 class PlanSpeed:
     """
-    The largest speed of a point of the arm over a plan.
+    Bounds of the largest speed of a point of the arm over a plan, with the verdict on its limit.
 
     Attributes
     ----------
@@ -134,7 +139,7 @@ class PlanSpeed:
 @dataclass(frozen=True, eq=False)
 class PlanClosure:
     """
-    Whether the closed loops of an arm close along a plan.
+    The verdict on whether the closed loops of an arm close along a plan.
 
     Attributes
     ----------
@@ -185,7 +190,7 @@ class PlanCheck:
 
     @property
     def verdict(self) -> PlanVerdict:
-        """Return the worst verdict of all claims."""
+        """Return the worst verdict on all claims about the plan."""
         parts = [one.verdict for one in (self.singularity, self.closure, *self.speeds) if one]
         joints = [verdict for joint in self.joints for verdict in (joint.limits, joint.speed)]
         return max(filter(None, (*parts, *joints)), key=_ORDER.index)

@@ -21,18 +21,20 @@ from .stamp_format import UNITS, StampFormat
 
 # Largest number of columns listed in an error message.
 MAX_LISTED = 12
-# Largest number of letters of a column name in an error message.
+# Longest column name in an error message; a longer name is cut.
 MAX_NAME_LENGTH = 60
 STAMP = 'stamp'
-# Column names of stamps in small letters, for layouts that do not name their stamp column.
+# Column names of stamps, in small letters, that are searched if a layout does not name its stamp
+# column.
 STAMPS = (STAMP, 'timestamp', 'time', 't', 'date', 'datetime', '%time', '__time')
 # Matches a range of column numbers, counted from 1, such as 2-7.
 NUMBERS = re.compile(r'(\d+)(?:-(\d+))?')
 # Matches a column name of a joint that ends in a number, such as q1 or joint_3. RATES has the
-# matching starts for velocities.
+# starts of the matching velocity columns.
 NUMBERED = re.compile(r'((?:q|j|joint|axis|theta|angle|pos|position)[ _.]?)\d+', re.IGNORECASE)
 RATES = ('qd', 'dq', 'qdot', 'qd_', 'dq_', 'velocity', 'velocity_', 'vel_')
-# Matches column names of commanded poses, which are skipped because only measured poses are read.
+# Matches words in names of commanded poses. Columns with these words are skipped, because only
+# measured poses are read.
 COMMAND_WORDS = re.compile('target|goal|command|cmd|desired|ref|set', re.IGNORECASE)
 SLICE = re.compile(r'(.+)\[(\d*):(\d*)\]')
 HOW = (
@@ -43,11 +45,10 @@ HOW = (
 
 class ColumnNames(NamedTuple):
     """
-    How the column names of a layout begin, for each quantity; the name of the stamp column is
-    whole.
+    How the column names of each quantity begin in a layout; the stamp column has its whole name
+    here.
 
-    An empty `position` means that the columns have the names of the joints; velocities are then
-    not read.
+    If `position` is empty, the columns have the names of the joints, and velocities are not read.
     """
 
     stamp: str
@@ -58,7 +59,7 @@ class ColumnNames(NamedTuple):
 
 class Layout(NamedTuple):
     """
-    A known layout of column names.
+    A known layout: how a kind of table names its columns, and whose units it uses.
 
     Attributes
     ----------
@@ -78,11 +79,12 @@ class Layout(NamedTuple):
 
 LAYOUTS = (
     Layout(ColumnNames(STAMP, 'position.', 'velocity.', 'pose.')),
-    # The layout that the recorder of Universal Robots' RTDE client writes.
+    # Layout of the files that Universal Robots' RTDE client records.
     Layout(ColumnNames('timestamp', 'actual_q_', 'actual_qd_', 'actual_TCP_pose_')),
     # Joint columns with the names of the joints, and a pose with x, y, z and orientation.
     Layout(ColumnNames('', '', '', '')),
-    # Layouts of makers: AXIS_ACT and POS_ACT, jointtarget and robtarget, and teach pendants.
+    # Layouts of makers' files: AXIS_ACT and POS_ACT (KUKA), jointtarget and robtarget (ABB), and
+    # teach pendants.
     Layout(ColumnNames('', 'A', '', ''), 'kuka', ('x', 'y', 'z', 'a', 'b', 'c')),
     Layout(ColumnNames('', 'J', '', ''), 'fanuc', ('x', 'y', 'z', 'w', 'p', 'r')),
     Layout(ColumnNames('', 'rax_', '', ''), 'abb'),
@@ -92,7 +94,7 @@ LAYOUTS = (
 
 class ArmColumns(NamedTuple):
     """
-    The columns of an arm, and the meaning of their numbers.
+    The names of an arm's columns in a table, and the units and formats of their numbers.
 
     Attributes
     ----------
@@ -205,7 +207,7 @@ class _Search:
         if not (poses or asked) and form == PoseFormat():
             poses, form = self._poses_alone(guessed)
         if set(poses) & set(positions):
-            poses, form = [], PoseFormat()  # the columns x, y and z are joints of a gantry
+            poses, form = [], PoseFormat()  # the columns x, y and z are gantry joints, not a pose
         if layout.maker and poses:
             guessed.append(
                 f'poses {", ".join(poses)} are taken as {layout.maker.upper()} writes them: '
@@ -220,8 +222,8 @@ class _Search:
         )
 
     def _joint_units(self, positions: list[str]) -> JointFormat:
-        # Returns the joint units of options and column names; refuses a contradiction between
-        # them.
+        # Returns the joint units that options and column names give; refuses units that contradict
+        # each other.
         robot, given, told = self.wanted.robot, self.wanted.joint_format, {}
         for name, column, slides in zip(robot.joint_names, positions, robot.prismatic):
             accepted = (*(LENGTHS if slides else ANGLES), PERCENT)
@@ -275,8 +277,8 @@ class _Search:
         return usual
 
     def _numbered_joints(self) -> list[Layout]:
-        # Returns a layout for column names such as q1 ... q6 or J 1 ... J 6. Their number must be
-        # that of the joints, and the numbers in the joint names must rise.
+        # Returns a layout for column names such as q1 ... q6 or J 1 ... J 6. The arm must have as
+        # many joints, and the numbers in its joint names must rise.
         found = [part[1] for name in self.header if (part := NUMBERED.fullmatch(name))]
         own = [int(part[1]) for name in self.joints if (part := re.search(r'(\d+)$', name))]
         if len(set(found)) != 1 or len(found) != len(self.joints) or own != sorted(own):
@@ -331,8 +333,8 @@ class _Search:
             )
 
     def _positions(self, beginning: str) -> list[str]:
-        # Returns the columns of the joint positions. If `beginning` is empty, these are the names
-        # of the joints.
+        # Returns the columns of the joint positions. If `beginning` is empty, the columns have the
+        # names of the joints.
         if beginning:
             return self._family(beginning)
         both = self.joints, self.wanted.robot.joint_names
@@ -351,7 +353,7 @@ class _Search:
             for ends in (self.joints, self.wanted.robot.joint_names, range(n), range(1, n + 1)):
                 columns = [f'{start}{end}' for end in ends]
                 if all(column in self.header for column in columns):
-                    # Try numbers from 0 first, because both ranges overlap.
+                    # the columns from 0 win: those from 1 may also exist
                     return columns
         return []
 
@@ -384,7 +386,8 @@ class _Search:
         return found or ([], PoseFormat())
 
     def _poses_alone(self, guessed: list[str]) -> tuple[list[str], PoseFormat]:
-        # Returns the only measured pose of the table, whatever its column names start with.
+        # Returns the columns of the tool pose if the table has one measured pose only, with any
+        # column names.
         named = (name for name in self.header if not COMMAND_WORDS.search(name))
         starts = dict.fromkeys(name[:-1] for name in named if name[-1:] in 'xX')
         tried = {start: pose_columns(self.header, [start], PoseFormat()) for start in starts}

@@ -1,5 +1,6 @@
 """
-Check a bag by its own checksums and counts; if the bag has no checksums, a remark says so.
+Check a bag by the checksums and counts that it contains. If the bag has no checksums, a remark
+says so.
 
 The checksums of MCAP chunks are checked by rosbags when it reads the chunks.
 """
@@ -17,19 +18,21 @@ from .source import Remark
 UNNOTICED = 'has no checksums: a flipped bit in its numbers would not be noticed'
 CHANGED = 'it was changed after it was written, and what follows from it may be wrong'
 MAGIC_LENGTH = 8
-# Layout of the head of an MCAP record, opcode and length: mcap.dev/spec.
+# Layout of the first bytes of an MCAP record, opcode and length: mcap.dev/spec.
 HEAD = struct.Struct('<BQ')
 CHUNK_INDEX = 8
 DATA_END = 15
 FOOTER_LENGTH = HEAD.size + 20
 DATA_END_LENGTH = HEAD.size + 4
-# Offset of the checksum in a chunk record: it follows two times and the size.
+# Offset of the checksum in a chunk record: the checksum follows two times and the size.
 CHUNK_SUM_AT = HEAD.size + 24
 READ_SIZE = 1 << 20
 
 
 def checked(path: Path) -> Iterator[Remark]:
-    """Check a bag, a file or a directory, and yield remarks on damage or missing checksums."""
+    """
+    Check a bag, which is a file or a directory, and yield remarks on damage or missing checksums.
+    """
     files = sorted(path.iterdir()) if path.is_dir() else [path]
     for file in files:
         if file.suffix == '.mcap':
@@ -42,7 +45,9 @@ def checked(path: Path) -> Iterator[Remark]:
 
 
 def add_checksums(file: Path) -> None:
-    """Write the checksums of data and index into an MCAP file without checksums."""
+    """
+    Write the checksums of data and index into an MCAP file that was written without checksums.
+    """
     with file.open('r+b') as stream:
         end = stream.seek(-(FOOTER_LENGTH + MAGIC_LENGTH), 2)
         footer = stream.read(FOOTER_LENGTH)
@@ -78,7 +83,7 @@ def _between(stream: BinaryIO, begin: int, end: int) -> bytes:
 
 
 def _data_sum(stream: BinaryIO, at: int) -> int:
-    # Returns the stored checksum of the data section, 0 without a checksum.
+    # Returns the checksum of the data section as stored in the file, 0 without a checksum.
     stream.seek(at)
     record = stream.read(DATA_END_LENGTH)
     if len(record) < DATA_END_LENGTH or HEAD.unpack_from(record) != (DATA_END, 4):

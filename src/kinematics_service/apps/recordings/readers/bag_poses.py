@@ -22,8 +22,8 @@ POSES = {
 }
 TRANSFORM = 'geometry_msgs/msg/TransformStamped'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-# Largest number of poses in memory (13 MB). At this number every second pose is dropped. The frame
-# check needs only some hundred poses within the recording.
+# Largest number of poses in memory (13 MB). If it is reached, every second pose is dropped,
+# because the frame check needs only some hundred poses.
 MAX_POSES_HELD = 2**16
 
 
@@ -34,8 +34,8 @@ def track_of_messages(
     read: Callable[[bytes], Sequence[Any]],
 ) -> PoseTrack | None:
     """
-    Return the poses in messages, given as pairs of time of receipt (ns) and bytes; None without
-    messages.
+    Return the tool poses in messages; None without messages. Each message is a pair: time of
+    receipt (ns), and bytes.
 
     Parameters
     ----------

@@ -54,8 +54,8 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
             _check(path)
             if path.is_dir():
                 refuse_to_grow(path)
-            # Use the definitions of Jazzy as default: bags older than ROS 2 Iron do not hold the
-            # definitions of their messages.
+            # Use the message definitions of Jazzy as default: bags older than ROS 2 Iron contain
+            # no definitions.
             reader = AnyReader([path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
             reader.open()
         try:
@@ -67,8 +67,8 @@ def open_bag(path: Path, wanted: Selection) -> Iterator[RecordingSource]:
 
 @contextmanager
 def _one_sentence(path: Path) -> Iterator[None]:
-    # Turns any exception of the reader into a RecordingError, because a damaged file can raise
-    # any.
+    # Turns any exception of rosbags into a RecordingError, because a damaged file can raise any
+    # exception.
     try:
         yield
     except KinematicsError:
@@ -81,7 +81,7 @@ def _one_sentence(path: Path) -> Iterator[None]:
 
 
 def _from_the_reader(error: BaseException) -> bool:
-    # Returns whether an error comes from rosbags or its dependencies and not from this package.
+    # Returns whether rosbags or its dependencies raised an error, not this package.
     *_, (frame, _) = walk_tb(error.__traceback__)
     return not frame.f_globals.get('__name__', '').startswith(__package__.partition('.')[0])
 
@@ -116,7 +116,8 @@ def _check(path: Path) -> None:
 
 
 def _types_of(fields: Any) -> Iterator[str]:
-    # Yields the type names of message fields; for an array, of its elements.
+    # Yields the type names of a message's fields. If a field is an array, yields the type of its
+    # elements.
     for _, (node, what) in fields:
         while node.name in ('ARRAY', 'SEQUENCE'):
             node, what = what[0]
@@ -200,8 +201,8 @@ class _Bag:
         raise RecordingError(f'{self.path}: {self._listed()}')
 
     def _refuse_other_fields(self, topic: str, kind: str) -> None:
-        # Refuse a type with the name but not the fields of a ROS type: its bytes, read by the
-        # definition of ROS, would give wrong numbers.
+        # Refuse a message type that has the name of a ROS type but other fields: read by the ROS
+        # definition, its bytes would give wrong numbers.
         usual = dict(get_typestore(Stores.ROS2_JAZZY).fielddefs)
         if not self.reader.is2:
             usual |= get_typestore(Stores.ROS1_NOETIC).fielddefs
@@ -245,8 +246,8 @@ class _Bag:
                 some.clear()  # free the memory before the next messages are read
 
     def _alike(self, messages: Sequence[tuple[int, bytes]]) -> Iterator[Block | UnreadableMessage]:
-        # Yields blocks from messages of equal length. A message that differs from the first in
-        # more than numbers and stamp is decoded alone.
+        # Yields blocks from messages of equal length. A message that differs from the first
+        # message in more than numbers and stamp is decoded separately.
         times, raws = zip(*messages)
         columns = columns_of(raws, not self.reader.is2) if len(raws) > 1 else None
         if columns is None:
@@ -311,8 +312,8 @@ class _Bag:
         return ', '.join(sorted(name for name, own in self.types.items() if own in usable))
 
     def _child(self, topic: str, asked: str, connections: list[Any]) -> str:
-        # Returns the child frame whose transforms are the poses: the requested frame, or the only
-        # one.
+        # Returns the child frame whose transforms are the tool poses: the requested frame, or the
+        # only frame of the topic.
         parents: dict[str, set[str]] = {}
         for message, _ in self._messages(connections):
             for one in message.transforms:

@@ -8,9 +8,9 @@ import numpy as np
 from ....kernel import Floats, Integers
 from ..plans.polynomials import polynomial_motion
 
-# Largest motion of a joint between two samples, rad or m. Long trajectories may exceed it.
+# Largest motion of a joint between two samples, rad or m. A long trajectory may have larger steps.
 MAX_STEP = 0.01
-# Least number of samples between two points, so that a joint that turns back is seen.
+# Least number of samples between two points, so that samples show a joint that turns back.
 MIN_SAMPLES = 4
 # Largest number of samples between two points.
 MAX_SAMPLES = 2_000
@@ -66,11 +66,12 @@ def sampled(planned: PlannedTrajectory, most: int = sys.maxsize) -> SampledSteps
 
 
 def _counts(planned: PlannedTrajectory, most: int) -> Integers:
-    # Returns the number of samples of each segment; its end is a sample of the next segment.
+    # Returns the number of samples of each segment. The end of a segment is a sample of the next
+    # segment.
     reach = np.max(np.abs(np.diff(planned.positions, axis=0)), axis=1)
     if planned.velocities is not None:
-        # Consider the speeds at the points, because a cubic may leave the range of its end
-        # positions.
+        # Consider the speeds at the points: a cubic polynomial may leave the range of the
+        # positions at its ends.
         speeds = np.max(np.abs(planned.velocities), axis=1)
         fastest = np.maximum(speeds[:-1], speeds[1:])
         reach = np.maximum(reach, 0.5 * np.diff(planned.times) * fastest)

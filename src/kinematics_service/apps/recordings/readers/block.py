@@ -14,23 +14,24 @@ from ....kernel import Floats
 Times: TypeAlias = npt.NDArray[np.int64]
 Flags: TypeAlias = npt.NDArray[np.bool_]
 
-SECOND = 1_000_000_000  # ns
+SECOND = 1_000_000_000  # in ns
 # Largest number of messages in a block.
 LARGEST_BLOCK = 16_384
-# Largest number of serialized bytes in a block, 64 MiB; a single larger message is a block.
+# Largest number of serialized bytes in a block, 64 MiB. A larger message becomes a block of its
+# own.
 LARGEST_BYTES = 2**26
 
 
 class ForwardClock:
-    """A clock, ns, that advances with rising stamps and stops while they step back."""
+    """A clock, ns, that advances while stamps rise and stops while stamps step back."""
 
     def __init__(self) -> None:
         self._last: tuple[int, int] | None = None
 
     def times(self, stamps: Times) -> Times:
         """
-        Return the clock's times for the next stamps (N,), N > 0; the first time is the first
-        stamp.
+        Return the times (N,) of the clock at the next stamps (N,), N > 0; the first time is the
+        first stamp.
         """
         stamp, time = self._last or (int(stamps[0]), int(stamps[0]))
         times: Times = time + np.cumsum(np.maximum(np.diff(stamps, prepend=stamp), 0))
@@ -91,7 +92,8 @@ def joined(
     parts: Iterable[Block | UnreadableMessage],
 ) -> Iterator[Block | UnreadableMessage]:
     """
-    Yield blocks in order, with consecutive blocks of the same names and counts joined into one.
+    Yield blocks in order; consecutive blocks with equal joint names and equal counts of numbers
+    are joined.
     """
 
     def kind(part: Block | UnreadableMessage) -> tuple[object, ...]:

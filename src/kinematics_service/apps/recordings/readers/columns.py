@@ -1,6 +1,6 @@
 """
-Store columns of numbers for all states of a recording: in memory while they are small, then in a
-temporary file.
+Store columns of numbers for all states of a recording: in memory at first, and in a temporary file
+if they are large.
 """
 
 import os
@@ -14,11 +14,11 @@ import numpy.typing as npt
 from ....errors import RecordingError
 from ....kernel import Floats
 
-# Count of numbers in memory above which a column writes them to an unnamed file. The system
+# If a column in memory has more numbers than this, it writes them to an unnamed file. The system
 # deletes the file when the process ends.
 MAX_HELD_NUMBERS = 2**18
-# Number of states in a piece, 17 minutes at 1 kHz. It is constant, so that sums over pieces do not
-# depend on the size of blocks.
+# Number of states in a piece, 17 minutes at 1 kHz. The number is constant, so that sums over
+# pieces do not depend on the size of blocks.
 MAX_PIECE_ROWS = 2**20
 
 Scalar = TypeVar('Scalar', bound=np.generic)
@@ -27,7 +27,9 @@ Rows = slice | Sequence[int] | npt.NDArray[np.integer[Any]] | npt.NDArray[np.boo
 
 
 class Column(Generic[Scalar]):
-    """A column with one number for each state: append to it, then read it like an array."""
+    """
+    A column with one number for each state. Numbers are appended, then read as from an array.
+    """
 
     def __init__(self, kind: type[Scalar]) -> None:
         self._kind = np.dtype(kind)
@@ -108,7 +110,7 @@ class Column(Generic[Scalar]):
 
 
 class StateTable:
-    """Columns of equal length, read like an array (N, k)."""
+    """Columns of equal length, read as an array (N, k)."""
 
     def __init__(self, columns: int) -> None:
         self.columns = tuple(Column(np.float64) for _ in range(columns))
@@ -131,7 +133,8 @@ class StateTable:
 
 def spans(count: int, size: int = MAX_PIECE_ROWS) -> Iterator[slice]:
     """
-    Yield slices that divide `count` rows into pieces of `size` rows; the last may be shorter.
+    Yield slices that divide `count` rows into pieces of `size` rows; the last piece may be
+    shorter.
     """
     for begin in range(0, count, size):
         yield slice(begin, min(begin + size, count))
@@ -139,7 +142,7 @@ def spans(count: int, size: int = MAX_PIECE_ROWS) -> Iterator[slice]:
 
 def median(pieces: Iterable[npt.ArrayLike]) -> float:
     """
-    Return the median of all numbers in some pieces, 0 without numbers; NaN is not allowed.
+    Return the median of all numbers in `pieces`, 0 without numbers; NaN is not allowed.
 
     Many numbers are partitioned in a temporary file, not in memory.
     """

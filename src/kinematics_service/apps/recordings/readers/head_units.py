@@ -26,8 +26,8 @@ BEHIND = re.compile(
 
 class HeadUnits(NamedTuple):
     """
-    Column names without their units, in the order of the table; original name and unit, by this
-    name.
+    Column names without their units, in the order of the table. `heads` has the original names,
+    `units` the units, by these names.
     """
 
     names: list[str]
@@ -36,7 +36,7 @@ class HeadUnits(NamedTuple):
 
     def unit(self, names: Sequence[str], accepted: Collection[str], where: str) -> str:
         """
-        Return the common unit of some columns, empty if their names have no unit.
+        Return the unit that some columns share, empty if their names have no unit.
 
         Raises
         ------
@@ -62,8 +62,7 @@ def units_of_heads(header: Sequence[str], joints: Collection[str]) -> HeadUnits:
     """
     parted = [(head, '') if head.endswith(tuple(joints)) else _parted(head) for head in header]
     names = [name for name, _ in parted]
-    # Keep whole column names if their names without units are equal, such as `q1_deg` and
-    # `q1_rad`.
+    # Keep the whole column names if they would be equal without units, as `q1_deg` and `q1_rad`.
     kept = [
         (name, unit) if names.count(name) == 1 else (head, '')
         for head, (name, unit) in zip(header, parted)

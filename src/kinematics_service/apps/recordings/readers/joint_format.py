@@ -1,4 +1,4 @@
-"""Convert joint columns of a table to rad or m: from units, or from encoder ticks."""
+"""Convert the joint columns of a table to rad or m, from other units or from encoder ticks."""
 
 import json
 import math
@@ -16,14 +16,14 @@ from ....robot.robot import Robot
 # Factors that convert a unit to rad or m.
 ANGLES = {'rad': 1.0, 'deg': math.radians(1.0), 'turns': math.tau}
 LENGTHS = {'m': 1.0, 'mm': 1e-3, 'cm': 1e-2}
-# Unit: percentage of the way from the middle of a joint's limits to a limit, -100 to 100.
+# Unit: percentage from -100 to 100 of the way from the middle of a joint's limits to a limit.
 PERCENT = 'percent'
-# Matches ticks in a turn, negative if the encoder counts backwards, and the tick at zero:
-# 4096@2048.
+# Matches the ticks in a turn and the tick at zero, such as 4096@2048. The ticks are negative if
+# the encoder counts backwards.
 TICKS = re.compile(r'(-?\d+(?:\.\d+)?)(?:@(-?\d+(?:\.\d+)?))?')
 # Name of the vector of joint positions in the statistics of a dataset.
 STATE = 'observation.state'
-# Ticks in a turn of the servos whose calibration LeRobot writes.
+# Ticks in a turn of the servos in LeRobot's calibration files.
 SERVO_TURN = 4095.0
 ACCEPTED = (
     'write rad, deg, turns, m, mm, percent (of the way from the middle of the limits to a '
@@ -101,7 +101,7 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
             )
         _take_range(units, j, (-100.0, 100.0), (lower, upper))
     elif ticks and float(ticks[1]):
-        turn = 1.0 if sliding else math.tau  # the ticks of a sliding joint are per metre
+        turn = 1.0 if sliding else math.tau  # ticks of a prismatic joint are per metre
         units.scale[j], units.zero[j] = turn / float(ticks[1]), float(ticks[2] or 0.0)
     else:
         raise RecordingError(f'--joint-format: {unit!r} is not accepted; {ACCEPTED}')
@@ -110,8 +110,7 @@ def _take_word(units: JointUnits, robot: Robot, j: int, unit: str) -> None:
 def _take_range(
     units: JointUnits, j: int, numbers: tuple[float, float], meant: tuple[float, float]
 ) -> None:
-    # Sets scale and zero of joint j so that the range `numbers` maps onto the range `meant`, rad
-    # or m.
+    # Sets scale and zero of joint j. They map the range `numbers` to the range `meant`, rad or m.
     scale = (meant[1] - meant[0]) / (numbers[1] - numbers[0])
     units.scale[j], units.zero[j] = scale, 0.5 * sum(numbers) - 0.5 * sum(meant) / scale
 
@@ -140,8 +139,8 @@ def _is_motor(content: Any) -> bool:
 
 
 def _take_calibration(units: JointUnits, robot: Robot, motors: Mapping[str, Any]) -> None:
-    # Sets scale and zero: numbers from -100 to 100 cover the range of the servo, with the zero in
-    # the middle.
+    # Sets scale and zero of servo joints: numbers from -100 to 100 cover the range of the servo,
+    # with 0 in the middle.
     for j, name in enumerate(robot.joint_names):
         one = motors[name]
         reach = 0.5 * (float(one['range_max']) - float(one['range_min']))

@@ -1,4 +1,4 @@
-"""Open a file of joint states of any type, detected from its suffix and its first bytes."""
+"""Open a file of joint states of any type. The type is detected from suffix and first bytes."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

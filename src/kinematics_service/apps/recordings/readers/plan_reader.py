@@ -1,4 +1,4 @@
-"""Read planned joint trajectories from text or messages."""
+"""Read planned joint trajectories from text files or messages."""
 
 import json
 from collections import Counter
@@ -19,14 +19,16 @@ from .columns import spans
 from .source import RecordingSource, Remark, Selection
 from .yaml_values import MAX_VALUES, Values, read_documents
 
-# Time between the trajectories of a topic, longer than any timeout, ns.
+# Time that is inserted between the trajectories of a topic, ns. It is longer than any time-out, so
+# that each trajectory starts anew.
 PAUSE = 3_600 * SECOND
-# Stamp of the first sample, because 0 would mean unstamped.
+# Stamp of the first sample, ns; a stamp of 0 would mean unstamped.
 FIRST_STAMP = SECOND
 MAX_FILE_BYTES = 64 * 1024 * 1024
-# Largest number of samples of a file, apart from the least 4 for each segment: a minute of work.
+# Largest number of samples of a file, a minute of work. Each segment may still have its least
+# number of 4 samples.
 MAX_FILE_SAMPLES = 500_000
-# Motion between two samples above which a remark is made, rad or m.
+# If the motion between two samples is larger than this (rad or m), a remark is made.
 COARSE_STEP = 10 * MAX_STEP
 # Accepted keys of a JointTrajectoryPoint.
 POINT_KEYS = ('positions', 'velocities', 'accelerations', 'effort', 'time_from_start')
@@ -66,7 +68,8 @@ def open_planned(file: Path, wanted: Selection) -> RecordingSource:
 
 def text_of(file: Path, largest: int, instead: str) -> str:
     """
-    Read the text of a file of at most `largest` bytes; `instead` is advice if the file is larger.
+    Return the text of a file of at most `largest` bytes; `instead` is the advice if the file is
+    larger.
 
     Raises
     ------
@@ -91,7 +94,7 @@ def text_of(file: Path, largest: int, instead: str) -> str:
 
 def json_of(file: Path, text: str) -> Values:
     """
-    Parse a JSON text and return its content.
+    Return the content of a JSON text, with limits on its size.
 
     Raises
     ------
@@ -128,8 +131,8 @@ def _mapping(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _trajectories(document: Values, depth: int = 0) -> Iterator[Mapping[str, Values]]:
-    # Yields each JointTrajectory in a message or in messages that contain it, such as
-    # RobotTrajectory, DisplayTrajectory, or the goal of an action.
+    # Yields each JointTrajectory in a message. The message may also contain trajectories, as
+    # RobotTrajectory, DisplayTrajectory, and the goal of an action do.
     if depth > 8:
         return
     if isinstance(document, Mapping):
@@ -182,7 +185,8 @@ def trajectory_of_message(message: Any) -> PlannedTrajectory:
 def _trajectory(
     names: tuple[str, ...], times: list[float], rows: Callable[[str], list[Any]], where: str
 ) -> PlannedTrajectory:
-    # `rows` is a function that returns the numbers of a key, one row for each point.
+    # Reads the points of a trajectory. `rows` returns the numbers of a key, one row for each
+    # point.
     if not times:
         raise RecordingError(f'{where}: the trajectory has no points')
     positions, velocities, accelerations = (

@@ -1,4 +1,4 @@
-"""Read a whole table of joint states, to replay or draw the motion."""
+"""Read a whole table of joint states, to replay or draw its motion."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,7 +40,8 @@ class Recording:
     @property
     def due(self) -> Floats:
         """
-        Return the time of each row since the first row, shape (N,), s; a step back takes no time.
+        Return the time of each row since the first row, shape (N,), s. A stamp that steps back
+        takes no time.
         """
         return np.asarray((ForwardClock().times(self.stamps) - self.stamps[0]) * 1e-9)
 

@@ -1,4 +1,6 @@
-"""Define the content of an open recording or planned trajectory, equal for all file types."""
+"""
+Define the types of an open recording or planned trajectory; they are equal for all file types.
+"""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -13,7 +15,7 @@ from .block import Block, Times, UnreadableMessage
 from .joint_format import JointFormat
 from .stamp_format import StampFormat
 
-# Largest number of poses of a track in a comparison, because more poses change the result little.
+# Largest number of poses of a track that are compared; more poses would change the result little.
 MAX_POSES = 600
 
 
@@ -58,7 +60,10 @@ class PoseTrack(NamedTuple):
 
     @property
     def positions(self) -> bool:
-        """Return whether the poses are positions only, with the identity as orientation."""
+        """
+        Return whether the poses are positions without orientation; the rotation part is then the
+        identity.
+        """
         return self.kind == 'position'
 
 
@@ -76,7 +81,10 @@ class Selection(NamedTuple):
 
     @property
     def of_tables(self) -> str:
-        """Return the first given option that applies only to tables; empty without one."""
+        """
+        Return the first option that was given and applies only to tables; empty without such an
+        option.
+        """
         given = {
             '--columns': self.columns is not None,
             '--pose-format': self.pose_format != PoseFormat(),
@@ -87,7 +95,9 @@ class Selection(NamedTuple):
 
 
 class Remark(NamedTuple):
-    """A remark on the file itself: `level` is OK, WARN, or ERROR if the file is damaged."""
+    """
+    A remark on a file of joint states. `level` is OK or WARN, or ERROR if the file is damaged.
+    """
 
     level: Level
     text: str

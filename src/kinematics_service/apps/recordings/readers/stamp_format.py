@@ -1,4 +1,4 @@
-"""Convert the stamps of a table to ns, or make stamps from a rate and row numbers."""
+"""Convert the stamps of a table to ns, or compute stamps from row numbers and a rate."""
 
 import re
 from typing import NamedTuple
@@ -14,11 +14,11 @@ RATE = re.compile(r'(\d+\.?\d*|\.\d+)\s*[Hh][Zz]')
 # Range of the rate of numbered rows, Hz.
 MIN_RATE = 0.01  # Hz
 MAX_RATE = 1e6  # Hz
-# Rate of rows in which the arm stands still, Hz. At this rate differences between rows give no
-# velocities.
+# Rate of rows, Hz, if the arm stands still in each row. The rate is so low that differences
+# between rows give no velocities.
 STANDSTILL_RATE = 0.1
-# Range of times that count as present, s since 1970: the years 2001 to 2096. A stamp is within it
-# in only one unit.
+# A time is plausible if it is in this range, s since 1970: the years 2001 to 2096. A stamp is
+# plausible in at most one unit.
 MIN_EPOCH_TIME = 10**9
 MAX_EPOCH_TIME = 4 * 10**9
 
@@ -40,8 +40,8 @@ class StampFormat(NamedTuple):
 
     def of_rows(self, first: int, count: int) -> Times:
         """
-        Return the stamps (count,), ns, of rows from number `first`; the stamp of row 0 is one
-        period.
+        Return the stamps (count,), ns, of `count` rows from row number `first`; row 0 has the
+        stamp of one period.
         """
         rows = np.arange(first + 1, first + count + 1)
         return np.asarray(np.rint(rows * (1e9 / self.rate)), dtype=np.int64)
@@ -71,7 +71,7 @@ def stamp_format(text: str) -> StampFormat:
 
 
 def unit_of(stamp: float) -> str:
-    """Return the unit in which a stamp is a present time; s if it is none in any unit."""
+    """Return the unit in which a stamp is a plausible time after 1970; s if there is none."""
     for unit, digits in UNITS.items():
         if MIN_EPOCH_TIME <= stamp * 10.0 ** (digits - 9) < MAX_EPOCH_TIME:
             return unit

@@ -1,4 +1,4 @@
-"""Read joint states from a table: a CSV file with a known layout."""
+"""Read joint states from a table, which is a CSV file with a known layout of columns."""
 
 import csv
 import io
@@ -17,9 +17,9 @@ from .source import RecordingSource, Remark, Selection
 from .table_rows import NO_TEXT, RowReader, TableFile, lines_of, number_of
 from .table_source import source_of
 
-# Number of bytes read at once when lines are counted.
+# Number of bytes that are read at once to count lines.
 READ_SIZE = 2**20
-# Number of lines that are examined for names of columns and decimal commas.
+# Number of first lines in which column names and decimal commas are searched.
 HEAD_LINES = 100
 COMMENT = '#'
 HINT = '; --stamps says the unit, or the rate of the rows, or none if the arm stands in each'
@@ -74,7 +74,7 @@ class TableReader:
         self.columns = arm_columns(file, self.header, wanted, accepted)
 
     def rows(self, columns: list[str], whole: bool = False) -> RowReader:
-        """Return a reader of the rows with these columns; `whole` as in `RowReader`."""
+        """Return a reader of the rows, which reads these columns; `whole` as in `RowReader`."""
         return RowReader(
             self._table, self.columns.stamp, columns, self.columns.stamps, whole, self._hint
         )
@@ -102,7 +102,7 @@ def table_of(file: Path, accepted: str = HOW) -> TableFile:
         opened: Callable[[], TextIO] = partial(file.open, encoding='utf-8-sig', newline='')
         with opened() as stream:
             if not file.is_file():
-                # Keep the text of a pipe, which can be read only once.
+                # Keep the text of a pipe in memory, because a pipe can be read only once.
                 opened = partial(io.StringIO, ''.join(lines_of(stream)))
         with opened() as stream:
             lines = list(islice(lines_of(stream), HEAD_LINES))
@@ -121,7 +121,7 @@ def table_of(file: Path, accepted: str = HOW) -> TableFile:
 def _table(
     file: Path, opened: Callable[[], TextIO], lines: list[str], filled: list[int]
 ) -> TableFile:
-    # Skip lines that begin with #, which are comments. The last comment may hold the column names.
+    # Skip comment lines, which begin with #. The last comment line may hold the column names.
     rows = [k for k in filled if not lines[k].lstrip().startswith(COMMENT)]
     first = lines[rows[0]] if rows else ''
     delimiter = delimiter_of([first or lines[filled[0]]])

@@ -1,4 +1,4 @@
-"""Read the rows of a table line by line."""
+"""Read the rows of a table line by line, and check the numbers and stamps."""
 
 import csv
 import math
@@ -24,7 +24,7 @@ MAX_LINE_LENGTH = 2**20
 NO_TEXT = 'is not UTF-8 text, so not a table'
 # Upper bound of stamps, s: the range of a ROS header.
 MAX_STAMP = Decimal(2**31)
-# DATE and NUMBER accept what other programs accept, too. Python alone would read `1_0` and digits
+# DATE and NUMBER match what other programs accept. Python alone would also read `1_0` and digits
 # of other scripts as numbers.
 DATE = re.compile(
     r'(\d{4}-\d\d-\d\d)[T ](\d\d:\d\d:\d\d)(?:[.,](\d+))?(?: ?(Z|UTC|[-+]\d\d:?\d\d))?', re.A
@@ -179,7 +179,8 @@ class RowReader:
                 )
 
     def _digits_of(self, stamp: str) -> int:
-        # Take the unit from the size of the first stamp; `_nanoseconds` refuses invalid text.
+        # Take the unit from the size of the first stamp; `_nanoseconds` refuses a stamp that is
+        # not a number.
         unit = unit_of(number_of(stamp)) if NUMBER.fullmatch(stamp.strip()) else 's'
         if unit != 's':
             name = self._header[self._stamp_at[0]]
@@ -253,7 +254,8 @@ def nanoseconds_of(text: str, digits: int = 9) -> int:
     digits
         Decimal places from the unit of the time to nanoseconds: 9 for seconds, 0 for ns.
     """
-    # Shift the digits as text, because a double cannot hold the nanoseconds of a present time.
+    # Shift the decimal point in the text: a double cannot hold the nanoseconds of a time since
+    # 1970.
     text = text.strip()
     whole, _, fraction = text.partition('.')
     latest = MAX_STAMP.scaleb(9 - digits)

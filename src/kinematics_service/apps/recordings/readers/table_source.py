@@ -1,4 +1,6 @@
-"""Turn rows of numbers into a recording: joint states, and poses of the tool if given."""
+"""
+Turn rows of numbers into a recording with joint states, and with tool poses if the rows have them.
+"""
 
 from collections.abc import Iterable, Iterator
 
@@ -11,7 +13,8 @@ from .source import MAX_POSES, PoseTrack, RecordingSource, Remark, Selection
 from .table_rows import TableRows
 from .tool_poses import PoseRows
 
-# Ratio of repeated stamps above which a remark warns that the stamps are too coarse.
+# If the ratio of repeated stamps is larger than this, a remark warns that the stamps are too
+# coarse.
 REPEATED_STAMP_RATIO = 0.2
 
 
@@ -51,12 +54,12 @@ def source_of(
             if not plain:
                 q, qdot = units.positions(q), qdot * units.scale[: m - n]
             if columns.poses:
-                # Match pose and joints by row, whatever the time between rows. A row may lack all
-                # numbers of a pose; a row that lacks only some is refused.
+                # Match pose and joint positions by row, not by time. A row may lack all numbers of
+                # a pose, but a row that lacks only some of them is refused.
                 rows = numbers[:, m:]
                 known = np.any(np.isfinite(rows), axis=1)
                 poses.take(stamps[known], rows[known], q[known], count + np.flatnonzero(known))
-            # Use the time of measurement as the time of receipt, because a table has no other.
+            # A table has no time of receipt, so use the time of measurement instead.
             received = clock.times(stamps)
             count, alike = count + len(stamps), alike + int(np.sum(np.diff(stamps) == 0))
             yield Block(names, stamps, received, q, qdot)

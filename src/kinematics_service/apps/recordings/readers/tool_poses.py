@@ -1,4 +1,4 @@
-"""Convert poses of a second source to matrices."""
+"""Convert tool poses of a second source to 4 x 4 matrices."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -14,14 +14,14 @@ from .columns import Column, StateTable, spans
 from .joint_format import LENGTHS
 from .source import PoseTrack
 
-# Largest deviation of a quaternion's norm from 1, which allows for float32 and few printed digits.
+# Largest difference of a quaternion's norm from 1; it allows for float32 and few printed digits.
 UNIT_LENGTH_TOLERANCE = 0.05
-# Ratio of invalid rows above which all poses are refused; otherwise only the invalid rows are left
-# out.
+# If the ratio of invalid rows is larger than this, all poses are refused; otherwise only the
+# invalid rows are left out.
 MAX_REJECTED_RATIO = 0.05
-# Distance (m) from the origin that poses of an arm on a fixed base do not exceed.
+# Largest plausible distance (m) of the tool of an arm on a fixed base from the origin.
 MAX_DISTANCE = 20.0
-# Largest rotation vector or angle, rad: one turn, plus 0.1 % for few printed digits.
+# Largest valid rotation vector or angle, rad: one turn, plus 0.1 % for few printed digits.
 MAX_ANGLE = 1.001 * math.tau
 ANGLE_WORDS = {'rotvec': 'a rotation vector has the length', **dict.fromkeys(EULER, 'an angle is')}
 # Norm of a valid quaternion, by the kind of the orientation.
@@ -57,9 +57,10 @@ class PoseRows:
         self._numbers = Column(np.int64)
         self._finite = self._rising = True
         self._latest = -1
-        # The worst number so far: norm of a quaternion or of a rotation vector, or an angle.
+        # Number farthest from its valid value so far: norm of a quaternion, norm of a rotation
+        # vector, or angle.
         self._worst = QUATERNION_LENGTH.get(form.kind, 0.0)
-        # Whether all matrices of sixteen numbers can be in row order, and in column order.
+        # Whether all rows of sixteen numbers can be matrices in row order, and in column order.
         self._upright = self._turned = True
 
     def take(
@@ -85,7 +86,7 @@ class PoseRows:
             self._numbers.append(numbers[kept])
 
     def _judged(self, rows: Floats) -> Flags:
-        # Returns which rows may be poses.
+        # Returns which rows are valid poses; a quaternion must have a norm near 1.
         form = self._form
         if form.kind == 'matrix':
             if rows.shape[1] == 16:
@@ -107,7 +108,8 @@ class PoseRows:
 
     def track(self, name: str, frame: str, most: int | None = None) -> PoseTrack:
         """
-        Return the poses as a track in the order of stamps: all, or at most `most` at even steps.
+        Return the poses in the order of their stamps: all poses, or at most `most` poses at even
+        steps.
         """
         total = len(self._stamps)
         many = (self.count - total) / self.count > MAX_REJECTED_RATIO

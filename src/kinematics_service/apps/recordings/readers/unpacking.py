@@ -1,7 +1,7 @@
 """
 Limit the size of unpacked bags, because a small file can unpack to more than the memory.
 
-The limits are needed because rosbags unpacks files, chunks and messages of any size.
+rosbags itself unpacks files, chunks and messages of any size.
 """
 
 import bz2
@@ -22,7 +22,7 @@ from rosbags.rosbag2 import storage_mcap
 
 from ....errors import RecordingError
 
-# its name depends on the version of rosbags
+# the name of this module depends on the version of rosbags
 zstd: ModuleType = getattr(rosbag2, 'zstd', None) or rosbag2.zstandard
 
 # Largest ratio of unpacked to packed size of a file; joint states have a ratio of about 10.
@@ -31,7 +31,7 @@ MAX_EXPANSION_RATIO = 200
 MIN_EXPANSION_BYTES = 2**26
 # Largest chunk or message, 256 MiB; chunks usually have about 1 MB.
 MAX_PART_BYTES = 2**28
-# Largest total size of chunks that overlap in time, 1 GiB, because they are in memory together.
+# Largest total size of chunks that overlap in time, 1 GiB; such chunks are in memory together.
 MAX_OVERLAP_BYTES = 2**30
 # Number of bytes that are unpacked at once.
 READ_SIZE = 2**20
@@ -62,9 +62,7 @@ def refuse_to_grow(folder: Path) -> None:
 
 @contextmanager
 def bounded_chunks(path: Path) -> Iterator[None]:
-    """
-    Make rosbags refuse chunks of a bag that are too large, or larger than their header claims.
-    """
+    """Make rosbags refuse a chunk of a bag that is too large, or larger than its header claims."""
 
     def bounded(open_packed: Callable[..., Any]) -> Callable[..., bytes]:
         return lambda data, size=MAX_PART_BYTES: _unpacked(data, open_packed, path, size)
@@ -94,8 +92,11 @@ def unpacked_message(data: bytes, path: Path) -> bytes:
 
 
 def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
-    """Make a reader of rosbags yield packed messages; return whether the messages are packed."""
-    storage = getattr(reader, 'storage', None)  # only readers of ROS 2 bags have it
+    """
+    Make a reader of rosbags yield packed messages. Return False if the bag does not pack single
+    messages.
+    """
+    storage = getattr(reader, 'storage', None)  # only readers of ROS 2 bags have this attribute
     if storage is None or storage.metadata.compression_mode != 'message':
         return False
     storage.metadata = storage.metadata._replace(compression_mode=None)
@@ -104,7 +105,7 @@ def leave_messages_packed(reader: rosbag1.Reader | rosbag2.Reader) -> bool:
 
 def refuse_to_hold(path: Path, reader: rosbag1.Reader | rosbag2.Reader, topic: str) -> None:
     """
-    Refuse a bag with too large chunks that overlap in time.
+    Refuse a bag if chunks that overlap in time are too large together.
 
     A chunk is in memory from the time of its first message to that of its last, and rosbags skips
     messages outside these times. The sizes in the headers are reliable, because `bounded_chunks`

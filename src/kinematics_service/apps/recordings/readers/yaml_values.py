@@ -35,7 +35,7 @@ Values: TypeAlias = None | bool | float | str | list['Values'] | dict[str, 'Valu
 
 def read_documents(text: str) -> list[Values]:
     """
-    Parse a YAML text; return its documents as dicts, lists, numbers, texts, truth values or None.
+    Return the documents of a YAML text as dicts, lists, numbers, texts, truth values or None.
 
     Raises
     ------
