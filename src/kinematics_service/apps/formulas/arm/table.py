@@ -74,8 +74,8 @@ class TableRow:
     @property
     def factors(self) -> list[tuple[str, sp.Expr | sp.Matrix]]:
         """
-        Return the factors of the row: (axis, argument) of a motion, or ('', pose) of a constant
-        pose.
+        Return the matrix factors of the row in their order: (axis, argument) of a motion, or ('',
+        pose) of a constant pose.
         """
         if self.quantities:
             return [(axis, self[name]) for axis, name in self.order.motions]
@@ -92,7 +92,10 @@ class TableRow:
 
     @cached_property
     def symbols(self) -> frozenset[sp.Symbol]:
-        """Return the symbols of `moving`: joint variables and the constants added to them."""
+        """
+        Return the symbols in theta, d and argument of the row: joint variables and constants added
+        to these.
+        """
         return frozenset(self.moving.free_symbols)
 
     def with_quantities(self, changes: Mapping[str, sp.Expr]) -> 'TableRow':
@@ -131,7 +134,7 @@ class Table:
 
     @property
     def slides(self) -> tuple[bool, ...]:
-        """Return for each variable whether its joint is prismatic."""
+        """Return for each joint variable whether its joint is prismatic."""
         return tuple(kind == 'prismatic' for kind in self.joint_types)
 
     @property
@@ -147,7 +150,7 @@ class Table:
         return len(self.variables) - self.passive
 
     def with_row(self, index: int, row: TableRow) -> 'Table':
-        """Return the table with the row at `index` replaced."""
+        """Return the table with `row` instead of the row at `index`."""
         return replace(self, rows=(*self.rows[:index], row, *self.rows[index + 1 :]))
 
 

@@ -29,8 +29,7 @@ from .frames import Frames, frames_of
 from .jacobian import VEE, in_axes_of, may_turn
 from .trigonometry import Writer, writer_of
 
-# Maximum number of operations of a numerator that is multiplied out; a longer one would not get
-# shorter.
+# A numerator with more operations is not multiplied out, because that would not make it shorter.
 MAX_OPERATIONS = 150
 # Maximum number of joints and passive joints of an arm whose determinant is derived.
 MAX_VARIABLES = 6

@@ -301,7 +301,7 @@ def derive(
     loops = loops_of(robot, opened(robot.description), arithmetic, tell)
     singular_set = _closed_set(exact, loops, tell) if loops else _singular_set(exact, tell)
     singular_set = singular_set or _singular_set(exact_of(robot, locked, parts=2), tell)
-    assert singular_set is not None  # half angles always suffice
+    assert singular_set is not None  # a ring with half angles always suffices
     C = ways.coupling(frames, arithmetic)
     plain = C.shape[0] == C.shape[1] and all(sum(map(bool, row)) == 1 for row in C.tolist())
     return Derivation(

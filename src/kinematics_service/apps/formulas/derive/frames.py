@@ -183,7 +183,7 @@ def _rotation(angles: Sequence[sympy.Expr], arithmetic: Arithmetic) -> Matrix:
 
 def _roll_pitch_yaw(turns: list[list[sympy.Expr]], motion: RigidMotion) -> list[sympy.Expr]:
     # A rotation given by angles is exactly orthogonal. A matrix of rounded decimals is not, so
-    # take the nearest rotation, as the library does.
+    # take the nearest rotation, as the reader of robot files does.
     R = sympy.Matrix(turns)
     if sympy.simplify(R * R.T) != sympy.eye(3):
         return [sympy.Rational(repr(angle)) for angle in roll_pitch_yaw(motion.matrix).tolist()]

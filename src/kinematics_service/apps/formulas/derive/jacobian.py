@@ -101,7 +101,9 @@ def jacobian_of(
 
 
 def about(frames: Frames, arithmetic: Arithmetic, axes: Sequence[Axis], point: Matrix) -> Matrix:
-    """Return J of axes about a point p by z x (p - o) and z, in the frame of the axes and of p."""
+    """
+    Return J with reference point p by z x (p - o) and z of each axis, in the frame of axes and p.
+    """
     linear = [np.cross(axis.z, point - axis.o) for axis in axes]
     return jacobian_of(frames, arithmetic, axes, linear)
 

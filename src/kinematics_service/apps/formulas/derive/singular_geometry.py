@@ -133,7 +133,8 @@ def name_of(
     arm: ArmAtPoses, elsewhere: ArmAtPoses, joints: Sequence[int], angular: bool
 ) -> str | None:
     """
-    Return wrist, elbow, shoulder or boom_length, or None if the geometry fits none of them.
+    Return the name of a family of singular poses: wrist, elbow, shoulder or boom_length. Return
+    None if the geometry fits none of these.
 
     Parameters
     ----------

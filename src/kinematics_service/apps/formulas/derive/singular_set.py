@@ -374,7 +374,7 @@ def singular_factors(
         sampled: tuple[str, ...] = ()
         if seen.rank is not None:
             zeros = CommonZeros(J_t, search.rank, (factor.value,), arithmetic)
-            # Only the upper bound of the rank needs a proof: a sampled pose has this rank.
+            # Prove only that the rank is not higher: a sampled pose shows that it is not lower.
             proofs = {
                 'rank': zeros.has_rank_at_most(seen.rank),
                 'lost': seen.lost is None or proves_lost(seen.lost, zeros, frames),
@@ -383,7 +383,7 @@ def singular_factors(
             sampled = tuple(claim for claim, proved in proofs.items() if not proved)
         expression = writer.expression(factor.value)
         own = next((n for n, e in listed.items() if _is_multiple(e, factor.value, search)), None)
-        # Number equal names: elbow, elbow_2.
+        # Add a number to a name that is in use, as in elbow_2.
         stem = own or seen.geometric or str(expression)
         numbered = chain([stem], (f'{stem}_{k}' for k in count(2)))
         name = next(name for name in numbered if name not in taken)

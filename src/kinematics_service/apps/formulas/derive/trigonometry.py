@@ -16,7 +16,7 @@ from .algebra.laurent import Exponents, Laurent, Terms, from_terms
 from .algebra.matrices import Matrix
 from .frames import Frames
 
-# Polynomials with more terms are written in one basis only.
+# Polynomials with more terms are written in one form only; shorter forms are not searched.
 MAX_COMPARED_TERMS = 400
 MAX_FACTORED_TERMS = 24
 # If the divisor of a polynomial is larger, it comes from angles that were replaced by fractions,
@@ -83,8 +83,8 @@ class Writer:
         if len(value) <= MAX_COMPARED_TERMS and self.singles != self.sums:
             candidates.append(self._products(value, self.singles))
         lengths = [sympy.count_ops(form) for form in candidates]
-        # All terms of a group have equal exponents of the angles, so a group is a polynomial in
-        # lengths.
+        # All terms of a group have equal exponents of the angles, so the coefficient of a group is
+        # a polynomial in lengths.
         moving = range(len(self.arithmetic.names.variables))
         split = value.grouped([*moving, *self._fixed_places()])
         if len(value) <= MAX_COMPARED_TERMS and self._fewest_operations(split) < min(lengths):
@@ -94,7 +94,7 @@ class Writer:
         return self._with_numbers(shortest / value.divisor)
 
     def _with_numbers(self, expression: sympy.Expr) -> sympy.Expr:
-        # Insert offsets last, so that forms are compared by their lengths in theta.
+        # Insert q + offset for theta last, because forms are compared by their lengths in theta.
         numbers = {symbol: number for number, symbol in self._numbers.items()}
         return expression.xreplace(numbers | self.arithmetic.in_variables)
 

@@ -162,7 +162,7 @@ def frames_of(
 
 class ChosenPoses(NamedTuple):
     """
-    Evenly spread poses with joint positions.
+    Evenly spread poses of a second source, with the joint positions at their times.
 
     Attributes
     ----------

@@ -29,8 +29,8 @@ DISTANCE = 'distance'
 
 def threshold_of_distance(robot: Robot, which: Literal['warn', 'stop'] = 'stop') -> float:
     """
-    Return the threshold `warn` or `stop` of the distance, rad; the default if another measure is
-    watched.
+    Return the threshold `warn` or `stop` of the distance to singular poses, rad. If the robot file
+    watches another measure, return the default.
     """
     watched = robot.singularity.thresholds.measure == DISTANCE
     return float(getattr(robot.singularity.thresholds if watched else MEASURES[DISTANCE], which))

@@ -65,7 +65,10 @@ class Block:
         return len(self.stamps)
 
     def sample(self, k: int) -> JointSample:
-        """Return message k for the estimator; its time of receipt is used as the steady clock."""
+        """
+        Return message k for the estimator, which takes the message's time of receipt as its steady
+        clock.
+        """
         received = int(self.received[k])
         return JointSample(
             self.names,

@@ -19,8 +19,7 @@ from .columns import spans
 from .source import RecordingSource, Remark, Selection
 from .yaml_values import MAX_VALUES, Values, read_documents
 
-# Time that is inserted between the trajectories of a topic, ns. It is longer than any time-out, so
-# that each trajectory starts anew.
+# Time that is inserted between the trajectories of a topic, ns; it is longer than any time-out.
 PAUSE = 3_600 * SECOND
 # Stamp of the first sample, ns; a stamp of 0 would mean unstamped.
 FIRST_STAMP = SECOND

@@ -17,7 +17,8 @@ from ...arm.table import AXES, EYE, ZERO, Table, inverse_pose, motion, rotation,
 
 @dataclass(frozen=True)
 class _Walk:
-    # A frame M Rz(angle). The angle stays separate until a motion about another axis follows.
+    # The frame is the product M Rz(angle). The angle stays separate until a motion about another
+    # axis follows.
     M: sp.Matrix
     angle: sp.Expr
 
@@ -59,17 +60,21 @@ class SymbolicArm:
 
     @cached_property
     def frames(self) -> list[sp.Matrix]:
-        """Return frame 0, the frame after each row, and the tool, in the base frame."""
+        """
+        Return frame 0, the frame after each row, and the tool frame, as 4 x 4 poses in the base
+        frame.
+        """
         return [sp.ImmutableDenseMatrix(walk.frame) for walk in self._walked[0]]
 
     @property
     def rows(self) -> list[sp.Matrix]:
-        """Return the matrix of each row."""
+        """Return the 4 x 4 matrix of each row of the table."""
         return [row_matrix(row) for row in self.table.rows]
 
     def frame(self, at: int) -> sp.Matrix:
         """
-        Return a frame of the table in the base frame; the identity if its number is negative.
+        Return frame number `at` of the table in the base frame; the identity if the number is
+        negative.
         """
         return EYE if at < 0 else self.frames[at]
 

@@ -146,8 +146,8 @@ def _at(e: sp.Expr, path: Path) -> sp.Expr:
 
 def angles(e: sp.Expr, symbols: tuple[sp.Symbol, ...]) -> Iterator[Edit]:
     """
-    Yield the expression with a joint variable, pi/2 or pi added to the argument of a sine, cosine
-    or tangent.
+    Yield the expression with a symbol, pi/2 or pi added to the argument of a sine, cosine or
+    tangent.
     """
     for path, part in places(e):
         if part.func not in (sp.sin, sp.cos, sp.tan):

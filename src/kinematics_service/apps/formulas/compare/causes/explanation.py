@@ -101,8 +101,8 @@ def _of_matrix(check: QuantityCheck, right: Floats, tried: list[str]) -> list[Ex
 
 
 def _few(found: list[Explanation], wrong: int) -> list[Explanation]:
-    # Return no mistake if more mistakes were found than a third of the wrong entries: separate
-    # mistakes for so few entries each may be coincidences.
+    # Return no mistake if there are more than two, and more than a third of the number of wrong
+    # entries: so many mistakes may fit by chance.
     return found if len(found) <= max(2, wrong // 3) else []
 
 

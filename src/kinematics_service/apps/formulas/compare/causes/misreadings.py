@@ -145,7 +145,7 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
     for i, row in enumerate(table.rows):
         where = f'row {i + 1}'
         edits: list[tuple[dict[str, sp.Expr], str]] = []
-        # All quantities but theta, in alphabetical order.
+        # All quantities of the row except theta, in alphabetical order.
         axes = sorted((name, axis) for axis, name in row.order.motions if name != 'theta')
         angles = [name for name, axis in axes if axis[0] == 'R']
         lengths = [name for name, axis in axes if axis[0] == 'T']

@@ -51,7 +51,7 @@ class Check(ABC):
 
     @cached_property
     def world(self) -> World:
-        """Return the robot of the robot file at the N configurations."""
+        """Return the frames and the Jacobian of the robot file's table at the N configurations."""
         poses = self.poses
         return World(self.names.table, poses.values, poses.count, poses.coupling)
 
@@ -85,7 +85,8 @@ class Check(ABC):
 
     def gap(self, one: Floats, other: Floats) -> Floats:
         """
-        Return |one - other| / (1 + the larger size); infinite if a value is undefined.
+        Return the difference |one - other| / (1 + max(|one|, |other|)), infinite if a value is
+        undefined.
 
         If all numbers are printed decimals, the divisor is 1.
         """

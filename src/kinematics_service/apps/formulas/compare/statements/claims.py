@@ -36,7 +36,8 @@ SINGULAR_VALUE_RATIO = 1e-7
 # Distance (rad or m) within which a pose belongs to a claimed family. Newton's method is exact to
 # 1e-6 at a double zero.
 CLAIM_TOLERANCE = 1e-5
-# Step of central differences (rad or m): round-off and the third derivative are both below 1e-9.
+# Step of central differences (rad or m): the errors by round-off and by the third derivative are
+# both below 1e-9.
 DIFFERENCE_STEP = 1e-6
 # Values tried for the integer k in a claim such as `q3 = k*pi`. With k*pi/6 they still cover a
 # whole turn.
@@ -89,8 +90,8 @@ class _ArmOfLetters:
 
 def judge_claims(robot: Robot, names: FormulaNames, claims: Sequence[Statement]) -> list[Claim]:
     """
-    Return a verdict for each claimed family, then, if decided, one on whether the claims are
-    complete.
+    Return a verdict on each claimed family of singular poses. If it can be decided, add a verdict
+    on whether the claims are complete.
 
     A claim holds if it holds with two random values of each named constant. A remark says if it
     holds only with the numbers of the file.

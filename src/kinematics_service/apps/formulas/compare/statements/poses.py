@@ -35,7 +35,7 @@ CLOSURE_SAMPLES = 2000
 @dataclass(frozen=True)
 class Poses:
     """
-    N configurations and the value of every symbol at them.
+    N configurations, and the values of all symbols at these configurations.
 
     Parameters
     ----------

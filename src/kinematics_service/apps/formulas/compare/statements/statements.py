@@ -27,7 +27,7 @@ MIN_ROUNDED_DECIMALS = 4
 @dataclass(frozen=True)
 class Statement:
     """
-    A formula to be compared.
+    A formula of the file that is compared with the robot.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class _Reader:
         self.file = file
         self.faults = list(file.faults)
         self.global_: dict[str, Raw] = {}
-        self.local: dict[int, dict[str, Raw]] = {}  # key: index of the formula above the `where`
+        self.local: dict[int, dict[str, Raw]] = {}  # definitions after `where`, by formula index
         trees = (tree for raw in file.raw for tree in (raw.left, raw.right))
         self.has_rounded = any(_is_rounded(node.text) for tree in trees for node in _numbers(tree))
         self.half_units: dict[sp.Symbol, float] = {}

@@ -183,7 +183,7 @@ def _chunks(lines: Sequence[str]) -> Iterator[_Chunk]:
             elif depth <= 0 and not GOES_ON.search(before):
                 break
             elif depth > 0 and (_begins_another(text) or SETTING.fullmatch(text)):
-                break  # an unclosed bracket must not include the rest of the file
+                break  # else an unclosed bracket would include the rest of the file
             depth += _depth(lines[at])
             at += 1
         yield _Chunk('\n'.join(lines[first:at]), first + 1, by_lines)

@@ -167,11 +167,11 @@ class _Parser:
 
     def combined(self, left: Node, power: int) -> Node:
         """
-        Return the node of the next operator, with its left operand and the right one, if it has
-        one.
+        Return the node of the next operator with its operands; a postfix operator has only a left
+        operand.
         """
         token = self.next
-        assert token is not None  # its binding power is above 0
+        assert token is not None  # a binding power above 0 implies a token
         if power == POSTFIX:
             return Node("'" if token.text == "'" else 'deg', '', (left,), self.take())
         if token.kind != 'operator' or token.text in CLOSING:

@@ -68,7 +68,7 @@ ADVICE = {
     '|': ': write det(J) for a determinant',
     '_': ': an index comes before a power, as in L_1^2',
 }
-# `+-` is ambiguous, plus or minus or the sign of an added number, so it is an error.
+# `+-` is ambiguous: it is plus or minus, or the sum with a negative number. So it is an error.
 PLUS_MINUS = re.compile(r'[±∓]|\\(?:pm|mp)(?![A-Za-z])|\+/?-')
 # Maximum number of tokens of a file: more would take minutes.
 MAX_TOKENS = 50_000
@@ -152,7 +152,8 @@ def _tokens_of_line(text: str, line: int, column: int) -> Iterator[FormulaToken]
 
 
 def _token(text: str, at: int, line: int, column: int) -> tuple[str, str, int]:
-    # Return the kind, the text and the end of a token; the kind of spaces and sizes is empty.
+    # Return the kind, the text and the end of a token. The kind is empty for spaces and size
+    # commands.
     place = line, column + at
     if found := PLUS_MINUS.match(text, at):
         raise FormulaError(

@@ -201,7 +201,10 @@ def _unit(one: tuple[int, int], opposite: tuple[int, int]) -> tuple[int, int]:
 
 
 def upright_half(terms: Terms, arithmetic: Arithmetic) -> Laurent:
-    """Return a factor made real by `upright` if it is in angles of the ring, else unchanged."""
+    """
+    Return a factor made real by `upright` if the ring has the half angles of the factor, else
+    unchanged.
+    """
     if _is_whole(terms, _angle_indices(arithmetic)):
         return upright(terms, arithmetic)
     return from_terms(arithmetic.ring, terms)

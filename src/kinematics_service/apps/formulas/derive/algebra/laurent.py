@@ -89,7 +89,7 @@ class Ring:
         return Laurent(self, {0: value} if value else {}, {}, divisor)
 
     def power(self, index: int, exponent: int = 1) -> 'Laurent':
-        """Return a generator to a power."""
+        """Return a power of a generator as a polynomial."""
         return Laurent(self, {exponent << (BITS * index): 1}, {}, 1)
 
     def length(self, expression: sympy.Expr) -> 'Laurent':

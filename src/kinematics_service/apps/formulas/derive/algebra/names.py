@@ -62,7 +62,9 @@ class Names:
         return self.expression(text) * self.length_unit
 
     def affine(self, text: str, is_angle: bool) -> Affine:
-        """Return a text that is affine in the joint variables as constant part and factors."""
+        """
+        Return the constant part and the factors of a text that is affine in the joint variables.
+        """
         value = self.angle(text) if is_angle else self.length(text)
         expanded = sympy.expand(value)
         factors = {

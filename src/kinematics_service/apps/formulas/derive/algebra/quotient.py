@@ -16,7 +16,8 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
     ours, theirs = product.grouped(joints), value.grouped(joints)
     if set(ours) != set(theirs):
         return None
-    # Divide the shortest group of terms to get a candidate; multiplying back checks it.
+    # Divide the shortest group of terms to get a candidate for the quotient. Multiplying back
+    # checks the candidate.
     ring, key = arithmetic.ring, min(ours, key=lambda key: len(ours[key]))
     quotient = divided(from_terms(ring, theirs[key]), from_terms(ring, ours[key]))
     if quotient is None:
@@ -27,7 +28,7 @@ def quotient_constant(value: Laurent, product: Laurent, arithmetic: Arithmetic) 
 
 def divided(value: Laurent, factor: Laurent) -> Laurent | None:
     """
-    Return value / factor if nothing remains, else None.
+    Return value / factor if the division leaves no remainder, else None.
 
     A monomial of angles divides every polynomial. A monomial of lengths does not, because lengths
     may be 0.

@@ -192,7 +192,7 @@ class BagWriter:
 
 
 def _quality(latched: bool) -> Any:
-    # Returns the quality of service that the node offers, which players of bags read.
+    # Returns the quality of service that the node offers; players of bags read it from the file.
     from rosbags import interfaces as given
 
     durability = given.QosDurability
