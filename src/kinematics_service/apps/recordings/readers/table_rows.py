@@ -69,8 +69,8 @@ class TableFile(NamedTuple):
 
     def lines(self, stream: TextIO) -> Iterator[str]:
         """
-        Yield the lines after the header, also empty lines. Decimal commas become points, and white
-        space between cells becomes single blanks.
+        Yield the lines after the header, also empty lines. Decimal commas become points. If white
+        space separates the cells, it becomes single blanks.
         """
         for line in islice(lines_of(stream), self.heads, None):
             line = line.replace(',', '.') if self.decimal_comma else line
