@@ -119,8 +119,8 @@ def screw_based(frames: Frames, arithmetic: Arithmetic) -> Matrix:
     Return J by screws about the tool: [s; s_o x s], where s_o is a point on the axis seen from the
     tool.
 
-    s_o is added up link by link from the tool backwards, s_o(i) = s_o(i + 1) - R_i step_i, as in
-    "000_823ec4230178d515.txt", lines 40-58; the rows are put linear first here.
+    The sum s_o(i) = s_o(i + 1) - R_i step_i runs from the tool backwards, link by link, as in
+    "000_823ec4230178d515.txt", lines 40-58. Here the linear rows come first.
     """
     seen = -(frames.in_base[-1][:3, :3] @ frames.tool[:3, 3])
     s_o: dict[int, Matrix] = {}

@@ -39,9 +39,9 @@ from .singular_geometry import (
 )
 from .trigonometry import Writer
 
-# The minors are divided by their common factors. If a quotient has more terms, or if more sets of
-# factors are needed, the common zeros of the quotients are not solved: the result would be too
-# long to read.
+# The minors are divided by their common factors. The common zeros of the quotients are not solved
+# if a quotient has more terms, or if more sets of factors are needed. The result would be too long
+# to read.
 MAX_REST_TERMS = 40
 MAX_HITTING_SETS = 20
 

@@ -119,8 +119,9 @@ def _around(states: MotionColumns, at: Times) -> Iterator[tuple[Times, Floats, F
 
 
 def _between(robot: Robot, stamps: Times, q: Floats, at: Times) -> tuple[Floats, Floats]:
-    # Returns joint positions (M, n) by linear interpolation between the states around each time,
-    # and the time (s) between these two states; 0 if a state has exactly this stamp.
+    # Returns joint positions (M, n), interpolated linearly between the states around each time.
+    # Returns also the time (s) between these two states, which is 0 if a state has exactly this
+    # stamp.
     right = np.clip(np.searchsorted(stamps, at), 0, len(stamps) - 1)
     left = np.where(stamps[right] == at, right, np.maximum(right - 1, 0))
     gaps = np.asarray((stamps[right] - stamps[left]) * 1e-9, dtype=np.float64)

@@ -1,8 +1,8 @@
 r"""
 Parse the tokens of a formula into a tree by a Pratt parser; no text is ever executed.
 
-Pratt, Top down operator precedence, POPL 1973: each operator binds its left operand with a power,
-and an expression ends at an operator that binds less than the operator before the expression.
+Source: Pratt, Top down operator precedence, POPL 1973. Each operator binds its left operand with a
+power. An expression ends at an operator that binds less than the operator before the expression.
 
 The parser accepts sums, products (also implicit: `2 L1 c1`), powers, functions, `\frac`, `\sqrt`,
 matrices as `[a b; c d]`, `[[a, b], [c, d]]`, `Matrix(...)` or `\begin{bmatrix}`, transposes,

@@ -24,8 +24,8 @@ from .names import Affine, Names
 # Maximum number of constant angles, besides quarter turns, that stay symbols of the ring.
 # `exponential` replaces further angles by angles with rational sine and cosine.
 MAX_ANGLE_SYMBOLS = 2
-# A row of the table turns by p/q times a joint's angle. p and q are at most this, so that the
-# exponents of products of dozens of rows fit 16 bits.
+# Largest p and q if a row of the table turns by p/q times a joint's angle. Then the exponents of
+# products of dozens of rows fit 16 bits.
 MAX_ANGLE_PARTS = 500
 # A decimal angle this close (in quarter turns) to a multiple of pi/2 is read as the multiple:
 # programs print pi/2 as 1.5707963267948966.

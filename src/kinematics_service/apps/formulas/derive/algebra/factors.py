@@ -196,8 +196,8 @@ def _turned_real(terms: Terms) -> tuple[tuple[int, ...], dict[tuple[int, ...], A
 
 def _quarter_turns(terms: Terms) -> tuple[int, ...] | None:
     # Find quarter turns t such that sum t_k e_k + [coefficient is imaginary] is even for all
-    # terms, or odd for all: a linear system over the field of two elements. Return None if the
-    # system has no solution, or if a coefficient is neither real nor imaginary.
+    # terms, or odd for all. This is a linear system over the field of two elements. Return None if
+    # the system has no solution, or if a coefficient is neither real nor imaginary.
     if any(a and b for a, b in terms.values()):
         return None
     first, *others = ((*e, bool(b)) for e, (_, b) in terms.items())

@@ -178,9 +178,9 @@ def _halved(functions: Sequence[Numbers], box: Box, moving: Floats) -> Zero:
 def _undecided(
     functions: Sequence[Numbers], centers: Floats, radii: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
-    # Return the boxes in which every polynomial may vanish: the centers, the radii, the largest
-    # ratio of a polynomial's value at the center to its largest change in the box, and the joint
-    # along which to halve.
+    # Return the boxes in which every polynomial may vanish, by their centers and radii. Return
+    # also the largest ratio of a polynomial's value at the center to its change in the box, and
+    # the joint along which to halve.
     f, G = values_and_gradients(functions, centers)
     largest = np.abs(centers) + radii
     bends = _bends(functions, largest)

@@ -108,8 +108,8 @@ def mathml(expression: sympy.Expr | sympy.Matrix) -> str:
 
 
 def _as_written(markup: str) -> str:
-    # Make formulas look equal with and without a mathematical font: brackets have the height of a
-    # letter, letters are italic, words upright, and a minus is as long as a plus.
+    # Make formulas look equal with and without a mathematical font. Brackets get the height of a
+    # letter, letters become italic, words upright, and a minus as long as a plus.
     markup = re.sub(r'<mo>([()])</mo>', r'<mo stretchy="false">\1</mo>', markup)
     markup = re.sub(r'<mi>(&\w+;|[^<\d])</mi>', r'<mi class="letter">\1</mi>', markup)
     markup = re.sub(r'<mi>([^<\d][^<]*)</mi>', r'<mi class="word">\1</mi>', markup)
