@@ -33,7 +33,7 @@ MAX_TERMS = 3000
 @dataclass(frozen=True)
 class CommonZeros:
     """
-    The set of poses at which several factors vanish together, and the exact Jacobian.
+    The set of poses at which several factors vanish together, and the exact Jacobian of the arm.
 
     Attributes
     ----------
@@ -52,27 +52,30 @@ class CommonZeros:
 
     def has_rank_at_most(self, rank: int) -> bool:
         """
-        Return whether it is proved that J has at most this rank on the set: larger minors vanish.
+        Return whether the rank of J on the set of common zeros is proved to be at most `rank`,
+        because all larger minors vanish.
         """
         if rank + 1 >= self.generic_rank:
             return True
         return self.vanish(range(len(self.J)), range(len(self.J[0])), rank + 1)
 
     def depend(self, columns: Sequence[int]) -> bool:
-        """Return whether these columns of J are proved to be linearly dependent on the set."""
+        """
+        Return whether these columns of J are proved to be linearly dependent at all common zeros.
+        """
         return self.vanish(range(len(self.J)), columns, len(columns))
 
     def vanish(self, rows: Sequence[int], columns: Sequence[int], size: int) -> bool:
         """
-        Return whether all minors of a size in these rows and columns are proved to vanish on the
-        set.
+        Return whether all minors of a size in these rows and columns of J are proved to vanish at
+        all common zeros.
         """
         if math.comb(len(rows), size) * math.comb(len(columns), size) > MAX_MINORS:
             return False
         return self.are_zero(minors(self.J, rows, columns, size))
 
     def are_zero(self, values: Iterable[Laurent]) -> bool:
-        """Return whether these polynomials are proved to vanish on the set."""
+        """Return whether these polynomials are proved to vanish at all common zeros."""
         branches = _branches(self.factors, self.arithmetic)
         return branches is not None and all(
             branch.vanishes(value) for value in values if value for branch in branches

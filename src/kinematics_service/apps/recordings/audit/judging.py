@@ -16,10 +16,9 @@ Levels = npt.NDArray[np.int8]
 
 class Judged(NamedTuple):
     """
-    Levels (N,) with hysteresis, and the rows of states with a warning. `timeouts` has pairs: a
-    time-out with a warning, and the row of the next state.
+    Levels (N,) with hysteresis, and the rows of states with a warning.
 
-    `timeouts` are the time-outs with a warning, each with the row after it.
+    `timeouts` has pairs: a time-out with a warning, and the row of the next state.
     """
 
     levels: Levels

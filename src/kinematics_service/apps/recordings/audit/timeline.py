@@ -137,10 +137,10 @@ class Timeline(MotionColumns):
 
 class TimelineBatch(NamedTuple):
     """
-    A batch of states with all results that the node would publish. `first` is the number of the
-    batch's first state; `warnings` are about states of the batch.
+    A batch of states with all results that the node would publish.
 
-    `first` is the number of its first state; `warnings` belong to its states.
+    `first` is the number of the first state in the batch; `warnings` are about states of the
+    batch.
     """
 
     first: int

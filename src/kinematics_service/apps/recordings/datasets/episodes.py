@@ -144,7 +144,9 @@ def _names(names: Any, deepest: int) -> tuple[str, ...]:
 
 
 def fault_of(file: Path, error: Exception) -> str:
-    """Return why a file cannot be read, as a sentence; a damaged file can raise any exception."""
+    """
+    Return a sentence that says why a file cannot be read. A damaged file can raise any exception.
+    """
     if isinstance(error, RecordingError):
         return str(error) if str(error).startswith(f'{file}:') else f'{file}: {error}'
     if isinstance(error, FileNotFoundError):

@@ -58,7 +58,8 @@ class Check(ABC):
     @cached_property
     def evaluation(self) -> Evaluation:
         """
-        Return the evaluation of the user's expressions, angles in the unit of the formula file.
+        Return the object that evaluates the user's expressions, with angles in the unit of the
+        formula file.
         """
         values: Mapping[sp.Symbol, Floats] = self.poses.values
         degrees = self.statement.settings.degrees

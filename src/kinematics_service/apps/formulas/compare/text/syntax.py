@@ -38,7 +38,7 @@ MAX_MATRIX_ENTRIES = 1000
 @dataclass(frozen=True)
 class Node:
     """
-    A part of a formula.
+    A node of the tree of a formula: a number, a name, a function, a matrix or an operator.
 
     Parameters
     ----------
