@@ -14,7 +14,7 @@ MAX_ENTRIES = 12
 
 def report(comparison: Comparison, file: str, verbose: bool = False) -> Iterator[str]:
     """
-    Yield the lines of a report.
+    Yield the lines of a comparison's report as text.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def _cause(cause: Explanation, verdict: Verdict) -> Iterator[str]:
 
 
 def document(comparison: Comparison, file: str) -> dict[str, Json]:
-    """Return the object that --json prints."""
+    """Return a comparison as the object that `--json` prints."""
     return {
         'robot': comparison.robot.name,
         'file': file,

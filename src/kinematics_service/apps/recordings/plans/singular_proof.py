@@ -30,7 +30,7 @@ ROUND_OFF = 1e-9
 RELATIVE_ROUND_OFF = 1e-14
 # Largest number of evaluations of the proved radius without singular poses, for one plan.
 MAX_CLEARANCES = 5_000
-# Additional number of evaluations of this radius for each segment of a plan.
+# Additional number of evaluations of the proved radius for each segment of a plan.
 MAX_CLEARANCES_OF_SEGMENT = 20
 # Bisection stops if the lower bound of the distance is at least this ratio of the least proved
 # radius without singular poses.

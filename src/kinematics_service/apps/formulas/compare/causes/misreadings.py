@@ -44,7 +44,7 @@ def _by_joints(check: QuantityCheck, changes: dict[sp.Symbol, sp.Expr], sentence
 
 def other_convention(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the quantity if the table's numbers are read as rows of another convention, which has
+    Yield mistaken values, computed as if the table had the rows of another convention that has
     quantities with the same names.
     """
     table = check.names.table
@@ -75,7 +75,8 @@ def _whose(convention: Convention) -> str:
 
 def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the quantity with one joint angle counted from another zero, 90, -90 or 180 deg away.
+    Yield mistaken values, computed with one joint angle counted from another zero, 90, -90 or 180
+    deg away.
     """
     for variable in check.names.table.turning:
         for turn, text in TURNS:
@@ -84,7 +85,7 @@ def joint_zero(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the quantity with one joint angle, or all of them, taken for degrees."""
+    """Yield mistaken values, computed with one joint angle, or all of them, taken for degrees."""
     turning = check.names.table.turning
     for chosen in (turning, *([variable] for variable in turning if len(turning) > 1)):
         changes = {variable: check.poses.values[variable] * DEGREE for variable in chosen}
@@ -94,7 +95,8 @@ def in_degrees(check: QuantityCheck) -> Iterator[Variant]:
 
 def sine_for_cosine(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the quantity with sines and cosines exchanged, of one joint or of all sums of joints.
+    Yield mistaken values, computed with sines and cosines exchanged, of one joint or of all sums
+    of joints.
     """
     turning = check.names.table.turning
     for variable in turning:
@@ -116,14 +118,14 @@ def _with_values(check: QuantityCheck, changes: dict[sp.Symbol, Floats], sentenc
 
 
 def joint_direction(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the quantity with one joint counted in the opposite direction."""
+    """Yield mistaken values, computed with one joint counted in the opposite direction."""
     for variable in check.names.table.variables:
         sentence = f'{variable} is counted in the other direction'
         yield _by_joints(check, {variable: -variable}, sentence)
 
 
 def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the quantity with two joint variables exchanged."""
+    """Yield mistaken values, computed with two joint variables exchanged."""
     for one, other in combinations(check.names.table.variables, 2):
         sentence = f'{one} and {other} are exchanged'
         yield _by_joints(check, {one: other, other: one}, sentence)
@@ -131,8 +133,8 @@ def joint_exchange(check: QuantityCheck) -> Iterator[Variant]:
 
 def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the quantity with one joint angle replaced by its sum with another angle, or their
-    difference, as if absolute and relative angles were confused.
+    Yield mistaken values, computed with one joint angle replaced by its sum with another angle, or
+    by their difference. This happens if absolute and relative angles are confused.
     """
     for one, other in permutations(check.names.table.turning, 2):
         for value, text in ((one + other, f'{one} + {other}'), (one - other, f'{one} - {other}')):
@@ -140,7 +142,7 @@ def absolute_angles(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def one_row(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the quantity of tables with one quantity of one row changed."""
+    """Yield mistaken values, computed from tables in which entries of one row are changed."""
     table = check.names.table
     for i, row in enumerate(table.rows):
         where = f'row {i + 1}'
@@ -167,7 +169,7 @@ def one_row(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the quantity of tables without one of their rows."""
+    """Yield mistaken values, computed from tables without one of their rows."""
     table = check.names.table
     for i, row in enumerate(table.rows):
         still = TableRow(row.convention, tuple((name, ZERO) for name, _ in row.quantities))
@@ -176,7 +178,7 @@ def row_left_out(check: QuantityCheck) -> Iterator[Variant]:
 
 def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the quantity of tables in which the values of one column slipped up or down by one row.
+    Yield mistaken values, computed from tables in which one column slipped up or down by one row.
     """
     table = check.names.table
     convention = CONVENTIONS[table.convention]
@@ -201,8 +203,8 @@ def shifted_column(check: QuantityCheck) -> Iterator[Variant]:
 
 def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the quantity of tables in which a Sheth-Uicker row is multiplied by its output matrix
-    instead of the inverse.
+    Yield mistaken values, computed from tables in which a Sheth-Uicker row is multiplied by its
+    output matrix instead of the inverse.
     """
     table = check.names.table
     shaped = [i for i, row in enumerate(table.rows) if row.outer != EYE]
@@ -221,7 +223,7 @@ def not_inverted(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def missing_length(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the quantity with one length, or one prismatic joint, set to 0."""
+    """Yield mistaken values, computed with one length, or one prismatic joint, set to 0."""
     table, values = check.names.table, check.poses.values
     sliding = [variable for variable in table.variables if variable not in table.turning]
     general = [sp.Symbol('a_i'), sp.Symbol('d_i')] if check.quantity.kind == 'general' else []
@@ -232,7 +234,9 @@ def missing_length(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the quantity with two lengths exchanged, or with one length written for another."""
+    """
+    Yield mistaken values, computed with two lengths exchanged, or one length written for another.
+    """
     values = check.poses.values
     for one, other in combinations(check.names.table.constants, 2):
         versions = (
@@ -247,8 +251,8 @@ def exchanged_lengths(check: QuantityCheck) -> Iterator[Variant]:
 
 def other_joint_value(check: QuantityCheck) -> Iterator[Variant]:
     """
-    Yield the quantity with one joint of the `at` line at 0, 90, -90 or 180 deg, or with the joint
-    angles of the line read in degrees.
+    Yield mistaken values, computed with one joint of the `at` line at 0, 90, -90 or 180 deg, or
+    with the joint angles of the line read in degrees.
     """
     values, turning = check.poses.values, check.names.table.turning
     given = [s for s in check.names.table.variables if s.name in check.poses.chosen]

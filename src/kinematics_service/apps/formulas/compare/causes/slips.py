@@ -29,7 +29,7 @@ def own_axes(check: QuantityCheck) -> Iterator[Variant]:
 
 
 def millimetres(check: QuantityCheck) -> Iterator[Variant]:
-    """Yield the quantity with its lengths in millimetres."""
+    """Yield the values with lengths in millimetres instead of metres."""
     if check.quantity.kind == 'jacobian':
         J = check.world.jacobian.copy()
         J[:, :3] *= MILLIMETRES_PER_METRE
